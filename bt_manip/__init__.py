@@ -1,0 +1,1 @@
+"""Behaviour trees for manipulation: tasks, robot cells and plugins."""

@@ -1,0 +1,1 @@
+"""Leaves of trees: hover, reach, grasp, lift, drop and their kin."""

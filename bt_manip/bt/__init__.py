@@ -1,0 +1,1 @@
+"""The tree language: nodes, ports, scoped blackboard, scripting, XML in and out."""

@@ -1,0 +1,1 @@
+"""Controllers: what turns a reference into torque."""

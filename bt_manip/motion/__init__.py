@@ -1,0 +1,1 @@
+"""Motion: inverse kinematics, trajectories and the arm that follows them."""

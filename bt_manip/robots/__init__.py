@@ -1,0 +1,1 @@
+"""Robots: description, composer entity and the Pinocchio model that agrees with MuJoCo."""

@@ -1,0 +1,1 @@
+"""The one loop: a tree, a cell, a clock."""

@@ -1,0 +1,48 @@
+"""Poses: a ``pin.SE3`` everywhere, and its ways to and from MuJoCo's arrays.
+
+``T_wb`` is frame b seen from frame w. Quaternions carry their order in the name: MuJoCo writes
+``quat_wxyz``, Pinocchio's vectors are ``quat_xyzw``.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio as pin
+
+
+def pose(position: Sequence[float], quat_wxyz: Sequence[float] = (1.0, 0.0, 0.0, 0.0)) -> pin.SE3:
+    """Make a pose from a position and a quaternion.
+
+    Args:
+        position: Origin of the frame [m].  # (3,)
+        quat_wxyz: Its orientation, of any length but zero.  # (4,)
+
+    Raises:
+        ValueError: When a number is not finite or the quaternion has no direction.
+    """
+    p = np.asarray(position, dtype=float)
+    w, x, y, z = (float(c) for c in quat_wxyz)
+    norm = float(np.sqrt(w * w + x * x + y * y + z * z))
+    if p.shape != (3,) or not np.isfinite(p).all():
+        raise ValueError(f"a position is three finite numbers [m], got {position!r}")
+    if not np.isfinite(norm) or norm < 1e-9:
+        raise ValueError(f"a quaternion is four finite numbers, not all zero, got {quat_wxyz!r}")
+    return pin.SE3(pin.Quaternion(w / norm, x / norm, y / norm, z / norm).matrix(), p)
+
+
+def quat_wxyz(T: pin.SE3) -> np.ndarray:
+    """Give the orientation of a pose as a unit quaternion in MuJoCo's order."""  # (4,)
+    x, y, z, w = pin.Quaternion(T.rotation).coeffs()
+    return np.array([w, x, y, z])
+
+
+def pointing_down(position: Sequence[float], yaw: float = 0.0) -> pin.SE3:
+    """Make a tool pose whose z axis points straight down.
+
+    Args:
+        position: Origin of the tool [m].  # (3,)
+        yaw: Angle of the tool's x axis about the world's vertical [rad].
+    """
+    c, s = np.cos(yaw), np.sin(yaw)
+    rotation = np.array([[c, s, 0.0], [s, -c, 0.0], [0.0, 0.0, -1.0]])
+    return pin.SE3(rotation, np.asarray(position, dtype=float))
