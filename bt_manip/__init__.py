@@ -1,1 +1,3 @@
 """Behaviour trees for manipulation: tasks, robot cells and plugins."""
+
+from bt_manip.hookspecs import hookimpl as hookimpl

@@ -1,0 +1,94 @@
+"""Where a tree comes from, read from what the user wrote after ``bt-manip run``."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from bt_manip.exceptions import BtManipError, did_you_mean
+
+
+@dataclass(frozen=True)
+class TreeSource:
+    """One tree, found but not yet read.
+
+    Attributes:
+        name: What the user wrote; reports and views show it.
+        kind: ``"xml"``, or ``"python"`` for a function that returns a tree.
+        path: The file that holds it, or None for a function in an installed module.
+        module: Name of the module that holds the function, or None.
+        function: Name of the function; empty for XML.
+    """
+
+    name: str
+    kind: Literal["xml", "python"]
+    path: Path | None = None
+    module: str | None = None
+    function: str = ""
+
+
+_MODULE_FUNCTION = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*")
+
+
+def find_tree(text: str, registered: Mapping[str, str]) -> TreeSource:
+    """Find the tree that a user means.
+
+    Args:
+        text: A registered name, ``path.xml``, ``path.py:function`` or
+            ``package.module:function``.
+        registered: Names of trees and where they are: ``path.xml`` or ``path.py:function``.
+
+    Raises:
+        BtManipError: When there is no such tree.
+    """
+    if text in registered:
+        source = _from_place(text, registered[text])
+        if source is None:
+            raise BtManipError(
+                f"tree '{text}' is registered as '{registered[text]}', "
+                "which is neither a path.xml nor a path.py:function that exists"
+            )
+        return source
+    source = _from_place(text, text)
+    if source is not None:
+        return source
+    if _MODULE_FUNCTION.fullmatch(text):
+        module, function = text.split(":")
+        return TreeSource(text, "python", module=module, function=function)
+    raise BtManipError(_not_found(text, registered))
+
+
+def _from_place(name: str, place: str) -> TreeSource | None:
+    if place.endswith(".xml") and Path(place).is_file():
+        return TreeSource(name, "xml", path=Path(place))
+    path, colon, function = place.rpartition(":")
+    if colon and path.endswith(".py") and function.isidentifier() and Path(path).is_file():
+        return TreeSource(name, "python", path=Path(path), function=function)
+    return None
+
+
+def _not_found(text: str, registered: Mapping[str, str]) -> str:
+    path, _, function = text.rpartition(":")
+    if text.endswith(".xml"):
+        return f"no tree file '{text}'" + _beside(Path(text), ".xml")
+    if text.endswith(".py"):
+        return f"'{text}' does not say which function makes the tree; write '{text}:FUNCTION'"
+    if path.endswith(".py"):
+        if not Path(path).is_file():
+            return f"no file '{path}' to take the tree '{function}' from" + _beside(
+                Path(path), ".py"
+            )
+        return f"'{function}' in '{text}' is not the name of a function"
+    return (
+        f"unknown tree '{text}'"
+        + did_you_mean(text, registered)
+        + " (a tree is a registered name, path.xml, path.py:function or package.module:function)"
+    )
+
+
+def _beside(path: Path, suffix: str) -> str:
+    """Offer the files of the same kind that stand where the missing one should."""
+    if not path.parent.is_dir():
+        return f": no folder '{path.parent}'"
+    return did_you_mean(path.name, [p.name for p in path.parent.glob(f"*{suffix}")])
