@@ -10,7 +10,10 @@ import numpy as np
 import pinocchio as pin
 
 
-def pose(position: Sequence[float], quat_wxyz: Sequence[float] = (1.0, 0.0, 0.0, 0.0)) -> pin.SE3:
+def pose(
+    position: Sequence[float] | np.ndarray,
+    quat_wxyz: Sequence[float] | np.ndarray = (1.0, 0.0, 0.0, 0.0),
+) -> pin.SE3:
     """Make a pose from a position and a quaternion.
 
     Args:
@@ -36,7 +39,7 @@ def quat_wxyz(T: pin.SE3) -> np.ndarray:
     return np.array([w, x, y, z])
 
 
-def pointing_down(position: Sequence[float], yaw: float = 0.0) -> pin.SE3:
+def pointing_down(position: Sequence[float] | np.ndarray, yaw: float = 0.0) -> pin.SE3:
     """Make a tool pose whose z axis points straight down.
 
     Args:

@@ -1,1 +1,15 @@
 """Robots: description, composer entity and the Pinocchio model that agrees with MuJoCo."""
+
+from .errors import RobotError as RobotError
+from .joint_limits import JointLimits as JointLimits
+from .model_building import build_model as build_model
+from .panda import panda as panda
+from .payload import Payload as Payload
+from .robot import Robot as Robot
+from .robot import compile_alone as compile_alone
+from .robot_description import GripperDescription as GripperDescription
+from .robot_description import RobotDescription as RobotDescription
+from .robot_description import ToolLimits as ToolLimits
+from .robot_model import RobotModel as RobotModel
+from .verification import Verification as Verification
+from .verification import verify as verify

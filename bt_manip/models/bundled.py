@@ -1,0 +1,44 @@
+"""The model and tree files that travel with the package."""
+
+from pathlib import Path
+
+from bt_manip.exceptions import BtManipError, did_you_mean
+
+
+def bundled_root(kind: str) -> Path:
+    """Find the directory of bundled files of one kind.
+
+    A wheel carries them as ``bt_manip/bundled/models`` and ``bt_manip/bundled/trees``; a source
+    checkout has them at the top level, beside the package.
+
+    Args:
+        kind: ``"models"`` or ``"trees"``.
+
+    Raises:
+        BtManipError: When the installation lacks them.
+    """
+    package = Path(__file__).resolve().parent.parent
+    places = (package / "bundled" / kind, package.parent / kind)
+    for place in places:
+        if place.is_dir():
+            return place
+    looked = " or ".join(str(place) for place in places)
+    raise BtManipError(f"no bundled {kind}: looked for {looked}; is the installation complete?")
+
+
+def bundled_path(name: str, kind: str = "models") -> Path:
+    """Give the path of a bundled file.
+
+    Args:
+        name: Path inside the bundle, such as ``"panda/panda.xml"``.
+        kind: ``"models"`` or ``"trees"``.
+
+    Raises:
+        BtManipError: When there is no such file; nearest right names are offered.
+    """
+    root = bundled_root(kind)
+    path = root / name
+    if not path.is_file():
+        valid = (p.relative_to(root).as_posix() for p in root.rglob("*.xml"))
+        raise BtManipError(f"no bundled file '{name}' in {root}{did_you_mean(name, valid)}")
+    return path

@@ -1,0 +1,7 @@
+"""Errors about robots."""
+
+from bt_manip.exceptions import BtManipError
+
+
+class RobotError(BtManipError):
+    """A robot's description and its model do not fit each other, or one of them is wrong."""

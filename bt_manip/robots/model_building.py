@@ -1,0 +1,260 @@
+"""Pinocchio's model of an arm, taken from the compiled MuJoCo model.
+
+Pinocchio's own MJCF reader drops base poses, frames, defaults and gravity without a word; what
+MuJoCo has compiled is what is simulated, so the model that plans and controls is built from that.
+"""
+
+from collections.abc import Iterable, Sequence
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from bt_manip import spatial
+from bt_manip.exceptions import did_you_mean
+
+from .errors import RobotError
+
+_BODY = int(mujoco.mjtObj.mjOBJ_BODY)
+_JOINT = int(mujoco.mjtObj.mjOBJ_JOINT)
+_SITE = int(mujoco.mjtObj.mjOBJ_SITE)
+_FREE = int(mujoco.mjtJoint.mjJNT_FREE)
+_BALL = int(mujoco.mjtJoint.mjJNT_BALL)
+_HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
+
+
+def build_model(
+    mj_model: mujoco.MjModel,
+    *,
+    joints: Sequence[str],
+    root_body: str | None = None,
+    frames: Iterable[str] | None = None,
+    qpos: np.ndarray | None = None,
+) -> pin.Model:
+    """Build the model of some joints of a compiled MuJoCo model; all others are locked.
+
+    The universe is MuJoCo's world, positions are MuJoCo's (also where a joint has a ``ref``), and
+    joints and frames carry the names that MuJoCo compiled.
+
+    Args:
+        mj_model: What is simulated.
+        joints: Names of the hinge and slide joints that move, from the base outwards.
+        root_body: Body whose sub-tree is the robot; by default everything below the world that
+            hangs together with the first joint.
+        frames: Names of the sites and bodies that become frames; by default all of the sub-tree.
+        qpos: Where the other joints are locked; by default ``mj_model.qpos0``.  # (mj_model.nq,)
+
+    Raises:
+        RobotError: When a joint or body is unknown, of the wrong kind or in the wrong order, or
+            when a tendon's armature couples the joints.
+    """
+    moving = [find(mj_model, _JOINT, name) for name in joints]
+    for name, joint in zip(joints, moving, strict=True):
+        if int(mj_model.jnt_type[joint]) in (_FREE, _BALL):
+            raise RobotError(f"joint '{name}' is free or a ball: an arm has hinges and slides")
+    if moving != sorted(set(moving)):
+        raise RobotError(
+            f"joints in the wrong order: {list(joints)}; the model has them as "
+            f"{[_name(mj_model, _JOINT, joint) for joint in sorted(set(moving))]}"
+        )
+    if root_body is None:
+        root = int(mj_model.body_rootid[mj_model.jnt_bodyid[moving[0]]])
+    else:
+        root = find(mj_model, _BODY, root_body)
+    wanted = None if frames is None else set(frames)
+    qpos = mj_model.qpos0 if qpos is None else np.asarray(qpos, dtype=float)
+
+    model = pin.Model()
+    model.name = _name(mj_model, _BODY, root)
+    # Where each body is: the Pinocchio joint it hangs on, and its pose in that joint's frame.
+    placed: dict[int, tuple[int, pin.SE3]] = {0: (0, pin.SE3.Identity())}
+    for body in _ancestors(mj_model, root):
+        _add_joints(model, mj_model, body, (), qpos, placed)
+    for body in range(root, mj_model.nbody):
+        if body != root and int(mj_model.body_parentid[body]) not in placed:
+            continue
+        if body != root and not _is_below(mj_model, body, root):
+            continue
+        _add_joints(model, mj_model, body, moving, qpos, placed)
+        _add_inertia(model, mj_model, body, placed[body])
+        _add_frames(model, mj_model, body, placed[body], wanted)
+
+    missing = [n for n, j in zip(joints, moving, strict=True) if not model.existJointName(n)]
+    if missing:
+        raise RobotError(f"joints {missing} are not below body '{model.name}'")
+    if wanted:
+        have = {frame.name for frame in model.frames}
+        for name in sorted(wanted - have):
+            raise RobotError(
+                f"no site or body '{name}' below '{model.name}'" + did_you_mean(name, have)
+            )
+    dofs = mj_model.jnt_dofadr[moving]
+    model.gravity.linear = _gravity(mj_model)
+    model.armature = mj_model.dof_armature[dofs] + _transmitted_armature(mj_model, moving)
+    limited = mj_model.jnt_limited[moving].astype(bool)
+    model.lowerPositionLimit = np.where(limited, mj_model.jnt_range[moving, 0], -np.inf)
+    model.upperPositionLimit = np.where(limited, mj_model.jnt_range[moving, 1], np.inf)
+    return model
+
+
+def find(mj_model: mujoco.MjModel, kind: int, name: str) -> int:
+    """Give the id of a named body, joint or site, or offer the nearest right names.
+
+    Raises:
+        RobotError: When there is none of that name.
+    """
+    found = mujoco.mj_name2id(mj_model, kind, name)
+    if found < 0:
+        what, count = {
+            _BODY: ("body", mj_model.nbody),
+            _JOINT: ("joint", mj_model.njnt),
+            _SITE: ("site", mj_model.nsite),
+        }[kind]
+        valid = [n for i in range(count) if (n := mujoco.mj_id2name(mj_model, kind, i))]
+        raise RobotError(f"the model has no {what} '{name}'{did_you_mean(name, valid)}")
+    return int(found)
+
+
+def _name(mj_model: mujoco.MjModel, kind: int, index: int) -> str:
+    return mujoco.mj_id2name(mj_model, kind, index) or f"#{index}"
+
+
+def _ancestors(mj_model: mujoco.MjModel, body: int) -> list[int]:
+    chain = []
+    while body != 0 and (body := int(mj_model.body_parentid[body])) != 0:
+        chain.append(body)
+    return chain[::-1]
+
+
+def _is_below(mj_model: mujoco.MjModel, body: int, root: int) -> bool:
+    while body > root:
+        body = int(mj_model.body_parentid[body])
+    return body == root
+
+
+def _translation(p: np.ndarray) -> pin.SE3:
+    return pin.SE3(np.eye(3), p)
+
+
+def _rotation(axis: np.ndarray, angle: float) -> pin.SE3:
+    return pin.SE3(pin.exp3(axis * angle), np.zeros(3))
+
+
+def _add_joints(
+    model: pin.Model,
+    mj_model: mujoco.MjModel,
+    body: int,
+    moving: Sequence[int],
+    qpos: np.ndarray,
+    placed: dict[int, tuple[int, pin.SE3]],
+) -> None:
+    """Walk through the joints of a body, as mj_kinematics does, and note where the body is."""
+    if body == 0:
+        return
+    parent, T = placed[int(mj_model.body_parentid[body])]
+    T = T * spatial.pose(mj_model.body_pos[body], mj_model.body_quat[body])
+    first = int(mj_model.body_jntadr[body])
+    for joint in range(first, first + int(mj_model.body_jntnum[body])):
+        kind = int(mj_model.jnt_type[joint])
+        anchor = _translation(mj_model.jnt_pos[joint])
+        axis = mj_model.jnt_axis[joint]
+        address = int(mj_model.jnt_qposadr[joint])
+        ref = float(mj_model.qpos0[address])
+        if kind == _FREE:
+            T = spatial.pose(qpos[address : address + 3], qpos[address + 3 : address + 7])
+        elif kind == _BALL:
+            turn = spatial.pose(np.zeros(3), qpos[address : address + 4])
+            T = T * anchor * turn * anchor.inverse()
+        else:
+            offset = (0.0 if joint in moving else float(qpos[address])) - ref
+            shift = _rotation(axis, offset) if kind == _HINGE else _translation(axis * offset)
+            T = T * anchor * shift
+            if joint in moving:
+                name = _name(mj_model, _JOINT, joint)
+                parent = model.addJoint(parent, _joint_model(kind, axis), T, name)
+                model.addJointFrame(parent)
+                T = pin.SE3.Identity()
+            T = T * anchor.inverse()
+    placed[body] = (parent, T)
+
+
+def _joint_model(kind: int, axis: np.ndarray) -> pin.JointModel:
+    """Choose the joint of an axis: Pinocchio's aligned ones are faster."""
+    aligned = (
+        (pin.JointModelRX, pin.JointModelRY, pin.JointModelRZ)
+        if kind == _HINGE
+        else (pin.JointModelPX, pin.JointModelPY, pin.JointModelPZ)
+    )
+    for make, unit in zip(aligned, np.eye(3), strict=True):
+        if np.array_equal(axis, unit):
+            return make()
+    if kind == _HINGE:
+        return pin.JointModelRevoluteUnaligned(axis)
+    return pin.JointModelPrismaticUnaligned(axis)
+
+
+def _add_inertia(
+    model: pin.Model, mj_model: mujoco.MjModel, body: int, place: tuple[int, pin.SE3]
+) -> None:
+    mass = float(mj_model.body_mass[body])
+    inertia = mj_model.body_inertia[body]
+    if mass == 0.0 and not inertia.any():
+        return
+    parent, T = place
+    principal = pin.Inertia(mass, np.zeros(3), np.diag(inertia))
+    T_bi = spatial.pose(mj_model.body_ipos[body], mj_model.body_iquat[body])
+    model.appendBodyToJoint(parent, principal, T * T_bi)
+
+
+def _add_frames(
+    model: pin.Model,
+    mj_model: mujoco.MjModel,
+    body: int,
+    place: tuple[int, pin.SE3],
+    wanted: set[str] | None,
+) -> None:
+    parent, T = place
+    below = parent  # the frame of the joint that it hangs on
+    joint_frame = model.getFrameId(model.names[below], pin.FrameType.JOINT) if below else 0
+    name = _name(mj_model, _BODY, body)
+    if wanted is None or name in wanted:
+        model.addFrame(pin.Frame(name, parent, joint_frame, T, pin.FrameType.BODY))
+    for site in np.flatnonzero(mj_model.site_bodyid == body):
+        name = _name(mj_model, _SITE, int(site))
+        if wanted is None or name in wanted:
+            T_bs = spatial.pose(mj_model.site_pos[site], mj_model.site_quat[site])
+            frame = pin.Frame(name, parent, joint_frame, T * T_bs, pin.FrameType.OP_FRAME)
+            model.addFrame(frame)
+
+
+def _gravity(mj_model: mujoco.MjModel) -> np.ndarray:
+    if mj_model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY):
+        return np.zeros(3)
+    return mj_model.opt.gravity.copy()
+
+
+def _transmitted_armature(mj_model: mujoco.MjModel, moving: Sequence[int]) -> np.ndarray:
+    """Sum what actuators and tendons with a rotor inertia add to the joints they move."""
+    added = np.zeros(len(moving))
+    order = {joint: i for i, joint in enumerate(moving)}
+    on_joint = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
+    for actuator in np.flatnonzero(mj_model.actuator_armature):
+        if int(mj_model.actuator_trntype[actuator]) not in on_joint:
+            raise RobotError(f"actuator #{actuator} has an armature but is not on a joint")
+        joint = int(mj_model.actuator_trnid[actuator, 0])
+        if joint in order:
+            gear = float(mj_model.actuator_gear[actuator, 0])
+            added[order[joint]] += gear**2 * float(mj_model.actuator_armature[actuator])
+    for tendon in np.flatnonzero(mj_model.tendon_armature):
+        first = int(mj_model.tendon_adr[tendon])
+        wraps = range(first, first + int(mj_model.tendon_num[tendon]))
+        if any(int(mj_model.wrap_type[w]) != int(mujoco.mjtWrap.mjWRAP_JOINT) for w in wraps):
+            raise RobotError(f"tendon #{tendon} has an armature and is spatial: not supported")
+        ours = [w for w in wraps if int(mj_model.wrap_objid[w]) in order]
+        if len(ours) > 1:
+            raise RobotError(f"the armature of tendon #{tendon} couples joints of the arm")
+        for w in ours:
+            coefficient = float(mj_model.wrap_prm[w])
+            joint = int(mj_model.wrap_objid[w])
+            added[order[joint]] += coefficient**2 * float(mj_model.tendon_armature[tendon])
+    return added

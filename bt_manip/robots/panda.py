@@ -1,0 +1,34 @@
+"""The Franka Emika Panda with its hand."""
+
+from math import pi
+
+from bt_manip.models import bundled_path
+
+from .robot_description import GripperDescription, RobotDescription
+
+
+def panda(model: str | None = None) -> RobotDescription:
+    """Describe the Panda.
+
+    The limits are Franka's own (``rate_limiting.h`` of libfranka and the robot's data sheet).
+
+    Args:
+        model: Path of an MJCF with the same names; the bundled one when None.
+    """
+    return RobotDescription(
+        name="panda",
+        model=str(bundled_path("panda/panda.xml")) if model is None else model,
+        arm_joints=tuple(f"joint{i}" for i in range(1, 8)),
+        tool_frame="tool",
+        home=(0.0, -pi / 4, 0.0, -3 * pi / 4, 0.0, pi / 2, pi / 4),
+        velocity=(2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61),
+        acceleration=(15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0),
+        jerk=(7500.0, 3750.0, 5000.0, 6250.0, 7500.0, 10000.0, 10000.0),
+        gripper=GripperDescription(
+            joints=("finger_joint1", "finger_joint2"),
+            fingers=("left_finger", "right_finger"),
+            open_width=0.08,
+            max_speed=0.2,
+            max_force=140.0,
+        ),
+    )

@@ -1,0 +1,94 @@
+"""What bt-manip must know of a robot that its model file does not say."""
+
+from dataclasses import dataclass
+
+from .errors import RobotError
+
+
+@dataclass(frozen=True)
+class ToolLimits:
+    """Bounds of the tool's motion along and about a line; the defaults are the Panda's.
+
+    Attributes:
+        velocity: Linear [m/s].
+        acceleration: Linear [m/s2].
+        jerk: Linear [m/s3].
+        angular_velocity: [rad/s].
+        angular_acceleration: [rad/s2].
+        angular_jerk: [rad/s3].
+    """
+
+    velocity: float = 1.7
+    acceleration: float = 13.0
+    jerk: float = 6500.0
+    angular_velocity: float = 2.5
+    angular_acceleration: float = 25.0
+    angular_jerk: float = 12500.0
+
+
+@dataclass(frozen=True)
+class GripperDescription:
+    """A parallel gripper: joints that move, bodies that touch.
+
+    Attributes:
+        joints: Names of its slide joints; the opening is the sum of their positions.
+        fingers: Names of the finger bodies, in the order of the joints.
+        open_width: Opening with the fingers apart [m].
+        max_speed: Greatest speed of one finger [m/s].
+        max_force: Greatest force that the gripper is asked to hold with [N].
+        min_width: Opening with the fingers together [m].
+    """
+
+    joints: tuple[str, ...]
+    fingers: tuple[str, ...]
+    open_width: float
+    max_speed: float
+    max_force: float
+    min_width: float = 0.0
+
+
+@dataclass(frozen=True)
+class RobotDescription:
+    """An arm with a tool: data only, so that another arm is a few lines.
+
+    Position limits, inertias, friction and (unless given here) effort limits are read from the
+    model; MJCF has no place for the others.
+
+    Attributes:
+        name: What the robot is called in the cell and on the command line.
+        model: Path of its MJCF file.
+        arm_joints: Names of its arm's joints, from the base to the tool.
+        tool_frame: Name of the site that poses are asked for.
+        home: Configuration of the arm at the start [rad].
+        velocity: Limit of each arm joint [rad/s].
+        acceleration: Limit of each arm joint [rad/s2].
+        jerk: Limit of each arm joint [rad/s3].
+        gripper: The gripper, where there is one.
+        effort: Limit of each arm joint [N m]; None takes them from the model.
+        tool_limits: Bounds of the tool's motion along a straight line.
+    """
+
+    name: str
+    model: str
+    arm_joints: tuple[str, ...]
+    tool_frame: str
+    home: tuple[float, ...]
+    velocity: tuple[float, ...]
+    acceleration: tuple[float, ...]
+    jerk: tuple[float, ...]
+    gripper: GripperDescription | None = None
+    effort: tuple[float, ...] | None = None
+    tool_limits: ToolLimits = ToolLimits()
+
+    def __post_init__(self) -> None:
+        """Check that there is one number a joint."""
+        n = len(self.arm_joints)
+        if n == 0:
+            raise RobotError(f"robot '{self.name}': a robot has at least one arm joint")
+        for what in ("home", "velocity", "acceleration", "jerk", "effort"):
+            values = getattr(self, what)
+            if values is not None and len(values) != n:
+                raise RobotError(
+                    f"robot '{self.name}': one {what} for each of its {n} arm joints, "
+                    f"got {len(values)}"
+                )

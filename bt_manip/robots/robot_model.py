@@ -1,0 +1,122 @@
+"""The model of an arm that planning and control compute with."""
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from .errors import RobotError
+from .joint_limits import JointLimits
+from .model_building import build_model, find
+from .payload import Payload
+from .robot_description import ToolLimits
+
+
+class RobotModel:
+    """Kinematics and dynamics of an arm that stands in a world, with what it carries.
+
+    The universe is the world that MuJoCo simulates. Methods write into `data`, so whoever computes
+    keeps a copy of their own (`copy`).
+
+    Attributes:
+        model: Pinocchio's model; its frames are MuJoCo's bodies and sites.
+        data: Pinocchio's data.
+        tool_frame_id: Frame that poses are about.
+        limits: What the joints can do.
+        tool_limits: What the tool may do along a line.
+        damping: Viscous friction of each joint [N m s/rad].  # (nv,)
+        friction: Dry friction of each joint [N m].  # (nv,)
+        home: Configuration of the arm at the start [rad].  # (nq,)
+        locked_qpos: MuJoCo's positions that all other joints are locked at.
+        payload: What is held, None when nothing is.
+    """
+
+    def __init__(
+        self,
+        mj_model: mujoco.MjModel,
+        *,
+        joints: Sequence[str],
+        tool_frame: str,
+        limits: JointLimits,
+        home: Sequence[float] | None = None,
+        tool_limits: ToolLimits | None = None,
+        qpos: np.ndarray | None = None,
+    ) -> None:
+        """Build the model of an arm from the compiled MuJoCo model.
+
+        Args:
+            mj_model: What is simulated.
+            joints: Full names of the arm's joints, from the base outwards.
+            tool_frame: Full name of the tool's site.
+            limits: What the joints can do.
+            home: Configuration at the start; the middle of the limits by default.  # (nq,)
+            tool_limits: What the tool may do along a line.
+            qpos: Where all other joints are locked; by default ``mj_model.qpos0``.
+
+        Raises:
+            RobotError: When a name is unknown or the joints are no arm.
+        """
+        find(mj_model, int(mujoco.mjtObj.mjOBJ_SITE), tool_frame)
+        self.model = build_model(mj_model, joints=joints, qpos=qpos)
+        if limits.lower.shape != (self.model.nq,):
+            raise RobotError(f"limits of {limits.lower.size} joints for {self.model.nq} joints")
+        self.model.lowerPositionLimit = limits.lower
+        self.model.upperPositionLimit = limits.upper
+        self.locked_qpos = (mj_model.qpos0 if qpos is None else np.asarray(qpos)).copy()
+        self.data = self.model.createData()
+        self.tool_frame_id = self.model.getFrameId(tool_frame, pin.FrameType.OP_FRAME)
+        self.limits = limits
+        self.tool_limits = ToolLimits() if tool_limits is None else tool_limits
+        dofs = [mj_model.joint(name).dofadr[0] for name in joints]
+        self.damping = mj_model.dof_damping[dofs].copy()
+        self.friction = mj_model.dof_frictionloss[dofs].copy()
+        middle = 0.5 * (np.maximum(limits.lower, -np.pi) + np.minimum(limits.upper, np.pi))
+        self.home = middle if home is None else np.array(home, dtype=float)
+        self.payload: Payload | None = None
+
+    def copy(self) -> "RobotModel":
+        """Make a copy that computes for itself."""
+        return self.with_payload(self.payload)
+
+    def with_payload(self, payload: Payload | None) -> "RobotModel":
+        """Make a copy that carries this payload at its tool, instead of what this one carries."""
+        other = object.__new__(RobotModel)
+        other.__dict__.update(self.__dict__)
+        other.model = self.model.copy()
+        frame = other.model.frames[self.tool_frame_id]
+        joint = frame.parentJoint
+        if self.payload is not None:
+            bare = other.model.inertias[joint] - frame.placement.act(self.payload.spatial_inertia)
+            other.model.inertias[joint] = bare
+        if payload is not None:
+            held = frame.placement.act(payload.spatial_inertia)
+            other.model.inertias[joint] = other.model.inertias[joint] + held
+        other.payload = payload
+        other.data = other.model.createData()
+        return other
+
+    @property
+    def nq(self) -> int:
+        """Number of joints."""
+        return int(self.model.nq)
+
+    def pose(self, q: np.ndarray) -> pin.SE3:
+        """Give the pose T_wt of the tool in the world."""
+        pin.framesForwardKinematics(self.model, self.data, q)
+        return self.data.oMf[self.tool_frame_id].copy()
+
+    def jacobian(self, q: np.ndarray) -> np.ndarray:
+        """Give the tool's Jacobian: linear over angular velocity, in the world's axes."""
+        return pin.computeFrameJacobian(  # (6, nv)
+            self.model, self.data, q, self.tool_frame_id, pin.LOCAL_WORLD_ALIGNED
+        )
+
+    def rnea(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        """Give the effort of rigid bodies, rotors and payload, without friction."""  # (nv,)
+        return pin.rnea(self.model, self.data, q, v, a)
+
+    def effort(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        """Give the effort that the motors must make, damping and dry friction included."""
+        tau = pin.rnea(self.model, self.data, q, v, a)
+        return tau + self.damping * v + self.friction * np.sign(v)  # (nv,)

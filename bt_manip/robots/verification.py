@@ -1,0 +1,109 @@
+"""Proof that the model which plans and controls is the one that is simulated."""
+
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from .errors import RobotError
+from .model_building import find
+
+
+class Verification(NamedTuple):
+    """The largest differences between two models of one robot, in absolute terms.
+
+    Attributes:
+        mass_error: Over the elements of M(q) [kg m2].
+        bias_error: Over Coriolis, centrifugal and gravity efforts [N m].
+        frame_error: Over positions [m] and elements of rotation matrices of all frames.
+        n: At how many configurations.
+    """
+
+    mass_error: float
+    bias_error: float
+    frame_error: float
+    n: int
+
+    @property
+    def worst(self) -> float:
+        """The largest of the errors."""
+        return max(self.mass_error, self.bias_error, self.frame_error)
+
+
+def verify(
+    mj_model: mujoco.MjModel,
+    pin_model: pin.Model,
+    *,
+    rng: np.random.Generator,
+    n: int = 100,
+    qpos: np.ndarray | None = None,
+    tolerance: float | None = None,
+) -> Verification:
+    """Compare a model with MuJoCo at random configurations inside the limits.
+
+    Args:
+        mj_model: What is simulated.
+        pin_model: What `build_model` made of it.
+        rng: Draws configurations, and velocities of standard deviation 1.
+        n: How many.
+        qpos: Where the other joints are locked; by default ``mj_model.qpos0``.
+        tolerance: Largest error that passes; None only measures.
+
+    Raises:
+        RobotError: When the tolerance is exceeded.
+    """
+    joints = [
+        find(mj_model, int(mujoco.mjtObj.mjOBJ_JOINT), name) for name in list(pin_model.names)[1:]
+    ]
+    at_q, at_v = mj_model.jnt_qposadr[joints], mj_model.jnt_dofadr[joints]
+    lower = np.maximum(pin_model.lowerPositionLimit, -np.pi)
+    upper = np.minimum(pin_model.upperPositionLimit, np.pi)
+    data, pin_data = mujoco.MjData(mj_model), pin_model.createData()
+    if qpos is not None:
+        data.qpos[:] = qpos
+    full = np.zeros((mj_model.nv, mj_model.nv))
+    bias = np.zeros(mj_model.nv)
+    mass_error = bias_error = frame_error = 0.0
+    for _ in range(n):
+        q, v = rng.uniform(lower, upper), rng.standard_normal(len(joints))
+        data.qpos[at_q], data.qvel[at_v] = q, v
+        mujoco.mj_kinematics(mj_model, data)
+        mujoco.mj_comPos(mj_model, data)
+        mujoco.mj_tendon(mj_model, data)
+        mujoco.mj_makeM(mj_model, data)
+        mujoco.mj_comVel(mj_model, data)
+        mujoco.mj_rne(mj_model, data, 0, bias)
+        mujoco.mj_fullM(mj_model, data, full)
+        M = pin.crba(pin_model, pin_data, q)
+        M = np.triu(M) + np.triu(M, 1).T
+        mass_error = max(mass_error, float(np.abs(M - full[np.ix_(at_v, at_v)]).max()))
+        nle = pin.nonLinearEffects(pin_model, pin_data, q, v)
+        bias_error = max(bias_error, float(np.abs(nle - bias[at_v]).max()))
+        pin.framesForwardKinematics(pin_model, pin_data, q)
+        frame_error = max(frame_error, _frame_error(mj_model, data, pin_model, pin_data))
+    result = Verification(mass_error, bias_error, frame_error, n)
+    if tolerance is not None and not result.worst <= tolerance:
+        raise RobotError(f"model '{pin_model.name}' differs from MuJoCo's: {result}")
+    return result
+
+
+def _frame_error(
+    mj_model: mujoco.MjModel, data: mujoco.MjData, pin_model: pin.Model, pin_data: pin.Data
+) -> float:
+    worst = 0.0
+    for i, frame in enumerate(pin_model.frames):
+        if frame.name.startswith("#") or frame.name == "universe":
+            continue
+        if frame.type == pin.FrameType.BODY:
+            k = find(mj_model, int(mujoco.mjtObj.mjOBJ_BODY), frame.name)
+            position, rotation = data.xpos[k], data.xmat[k]
+        elif frame.type == pin.FrameType.OP_FRAME:
+            k = find(mj_model, int(mujoco.mjtObj.mjOBJ_SITE), frame.name)
+            position, rotation = data.site_xpos[k], data.site_xmat[k]
+        else:
+            continue
+        T = pin_data.oMf[i]
+        worst = max(worst, float(np.abs(T.translation - position).max()))
+        worst = max(worst, float(np.abs(T.rotation.ravel() - rotation).max()))
+    return worst
