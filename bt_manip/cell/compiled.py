@@ -1,0 +1,103 @@
+"""All that follows from one compile of a cell's arena."""
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+from dm_control import composer, mjcf
+
+from bt_manip.cell.contacts import Contacts
+from bt_manip.cell.exceptions import PhysicsDiverged
+from bt_manip.cell.labels import Labels
+from bt_manip.cell.naming import body_label
+from bt_manip.cell.touch import TouchMonitor
+from bt_manip.spatial import pose as make_pose
+
+Hook = Callable[[mjcf.Physics, np.random.RandomState], None]
+
+
+class Placement(NamedTuple):
+    """How an entity stands in the cell."""
+
+    entity: composer.Entity
+    position: tuple[float, ...]  # (3,) [m]
+    quat_wxyz: tuple[float, ...]  # (4,)
+    free: bool
+
+    @property
+    def pose(self) -> pin.SE3:
+        """Where it was put, ``T_we``."""
+        return make_pose(self.position, self.quat_wxyz)
+
+
+class Compiled:
+    """A physics, the hooks that its steps run, and the tables that questions are answered from.
+
+    A changed cell gets a new one; nothing in here outlives its physics.
+    """
+
+    def __init__(self, arena: composer.Arena, placed: Mapping[str, Placement]):
+        """Compile the arena.
+
+        Raises:
+            ValueError: When MuJoCo or PyMJCF refuses the model.
+        """
+        self.physics = mjcf.Physics.from_mjcf_model(arena.mjcf_model)
+        self.physics.legacy_step = False
+        self.model: mujoco.MjModel = self.physics.model.ptr
+        self.data: mujoco.MjData = self.physics.data.ptr
+        self.labels = Labels(self.model)
+        self.contacts = Contacts(self.model, self.data, self.labels)
+        entities = list(arena.iter_entities())
+        self.touch = TouchMonitor(self.data, self.labels, _fingers(entities))
+        self.before_substep = _overridden("before_substep", entities)
+        self.after_substep = _overridden("after_substep", entities)
+        self.free_joints: dict[str, tuple[int, int]] = {}
+        for name, placement in placed.items():
+            if placement.free:
+                joint = self.model.joint(f"{name}/")
+                self.free_joints[name] = (int(joint.qposadr[0]), int(joint.dofadr[0]))
+        self._warnings = self.data.warning.number
+        self._warned = self._warnings.tobytes()
+
+    def step(self, n: int, random_state: np.random.RandomState) -> None:
+        """Make ``n`` steps with the entities' hooks around each.
+
+        Raises:
+            PhysicsDiverged: When MuJoCo warned meanwhile.
+        """
+        physics, model, data = self.physics, self.model, self.data
+        before, after, mj_step = self.before_substep, self.after_substep, mujoco.mj_step
+        for _ in range(n):
+            for hook in before:
+                hook(physics, random_state)
+            mj_step(model, data)
+            for hook in after:
+                hook(physics, random_state)
+        if self._warnings.tobytes() != self._warned:
+            self._raise_diverged()
+
+    def _raise_diverged(self) -> None:
+        names = list(mujoco.mjtWarning.__members__)
+        before = np.frombuffer(self._warned, self._warnings.dtype)
+        raised = [names[i].removeprefix("mjWARN_") for i in np.flatnonzero(self._warnings > before)]
+        self._warned = self._warnings.tobytes()
+        raise PhysicsDiverged(f"MuJoCo warned at {self.data.time:.3f} s: {', '.join(raised)}")
+
+
+def _overridden(hook: str, entities: Iterable[composer.Entity]) -> tuple[Hook, ...]:
+    """Collect the hooks that do something, in composer's order."""
+    idle = getattr(composer.Entity, hook)
+    hooks = (getattr(entity, hook) for entity in entities)
+    return tuple(h for h in hooks if getattr(h, "__func__", h) is not idle)
+
+
+def _fingers(entities: Iterable[composer.Entity]) -> list[str]:
+    """Name the bodies of all robots that may touch things."""
+    return [
+        body_label(body.full_identifier)
+        for entity in entities
+        for body in getattr(entity, "finger_bodies", ())
+    ]

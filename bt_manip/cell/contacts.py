@@ -1,0 +1,154 @@
+"""Who touches whom, and how hard."""
+
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.cell.exceptions import CellError
+from bt_manip.cell.labels import Labels
+from bt_manip.exceptions import did_you_mean
+
+
+class Wrench(NamedTuple):
+    """A force and a torque at a named point, in a named frame."""
+
+    force: np.ndarray  # (3,) [N]
+    torque: np.ndarray  # (3,) [N m]
+
+
+class ContactForce(NamedTuple):
+    """What one body does to another where they touch."""
+
+    normal: float  # [N] sum over the contact points, never negative
+    friction: float  # [N] length of the sum of the tangential forces
+    force: np.ndarray  # (3,) [N] on the second body, in the world frame
+
+
+class Contacts:
+    """The contacts of the last step, asked by the names of bodies and entities.
+
+    A body is called ``entity/body``, or just ``entity`` where the entity has one body. Asking for
+    an entity means all its bodies. Forces are those of the step just made (``mj_step`` leaves
+    contacts and forces of the state it started from, and they fit each other).
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, labels: Labels):
+        """Look at one compiled model; a new compile makes a new object."""
+        self._model = model
+        self._data = data
+        self._labels = labels
+        self._force = np.zeros(6)
+
+    def pairs(self) -> list[tuple[str, str]]:
+        """Name the pairs of bodies that touch, each once, sorted."""
+        body = self._labels.of_geom
+        geoms = self._data.contact.geom
+        found = {
+            (min(body[a], body[b]), max(body[a], body[b]))
+            for a, b in geoms[self._active()].tolist()
+        }
+        return sorted(found)
+
+    def touching(self, name: str, other: str | None = None) -> bool:
+        """Tell whether a body or entity touches another one, or anything outside itself."""
+        first, second = self._sides(name, other)
+        geoms = self._data.contact.geom[self._active()]
+        a, b = first[geoms[:, 0]], first[geoms[:, 1]]
+        return bool(((a & second[geoms[:, 1]]) | (b & second[geoms[:, 0]])).any())
+
+    def partners(self, name: str) -> list[str]:
+        """Name the bodies that touch a body or entity from outside."""
+        mine, others = self._sides(name, None)
+        body = self._labels.of_geom
+        found = set()
+        for a, b in self._data.contact.geom[self._active()].tolist():
+            if mine[a] and others[b]:
+                found.add(body[b])
+            elif mine[b] and others[a]:
+                found.add(body[a])
+        return sorted(found)
+
+    def between(self, name: str, other: str) -> ContactForce:
+        """Give the force with which ``name`` presses on ``other``.
+
+        Raises:
+            CellError: When no body or entity has such a name.
+        """
+        first, second = self._sides(name, other)
+        normal = 0.0
+        tangential = np.zeros(3)
+        total = np.zeros(3)
+        for index, sign in self._contacts_between(first, second):
+            frame = self._contact_force(index)
+            normal += float(self._force[0])
+            total += sign * (self._force[:3] @ frame)
+            tangential += sign * (self._force[1:3] @ frame[1:])
+        return ContactForce(normal, float(np.linalg.norm(tangential)), total)
+
+    def wrench(
+        self, name: str, *, point: np.ndarray | None = None, frame: pin.SE3 | None = None
+    ) -> Wrench:
+        """Sum all contact forces from outside on a body or entity.
+
+        Args:
+            name: The body or entity that the wrench acts on.
+            point: Point that the torque is taken about, in the world [m]; default: the origin of
+                ``frame``, or of the body where no frame is given.  # (3,)
+            frame: Axes that the wrench is given in; default: the world's.
+
+        Raises:
+            CellError: When no body or entity has such a name.
+        """
+        mine, others = self._sides(name, None)
+        if point is None:
+            origin = self._data.xpos[self._labels.body_ids(name)[0]]
+            point = frame.translation if frame is not None else origin
+        force, torque = np.zeros(3), np.zeros(3)
+        positions = self._data.contact.pos
+        # The contact force points from the first geom to the second.
+        for index, sign in self._contacts_between(others, mine):
+            axes = self._contact_force(index)
+            f = sign * (self._force[:3] @ axes)
+            force += f
+            torque += np.cross(positions[index] - point, f) + sign * (self._force[3:] @ axes)
+        if frame is not None:
+            force, torque = frame.rotation.T @ force, frame.rotation.T @ torque
+        return Wrench(force, torque)
+
+    def penetration(self, name: str, other: str) -> float:
+        """Give the deepest overlap of two bodies or entities [m], 0 where they do not touch."""
+        first, second = self._sides(name, other)
+        depth = self._data.contact.dist
+        return max((-float(depth[i]) for i, _ in self._contacts_between(first, second)), default=0)
+
+    def _active(self) -> np.ndarray:
+        """Select the contacts that press: near ones inside a margin have no address."""
+        return self._data.contact.efc_address >= 0
+
+    def _sides(self, name: str, other: str | None) -> tuple[np.ndarray, np.ndarray]:
+        first = self._geoms(name)
+        return first, (~first if other is None else self._geoms(other))
+
+    def _geoms(self, name: str) -> np.ndarray:
+        try:
+            return self._labels.geoms(name)
+        except KeyError:
+            near = did_you_mean(name, self._labels.names())
+            raise CellError(f"no body or entity of this cell is called '{name}'{near}") from None
+
+    def _contacts_between(self, first: np.ndarray, second: np.ndarray) -> list[tuple[int, float]]:
+        """Index the contacts of two sets of geoms; sign +1 where the first set comes first."""
+        geoms = self._data.contact.geom
+        a, b = geoms[:, 0], geoms[:, 1]
+        active = self._active()
+        forth = active & first[a] & second[b]
+        back = active & first[b] & second[a] & ~forth
+        signed = np.flatnonzero(forth | back)
+        return [(int(i), 1.0 if forth[i] else -1.0) for i in signed]
+
+    def _contact_force(self, index: int) -> np.ndarray:
+        """Read a contact's force and torque into the buffer; give its axes as rows."""  # (3, 3)
+        mujoco.mj_contactForce(self._model, self._data, index, self._force)
+        return self._data.contact.frame[index].reshape(3, 3)

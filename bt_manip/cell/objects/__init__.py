@@ -1,0 +1,6 @@
+"""Things that stand in a cell."""
+
+from bt_manip.cell.objects.basket import Basket as Basket
+from bt_manip.cell.objects.cube import Cube as Cube
+from bt_manip.cell.objects.prop import Prop as Prop
+from bt_manip.cell.objects.table import Table as Table

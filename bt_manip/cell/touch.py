@@ -1,0 +1,83 @@
+"""A judgement of every step: does anything touch what it should not?"""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import mujoco
+
+from bt_manip.cell.labels import Labels
+from bt_manip.cell.naming import entity_of
+
+# Different contact lists seen since the compile; a run of the reference task sees some hundreds.
+_MOST_REMEMBERED = 4096
+
+
+class Touch(NamedTuple):
+    """What the contacts of one step mean."""
+
+    unexpected: tuple[tuple[str, str], ...]
+    """Pairs of bodies where a robot touches something with anything but its fingers."""
+    held: tuple[str, ...]
+    """Entities that fingers touch, robots apart."""
+    free: bool
+    """Neither fingers nor what they touch meet anything but each other."""
+
+
+NOTHING = Touch((), (), True)
+
+
+class TouchMonitor:
+    """Judges contacts in about a microsecond a step, by remembering judged contact lists.
+
+    A robot is an entity with fingers. Nothing of it but the fingers may touch anything; things
+    that are not robots may touch each other as they like.
+    """
+
+    def __init__(self, data: mujoco.MjData, labels: Labels, fingers: Iterable[str]):
+        """Build the table for one compiled model.
+
+        Args:
+            data: Where the contacts stand.
+            labels: Names of the geoms.
+            fingers: Body names of all fingers, as ``entity/body``.
+        """
+        self._data = data
+        self._label = labels.of_geom
+        self._fingers = frozenset(fingers)
+        self._robots = frozenset(map(entity_of, self._fingers))
+        self._seen: dict[bytes, Touch] = {b"": NOTHING}
+
+    def judge(self) -> Touch:
+        """Judge the contacts of the last step."""
+        key = self._data.contact.geom.tobytes()
+        touch = self._seen.get(key)
+        if touch is None:
+            if len(self._seen) >= _MOST_REMEMBERED:
+                self._seen.clear()
+            touch = self._seen[key] = self._judge()
+        return touch
+
+    def _judge(self) -> Touch:
+        label = self._label
+        pairs = {(label[a], label[b]) for a, b in self._data.contact.geom.tolist()}
+        unexpected = {
+            (min(pair), max(pair)) for pair in pairs if any(self._forbidden(b) for b in pair)
+        }
+        held = {
+            entity_of(other)
+            for pair in pairs
+            for body, other in (pair, pair[::-1])
+            if body in self._fingers and entity_of(other) not in self._robots
+        }
+        mine = {*self._fingers, *held}
+        free = all(
+            (self._mine(a, mine) == self._mine(b, mine)) for a, b in pairs
+        )  # a pair of which one side is ours and the other is not breaks it
+        return Touch(tuple(sorted(unexpected)), tuple(sorted(held)), free)
+
+    def _forbidden(self, body: str) -> bool:
+        return entity_of(body) in self._robots and body not in self._fingers
+
+    @staticmethod
+    def _mine(body: str, mine: set[str]) -> bool:
+        return body in mine or entity_of(body) in mine

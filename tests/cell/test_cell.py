@@ -1,0 +1,280 @@
+"""Entities come and go; everything else stays, to the bit."""
+
+import mujoco
+import numpy as np
+import pytest
+from dm_control import composer, mjcf
+
+from bt_manip.cell import Arena, Cell, CellError, Cube, PhysicsDiverged
+from bt_manip.spatial import pose
+
+
+class Pendulum(composer.Entity):
+    """A driven pendulum with everything that a state consists of."""
+
+    def _build(self, name="pendulum"):
+        self.root = mjcf.from_xml_string(f"""
+            <mujoco model="{name}">
+              <worldbody>
+                <body name="arm" pos="0 0 1">
+                  <joint name="swing" axis="0 1 0" damping="0.1"/>
+                  <geom name="bob" size="0.03" pos="0.3 0 0" mass="0.2"/>
+                  <body name="wrist" pos="0.3 0 0">
+                    <joint name="ball" type="ball" damping="0.01"/>
+                    <geom name="stick" type="capsule" size="0.01" mass="0.1"
+                      fromto="0 0 0 0.1 0 0"/>
+                  </body>
+                </body>
+              </worldbody>
+              <actuator>
+                <general name="lag" joint="swing" dyntype="filter" dynprm="0.1" gainprm="0.5"/>
+              </actuator>
+              <equality><joint name="lock" joint1="swing" active="false"/></equality>
+            </mujoco>""")
+        self.events = []
+
+    @property
+    def mjcf_model(self):
+        return self.root
+
+    def after_compile(self, physics, random_state):
+        self.events.append("compiled")
+
+    def initialize_episode(self, physics, random_state):
+        self.events.append("initialised")
+        physics.bind(self.root.find("joint", "swing")).qpos = 0.3
+
+    def before_substep(self, physics, random_state):
+        t = physics.data.time
+        physics.bind(self.root.find("actuator", "lag")).ctrl = np.sin(5 * t)
+
+
+class Broken(Pendulum):
+    """An entity that MuJoCo refuses: a moving body without mass."""
+
+    def _build(self):
+        super()._build("broken")
+        body = self.root.worldbody.add("body", name="ghost")
+        body.add("joint", name="slide", type="slide")
+
+
+class Grumpy(Pendulum):
+    """An entity whose hook raises."""
+
+    def after_compile(self, physics, random_state):
+        raise RuntimeError("not today")
+
+
+@pytest.fixture
+def cell():
+    arena = Arena()
+    arena.mjcf_model.worldbody.add("body", name="target", mocap="true")
+    cell = Cell(arena)
+    cell.add(Pendulum())
+    cell.add(Cube(), pose((1, 0, 0.3), (0.9, 0.1, 0.2, 0.3)))
+    return cell
+
+
+def named_state(cell):
+    """Give the bits of every named part of the state."""
+    m, d = cell.model, cell.data
+    widths, dofs = (7, 4, 1, 1), (6, 3, 1, 1)
+    state = {"time": d.time}
+    for j in range(m.njnt):
+        joint, kind = m.joint(j), int(m.jnt_type[j])
+        q, v = m.jnt_qposadr[j], m.jnt_dofadr[j]
+        state["q", joint.name] = d.qpos[q : q + widths[kind]].tobytes()
+        for field in ("qvel", "qacc_warmstart", "qfrc_applied"):
+            state[field, joint.name] = getattr(d, field)[v : v + dofs[kind]].tobytes()
+    for b in range(m.nbody):
+        state["x", m.body(b).name] = d.xfrc_applied[b].tobytes()
+        if m.body_mocapid[b] >= 0:
+            i = m.body_mocapid[b]
+            state["mocap", m.body(b).name] = (d.mocap_pos[i].tobytes(), d.mocap_quat[i].tobytes())
+    for a in range(m.nu):
+        state["act", m.actuator(a).name] = d.act[m.actuator_actadr[a]]
+        state["ctrl", m.actuator(a).name] = d.ctrl[a]
+    for e in range(m.neq):
+        state["eq", m.equality(e).name] = bool(d.eq_active[e])
+    return state
+
+
+def disturb(cell):
+    """Give every part of the state a value of its own."""
+    rng = np.random.default_rng(3)
+    d = cell.data
+    cell.step(50)
+    d.qfrc_applied[:] = rng.normal(size=cell.model.nv) * 1e-3
+    d.xfrc_applied[1:] = rng.normal(size=(cell.model.nbody - 1, 6)) * 1e-3
+    d.mocap_pos[:] = rng.normal(size=d.mocap_pos.shape)
+    cell.step(7)
+    d.eq_active[:] = 1
+
+
+def test_what_stays_keeps_its_exact_state_when_something_comes_and_goes(cell):
+    disturb(cell)
+    before = named_state(cell)
+    cell.add(Cube(), pose((2, 0, 1)))
+    cell.add(Pendulum(), pose((3, 0, 0)))
+    added = named_state(cell)
+    assert before.items() <= added.items()
+    assert len(added) > len(before)
+    cell.remove("cube")
+    cell.remove("pendulum_1")
+    gone = ("cube/", "pendulum_1/")
+    kept = {k: v for k, v in added.items() if k == "time" or not k[1].startswith(gone)}
+    assert kept == named_state(cell)
+    assert {k: v for k, v in before.items() if k in kept}.items() <= kept.items()
+
+
+def test_adding_and_removing_a_distant_thing_changes_no_bit_of_the_future(cell):
+    disturb(cell)
+    state = cell.get_state()
+    cell.step(100)
+    future = cell.state_bytes()
+    cell.set_state(state)
+    name = cell.add(Cube(), pose((5, 5, 3)))
+    cell.remove(name)
+    cell.step(100)
+    assert cell.state_bytes() == future
+
+
+def test_names_are_unique_and_a_removed_name_is_free_again():
+    cell = Cell()
+    assert [cell.add(Cube(), pose((i, 0, 1))) for i in range(3)] == ["cube", "cube_1", "cube_2"]
+    cell.remove("cube_1")
+    assert cell.add(Cube(), pose((5, 0, 1))) == "cube_1"
+    assert cell.add(Cube(), pose((6, 0, 1)), name="die") == "die"
+    assert list(cell.objects) == ["cube", "cube_2", "cube_1", "die"]
+
+
+def test_a_removed_entity_can_come_back():
+    cell = Cell()
+    cell.add(Cube(), pose((0, 0, 1)))
+    cube = cell.remove("cube")
+    assert not cell.objects
+    assert cell.add(cube, pose((0, 0, 2))) == "cube"
+    assert cell.pose("cube").translation[2] == 2
+
+
+@pytest.mark.parametrize("entity", [Broken, Grumpy])
+def test_an_entity_that_cannot_be_added_leaves_the_cell_as_it_was(cell, entity):
+    disturb(cell)
+    before, generation, names = cell.state_bytes(), cell.generation, list(cell.entities)
+    with pytest.raises(CellError, match="cannot be added"):
+        cell.add(entity(), pose((0, 2, 0)))
+    assert cell.state_bytes() == before
+    assert (cell.generation, list(cell.entities)) == (generation, names)
+    cell.add(Cube(), pose((0, 3, 1)))
+    cell.step(10)
+
+
+def test_an_edit_that_fails_undoes_all_of_it(cell):
+    before, names = cell.state_bytes(), list(cell.entities)
+    with pytest.raises(CellError), cell.editing():
+        cell.add(Cube(), pose((0, 2, 1)))
+        cell.remove("cube")
+        cell.add(Broken())
+    assert cell.state_bytes() == before
+    assert list(cell.entities) == names
+    cell.step(10)
+
+
+def test_an_edit_compiles_once_for_all_that_it_changes(cell):
+    generation = cell.generation
+    with cell.editing():
+        cell.add(Cube(), pose((0, 2, 1)))
+        cell.add(Cube(), pose((0, 3, 1)))
+    assert cell.generation == generation + 1
+    assert {"cube_1", "cube_2"} < cell.objects.keys()
+
+
+def test_hooks_run_again_after_each_compile_and_initialisation_only_once():
+    cell, pendulum = Cell(), Pendulum()
+    cell.add(pendulum)
+    cell.add(Cube(), pose((1, 1, 1)))
+    assert pendulum.events == ["compiled", "initialised", "compiled"]
+
+
+def test_an_unknown_name_offers_the_nearest(cell):
+    with pytest.raises(CellError, match="did you mean 'cube'"):
+        cell.remove("cub")
+    with pytest.raises(CellError, match="did you mean 'pendulum'"):
+        cell.pose("pendulun")
+
+
+def test_an_entity_stands_in_one_place_only(cell):
+    with pytest.raises(CellError, match="already stands"):
+        cell.add(cell.find("cube"))
+
+
+def test_pose_and_velocity_of_a_free_entity_are_in_the_world():
+    cell = Cell()
+    cell.add(Cube(), pose((0, 0, 5), (0.5, 0.5, 0.5, 0.5)))
+    cell.data.qvel[:] = (1, 2, 3, 4, 0, 0)  # turns about its own x axis, the world's y
+    np.testing.assert_allclose(cell.velocity("cube"), (1, 2, 3, 0, 4, 0), atol=1e-12)
+    before = cell.pose("cube")
+    cell.step()
+    moved = cell.pose("cube").translation - before.translation
+    np.testing.assert_allclose(moved, (1e-3, 2e-3, (3 - 9.81e-3) * 1e-3), atol=1e-12)
+    np.testing.assert_allclose(
+        cell.pose("cube").rotation @ before.rotation.T,
+        [[np.cos(4e-3), 0, np.sin(4e-3)], [0, 1, 0], [-np.sin(4e-3), 0, np.cos(4e-3)]],
+        atol=1e-12,
+    )
+
+
+def test_a_state_comes_back_with_the_objects_that_were_there(cell):
+    cell.add(Cube(size=0.04, mass=0.1), pose((0, 2, 0.5)))
+    cell.step(30)
+    state = cell.get_state()
+    cell.step(20)
+    future = cell.state_bytes()
+
+    arena = Arena()
+    arena.mjcf_model.worldbody.add("body", name="target", mocap="true")
+    other = Cell(arena)
+    other.add(Pendulum())
+    other.set_state(state, lambda entry: Cube(**entry["parameters"]))
+    assert other.get_state() == state
+    other.step(20)
+    assert other.state_bytes() == future
+
+
+def test_a_state_with_an_unknown_object_and_no_factory_changes_nothing(cell):
+    state = cell.get_state()
+    other = Cell()
+    other.add(Pendulum())
+    names = list(other.entities)
+    with pytest.raises(CellError, match="'cube'"):
+        other.set_state(state)
+    assert list(other.entities) == names
+
+
+def test_the_same_entities_give_the_same_bits_in_a_composer_environment():
+    cell = Cell()
+    cell.add(Pendulum())
+    cell.add(Cube(), pose((0.2, 0.0, 0.3), (0.9, 0.1, 0.2, 0.3)))
+    cell.step(1000)
+
+    world = Cell()
+    world.add(Pendulum())
+    world.add(Cube(), pose((0.2, 0.0, 0.3), (0.9, 0.1, 0.2, 0.3)))
+    environment = composer.Environment(composer.NullTask(world.arena), random_state=0)
+    environment.reset()
+    for _ in range(1000):
+        environment.step(np.zeros(1))
+    state = np.empty(mujoco.mj_stateSize(cell.model, mujoco.mjtState.mjSTATE_INTEGRATION))
+    physics = environment.physics
+    mujoco.mj_getState(
+        physics.model.ptr, physics.data.ptr, state, mujoco.mjtState.mjSTATE_INTEGRATION
+    )
+    assert state.tobytes() == cell.state_bytes()
+
+
+def test_numbers_that_are_not_finite_are_a_fault_and_not_a_silent_restart(cell):
+    cell.step(10)
+    cell.data.qvel[0] = np.nan
+    with pytest.raises(PhysicsDiverged, match="QVEL|QACC"):
+        cell.step(2)
+    assert cell.time > 0.005

@@ -1,0 +1,143 @@
+"""Who touches whom and how hard, against weights computed by hand."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from dm_control import composer, mjcf
+
+from bt_manip.cell import Cell, CellError, Cube, Table
+from bt_manip.spatial import pose
+
+G = 9.81
+SURFACE = 1.015
+
+
+@pytest.fixture
+def cell():
+    """A light cube on a heavy one on the table."""
+    cell = Cell()
+    with cell.editing():
+        cell.add(Table())
+        cell.add(Cube(mass=2.0), pose((0.1, 0.2, SURFACE + 0.025)), name="heavy")
+        cell.add(Cube(mass=0.5), pose((0.1, 0.2, SURFACE + 0.075)), name="light")
+    cell.step(500)
+    return cell
+
+
+def test_pairs_are_named_by_entity_and_come_once(cell):
+    assert cell.contacts.pairs() == [("heavy", "light"), ("heavy", "table")]
+    assert cell.contacts.touching("heavy")
+    assert cell.contacts.touching("light", "heavy")
+    assert not cell.contacts.touching("light", "table")
+    assert cell.contacts.partners("heavy") == ["light", "table"]
+
+
+def test_the_normal_force_is_the_weight_above(cell):
+    force = cell.contacts.between("table", "heavy")
+    assert force.normal == pytest.approx(2.5 * G, rel=1e-3)
+    np.testing.assert_allclose(force.force, (0, 0, 2.5 * G), atol=0.03)
+    assert cell.contacts.between("heavy", "table").force[2] == pytest.approx(-2.5 * G, rel=1e-3)
+    assert cell.contacts.between("light", "table").normal == 0
+
+
+def test_the_wrench_of_a_resting_object_is_its_weight(cell):
+    wrench = cell.contacts.wrench("light")
+    np.testing.assert_allclose(wrench.force, (0, 0, 0.5 * G), rtol=1e-3, atol=1e-3)
+    np.testing.assert_allclose(wrench.torque, 0, atol=1e-3)
+    both_sides = cell.contacts.wrench("heavy")  # table up, light cube down
+    np.testing.assert_allclose(both_sides.force, (0, 0, 2.0 * G), rtol=1e-3, atol=1e-3)
+
+
+def test_a_wrench_is_given_at_a_point_in_a_frame(cell):
+    at_origin = cell.contacts.wrench("light", point=np.zeros(3))
+    # r x f with r = (0.1, 0.2, z), f = (0, 0, m g)
+    np.testing.assert_allclose(at_origin.torque, (0.2 * 0.5 * G, -0.1 * 0.5 * G, 0), atol=5e-3)
+    T_wf = pin.SE3(pin.utils.rotate("x", np.pi / 2), np.array([0.0, 0.2, 0.0]))
+    turned = cell.contacts.wrench("light", frame=T_wf)
+    np.testing.assert_allclose(turned.force, (0, 0.5 * G, 0), atol=5e-3)
+    # About (0, 0.2, 0) the torque is (0, -0.1 m g, 0) in the world: along -z of the turned frame.
+    np.testing.assert_allclose(turned.torque, (0, 0, 0.1 * 0.5 * G), atol=5e-3)
+
+
+def test_friction_stays_inside_its_cone():
+    """On a slope of 20 degrees a cube holds with m g sin and slides where mu is below tan."""
+    slope = np.radians(20)
+    for mu, slides in ((0.6, False), (0.3, True)):
+        cell = Cell()
+        cell.arena.mjcf_model.option.gravity = (G * np.sin(slope), 0, -G * np.cos(slope))
+        cell.arena.mjcf_model.find("geom", "floor").friction = (1e-5, 0.005, 0.0001)
+        cell.add(Cube(mass=1.0, friction=mu), pose((0, 0, 0.025)))
+        cell.step(300)
+        force = cell.contacts.between("world", "cube")
+        assert force.normal == pytest.approx(G * np.cos(slope), rel=2e-3)
+        expected = min(np.sin(slope), mu * np.cos(slope)) * G
+        assert force.friction == pytest.approx(expected, rel=5e-3)
+        assert (np.linalg.norm(cell.velocity("cube")[:3]) > 0.05) == slides
+
+
+def test_nothing_touches_in_the_air():
+    cell = Cell()
+    cell.add(Cube(), pose((0, 0, 3)))
+    cell.step(3)
+    assert cell.contacts.pairs() == []
+    assert not cell.contacts.touching("cube")
+    np.testing.assert_array_equal(cell.contacts.wrench("cube").force, 0)
+
+
+def test_penetration_is_the_deepest_overlap():
+    cell = Cell()
+    cell.add(Cube(), pose((0, 0, 0.024)))
+    cell.step()
+    assert cell.contacts.penetration("cube", "world") == pytest.approx(0.001, abs=1e-4)
+    assert cell.contacts.penetration("world", "cube") == cell.contacts.penetration("cube", "world")
+
+
+def test_an_unknown_body_offers_the_nearest(cell):
+    with pytest.raises(CellError, match="did you mean 'heavy'"):
+        cell.contacts.wrench("heavi")
+
+
+class Claw(composer.Entity):
+    """A fixed post with a finger beside it."""
+
+    def _build(self):
+        self.root = mjcf.from_xml_string("""
+            <mujoco model="claw"><worldbody>
+              <body name="post" pos="0 0 0.2">
+                <geom size="0.05" mass="1"/>
+                <body name="finger" pos="0.2 0 0"><geom size="0.05" mass="1"/></body>
+              </body>
+            </worldbody></mujoco>""")
+
+    @property
+    def mjcf_model(self):
+        return self.root
+
+    @property
+    def finger_bodies(self):
+        return [self.root.find("body", "finger")]
+
+
+def test_fingers_may_touch_and_the_rest_of_a_robot_may_not():
+    cell = Cell()
+    cell.add(Claw())
+    cell.add(Cube(), pose((0.2, 0, 0.274)))  # rests on the finger
+    cell.step()
+    assert cell.touch.judge() == ((), ("cube",), True)
+    cell.add(Cube(), pose((0, 0, 0.274)))  # rests on the post
+    cell.step()
+    assert cell.touch.judge().unexpected == (("claw/post", "cube_1"),)
+    assert cell.touch.judge().held == ("cube",)
+
+
+def test_a_held_thing_that_meets_another_is_not_free():
+    cell = Cell()
+    cell.add(Claw())
+    cell.add(Cube(), pose((0.2, 0, 0.274)))
+    cell.add(Cube(), pose((0.2, 0, 0.3235)))
+    cell.step(2)
+    assert cell.touch.judge() == ((), ("cube",), False)
+
+
+def test_things_that_are_not_robots_touch_each_other_as_they_like(cell):
+    assert cell.touch.judge() == ((), (), True)
