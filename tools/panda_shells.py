@@ -1,8 +1,10 @@
 """Write the rounded shells of `models/panda/panda.xml` as inline meshes.
 
-A shell is a row of rings. Each ring spans two points of the link's silhouette, seen at right angles to its
-plane of symmetry, and has a depth: tables of a few millimetres, read off the proportions of the real arm.
-Where a shell meets its neighbour at a joint it stays open. Run it after changing a table:
+A shell is a row of rings. Each ring spans two points of the link's silhouette, seen at right
+angles to its plane of symmetry, and has a depth: short tables in millimetres, in the proportions of
+the real arm. Where a shell meets its neighbour at a joint it stays open. The whole model travels as
+text through PyMJCF whenever a cell is compiled, so the tables spend vertices and triangles sparingly.
+Run it after changing one:
 
     python tools/panda_shells.py
 """
@@ -23,8 +25,9 @@ BLOCK = re.compile(r"( *<!-- Shells.*?-->\n *<asset>\n)(.*?)( *</asset>\n)", re.
 class Loft(NamedTuple):
     """Describe a shell by rings from one end to the other [mm].
 
-    A ring is (u0, v0, u1, v1, depth): its first and last silhouette point in the plane of symmetry and its
-    half width at right angles to it. Exponent 2 makes an ellipse, larger ones a rounded rectangle.
+    A ring is (u0, v0, u1, v1, depth): its first and last silhouette point in the plane of symmetry
+    and its half width at right angles to it. Exponent 2 makes an ellipse, larger ones a rounded
+    rectangle.
     """
 
     axes: str  # which link axes are u, v and the depth
@@ -72,7 +75,7 @@ SHELLS: dict[str, Loft | Hull] = {
         ),
         segments=10,
     ),
-    # link1, and link2 turned by -90 deg about x: from the tube round a tight bend to half of a joint.
+    # link1, and link2 turned by -90 deg about x: from the tube round a bend to half of a joint.
     "shoulder": Loft(
         "yzx",
         (
@@ -272,11 +275,9 @@ def loft(shell: Loft) -> tuple[np.ndarray, np.ndarray]:
             lid = [first, second] if at_end else [second, first]
             triangles.append(np.stack([*lid, np.full(n, tip)], -1))
     faces = np.vstack(triangles)
-    # Whether rings run with or against the right hand depends on the axes: make the volume positive.
-    closed = vertices - vertices.mean(0)
-    volume = np.einsum(
-        "ij,ij->", closed[faces[:, 0]], np.cross(closed[faces[:, 1]], closed[faces[:, 2]])
-    )
+    # Whether rings turn right- or left-handed depends on the axes: make the volume positive.
+    a, b, c = (vertices[faces[:, i]] - vertices.mean(0) for i in range(3))
+    volume = np.einsum("ij,ij->", a, np.cross(b, c))
     return vertices, faces if volume > 0 else faces[:, ::-1]
 
 
@@ -304,7 +305,8 @@ def mesh_element(name: str, shell: Loft | Hull) -> str:
     if isinstance(shell, Hull) or shell.convex:
         vertices, faces = corners(vertices), None
     numbers = " ".join(f"{x:g}" for x in np.round(vertices, 1).ravel() + 0.0)  # + 0.0: no -0
-    text = f'    <mesh name="{name}" inertia="shell" scale="0.001 0.001 0.001"\n      vertex="{numbers}"'
+    text = f'    <mesh name="{name}" inertia="shell" scale="0.001 0.001 0.001"'
+    text += f'\n      vertex="{numbers}"'
     if faces is not None:
         text += f'\n      face="{" ".join(map(str, faces.ravel()))}"'
     return text + "/>\n"
