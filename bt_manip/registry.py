@@ -88,6 +88,15 @@ class Registry(Generic[T]):
         """
         return copy.deepcopy(self._find(name)[0])
 
+    def create(self, name: str, *arguments: Any, **parameters: Any) -> Any:
+        """Call a part that is a factory.
+
+        Raises:
+            UnknownPartError: When there is none of this name; it offers the nearest names.
+        """
+        factory: Any = self.get(name)
+        return factory(*arguments, **parameters)
+
     def owner(self, name: str) -> str:
         """Name the plugin that brought a part.
 

@@ -1,1 +1,1 @@
-"""The command line."""
+"""The command line; its modules import nothing heavy before a command runs."""

@@ -1,1 +1,1 @@
-"""What a person sees while a tree runs."""
+"""Watching a run: in the terminal, or in MuJoCo's own window."""

@@ -1,0 +1,59 @@
+"""The built-in parts, which come through the same hooks as everyone's.
+
+Everything is imported inside the hooks, so that this module costs nothing by itself.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from bt_manip.hookspecs import hookimpl
+
+
+@hookimpl
+def register_objects(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Bring table, basket and cube."""
+    from bt_manip.cell import objects
+
+    register("basket", objects.Basket)
+    register("cube", objects.Cube)
+    register("table", objects.Table)
+
+
+@hookimpl
+def register_robots(register: Callable[[Any], None]) -> None:
+    """Bring the Panda."""
+    from bt_manip.robots import panda
+
+    register(panda())
+
+
+@hookimpl
+def register_controllers(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Bring computed torque, and the plain PD beside it."""
+    from bt_manip import control
+
+    register("computed_torque", control.ComputedTorque)
+    register("gravity_compensated_pd", control.GravityCompensatedPD)
+
+
+@hookimpl
+def register_behaviours(register: Callable[..., None]) -> None:
+    """Bring the behaviours of picking and placing."""
+    from bt_manip import behaviours
+
+    for name in (
+        "SpawnObject", "RemoveObject", "ObjectExists",
+        "Hover", "Reach", "Grasp", "Lift", "Drop", "IsHolding",
+        "OpenGripper", "CloseGripper",
+        "MoveToPose", "MoveToConfiguration", "MoveHome", "IsAt",
+    ):  # fmt: skip
+        register(getattr(behaviours, name))
+
+
+@hookimpl
+def register_trees(register: Callable[[str, Any], None]) -> None:
+    """Bring all trees that travel with the package."""
+    from bt_manip.models import bundled_root
+
+    for path in sorted(bundled_root("trees").glob("*.xml")):
+        register(path.stem, path)

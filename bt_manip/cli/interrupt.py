@@ -1,0 +1,96 @@
+"""Ctrl-C, heard at any moment and obeyed in order."""
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+INTERRUPTED = 130
+"""Exit code after Ctrl-C: 128 + SIGINT, as a shell has it."""
+
+PATIENCE = 2.0
+"""Wall time after which a run that does not stop by itself is stopped [s]."""
+
+
+class Interrupt:
+    """Turns the first Ctrl-C (or SIGTERM) into the end of what is going on.
+
+    What it does depends on what is going on: see `raised`, `held` and `patient`. Every further
+    one is ignored: it cannot break what the first one has to finish.
+    """
+
+    def __init__(self) -> None:
+        """Begin uninterrupted, without listening yet."""
+        self.requested = False
+        self.exit_code = 0
+        self._mode = "raised"
+
+    def install(self) -> None:
+        """Listen to the signals."""
+        signal.signal(signal.SIGINT, self._signalled)
+        signal.signal(signal.SIGTERM, self._signalled)
+
+    def close(self) -> None:
+        """Ignore the signals: what is left to do is to leave."""
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+
+    @contextmanager
+    def raised(self) -> Iterator[None]:
+        """Raise KeyboardInterrupt where the program is; the mode at the beginning.
+
+        Raises:
+            KeyboardInterrupt: Also when the interrupt came before the block.
+        """
+        with self._in_mode("raised"):
+            if self.requested:
+                raise KeyboardInterrupt
+            yield
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Only set `requested`."""
+        with self._in_mode("held"):
+            yield
+
+    @contextmanager
+    def patient(self) -> Iterator[None]:
+        """Set `requested`, which a run looks at between ticks, so that it ends between steps.
+
+        Raises:
+            KeyboardInterrupt: When the block does not end within `PATIENCE` from then on, because
+                a plugin hangs.
+        """
+        try:
+            with self._in_mode("patient"):
+                yield
+        finally:
+            self._alarm(0.0)
+
+    @contextmanager
+    def _in_mode(self, mode: str) -> Iterator[None]:
+        before, self._mode = self._mode, mode
+        try:
+            yield
+        finally:
+            self._mode = before
+
+    def _signalled(self, number: int, frame: FrameType | None) -> None:
+        if self.requested:
+            return
+        self.requested = True
+        self.exit_code = 128 + number
+        if self._mode == "raised":
+            raise KeyboardInterrupt
+        if self._mode == "patient":
+            self._alarm(PATIENCE)
+
+    def _alarm(self, after: float) -> None:
+        """Have KeyboardInterrupt raised in the run after some time; 0 calls it off."""
+        if hasattr(signal, "setitimer"):
+            signal.signal(signal.SIGALRM, self._out_of_patience)
+            signal.setitimer(signal.ITIMER_REAL, after)
+
+    def _out_of_patience(self, number: int, frame: FrameType | None) -> None:
+        if self._mode == "patient":
+            raise KeyboardInterrupt

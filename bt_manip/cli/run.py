@@ -1,0 +1,269 @@
+"""``bt-manip run``: a tree in a cell, watched and reported."""
+
+import os
+import traceback
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bt_manip.cli.interrupt import INTERRUPTED, Interrupt
+from bt_manip.cli.settings import parse_settings
+from bt_manip.exceptions import BtManipError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from bt_manip.plugins import Plugins
+    from bt_manip.recording.recorder import Recorder
+    from bt_manip.recording.report import RunReport
+    from bt_manip.recording.trace import Trace
+    from bt_manip.runner.observer import RunObserver
+
+CYCLE_FAILED = 1
+FAULT = 3
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """What stands behind ``bt-manip run``."""
+
+    tree: str
+    cycles: int
+    seed: int
+    robot: str
+    controller: str
+    settings: dict[str, str]
+    tick_ms: float
+    real_time: float | None
+    view: bool
+    report: Path | None
+    trace: Path | None
+    quiet: bool
+
+
+EXIT_CODES = (
+    "Exit codes: 0 every cycle succeeded, 1 a cycle failed, 2 bad input, 3 a fault inside (a "
+    "plugin raised, the physics diverged), 130 interrupted."
+)
+
+
+@click.command(epilog=EXIT_CODES)
+@click.argument("tree")
+@click.option(
+    "--cycles", default=1, show_default=True, metavar="N",
+    help="Runs of the tree from idle to SUCCESS or FAILURE; 0 goes on until Ctrl-C.",
+)  # fmt: skip
+@click.option("--seed", default=0, show_default=True, metavar="S", help="Seed of all randomness.")
+@click.option("--robot", default="panda", show_default=True, metavar="R", help="Robot to use.")
+@click.option(
+    "--controller", default="computed_torque", show_default=True, metavar="C",
+    help="Controller of the arm.",
+)  # fmt: skip
+@click.option(
+    "--set", "settings", multiple=True, metavar="KEY=VALUE",
+    help="Set a key that the tree declares; may be given more than once.",
+)  # fmt: skip
+@click.option(
+    "--tick", "tick_ms", default=10.0, show_default=True, metavar="MS",
+    help="Simulated time between two ticks of the tree [ms].",
+)  # fmt: skip
+@click.option(
+    "--real-time", type=float, metavar="X",
+    help="Slow down to X simulated seconds per second; as fast as it can without.",
+)  # fmt: skip
+@click.option("--view", is_flag=True, help="Open MuJoCo's window.")
+@click.option(
+    "--report", type=click.Path(path_type=Path), metavar="FILE",
+    help="Write what happened as JSON.",
+)  # fmt: skip
+@click.option(
+    "--trace", type=click.Path(path_type=Path), metavar="FILE.npz",
+    help="Write t, q, v, q_ref, v_ref, a_ref and tau of every control step.",
+)  # fmt: skip
+@click.option("--quiet", is_flag=True, help="Print nothing but warnings and errors.")
+@click.pass_obj
+def run(interrupt: Interrupt, settings: tuple[str, ...], **options: Any) -> int:
+    """Run TREE in a cell.
+
+    TREE is a registered name (see: bt-manip list trees), path.xml, path.py:function, or
+    package.module:function.
+    """
+    return execute(RunOptions(settings=parse_settings(settings), **options), interrupt)
+
+
+def execute(options: RunOptions, interrupt: Interrupt) -> int:
+    """Run a tree as the options say, and write what they ask for.
+
+    Returns:
+        The exit code.
+
+    Raises:
+        BtManipError: For bad input; nothing has been simulated or written then.
+    """
+    _check_files(options)
+    job = _Job(options, interrupt)
+    # Whatever happens and whenever: from here on the way leads through finish().
+    with interrupt.held():
+        try:
+            code = job.run()
+        except KeyboardInterrupt:
+            code = INTERRUPTED
+        except Exception as error:
+            # An interrupt that hits an import can come out of it as something else.
+            if isinstance(error, BtManipError) and not job.started and not interrupt.requested:
+                raise
+            code = INTERRUPTED if interrupt.requested else job.fault(error)
+        return job.finish(INTERRUPTED if interrupt.requested else code)
+
+
+class _Job:
+    """One run from its options to its report."""
+
+    def __init__(self, options: RunOptions, interrupt: Interrupt) -> None:
+        self._options = options
+        self._interrupt = interrupt
+        self._plugins: Plugins | None = None
+        self._recorder: Recorder | None = None
+        self._trace: Trace | None = None
+        self._error = ""
+        self.started = False
+
+    def run(self) -> int:
+        """Prepare the run and go through it; give the exit code of one that ends by itself."""
+        with self._interrupt.raised():
+            prepared, observers = self._prepare()
+        self.started = True
+        with self._interrupt.patient():
+            prepared.execute(observers, stop=lambda: self._interrupt.requested)
+        return 0
+
+    def _prepare(self) -> tuple[Any, list["RunObserver"]]:
+        """Find everything that is wrong before anything is simulated."""
+        options = self._options
+        window = self._window()
+        from rich.console import Console
+
+        from bt_manip.plugins import load_plugins
+        from bt_manip.runner import prepare
+        from bt_manip.runner.request import RunRequest
+        from bt_manip.runner.tree_source import find_tree
+
+        self._plugins = load_plugins(warn=_warn)
+        parts = self._plugins.parts
+        request = RunRequest(
+            tree=find_tree(options.tree, {name: parts.trees.get(name) for name in parts.trees}),
+            robot=options.robot,
+            controller=options.controller,
+            cycles=options.cycles,
+            seed=options.seed,
+            tick=options.tick_ms / 1e3,
+            settings=options.settings,
+            real_time=options.real_time,
+        )
+        prepared = prepare(request, parts)
+
+        from bt_manip.recording.recorder import Recorder
+        from bt_manip.recording.trace import Trace
+
+        self._console = Console(quiet=options.quiet)
+        self._trace = Trace(options.trace) if options.trace else None
+        self._recorder = Recorder(request.tree.name, request.seed, self._trace)
+        observers: list[RunObserver] = [self._recorder]
+        if not options.quiet:
+            observers.append(_terminal(self._console, options.cycles))
+        if window:
+            from bt_manip.viewer.window import Window
+
+            observers.append(Window())
+        return prepared, observers
+
+    def fault(self, error: Exception) -> int:
+        """Say what is broken, and whose it is."""
+        owner = self._plugins.blame(error) if self._plugins else None
+        by = f"plugin '{owner.name}' {owner.version}".rstrip() + ": " if owner else ""
+        text = str(error) or "no message"
+        if not isinstance(error, BtManipError):
+            traceback.print_exception(error)
+            text = f"{type(error).__name__}: {text}"
+        self._error = f"{by}{text}"
+        click.echo(f"Error: the run ended by a fault: {self._error}", err=True)
+        return FAULT
+
+    def finish(self, code: int) -> int:
+        """Write and print what there is; give the exit code of the whole."""
+        status = {FAULT: "ERROR", 0: None}.get(code, "INTERRUPTED")
+        report = self._report(status)
+        if code == 0 and report.status != "SUCCESS":
+            code = CYCLE_FAILED
+        with ExitStack() as stack:
+            # In this order from the last to the first, each even when another one fails.
+            if self._recorder is not None:
+                stack.callback(self._print_cycles, report)
+            if self._options.report is not None:
+                stack.callback(report.write, self._options.report)
+            if self._trace is not None:
+                stack.callback(self._trace.close)
+        return code
+
+    def _report(self, status: str | None) -> "RunReport":
+        if self._recorder is not None:
+            return self._recorder.report(status, self._error)
+        import hashlib
+
+        from bt_manip.recording.report import RunReport, versions
+
+        return RunReport(
+            tree=self._options.tree,
+            seed=self._options.seed,
+            status=status or "INTERRUPTED",
+            state_digest=hashlib.sha256().hexdigest(),
+            versions=versions(),
+            error=self._error,
+        )
+
+    def _print_cycles(self, report: "RunReport") -> None:
+        from bt_manip.cli.cycle_table import print_cycles
+
+        print_cycles(self._console, report)
+
+    def _window(self) -> bool:
+        """Tell whether there will be a window; settle how mujoco draws before it is imported."""
+        if self._options.view:
+            from bt_manip.viewer.display import NoDisplayError, require_display
+
+            try:
+                require_display()
+                return True
+            except NoDisplayError as error:
+                _warn(f"--view: {error}; the run goes on without a window")
+        os.environ.setdefault("MUJOCO_GL", "disable")
+        return False
+
+
+def _check_files(options: RunOptions) -> None:
+    """Make sure that what the user wants written can be."""
+    from bt_manip.recording.files import check_writable
+
+    if options.report is not None:
+        check_writable(options.report, "report")
+    if options.trace is not None:
+        check_writable(options.trace, "trace")
+        if options.report is not None and options.trace.absolute() == options.report.absolute():
+            raise BtManipError(f"report and trace cannot both be '{options.trace}'")
+
+
+def _terminal(console: "Console", cycles: int) -> "RunObserver":
+    if console.is_terminal and not console.is_dumb_terminal:
+        from bt_manip.viewer.terminal_view import TerminalView
+
+        return TerminalView(console, cycles=cycles)
+    from bt_manip.viewer.plain_view import PlainView
+
+    return PlainView(console, cycles=cycles)
+
+
+def _warn(message: str) -> None:
+    click.echo(f"Warning: {message}", err=True)

@@ -1,0 +1,74 @@
+"""Whether an object has come to rest where it belongs, judged by the physics alone."""
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+CONTAINER = "container"
+"""Category of the objects that others are placed in."""
+
+STILL = 5e-3  # [m/s]
+STILL_TURNING = 0.2  # [rad/s], a corner of a 50 mm cube at 9 mm/s
+
+
+class Placement:
+    """Judges objects against the containers of one compiled model of a cell."""
+
+    def __init__(self, cell: Any) -> None:
+        """Measure the containers.
+
+        Args:
+            cell: The cell; it must not be compiled anew while this judges.
+        """
+        self._cell = cell
+        self.objects = {
+            name: entity for name, entity in cell.objects.items() if _is_free(cell, name)
+        }
+        self._boxes = {
+            name: _box(cell, name)
+            for name, entity in cell.objects.items()
+            if getattr(entity, "category", "") == CONTAINER
+        }
+
+    def placed(self, name: str) -> bool:
+        """Tell whether an object rests in a container and touches only it and other objects.
+
+        Args:
+            name: An object that moves freely.
+        """
+        return any(self._rests_in(name, container) for container in self._boxes)
+
+    def _rests_in(self, name: str, container: str) -> bool:
+        cell = self._cell
+        lower, upper = self._boxes[container]
+        centre = cell.pose(container).actInv(cell.pose(name).translation)
+        if container == name or (centre < lower).any() or (centre > upper).any():
+            return False
+        velocity = cell.velocity(name)
+        if np.linalg.norm(velocity[:3]) > STILL or np.linalg.norm(velocity[3:]) > STILL_TURNING:
+            return False
+        partners = {label.partition("/")[0] for label in cell.contacts.partners(name)}
+        return bool(partners) and partners <= {container, *self.objects}
+
+
+def _is_free(cell: Any, name: str) -> bool:
+    joint = mujoco.mj_name2id(cell.model, mujoco.mjtObj.mjOBJ_JOINT, f"{name}/")
+    return joint >= 0 and int(cell.model.jnt_type[joint]) == int(mujoco.mjtJoint.mjJNT_FREE)
+
+
+def _box(cell: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Measure the box around an entity's collision shapes, in its own frame."""  # 2 x (3,)
+    model, data = cell.model, cell.data
+    T_we = cell.pose(name)
+    lower, upper = np.full(3, np.inf), np.full(3, -np.inf)
+    for geom in range(model.ngeom):
+        body = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, model.geom_bodyid[geom]) or ""
+        if not body.startswith(f"{name}/") or not model.geom_contype[geom]:
+            continue
+        centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
+        R_eg = T_we.rotation.T @ data.geom_xmat[geom].reshape(3, 3)
+        middle = T_we.actInv(data.geom_xpos[geom]) + R_eg @ centre
+        reach = np.abs(R_eg) @ half
+        lower, upper = np.minimum(lower, middle - reach), np.maximum(upper, middle + reach)
+    return lower, upper

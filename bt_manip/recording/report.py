@@ -1,0 +1,154 @@
+"""What a run comes to, as plain values and as JSON."""
+
+import importlib.metadata
+import json
+import math
+import platform
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from bt_manip.recording.files import whole_file
+
+REPORTED_PACKAGES = (
+    "bt-manip", "mujoco", "dm-control", "pin", "ruckig", "py_trees", "numpy",
+)  # fmt: skip
+"""What the course of a run depends on beside the tree and the seed."""
+
+
+@dataclass(frozen=True)
+class Phase:
+    """One action leaf from its start to its end.
+
+    Attributes:
+        behaviour: The name that its class is registered under.
+        name: Its own name in the tree.
+        status: ``"SUCCESS"``, ``"FAILURE"``, or ``"HALTED"`` when something else ended it.
+        reason: Why it did not succeed.
+        start_s: Simulated time since the beginning of the cycle [s].
+        duration_s: Simulated time that it took [s].
+    """
+
+    behaviour: str
+    name: str
+    status: str
+    reason: str
+    start_s: float
+    duration_s: float
+
+
+@dataclass(frozen=True)
+class LimitUse:
+    """The largest fraction of each kind of limit that a joint used; 1.0 is the limit itself.
+
+    Position, velocity, acceleration and jerk are those of the reference, effort is the torque
+    that was commanded. Position counts from the middle of a joint's range.
+    """
+
+    position: float = 0.0
+    velocity: float = 0.0
+    acceleration: float = 0.0
+    jerk: float = 0.0
+    effort: float = 0.0
+
+
+@dataclass(frozen=True)
+class CycleReport:
+    """One run of the root from idle to SUCCESS or FAILURE.
+
+    Attributes:
+        status: ``"SUCCESS"`` or ``"FAILURE"``; ``"INTERRUPTED"`` or ``"ERROR"`` for the cycle
+            that was under way when the run ended before its time.
+        reason: Why it failed, with the path of the node.
+        object: Name of the object that it handled, or None.
+        placed: Whether physics says that the object rested inside the container, in the step
+            before it was removed; None for a tree that places nothing.
+        duration_s: Simulated time that it took [s].
+        phases: The action leaves in the order in which they ended.
+        grip_force_n: Normal force on the less loaded finger at the end of Grasp [N], or None.
+        max_tracking_error_rad: Largest difference of a joint to its reference at the same time
+            while neither fingers nor payload touched anything but each other, or None [rad].
+        limits: Largest fractions of limits used.
+        saturated_steps: Control steps in which the controller was cut off at an effort limit.
+        unexpected_contacts: Pairs of names of what touched though it should not.
+        max_torque_rate_nm_s: Largest change of a joint's torque [N m/s].
+        max_tool_speed_m_s: Largest speed of the tool's origin [m/s].
+    """
+
+    status: str
+    reason: str = ""
+    object: str | None = None
+    placed: bool | None = None
+    duration_s: float = 0.0
+    phases: tuple[Phase, ...] = ()
+    grip_force_n: float | None = None
+    max_tracking_error_rad: float | None = None
+    limits: LimitUse = field(default_factory=LimitUse)
+    saturated_steps: int = 0
+    unexpected_contacts: tuple[tuple[str, str], ...] = ()
+    max_torque_rate_nm_s: float = 0.0
+    max_tool_speed_m_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class RunReport:
+    """A whole run.
+
+    Attributes:
+        tree: The tree as the user named it.
+        seed: Seed of all randomness.
+        status: ``"SUCCESS"``, ``"FAILURE"`` when any cycle failed, ``"INTERRUPTED"``, or
+            ``"ERROR"``.
+        cycles: Its cycles, in order.
+        simulated_s: Simulated time [s].
+        wall_s: Time on the clock on the wall [s].
+        real_time_factor: Simulated time over wall time.
+        state_digest: SHA-256 over the states and node statuses after every tick.
+        versions: Versions of what the run depends on, by package.
+        error: What ended the run when its status is ``"ERROR"``, with the plugin it came from.
+    """
+
+    tree: str
+    seed: int
+    status: str
+    cycles: tuple[CycleReport, ...] = ()
+    simulated_s: float = 0.0
+    wall_s: float = 0.0
+    real_time_factor: float = 0.0
+    state_digest: str = ""
+    versions: dict[str, str] = field(default_factory=dict)
+    error: str = ""
+
+    def to_json(self) -> str:
+        """Give the report as JSON text; a number that is not finite becomes null."""
+        return json.dumps(_plain(asdict(self)), indent=2, allow_nan=False) + "\n"
+
+    def write(self, path: Path) -> None:
+        """Write the report as JSON, whole or not at all.
+
+        Raises:
+            OSError: When the file cannot be written.
+        """
+        with whole_file(path) as file:
+            file.write(self.to_json().encode())
+
+
+def versions() -> dict[str, str]:
+    """Give the versions of Python and of what the course of a run depends on."""
+    found = {"python": platform.python_version()}
+    for name in REPORTED_PACKAGES:
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            found[name] = "unknown"
+    return found
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,59 @@
+"""The view of a run where the output is no terminal: a line when something has happened."""
+
+from typing import Any
+
+from rich.console import Console
+
+from bt_manip.runner.observer import RunObserver
+
+
+class PlainView(RunObserver):
+    """Prints a line for each cycle, and for each phase when there is only one cycle."""
+
+    def __init__(self, console: Console, *, cycles: int) -> None:
+        """Get ready to print.
+
+        Args:
+            console: Where to.
+            cycles: How many cycles there will be; 0 for no end.
+        """
+        self._console = console
+        self._cycles = cycles
+        self._cycle = 0
+
+    def run_started(self, run: Any) -> None:
+        """Watch the tree's leaves, when each of them gets a line."""
+        self._run = run
+        self._cell = run.station.cell
+        self._start = self._cell.time
+        if self._cycles == 1:
+            run.tree.observers.append(self._node_changed)
+
+    def cycle_started(self, cycle: int) -> None:
+        """Note when it began."""
+        self._cycle = cycle
+        self._start = self._cell.time
+
+    def cycle_ended(self, status: str, reason: str) -> None:
+        """Print how it went."""
+        total = f"/{self._cycles}" if self._cycles else ""
+        line = f"cycle {self._cycle + 1}{total}: {status} after {self._elapsed:.2f} s"
+        self._print(f"{line}: {reason}" if reason else line)
+
+    def run_ended(self) -> None:
+        """Let go of the tree."""
+        if self._node_changed in self._run.tree.observers:
+            self._run.tree.observers.remove(self._node_changed)
+
+    @property
+    def _elapsed(self) -> float:
+        return float(self._cell.time - self._start)
+
+    def _node_changed(self, node: Any, old: Any, new: Any) -> None:
+        if node.children or new.name not in ("SUCCESS", "FAILURE"):
+            return
+        message = f": {node.feedback_message}" if node.feedback_message else ""
+        self._print(f"{self._elapsed:7.2f} s  {new.name:7}  {node.name}{message}")
+
+    def _print(self, line: str) -> None:
+        self._console.print(line, markup=False, highlight=False, soft_wrap=True)

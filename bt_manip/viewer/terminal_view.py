@@ -1,0 +1,107 @@
+"""The live view of a run in a terminal."""
+
+import time
+from typing import Any
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.text import Text
+
+from bt_manip.runner.observer import RunObserver
+from bt_manip.viewer.tree_text import running_leaves, tree_lines
+
+REFRESH = 0.125
+"""Wall time between two pictures [s]; drawing one takes some milliseconds."""
+
+
+class TerminalView(RunObserver):
+    """Shows the tree with statuses and reasons, the cycle, the phase and the real-time factor.
+
+    It is drawn between ticks, at most every `REFRESH` seconds of wall time, and never from a
+    thread of its own: so it sees a tree at rest and costs the run a few percent.
+    """
+
+    def __init__(self, console: Console, *, cycles: int) -> None:
+        """Get ready to draw.
+
+        Args:
+            console: A terminal.
+            cycles: How many cycles there will be; 0 for no end.
+        """
+        self._console = console
+        self._cycles = cycles
+        self._live: Live | None = None
+        self._ascii = not str(console.encoding).lower().startswith("utf")
+
+    def run_started(self, run: Any) -> None:
+        """Take the terminal."""
+        self._run = run
+        self._cycle = 0
+        self._ended = {"SUCCESS": 0, "FAILURE": 0}
+        self._wall_start = time.perf_counter()
+        self._next = 0.0
+        self._time_start = run.station.cell.time
+        self._live = Live(
+            console=self._console, auto_refresh=False, transient=True, vertical_overflow="crop"
+        )
+        self._live.start()
+
+    def cycle_started(self, cycle: int) -> None:
+        """Count."""
+        self._cycle = cycle
+
+    def after_tick(self) -> None:
+        """Draw, when it is time to."""
+        now = time.perf_counter()
+        if self._live is not None and now >= self._next:
+            self._live.update(self._picture(now), refresh=True)
+            self._next = time.perf_counter() + REFRESH
+
+    def cycle_ended(self, status: str, reason: str) -> None:
+        """Count, and leave the reason of a failure on the screen."""
+        self._ended[status] = self._ended.get(status, 0) + 1
+        if status != "SUCCESS" and self._live is not None:
+            self._console.print(
+                Text(f"cycle {self._cycle + 1} failed: {reason}", style="red"), soft_wrap=True
+            )
+
+    def run_ended(self) -> None:
+        """Give the terminal back as it was."""
+        live, self._live = self._live, None
+        if live is not None:
+            live.stop()
+
+    def _picture(self, now: float) -> Group:
+        run = self._run
+        lines = list(tree_lines(run.tree.root, status_of, ascii_only=self._ascii))
+        room = max(3, self._console.size.height - 3)
+        if len(lines) > room:
+            lines = _around_running(lines, room)
+        return Group(self._headline(now), *lines)
+
+    def _headline(self, now: float) -> Text:
+        simulated = self._run.station.cell.time - self._time_start
+        factor = simulated / max(now - self._wall_start, 1e-9)
+        total = f"/{self._cycles}" if self._cycles else ""
+        leaves = running_leaves(self._run.tree.root, status_of)
+        phase = leaves[-1].name if leaves else ""
+        line = Text(f"{self._run.request.tree.name}", style="bold")
+        line.append(f"  cycle {self._cycle + 1}{total}", style="not bold")
+        if self._ended["FAILURE"]:
+            line.append(f"  {self._ended['FAILURE']} failed", style="not bold red")
+        line.append(f"  {phase or '-'}", style="not bold yellow")
+        line.append(f"  {simulated:.2f} s  {factor:.1f} x real time", style="not bold")
+        return line
+
+
+def status_of(node: Any) -> str:
+    """Give the name of a node's status."""
+    return str(node.status.name)
+
+
+def _around_running(lines: list[Text], room: int) -> list[Text]:
+    """Choose the lines around the last one that runs; the root's line always stays."""
+    running = [i for i, line in enumerate(lines) if line.plain.lstrip()[:1] in ("▶", ">")]
+    middle = running[-1] if running else 0
+    first = min(max(1, middle - room // 2), len(lines) - room + 1)
+    return [lines[0], *lines[first : first + room - 1]]
