@@ -1,0 +1,37 @@
+# Everything works on a fresh clone with git, make and Python 3.11 or 3.12.
+.DEFAULT_GOAL := help
+.PHONY: help setup run test lint types bench soak
+
+READY := .venv/.ready
+BIN := .venv/bin
+SEEDS ?= 0 1 2
+
+help:  ## Show what there is
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/make \1\t\2/p' Makefile | expand -t 14
+
+setup: $(READY)  ## Make .venv with exact versions of everything
+
+$(READY): pyproject.toml constraints.txt tools/setup.sh $(wildcard plugins/*/pyproject.toml)
+	@PYTHON="$(PYTHON)" sh tools/setup.sh
+
+run: setup  ## Set up, and let the Panda drop a cube into the basket
+	$(BIN)/bt-manip run pick_place
+
+test: setup  ## Set up, and run all tests
+	$(BIN)/python -m pytest
+
+lint: setup  ## Check style
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: setup  ## Check types
+	$(BIN)/mypy
+
+bench: setup  ## Measure, and print tables
+	$(BIN)/python -m benchmarks
+
+soak: setup  ## Run a hundred cycles with each of SEEDS
+	@for seed in $(SEEDS); do \
+	    $(BIN)/bt-manip run pick_place --cycles 100 --seed $$seed --report soak-$$seed.json \
+	        || exit $$?; \
+	done
