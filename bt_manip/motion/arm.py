@@ -1,0 +1,335 @@
+"""The arm as behaviours and scripts command it."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.robots import Payload, Robot, RobotModel
+
+from .braking import brake
+from .effort import within_effort
+from .errors import MotionError
+from .inverse_kinematics import InverseKinematics
+from .jerk_profile import joint_profiles
+from .limit_check import limit_use, step_times
+from .paths import StraightPath
+from .timing import drive, path_limits, tightened
+from .tool_line import line_path
+from .trajectory import (
+    JointTrajectory,
+    SequenceTrajectory,
+    Trajectory,
+    trajectory_from_state,
+)
+
+MARGIN = 0.05  # [rad] that chosen configurations keep from the limits where they can
+
+
+class Arm:
+    """Plan motions and give the reference that a controller follows.
+
+    A motion is planned when it is asked for, as a whole and inside all limits, or a `MotionError`
+    says why it cannot be done and nothing changes. Afterwards `advance` moves the reference along
+    it. Asked for in the middle of another motion, a new one starts from the present reference
+    position, velocity and acceleration.
+
+    Attributes:
+        robot: The robot, for its measured joint positions.
+        model: Its model, with the payload.
+        ik: Its inverse kinematics.
+        q: Reference position [rad], read-only and live.  # (nq,)
+        v: Reference velocity [rad/s], read-only and live.  # (nq,)
+        a: Reference acceleration [rad/s2], read-only and live.  # (nq,)
+    """
+
+    def __init__(
+        self, robot: Robot, *, model: RobotModel | None = None, ik: InverseKinematics | None = None
+    ) -> None:
+        """Begin where the robot is.
+
+        Args:
+            robot: A compiled robot.
+            model: Its model; by default made from the robot.
+            ik: Its inverse kinematics; by default made from the model.
+        """
+        self.robot = robot
+        self.model = robot.make_model() if model is None else model
+        self.ik = InverseKinematics(self.model) if ik is None else ik
+        self._q, self._v, self._a = (np.zeros(self.model.nq) for _ in range(3))
+        self.q, self.v, self.a = (x.view() for x in (self._q, self._v, self._a))
+        for view in (self.q, self.v, self.a):
+            view.setflags(write=False)
+        self.reset()
+
+    def reset(self, q: np.ndarray | None = None) -> None:
+        """Forget all motion and stand at a configuration, by default where the robot is."""
+        self._q[:] = self.robot.q if q is None else q
+        self._v[:] = self._a[:] = 0.0
+        self._trajectory: Trajectory | None = None
+        self._start = 0.0  # [s] into the trajectory, where the table begins
+        self._dt = 1e-3
+        self._step = self._last = 0
+
+    # What is moved
+
+    @property
+    def payload(self) -> Payload | None:
+        """What the arm carries; efforts of motions planned from now on count it in."""
+        return self.model.payload
+
+    @payload.setter
+    def payload(self, payload: Payload | None) -> None:
+        self.model = self.model.with_payload(payload)
+
+    @property
+    def moving(self) -> bool:
+        """Whether the reference has not yet come to rest."""
+        return self._trajectory is not None
+
+    @property
+    def remaining(self) -> float:
+        """Time until the reference comes to rest [s]."""
+        if self._trajectory is None:
+            return 0.0
+        return max(0.0, self._trajectory.duration - self._time)
+
+    @property
+    def target(self) -> np.ndarray:
+        """Configuration that the reference will come to rest at [rad]."""  # (nq,)
+        return (self._q if self._trajectory is None else self._trajectory.end).copy()
+
+    @property
+    def q_ref(self) -> np.ndarray:
+        """A copy of the reference position [rad]."""  # (nq,)
+        return self._q.copy()
+
+    @property
+    def v_ref(self) -> np.ndarray:
+        """A copy of the reference velocity [rad/s]."""  # (nq,)
+        return self._v.copy()
+
+    @property
+    def a_ref(self) -> np.ndarray:
+        """A copy of the reference acceleration [rad/s2]."""  # (nq,)
+        return self._a.copy()
+
+    # How it is moved
+
+    def move_to_configuration(self, q: Sequence[float] | np.ndarray, speed: float = 1.0) -> None:
+        """Move the joints to a configuration, on the straight line when starting at rest.
+
+        Args:
+            q: Where to [rad].  # (nq,)
+            speed: 1 is as fast as the limits allow; a move from rest at 0.5 takes twice the time.
+
+        Raises:
+            MotionError: When the target is none, is outside the limits, or asks too much effort.
+        """
+        target = self._check_target(q)
+        self._begin(self._to_configuration(target, _check_speed(speed)))
+
+    def move_to_pose(
+        self, T_wt: pin.SE3 | Sequence[pin.SE3], speed: float = 1.0, *, margin: float = MARGIN
+    ) -> None:
+        """Move the joints to the nearest configuration that puts the tool at a pose.
+
+        Args:
+            T_wt: Pose of the tool in the world, or several that serve equally well.
+            speed: As for `move_to_configuration`.
+            margin: How far from the joint limits to stay where that is possible [rad].
+
+        Raises:
+            MotionError: When no pose can be reached, or the motion asks too much effort.
+        """
+        speed = _check_speed(speed)
+        found = self.ik.nearest(T_wt, self._q, margin=margin)
+        if not found.solved:
+            raise MotionError(
+                f"the pose is unreachable: {found.reason}; nearest found is "
+                f"{1e3 * found.position_error:.1f} mm and {found.rotation_error:.3f} rad away",
+                reason="unreachable",
+            )
+        self._begin(self._to_configuration(found.q, speed))
+
+    def move_linear(self, T_wt: pin.SE3, speed: float = 1.0) -> None:
+        """Move the tool to a pose on a straight line, turning evenly on the way.
+
+        A moving arm comes to rest first.
+
+        Args:
+            T_wt: Pose of the tool in the world.
+            speed: 1 is as fast as joints and tool may; at 0.5 it takes twice the time.
+
+        Raises:
+            MotionError: When the line cannot be followed to its end (the message says how far),
+                or asks too much effort.
+        """
+        speed = _check_speed(speed)
+        self.ik.check_pose(T_wt)
+        parts: list[Trajectory] = []
+        start = self._q
+        if self._trajectory is not None:
+            parts.append(self._brake())
+            start = parts[0].end
+        line = self._line(start, T_wt, speed)
+        if line is not None:
+            parts.append(line)
+        if parts:
+            self._begin(parts[0] if len(parts) == 1 else SequenceTrajectory(parts))
+
+    def stop(self) -> None:
+        """Come to rest as soon as the limits allow, on the planned path where there is one."""
+        if self._trajectory is not None:
+            self._begin(self._brake())
+
+    def advance(self, dt: float) -> None:
+        """Move the reference on by a control step [s]."""
+        if self._trajectory is None:
+            return
+        if dt != self._dt:
+            self._start, self._dt = self._time, dt
+            self._tabulate()
+        self._step = step = self._step + 1
+        self._q[:], self._v[:], self._a[:] = (
+            self._rows_q[step],
+            self._rows_v[step],
+            self._rows_a[step],
+        )
+        if step == self._last:
+            self._trajectory = None
+
+    # Planning
+
+    def _to_configuration(self, target: np.ndarray, speed: float) -> Trajectory | None:
+        if self._trajectory is None:
+            return self._straight(self._q, target, speed)
+        limits = self.model.limits
+        state = (self._q, self._v, self._a)
+
+        def turn(factor: float) -> JointTrajectory:
+            return JointTrajectory(
+                joint_profiles(
+                    state,
+                    target,
+                    speed * limits.velocity,
+                    factor * limits.acceleration,
+                    factor * limits.jerk,
+                )
+            )
+
+        try:
+            turned = within_effort(turn, self.model)
+            if limit_use(turned, limits).inside:
+                return turned
+        except MotionError:
+            pass
+        first = self._brake()
+        then = self._straight(first.end, target, speed)
+        return first if then is None else SequenceTrajectory([first, then])
+
+    def _straight(self, start: np.ndarray, end: np.ndarray, speed: float) -> Trajectory | None:
+        if np.array_equal(start, end):
+            return None
+        path = StraightPath(start, end)
+        full = path_limits(path, self.model.limits)
+        bounds = full.scaled(speed)
+        return within_effort(
+            lambda factor: drive(path, bounds.scaled(acceleration=factor), full), self.model
+        )
+
+    def _line(self, start: np.ndarray, T_wt: pin.SE3, speed: float) -> Trajectory | None:
+        path, line = line_path(self.ik, start, T_wt)
+        if line.length < 1e-9 and line.angle < 1e-9:
+            return None
+        limits, tool = self.model.limits, self.model.tool_limits
+        full = path_limits(path, limits, line=line, tool=tool)
+        bounds = tightened(path, full, limits, line, tool).scaled(speed)
+        return within_effort(
+            lambda factor: drive(path, bounds.scaled(acceleration=factor), full), self.model
+        )
+
+    def _brake(self) -> Trajectory:
+        assert self._trajectory is not None
+        return brake(self._trajectory, self._time, (self._q, self._v, self._a), self.model)
+
+    def _begin(self, trajectory: Trajectory | None) -> None:
+        """Take a planned trajectory, once it is proven to be inside the limits."""
+        if trajectory is None:
+            return
+        use = limit_use(trajectory, self.model.limits)
+        if not use._replace(position=0.0).inside or not self._position_allowed(use.position):
+            raise MotionError(f"the planned motion exceeds a limit: {use}", reason="limits")
+        self._trajectory, self._start = trajectory, 0.0
+        self._tabulate()
+
+    def _position_allowed(self, used: float) -> bool:
+        limits = self.model.limits
+        middle, half = 0.5 * (limits.upper + limits.lower), 0.5 * (limits.upper - limits.lower)
+        bounded = np.isfinite(half)
+        here = float((np.abs(self._q - middle)[bounded] / half[bounded]).max(initial=0.0))
+        return used <= max(1.0, here) + 1e-9
+
+    def _tabulate(self) -> None:
+        """Sample the rest of the trajectory at once: a step costs little then."""
+        assert self._trajectory is not None
+        times = self._start + step_times(self._trajectory.duration - self._start, self._dt)
+        self._rows_q, self._rows_v, self._rows_a = self._trajectory.table(times)
+        self._step, self._last = 0, len(times) - 1
+
+    @property
+    def _time(self) -> float:
+        return self._start + self._step * self._dt
+
+    def _check_target(self, q: Sequence[float] | np.ndarray) -> np.ndarray:
+        try:
+            target = np.array(q, dtype=float)
+        except (TypeError, ValueError):
+            raise MotionError(
+                f"a configuration is numbers [rad], got {q!r}", reason="target"
+            ) from None
+        self.ik.check_configuration(target)
+        limits = self.model.limits
+        outside = (target < limits.lower) | (target > limits.upper)
+        if outside.any():
+            i = int(np.flatnonzero(outside)[0])
+            raise MotionError(
+                f"joint {i + 1} cannot go to {target[i]:.4f} rad: its limits are "
+                f"{limits.lower[i]:.4f} to {limits.upper[i]:.4f} rad",
+                reason="target",
+            )
+        return target
+
+    # State
+
+    def get_state(self) -> dict[str, Any]:
+        """Give everything as plain data."""
+        payload, trajectory = self.payload, self._trajectory
+        return {
+            "q": self._q.tolist(),
+            "v": self._v.tolist(),
+            "a": self._a.tolist(),
+            "payload": None if payload is None else payload.get_state(),
+            "trajectory": None if trajectory is None else trajectory.get_state(),
+            "start": self._start,
+            "dt": self._dt,
+            "step": self._step,
+        }
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Take everything back; the arm goes on bit for bit."""
+        self._q[:], self._v[:], self._a[:] = state["q"], state["v"], state["a"]
+        self.payload = None if state["payload"] is None else Payload.from_state(state["payload"])
+        trajectory = state["trajectory"]
+        self._trajectory = None if trajectory is None else trajectory_from_state(trajectory)
+        self._start, self._dt = state["start"], state["dt"]
+        if self._trajectory is not None:
+            self._tabulate()
+        self._step = state["step"]
+
+
+def _check_speed(speed: float) -> float:
+    if not isinstance(speed, int | float) or not 0.0 < speed <= 1.0:
+        raise MotionError(f"a speed is above 0 and at most 1, got {speed!r}", reason="target")
+    return float(speed)

@@ -1,0 +1,17 @@
+"""Errors about motion."""
+
+from bt_manip.exceptions import BtManipError
+
+
+class MotionError(BtManipError):
+    """A motion that cannot be done; nothing moves.
+
+    Attributes:
+        reason: ``"target"`` (bad input), ``"unreachable"``, ``"line"`` (cannot be followed to its
+            end), ``"effort"`` or ``"limits"``.
+    """
+
+    def __init__(self, message: str, *, reason: str) -> None:
+        """Say what cannot be done, and why in one word."""
+        super().__init__(message)
+        self.reason = reason

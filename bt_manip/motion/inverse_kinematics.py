@@ -1,0 +1,334 @@
+"""Inverse kinematics: configurations for poses of the tool."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.robots import RobotModel
+
+from .descent import Descended, Descent
+from .errors import MotionError
+from .ik_result import IKResult
+from .least_squares import damped_step
+from .reach import Reach
+
+STORED = 2000  # configurations to restart from
+PULLS = 12  # steps along the self-motion towards the start
+
+
+class InverseKinematics:
+    """Find joint configurations for tool poses, inside the limits, by bounded searches.
+
+    Levenberg-Marquardt from the start that is asked for; where it ends beside the target, again
+    from the stored configurations whose poses are nearest to it. The stored ones are drawn once
+    from a seeded generator and nothing is drawn afterwards: the same request gives the same
+    answer.
+    """
+
+    def __init__(
+        self,
+        model: RobotModel,
+        *,
+        restarts: int = 60,
+        iterations: int = 50,
+        seed: int = 0,
+        position_tolerance: float = 1e-6,
+        rotation_tolerance: float = 1e-6,
+    ) -> None:
+        """Prepare for an arm.
+
+        Args:
+            model: The arm; a copy is kept.
+            restarts: Starts after the first, at the most.
+            iterations: Steps from each start, at the most.
+            seed: Of the stored configurations.
+            position_tolerance: Of a solution [m].
+            rotation_tolerance: Of a solution [rad].
+        """
+        self.model = model.copy()
+        self.restarts = restarts
+        self.position_tolerance = position_tolerance
+        self.rotation_tolerance = rotation_tolerance
+        self._descent = Descent(self.model, iterations=iterations)
+        limits = model.limits
+        self._inverse_speed = 1.0 / limits.velocity
+        self._reach = Reach(self.model)
+        rng = np.random.default_rng(seed)
+        lower, upper = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
+        self._stored = rng.uniform(lower, upper, (max(STORED, restarts), model.nq))
+        poses = [self.model.pose(q) for q in self._stored]
+        self._stored_position = np.array([T.translation for T in poses])
+        self._stored_quat = np.array([pin.Quaternion(T.rotation).coeffs() for T in poses])
+
+    def solve(self, T_wt: pin.SE3, q0: np.ndarray, *, restarts: int | None = None) -> IKResult:
+        """Find a configuration for a pose, the first from `q0` downhill.
+
+        Args:
+            T_wt: Pose of the tool in the world.
+            q0: Where to start; it is brought inside the limits.  # (nq,)
+            restarts: Starts after the first, at the most; by default as constructed.
+
+        Raises:
+            MotionError: When the pose or the start is not one.
+        """
+        q0 = self.check_configuration(q0)
+        self.check_pose(T_wt)
+        refused = self._reach.refuse(T_wt)
+        if refused:
+            return self._result(self._measure(T_wt, q0), reason=refused)
+        restarts = self.restarts if restarts is None else restarts
+        best = self._descend(T_wt, q0)
+        iterations, count = best.iterations, 0
+        if not best.solved and restarts > 0:
+            for start in self._nearest_stored(T_wt, restarts):
+                found = self._descend(T_wt, start)
+                iterations, count = iterations + found.iterations, count + 1
+                if found.solved or _error(found) < _error(best):
+                    best = found
+                if found.solved:
+                    break
+        reason = "" if best.solved else f"no solution from {count + 1} starts"
+        return self._result(best, iterations=iterations, restarts=count, reason=reason)
+
+    def follow(
+        self,
+        T_wt: pin.SE3,
+        q0: np.ndarray,
+        *,
+        max_step: float = 0.2,
+        tolerance: float | None = None,
+    ) -> IKResult:
+        """Find the configuration for a pose near that of `q0`, without jumping.
+
+        Args:
+            T_wt: Pose of the tool in the world.
+            q0: The configuration of the pose before.  # (nq,)
+            max_step: How far a joint may go from it [rad].
+            tolerance: Of position [m] and rotation [rad]; by default as constructed.
+        """
+        limits = self.model.limits
+        found = self._descent(
+            T_wt,
+            q0,
+            position_tolerance=self.position_tolerance if tolerance is None else tolerance,
+            rotation_tolerance=self.rotation_tolerance if tolerance is None else tolerance,
+            lower=np.maximum(limits.lower, q0 - max_step),
+            upper=np.minimum(limits.upper, q0 + max_step),
+        )
+        reason = ""
+        if not found.solved:
+            at_limit = (found.q <= limits.lower) | (found.q >= limits.upper)
+            names = [self._joint_name(int(i)) for i in np.flatnonzero(at_limit)]
+            if names:
+                reason = f"{' and '.join(names)} at the limit"
+            elif np.abs(found.q - q0).max() >= max_step:
+                reason = f"a joint would have to jump by more than {max_step:g} rad"
+            else:
+                reason = "out of reach, or singular"
+        return self._result(found, iterations=found.iterations, reason=reason)
+
+    def solutions(
+        self,
+        targets: pin.SE3 | Sequence[pin.SE3],
+        q0: np.ndarray,
+        *,
+        starts: int = 8,
+        margin: float = 0.0,
+        distinct: float = 0.1,
+    ) -> list[IKResult]:
+        """List distinct solutions, the nearest to `q0` first.
+
+        Each is moved along its self-motion to where it is nearest. The distance is the time that
+        the joints would need at their greatest speeds, root mean square (`distance`).
+
+        Args:
+            targets: A pose, or several that serve equally well.
+            q0: Where the arm is.  # (nq,)
+            starts: How many stored configurations to start from for each pose.
+            margin: How far from the limits solutions stay [rad].
+            distinct: Solutions differ by more than this in some joint [rad].
+
+        Raises:
+            MotionError: When a pose or the start is not one.
+        """
+        q0 = self.check_configuration(q0)
+        poses = [targets] if isinstance(targets, pin.SE3) else list(targets)
+        limits = self.model.limits
+        lower, upper = limits.lower + margin, limits.upper - margin
+        found: list[IKResult] = []
+        for i, T in enumerate(poses):
+            self.check_pose(T)
+            if self._reach.refuse(T):
+                continue
+            near = self._nearest_stored(T, 8 * starts)
+            near = near[np.argsort([self.distance(q, q0) for q in near], kind="stable")][:starts]
+            for start in (np.clip(q0, lower, upper), *near):
+                end = self._descend(T, np.clip(start, lower, upper), lower=lower, upper=upper)
+                if end.solved:
+                    end = self._pull(T, end, q0, lower, upper)
+                    found.append(self._result(end, iterations=end.iterations, target=i))
+        found.sort(key=lambda result: self.distance(result.q, q0))
+        kept: list[IKResult] = []
+        for result in found:
+            if all(np.abs(result.q - other.q).max() > distinct for other in kept):
+                kept.append(result)
+        return kept
+
+    def nearest(
+        self, targets: pin.SE3 | Sequence[pin.SE3], q0: np.ndarray, *, margin: float = 0.0
+    ) -> IKResult:
+        """Find the solution nearest to `q0`, among alternative poses too.
+
+        Args:
+            targets: A pose, or several that serve equally well.
+            q0: Where the arm is.  # (nq,)
+            margin: How far from the limits to stay where that is possible [rad].
+
+        Raises:
+            MotionError: When a pose or the start is not one, or there is no pose at all.
+        """
+        poses = [targets] if isinstance(targets, pin.SE3) else list(targets)
+        if not poses:
+            raise MotionError("no target pose was given", reason="target")
+        for bound in (margin, 0.0) if margin > 0.0 else (0.0,):
+            found = self.solutions(poses, q0, margin=bound)
+            if found:
+                return found[0]
+        last = [self.solve(T, q0) for T in poses]
+        solved = [i for i, result in enumerate(last) if result.solved]
+        if solved:
+            i = min(solved, key=lambda i: self.distance(last[i].q, q0))
+        else:
+            i = min(range(len(last)), key=lambda i: last[i].position_error)
+        best = last[i]
+        return IKResult(
+            best.q,
+            best.solved,
+            best.position_error,
+            best.rotation_error,
+            sum(result.iterations for result in last),
+            best.restarts,
+            best.reason,
+            i,
+        )
+
+    def distance(self, q: np.ndarray, q0: np.ndarray) -> float:
+        """Give the distance between configurations as a time at full speed [s]."""
+        weighted = (q - q0) * self._inverse_speed
+        return float(np.sqrt(weighted.dot(weighted) / len(weighted)))
+
+    def check_pose(self, T_wt: pin.SE3) -> None:
+        """Refuse what is not a pose.
+
+        Raises:
+            MotionError: When it is no `pin.SE3`, not finite, or its rotation is none.
+        """
+        if not isinstance(T_wt, pin.SE3):
+            raise MotionError(f"a pose is a pin.SE3, got {type(T_wt).__name__}", reason="target")
+        if not np.isfinite(T_wt.homogeneous).all():
+            raise MotionError(f"the pose is not finite:\n{T_wt}", reason="target")
+        R = T_wt.rotation
+        if np.abs(R @ R.T - np.eye(3)).max() > 1e-6 or np.linalg.det(R) < 0.0:
+            raise MotionError(f"the pose's rotation is not a rotation:\n{R}", reason="target")
+
+    def check_configuration(self, q: np.ndarray) -> np.ndarray:
+        """Bring a configuration inside the limits, or refuse what is none.
+
+        Raises:
+            MotionError: When it has the wrong shape or is not finite.
+        """
+        q = np.asarray(q, dtype=float)
+        if q.shape != (self.model.nq,) or not np.isfinite(q).all():
+            raise MotionError(
+                f"a configuration is {self.model.nq} finite numbers [rad], got {q}",
+                reason="target",
+            )
+        return np.clip(q, self.model.limits.lower, self.model.limits.upper)
+
+    def _joint_name(self, i: int) -> str:
+        return str(self.model.model.names[i + 1])
+
+    def _descend(
+        self,
+        T: pin.SE3,
+        q: np.ndarray,
+        lower: np.ndarray | None = None,
+        upper: np.ndarray | None = None,
+    ) -> Descended:
+        return self._descent(
+            T,
+            q,
+            position_tolerance=self.position_tolerance,
+            rotation_tolerance=self.rotation_tolerance,
+            lower=lower,
+            upper=upper,
+        )
+
+    def _measure(self, T: pin.SE3, q: np.ndarray) -> Descended:
+        T_td = self.model.pose(q).actInv(T)
+        position = float(np.linalg.norm(T_td.translation))
+        rotation = float(np.linalg.norm(pin.log3(T_td.rotation)))
+        return Descended(q, position, rotation, 0, False)
+
+    def _nearest_stored(self, T: pin.SE3, n: int) -> np.ndarray:
+        """Give the stored configurations whose poses are nearest, nearest first."""  # (n, nq)
+        cosine = self._stored_quat @ pin.Quaternion(T.rotation).coeffs()
+        offset = self._stored_position - T.translation
+        far = (offset * offset).sum(axis=1) + 1.0 - cosine * cosine
+        n = min(n, len(far))
+        chosen = np.argpartition(far, n - 1)[:n]
+        return self._stored[chosen[np.argsort(far[chosen], kind="stable")]]
+
+    def _pull(
+        self, T: pin.SE3, start: Descended, q0: np.ndarray, lower: np.ndarray, upper: np.ndarray
+    ) -> Descended:
+        """Move a solution along its self-motion towards `q0`, then onto the pose again."""
+        if self.model.nq <= 6:
+            return start
+        model, data, frame = self.model.model, self.model.data, self.model.tool_frame_id
+        weight = 1.0 / self._inverse_speed  # in units of weight the distance is the 2-norm
+        best, q = start, start.q
+        for _ in range(PULLS):
+            pin.computeJointJacobians(model, data, q)
+            T_td = pin.updateFramePlacement(model, data, frame).actInv(T)
+            jacobian = pin.getFrameJacobian(model, data, frame, pin.LOCAL) * weight
+            wish = np.clip((q0 - q) * self._inverse_speed, -0.15, 0.15)
+            missing = pin.log6(T_td).np - jacobian.dot(wish)
+            dq = weight * (wish + damped_step(jacobian, missing, 1e-8))
+            held = ((q <= lower) & (dq < 0.0)) | ((q >= upper) & (dq > 0.0))
+            if held.any():
+                free = ~held
+                missing = pin.log6(T_td).np - jacobian.dot(wish * free)
+                dq = weight * (wish * free + damped_step(jacobian * free, missing, 1e-8))
+            q = np.minimum(np.maximum(q + dq, lower), upper)
+            if np.abs(dq).max() < 1e-3:
+                break
+        end = self._descend(T, q, lower=lower, upper=upper)
+        if end.solved and self.distance(end.q, q0) < self.distance(best.q, q0):
+            return end._replace(iterations=start.iterations + PULLS + end.iterations)
+        return best
+
+    def _result(
+        self,
+        found: Descended,
+        *,
+        iterations: int = 0,
+        restarts: int = 0,
+        reason: str = "",
+        target: int = 0,
+    ) -> IKResult:
+        return IKResult(
+            found.q.copy(),
+            found.solved,
+            found.position_error,
+            found.rotation_error,
+            iterations,
+            restarts,
+            reason,
+            target,
+        )
+
+
+def _error(found: Descended) -> float:
+    return found.position_error + found.rotation_error

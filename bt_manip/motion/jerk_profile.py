@@ -1,0 +1,170 @@
+"""Motion in one dimension with piecewise constant jerk, as Ruckig computes it."""
+
+from bisect import bisect_right
+from typing import Any
+
+import numpy as np
+import ruckig
+
+from .errors import MotionError
+
+
+class JerkProfile:
+    """Position, velocity and acceleration over time; afterwards at rest at the end.
+
+    Plain numbers, unlike `ruckig.Trajectory`, which cannot be stored.
+    """
+
+    def __init__(self, segments: list[list[float]], duration: float, end: float) -> None:
+        """Make a profile.
+
+        Args:
+            segments: Start time, position, velocity, acceleration and jerk of each.  # (n, 5)
+            duration: When the last one ends [s].
+            end: Position from then on.
+        """
+        self._segments = segments if segments else [[0.0, end, 0.0, 0.0, 0.0]]
+        self._starts = [segment[0] for segment in self._segments]
+        self._table = np.array(self._segments)
+        self.duration = duration
+        self.end = end
+
+    @classmethod
+    def from_ruckig(cls, profile: ruckig.Profile, duration: float, end: float | None = None) -> Any:
+        """Take one degree of freedom out of a computed trajectory.
+
+        Args:
+            profile: Its profile.
+            duration: Of the whole trajectory, which may be longer [s].
+            end: Where it ends; where the profile does by default.
+        """
+        segments = []
+        t = 0.0
+        for part in (profile.brake, profile, profile.accel):
+            for dt, p, v, a, j in zip(part.t, part.p, part.v, part.a, part.j, strict=False):
+                if dt > 0.0:
+                    segments.append([t, p, v, a, j])
+                    t += dt
+        if end is None:  # Ruckig gives no end to what has no target
+            start, p, v, a, j = segments[-1] if segments else (0.0, profile.p[0], 0.0, 0.0, 0.0)
+            x = t - start
+            end = p + x * (v + x * (a / 2.0 + x * j / 6.0))
+        if duration > t:
+            segments.append([t, end, 0.0, 0.0, 0.0])
+        return cls(segments, duration, end)
+
+    def sample(self, t: float) -> tuple[float, float, float]:
+        """Give position, velocity and acceleration at a time [s]."""
+        if t >= self.duration:
+            return self.end, 0.0, 0.0
+        start, p, v, a, j = self._segments[max(0, bisect_right(self._starts, t) - 1)]
+        x = t - start
+        return (
+            p + x * (v + x * (a / 2.0 + x * j / 6.0)),
+            v + x * (a + x * j / 2.0),
+            a + x * j,
+        )
+
+    def table(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Give positions, velocities and accelerations at many times."""  # (n,), (n,), (n,)
+        index = np.searchsorted(self._table[:, 0], times, side="right") - 1
+        start, p, v, a, j = self._table[np.maximum(index, 0)].T
+        x = times - start
+        done = times >= self.duration
+        position = np.where(done, self.end, p + x * (v + x * (a / 2.0 + x * j / 6.0)))
+        velocity = np.where(done, 0.0, v + x * (a + x * j / 2.0))
+        acceleration = np.where(done, 0.0, a + x * j)
+        return position, velocity, acceleration
+
+    def get_state(self) -> dict[str, Any]:
+        """Give the profile as plain data."""
+        return {"segments": self._segments, "duration": self.duration, "end": self.end}
+
+    @classmethod
+    def from_state(cls, state: dict[str, Any]) -> "JerkProfile":
+        """Make a profile from plain data."""
+        return cls([list(s) for s in state["segments"]], state["duration"], state["end"])
+
+
+def reach_profile(
+    start: tuple[float, float, float],
+    target: float,
+    limits: tuple[float, float, float],
+) -> JerkProfile:
+    """Plan the fastest motion to rest at a target.
+
+    Args:
+        start: Position, velocity, acceleration.
+        target: Position at the end.
+        limits: Of velocity, acceleration, jerk.
+    """
+    motion = _input(1, ([start[0]], [start[1]], [start[2]]), *([limit] for limit in limits))
+    motion.target_position = [target]
+    trajectory = calculate(motion)
+    return JerkProfile.from_ruckig(trajectory.profiles[0][0], trajectory.duration, target)
+
+
+def brake_profile(
+    start: tuple[float, float, float], limits: tuple[float, float, float]
+) -> JerkProfile:
+    """Plan the fastest motion to rest, wherever that is."""
+    motion = _input(1, ([start[0]], [start[1]], [start[2]]), *([limit] for limit in limits))
+    motion.control_interface = ruckig.ControlInterface.Velocity
+    trajectory = calculate(motion)
+    return JerkProfile.from_ruckig(trajectory.profiles[0][0], trajectory.duration)
+
+
+def joint_profiles(
+    start: tuple[np.ndarray, np.ndarray, np.ndarray],
+    target: np.ndarray | None,
+    velocity: np.ndarray,
+    acceleration: np.ndarray,
+    jerk: np.ndarray,
+) -> list[JerkProfile]:
+    """Plan the fastest motion of several joints that all come to rest at the same time.
+
+    Args:
+        start: Positions, velocities and accelerations.  # (nq,) each
+        target: Positions at the end; None brakes, wherever that ends.  # (nq,)
+        velocity: Limits [rad/s].  # (nq,)
+        acceleration: Limits [rad/s2].  # (nq,)
+        jerk: Limits [rad/s3].  # (nq,)
+    """
+    n = len(start[0])
+    motion = _input(n, start, velocity, acceleration, jerk)
+    if target is None:
+        motion.control_interface = ruckig.ControlInterface.Velocity
+    else:
+        motion.target_position = list(target)
+    trajectory = calculate(motion)
+    ends = [None] * n if target is None else [float(x) for x in target]
+    return [
+        JerkProfile.from_ruckig(profile, trajectory.duration, end)
+        for profile, end in zip(trajectory.profiles[0], ends, strict=True)
+    ]
+
+
+def _input(n: int, start: Any, velocity: Any, acceleration: Any, jerk: Any) -> Any:
+    # Never set intermediate_positions: Ruckig would ask a service on the network.
+    motion = ruckig.InputParameter(n)
+    motion.current_position = [float(x) for x in start[0]]
+    motion.current_velocity = [float(x) for x in start[1]]
+    motion.current_acceleration = [float(x) for x in start[2]]
+    motion.max_velocity = [float(x) for x in velocity]
+    motion.max_acceleration = [float(x) for x in acceleration]
+    motion.max_jerk = [float(x) for x in jerk]
+    motion.synchronization = ruckig.Synchronization.Time
+    return motion
+
+
+def calculate(motion: Any) -> Any:
+    """Let Ruckig plan.
+
+    Raises:
+        MotionError: When it finds no trajectory.
+    """
+    trajectory = ruckig.Trajectory(motion.degrees_of_freedom)
+    result = ruckig.Ruckig(motion.degrees_of_freedom).calculate(motion, trajectory)
+    if result not in (ruckig.Result.Working, ruckig.Result.Finished):
+        raise MotionError(f"no trajectory inside the limits: {result}", reason="limits")
+    return trajectory

@@ -1,0 +1,63 @@
+"""How much of its limits a trajectory uses."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bt_manip.robots import JointLimits, RobotModel
+
+from .trajectory import Trajectory
+
+STEP = 1e-3  # [s] control step that references are sampled at
+EFFORT_STEP = 4e-3  # [s] inverse dynamics vary slowly
+ROUNDING = 1e-9  # relative
+
+
+class LimitUse(NamedTuple):
+    """Largest fraction of each kind of limit that is used, over all joints and steps."""
+
+    position: float
+    velocity: float
+    acceleration: float
+    jerk: float
+
+    @property
+    def inside(self) -> bool:
+        """Whether no limit is exceeded, but for rounding."""
+        return max(self) <= 1.0 + ROUNDING
+
+
+def limit_use(trajectory: Trajectory, limits: JointLimits, step: float = STEP) -> LimitUse:
+    """Measure a trajectory as a controller sees it, step by step.
+
+    The jerk is the difference of accelerations per step, the last partial step included.
+    """
+    q, v, a = trajectory.table(step_times(trajectory.duration, step))
+    middle, half = 0.5 * (limits.upper + limits.lower), 0.5 * (limits.upper - limits.lower)
+    bounded = np.isfinite(half)
+    position = np.abs(q - middle)[:, bounded] / half[bounded]
+    jerk = np.diff(a, axis=0) / step
+    moved = np.diff(q, axis=0) / step  # a jump of the position is a velocity too
+    v = np.concatenate([v, moved])
+    return LimitUse(
+        float(position.max(initial=0.0)),
+        float((np.abs(v) / limits.velocity).max()),
+        float((np.abs(a) / limits.acceleration).max()),
+        float((np.abs(jerk) / limits.jerk).max(initial=0.0)),
+    )
+
+
+def effort_use(trajectory: Trajectory, model: RobotModel, step: float = EFFORT_STEP) -> float:
+    """Give the largest fraction of an effort limit that a trajectory asks for.
+
+    Rigid bodies, rotors, payload, damping and dry friction are counted.
+    """
+    q, v, a = trajectory.table(step_times(trajectory.duration, step))
+    tau = np.array([model.rnea(*row) for row in zip(q, v, a, strict=True)])
+    tau += model.damping * v + model.friction * np.sign(v)
+    return float((np.abs(tau) / model.limits.effort).max())
+
+
+def step_times(duration: float, step: float) -> np.ndarray:
+    """Give the times of all steps from 0 until a trajectory has ended."""
+    return step * np.arange(int(np.ceil(duration / step - 1e-9)) + 2)

@@ -1,0 +1,62 @@
+"""Quintic splines over equal steps of a parameter."""
+
+import numpy as np
+
+# Powers 0 to 5 of the place in an interval (rows) from the six B-spline coefficients around it
+# (columns); see C. de Boor, A Practical Guide to Splines, for the cardinal B-splines.
+_TO_POWERS = (
+    np.array(
+        [
+            [1, 26, 66, 26, 1, 0],
+            [-5, -50, 0, 50, 5, 0],
+            [10, 20, -60, 20, 10, 0],
+            [-10, 20, 0, -20, 10, 0],
+            [5, -20, 30, -20, 5, 0],
+            [-1, 5, -10, 10, -5, 1],
+        ]
+    )
+    / 120.0
+)
+_AT_KNOT = np.array([1, 26, 66, 26, 1]) / 120.0
+_SIXTH_DIFFERENCE = np.array([1, -6, 15, -20, 15, -6, 1])
+
+
+class UniformSpline:
+    """Interpolate vectors at equal steps from 0 to 1, continuous to the fourth derivative."""
+
+    def __init__(self, knots: np.ndarray) -> None:
+        """Interpolate.
+
+        Args:
+            knots: At least seven vectors.  # (n + 1, m)
+        """
+        n = len(knots) - 1
+        if n < 6:
+            raise ValueError(f"a quintic spline has at least 7 knots, got {n + 1}")
+        system = np.zeros((n + 5, n + 5))
+        wanted = np.zeros((n + 5, knots.shape[1]))
+        for i in range(n + 1):
+            system[i, i : i + 5] = _AT_KNOT
+        wanted[: n + 1] = knots
+        # Not-a-knot: the fifth derivative does not jump at the two knots next to each end.
+        for row, first in zip(range(n + 1, n + 5), (0, 1, n - 3, n - 2), strict=True):
+            system[row, first : first + 7] = _SIXTH_DIFFERENCE
+        coefficients = np.linalg.solve(system, wanted)
+        around = np.stack([coefficients[k : k + n] for k in range(6)], axis=1)  # (n, 6, m)
+        self._powers = np.einsum("pk,nkm->pnm", _TO_POWERS, around)
+        self._n = n
+
+    def __call__(self, s: np.ndarray, order: int = 0) -> list[np.ndarray]:
+        """Give values and derivatives up to an order at many places."""  # (len(s), m) each
+        scaled = s * self._n
+        interval = np.clip(scaled.astype(int), 0, self._n - 1)
+        x = (scaled - interval)[:, np.newaxis]
+        powers = self._powers[:, interval]
+        found = []
+        for derivative in range(order + 1):
+            value = np.zeros_like(powers[0])
+            for power in range(5, derivative - 1, -1):
+                falling = float(np.prod(np.arange(power - derivative + 1, power + 1)))
+                value = value * x + falling * powers[power]
+            found.append(value * float(self._n) ** derivative)
+        return found
