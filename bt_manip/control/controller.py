@@ -1,0 +1,156 @@
+"""The base of arm controllers."""
+
+import abc
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+from dm_control import composer, mjcf
+
+from bt_manip.control.reference import Hold, Reference
+from bt_manip.robots import Payload, Robot, RobotModel
+
+
+class Controller(composer.Entity):
+    """Turns a reference into the efforts of a robot's arm, once per step of the physics.
+
+    A controller is attached to its robot (``robot.attach(controller)``), and lives by composer's
+    hooks from then on. A new kind of controller writes ``compute``; what it remembers between
+    steps goes into ``get_state`` and ``set_state``.
+    """
+
+    kind: ClassVar[str] = "controller"
+
+    def _build(self, robot: Robot) -> None:
+        """Prepare to control a robot's arm; subclasses add their gains."""
+        self._mjcf_root = mjcf.RootElement(model=self.kind)
+        self._robot = robot
+        self._limit = np.array(robot.limits.effort)
+        self._lower = -self._limit
+        self._model: RobotModel | None = None
+        self._payload: Payload | None = None
+        self._reference: Reference | None = None
+        self._dt = 0.0
+        self._cut: bool | np.bool_ = False
+        self.tau = np.zeros_like(self._limit)
+        """Efforts of the last step, inside the limits [N m]."""  # (nv,)
+        self.saturated = np.zeros(self._limit.shape, dtype=bool)
+        """Joints whose limit cut the effort of the last step."""  # (nv,)
+        self.saturated_steps = 0
+        """Steps so far in which any joint's limit cut its effort."""
+
+    @abc.abstractmethod
+    def compute(
+        self, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
+    ) -> np.ndarray:
+        """Give the efforts for one step, limits not yet applied [N m]."""  # (nv,)
+
+    @property
+    def mjcf_model(self) -> mjcf.RootElement:
+        """An empty model: what composer attaches."""
+        return self._mjcf_root
+
+    @property
+    def robot(self) -> Robot:
+        """The robot whose arm this controls."""
+        return self._robot
+
+    @property
+    def model(self) -> RobotModel:
+        """The model that this computes with; it carries the payload."""
+        if self._model is None:
+            self._model = self._robot.make_model().with_payload(self._payload)
+            self._model_changed()
+        return self._model
+
+    @property
+    def payload(self) -> Payload | None:
+        """What the arm holds, and its efforts include."""
+        return self._payload
+
+    @payload.setter
+    def payload(self, payload: Payload | None) -> None:
+        self._payload = payload
+        if self._model is not None:
+            self._model = self._model.with_payload(payload)
+            self._model_changed()
+
+    @property
+    def reference(self) -> Reference:
+        """What the arm follows; until one is given, the configuration where it stood."""
+        if self._reference is None:
+            self._reference = Hold(self._robot.q)
+        return self._reference
+
+    @reference.setter
+    def reference(self, reference: Reference | None) -> None:
+        self._reference = reference
+
+    def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Bind to the compiled model (composer's hook)."""
+        model, data = physics.model.ptr, physics.data.ptr
+        robot = self._robot
+        self._dt = float(model.opt.timestep)
+        self._qpos, self._qvel, self._ctrl = data.qpos, data.qvel, data.ctrl
+        self._q_index, self._v_index = _index(robot.qpos_adr), _index(robot.dof_adr)
+        self._ctrl_index = _index(robot.ctrl_adr)
+
+    def initialize_episode(
+        self, physics: mjcf.Physics, random_state: np.random.RandomState
+    ) -> None:
+        """Forget the last episode (composer's hook)."""
+        self.reset()
+        if isinstance(self._reference, Hold):
+            self._reference = None
+
+    def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Command the efforts for the step that begins now (composer's hook)."""
+        reference = self.reference
+        q, v = self._qpos[self._q_index], self._qvel[self._v_index]
+        tau = self.compute(q, v, reference.q, reference.v, reference.a)
+        limited = self.tau
+        np.minimum(tau, self._limit, out=limited)
+        np.maximum(limited, self._lower, out=limited)
+        np.not_equal(limited, tau, out=self.saturated)
+        self._cut = self.saturated.any()
+        if self._cut:
+            self.saturated_steps += 1
+        self._ctrl[self._ctrl_index] = limited
+
+    def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Let the reference go on with the time (composer's hook)."""
+        self.reference.advance(self._dt)
+
+    def reset(self) -> None:
+        """Forget what was remembered between steps."""
+        self.tau[:] = 0.0
+        self.saturated[:] = False
+        self.saturated_steps = 0
+
+    def get_state(self) -> dict[str, Any]:
+        """Give what is remembered between steps as plain data; the reference keeps its own."""
+        return {
+            "tau": self.tau.tolist(),
+            "saturated": self.saturated.tolist(),
+            "saturated_steps": self.saturated_steps,
+            "payload": None if self._payload is None else self._payload.get_state(),
+        }
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Take back what ``get_state`` gave."""
+        self.tau[:] = state["tau"]
+        self.saturated[:] = state["saturated"]
+        self.saturated_steps = state["saturated_steps"]
+        payload = state["payload"]
+        self.payload = None if payload is None else Payload.from_state(payload)
+
+    def _model_changed(self) -> None:
+        """Take up a new model; for subclasses that keep parts of it."""
+
+
+def _index(addresses: np.ndarray) -> slice | np.ndarray:
+    """Address the arm's part of an array: by a slice, which is fastest, where it lies together."""
+    first = int(addresses[0])
+    if np.array_equal(addresses, np.arange(first, first + len(addresses))):
+        return slice(first, first + len(addresses))
+    return addresses.copy()

@@ -1,0 +1,26 @@
+"""Gains as users write them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bt_manip.control.exceptions import ControlError
+
+
+def per_joint(name: str, gain: float | Sequence[float], n: int) -> np.ndarray:
+    """Give one gain a joint.
+
+    Args:
+        name: What the gain is called, for the message.
+        gain: One number for all joints, or one for each.
+        n: Number of joints.
+
+    Raises:
+        ControlError: When a gain is negative or not finite, or their number is wrong.
+    """  # (n,)
+    gains = np.array(gain, dtype=float)
+    if gains.shape not in ((), (n,)):
+        raise ControlError(f"{name} is one number, or one for each of {n} joints, got {gain!r}")
+    if not np.isfinite(gains).all() or (gains < 0).any():
+        raise ControlError(f"{name} must be finite and not negative, got {gain!r}")
+    return np.full(n, gains)

@@ -1,0 +1,366 @@
+"""The gripper: positions where the way is free, forces where something is held."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from dm_control import composer, mjcf
+
+from bt_manip.control.exceptions import ControlError
+from bt_manip.control.finger_contacts import FingerContacts
+from bt_manip.control.stroke import Motion, Stroke, StrokeLimits
+from bt_manip.robots import Robot
+
+STILL, MOVING, CLOSING, GRIPPING, RELEASING = (
+    "still",
+    "moving",
+    "closing",
+    "gripping",
+    "releasing",
+)  # fmt: skip
+
+# Poles of a finger's position loop [rad/s]; a tenth of the sampling rate is 628.
+_POLE = 150.0
+_PUSH = 20.0  # [N] most that a finger pushes with while it follows a position
+_TOUCHED = 0.2  # [N] normal force that counts as a touch
+_SLOW = 0.04  # [m/s] speed of each finger once one of them touches
+_FIRST = 2.0  # [N] force that the ramp begins with
+_RAMP = 0.05  # [s]
+_RELEASE = 0.04  # [s]
+_GRIP_DAMPING = 20.0  # [N s/m] of each finger while it presses
+_SYNC_SHARE = 0.04  # of the force: the most that synchronising takes from one finger
+_FORCE_GAIN = 5.0  # [1/s] integral action on the mean of the measured forces
+_FORCE_TRIM = 0.2  # of the force: the most that the integral adds
+_STEADY_BAND = (0.95, 1.20)  # of the force
+_STEADY_TIME = 0.05  # [s]
+_MET = 1e-3  # [m] opening at which the fingers have met
+_MET_FORCE = 5.0  # [N] with which fingers press each other
+
+
+class GripperController(composer.Entity):
+    """Opens and closes two fingers, and holds with a force.
+
+    The fingers are two separate motors; that they stay in step is control, not a constraint. They
+    follow one jerk-limited stroke until both feel the object, slower once one of them does, and
+    then press with a force that rises softly to the asked one. The normal force of each finger is
+    measured by a touch sensor that this entity adds to the robot's fingers.
+
+    Attached to its robot (``robot.attach(gripper)``), it lives by composer's hooks.
+    """
+
+    def _build(self, robot: Robot, speed: float = 0.1) -> None:
+        """Prepare to control a robot's gripper.
+
+        Args:
+            robot: A robot with two fingers.
+            speed: Speed of each finger unless a command says otherwise [m/s].
+
+        Raises:
+            ControlError: When the robot has no gripper of two fingers, or the speed is not one.
+        """
+        gripper = robot.description.gripper
+        if gripper is None or len(gripper.joints) != 2 or len(gripper.fingers) != 2:
+            raise ControlError(
+                f"robot '{robot.description.name}' has no gripper with two finger joints"
+            )
+        self._mjcf_root = mjcf.RootElement(model="gripper_controller")
+        self._robot = robot
+        self._description = gripper
+        self._speed = self._checked_speed(speed)
+        self._contacts = FingerContacts(robot)
+        self._dt = 0.0
+        self._reset()
+
+    # Commands
+
+    def open(self, speed: float | None = None) -> None:
+        """Open all the way; what is held is let go softly first.
+
+        Args:
+            speed: Of each finger [m/s].
+        """
+        self.move(self._description.open_width, speed)
+
+    def move(self, width: float, speed: float | None = None) -> None:
+        """Move to an opening.
+
+        Args:
+            width: Distance between the fingers [m].
+            speed: Of each finger [m/s].
+
+        Raises:
+            ControlError: When the gripper does not open or move so.
+        """
+        low, high = self._description.min_width, self._description.open_width
+        if not low - 1e-9 <= width <= high + 1e-9:
+            raise ControlError(f"the gripper opens from {low:g} to {high:g} m, not {width:g} m")
+        self._limits = StrokeLimits(self._checked_speed(speed))
+        self._target = 0.5 * width
+        if self.state in (GRIPPING, RELEASING):
+            self._begin_press(RELEASING, 0.0, _RELEASE)
+        else:
+            self._travel(self._target)
+            self.state = MOVING
+
+    def close(self, force: float = 50.0, speed: float | None = None) -> None:
+        """Close until both fingers press with a force, or meet.
+
+        Args:
+            force: Normal force of each finger [N].
+            speed: Of each finger until one of them touches [m/s].
+
+        Raises:
+            ControlError: When the gripper has no such force or speed.
+        """
+        most = self._description.max_force
+        if not 0 < force <= most:
+            raise ControlError(f"the gripper presses with up to {most:g} N, not {force:g} N")
+        self._limits = StrokeLimits(self._checked_speed(speed))
+        self._asked = float(force)
+        self._in_band = 0
+        if self.state in (GRIPPING, RELEASING):
+            self._begin_press(GRIPPING, force, _RAMP)
+        else:
+            self._slowed = False
+            self._travel(0.5 * self._description.min_width)
+            self.state = CLOSING
+
+    def stop(self) -> None:
+        """Brake the fingers; what is held stays held."""
+        if self.state in (MOVING, CLOSING):
+            self._travel(None)
+            self.state = MOVING
+        elif self.state == RELEASING:
+            self._begin_press(GRIPPING, self._asked, _RAMP)
+
+    # Questions
+
+    @property
+    def width(self) -> float:
+        """Distance between the fingers [m]."""
+        return float(self._qpos[self._q1] + self._qpos[self._q2])
+
+    @property
+    def finger_forces(self) -> tuple[float, float]:
+        """Normal force on each finger in the last step [N]."""
+        return self._forces
+
+    @property
+    def moving(self) -> bool:
+        """Whether a command is still being carried out."""
+        return self.state in (MOVING, CLOSING, RELEASING) or (
+            self.state == GRIPPING and not (self.steady or self.closed_on_nothing)
+        )
+
+    @property
+    def steady(self) -> bool:
+        """Whether each finger has pressed with 95 to 120 % of the asked force for 50 ms."""
+        return (
+            self.state == GRIPPING
+            and self._in_band * self._dt >= _STEADY_TIME - 1e-9
+            and not self.closed_on_nothing
+        )
+
+    @property
+    def closed_on_nothing(self) -> bool:
+        """Whether the fingers have closed and met."""
+        return self.state == GRIPPING and self.width < self._description.min_width + _MET
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the fingers are all the way open, and still."""
+        return self.state == STILL and self.width > self._description.open_width - _MET
+
+    @property
+    def is_free(self) -> bool:
+        """Whether the fingers touch nothing."""
+        return not any(self._touched)
+
+    @property
+    def held(self) -> tuple[str, ...]:
+        """Names of the entities that both fingers touch."""
+        left, right = self._touched
+        return tuple(name for name in left if name in right)
+
+    @property
+    def mjcf_model(self) -> mjcf.RootElement:
+        """An empty model: what composer attaches."""
+        return self._mjcf_root
+
+    # Composer's hooks
+
+    def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Bind to the compiled model."""
+        model, data = physics.model.ptr, physics.data.ptr
+        robot = self._robot
+        self._dt = float(model.opt.timestep)
+        self._qpos, self._qvel, self._ctrl = data.qpos, data.qvel, data.ctrl
+        self._q1, self._q2 = (int(a) for a in robot.gripper_qpos_adr)
+        self._v1, self._v2 = (int(a) for a in robot.gripper_dof_adr)
+        self._u1, self._u2 = (int(a) for a in robot.gripper_ctrl_adr)
+        dofs = [self._v1, self._v2]
+        self._mass = float(model.dof_M0[dofs].mean())
+        self._damping = float(model.dof_damping[dofs].mean())
+        self._contacts.bind(model, data)
+
+    def initialize_episode(
+        self, physics: mjcf.Physics, random_state: np.random.RandomState
+    ) -> None:
+        """Start anew, with the fingers where they are."""
+        self._reset()
+        self._motion = Motion(0.5 * self.width, 0.0, 0.0)
+
+    def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Command the fingers for the step that begins now."""
+        if self.state == CLOSING:
+            self._look_for_contact()
+        q1, q2 = self._qpos.item(self._q1), self._qpos.item(self._q2)
+        v1, v2 = self._qvel.item(self._v1), self._qvel.item(self._v2)
+        if self.state in (GRIPPING, RELEASING):
+            f1, f2 = self._press(q1, q2, v1, v2)
+        else:
+            f1, f2 = self._follow(q1, v1), self._follow(q2, v2)
+        self._ctrl[self._u1] = f1
+        self._ctrl[self._u2] = f2
+
+    def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Measure what the step did, and go on with the time."""
+        self._forces = left, right = self._contacts.forces()
+        self._touched = self._contacts.names() if left or right else ((), ())
+        if self.state in (GRIPPING, RELEASING):
+            self._press_on(left, right)
+        elif self._stroke is not None:
+            self._motion = self._stroke.advance(self._dt)
+            if self._stroke.done:
+                self._stroke = None
+                if self.state == MOVING:
+                    self.state = STILL
+                elif self.state == CLOSING:  # nothing touched on the whole way
+                    self._begin_press(GRIPPING, _MET_FORCE, _RAMP)
+
+    # Inside
+
+    def _reset(self) -> None:
+        self.state = STILL
+        self._motion = Motion(0.5 * self._description.open_width, 0.0, 0.0)
+        self._stroke: Stroke | None = None
+        self._limits = StrokeLimits(self._speed)
+        self._target = self._motion.s
+        self._slowed = False
+        self._asked = 0.0  # [N] the force of the last close()
+        self._force = 0.0  # [N] each finger is driven with now
+        self._ramp = (0.0, 0.0, 0.0)  # from [N], to [N], duration [s]
+        self._ramp_time = 0.0
+        self._trim = 0.0  # [N]
+        self._in_band = 0  # steps
+        self._forces = (0.0, 0.0)
+        self._touched: tuple[tuple[str, ...], tuple[str, ...]] = ((), ())
+
+    def _checked_speed(self, speed: float | None) -> float:
+        if speed is None:
+            return self._speed
+        most = self._description.max_speed
+        if not 0 < speed <= most:
+            raise ControlError(f"a finger moves with up to {most:g} m/s, not {speed:g} m/s")
+        return float(speed)
+
+    def _travel(self, target: float | None) -> None:
+        self._stroke = Stroke(self._motion, target, self._limits)
+
+    def _follow(self, q: float, v: float) -> float:
+        """Give the force that keeps a finger on the stroke [N]."""
+        s, v_ref, a_ref = self._motion
+        a = a_ref + _POLE * _POLE * (s - q) + 2.0 * _POLE * (v_ref - v)
+        force = self._mass * a + self._damping * v
+        return min(max(force, -_PUSH), _PUSH)
+
+    def _look_for_contact(self) -> None:
+        left, right = self._forces
+        if left > _TOUCHED and right > _TOUCHED:
+            met = self.width < self._description.min_width + _MET
+            self._force = _FIRST
+            self._begin_press(GRIPPING, _MET_FORCE if met else self._asked, _RAMP)
+        elif (left > _TOUCHED or right > _TOUCHED) and not self._slowed:
+            self._slowed = True
+            self._limits = self._limits._replace(speed=min(self._limits.speed, _SLOW))
+            self._travel(0.5 * self._description.min_width)
+
+    def _begin_press(self, state: str, force: float, duration: float) -> None:
+        """Let the force go from what it is to another one."""
+        if self.state not in (GRIPPING, RELEASING):
+            self._trim = 0.0
+        self.state = state
+        self._stroke = None
+        self._ramp = (self._force, force, duration)
+        self._ramp_time = 0.0
+
+    def _press(self, q1: float, q2: float, v1: float, v2: float) -> tuple[float, float]:
+        """Give the closing forces, with a share that keeps the fingers in step [N]."""
+        m = self._mass
+        sync = m * _POLE * (_POLE * (q1 - q2) + 2.0 * (v1 - v2)) * 0.5
+        most = _SYNC_SHARE * self._force + 0.2
+        sync = min(max(sync, -most), most)
+        f = -(self._force + self._trim)
+        return f - sync - _GRIP_DAMPING * v1, f + sync - _GRIP_DAMPING * v2
+
+    def _press_on(self, left: float, right: float) -> None:
+        start, end, duration = self._ramp
+        self._ramp_time += self._dt
+        if self._ramp_time < duration:
+            self._force = start + (end - start) * 0.5 * (
+                1.0 - math.cos(math.pi * self._ramp_time / duration)
+            )
+        else:
+            self._force = end
+            if self.state == RELEASING:
+                self._motion = Motion(0.5 * self.width, 0.0, 0.0)
+                self._travel(self._target)
+                self.state = MOVING
+                self._trim = self._force = 0.0
+                return
+            bound = _FORCE_TRIM * end
+            trim = self._trim + _FORCE_GAIN * (end - 0.5 * (left + right)) * self._dt
+            self._trim = min(max(trim, -bound), bound)
+        low, high = _STEADY_BAND[0] * self._asked, _STEADY_BAND[1] * self._asked
+        inside = low <= left <= high and low <= right <= high
+        self._in_band = self._in_band + 1 if inside else 0
+
+    # State
+
+    def get_state(self) -> dict[str, Any]:
+        """Give what is remembered between steps as plain data."""
+        return {
+            "state": self.state,
+            "motion": list(self._motion),
+            "stroke": None if self._stroke is None else self._stroke.get_state(),
+            "limits": list(self._limits),
+            "target": self._target,
+            "slowed": self._slowed,
+            "asked": self._asked,
+            "force": self._force,
+            "ramp": list(self._ramp),
+            "ramp_time": self._ramp_time,
+            "trim": self._trim,
+            "in_band": self._in_band,
+            "forces": list(self._forces),
+            "touched": [list(names) for names in self._touched],
+        }
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Take back what ``get_state`` gave."""
+        stroke = state["stroke"]
+        left, right = state["touched"]
+        self.state = state["state"]
+        self._motion = Motion(*state["motion"])
+        self._stroke = None if stroke is None else Stroke.from_state(stroke)
+        self._limits = StrokeLimits(*state["limits"])
+        self._target, self._slowed = state["target"], state["slowed"]
+        self._asked, self._force = state["asked"], state["force"]
+        start, end, duration = state["ramp"]
+        self._ramp = (start, end, duration)
+        self._ramp_time, self._trim = state["ramp_time"], state["trim"]
+        self._in_band = state["in_band"]
+        first, second = state["forces"]
+        self._forces = (first, second)
+        self._touched = (tuple(left), tuple(right))

@@ -1,0 +1,94 @@
+"""The jerk-limited travel of a finger."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import ruckig
+
+from bt_manip.control.exceptions import ControlError
+
+
+class Motion(NamedTuple):
+    """Where a finger should be."""
+
+    s: float  # [m]
+    v: float  # [m/s]
+    a: float  # [m/s2]
+
+
+class StrokeLimits(NamedTuple):
+    """How fast a finger may travel."""
+
+    speed: float  # [m/s]
+    acceleration: float = 5.0  # [m/s2]
+    jerk: float = 500.0  # [m/s3]
+
+
+class Stroke:
+    """A travel from a motion to rest: at a target, or as soon as the limits allow."""
+
+    def __init__(self, start: Motion, target: float | None, limits: StrokeLimits):
+        """Plan the travel.
+
+        Args:
+            start: Motion at its beginning.
+            target: Where it ends [m]; ``None``: brake.
+            limits: How fast it may be.
+
+        Raises:
+            ControlError: When no such travel exists, as with a speed that is not positive.
+        """
+        self.start, self.target, self.limits = start, target, limits
+        self.elapsed = 0.0
+        task = ruckig.InputParameter(1)
+        task.current_position = [start.s]
+        task.current_velocity = [start.v]
+        task.current_acceleration = [start.a]
+        task.max_velocity = [limits.speed]
+        task.max_acceleration = [limits.acceleration]
+        task.max_jerk = [limits.jerk]
+        if target is None:
+            task.control_interface = ruckig.ControlInterface.Velocity
+            task.target_velocity = [0.0]
+        else:
+            task.target_position = [target]
+        self._trajectory = ruckig.Trajectory(1)
+        try:
+            result = ruckig.Ruckig(1).calculate(task, self._trajectory)
+        except ruckig.RuckigError as error:
+            raise ControlError(
+                f"a finger cannot travel from {start} to {target}: {error}"
+            ) from None
+        if result != ruckig.Result.Working:
+            raise ControlError(f"a finger cannot travel from {start} to {target} within {limits}")
+        self.duration: float = self._trajectory.duration
+
+    @property
+    def done(self) -> bool:
+        """Whether the end is reached."""
+        return self.elapsed >= self.duration
+
+    def advance(self, dt: float) -> Motion:
+        """Go on by ``dt`` [s] and give the motion there."""
+        self.elapsed += dt
+        if self.elapsed < self.duration:
+            s, v, a = self._trajectory.at_time(self.elapsed)
+            return Motion(s[0], v[0], a[0])
+        s, _, _ = self._trajectory.at_time(self.duration)
+        return Motion(s[0], 0.0, 0.0)
+
+    def get_state(self) -> dict[str, Any]:
+        """Give the travel as plain data."""
+        return {
+            "start": list(self.start),
+            "target": self.target,
+            "limits": list(self.limits),
+            "elapsed": self.elapsed,
+        }
+
+    @classmethod
+    def from_state(cls, state: Mapping[str, Any]) -> "Stroke":
+        """Make the same travel again; Ruckig gives the same bits for the same numbers."""
+        stroke = cls(Motion(*state["start"]), state["target"], StrokeLimits(*state["limits"]))
+        stroke.elapsed = state["elapsed"]
+        return stroke
