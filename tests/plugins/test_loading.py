@@ -1,0 +1,209 @@
+"""Plugins come in whole or not at all."""
+
+from importlib.metadata import EntryPoint
+
+import pytest
+
+from bt_manip.plugins import PluginWarning, load_plugins
+
+GOOD = """
+    @hookimpl
+    def register_objects(register):
+        register("ball", lambda: "a ball")
+    @hookimpl
+    def register_controllers(register):
+        register("soft", lambda robot, model: (robot, model))
+"""
+
+
+def test_a_plugin_brings_parts_that_know_where_they_are_from(plugin, load):
+    plugins, warnings = load(plugin("toys", GOOD))
+    assert warnings == []
+    assert plugins.parts.objects.create("ball") == "a ball"
+    assert plugins.parts.objects.owner("ball") == "toys"
+    assert plugins.parts.objects.owner("cube") == "builtin"
+    assert plugins.parts.controllers.names() == ("soft",)
+    toys = plugins.plugins[1]
+    assert toys.provides == {"objects": ("ball",), "controllers": ("soft",)}
+    assert toys.problem == ""
+    assert toys.source.endswith(".py")
+
+
+BROKEN = {
+    "import error": ("import no_such_module_anywhere", "no_such_module_anywhere"),
+    "syntax error": ("def broken(:", "SyntaxError"),
+    "exit at import": ("raise SystemExit(5)", "SystemExit: 5"),
+    "wrong signature": (
+        """
+        @hookimpl
+        def register_objects(register, physics): register("x", dict)
+        """,
+        "physics",
+    ),
+    "misspelt hook": (
+        """
+        @hookimpl
+        def register_objets(register): register("x", dict)
+        """,
+        "there is no hook 'register_objets'; did you mean 'register_objects'",
+    ),
+    "name of another plugin's part": (
+        """
+        @hookimpl
+        def register_objects(register):
+            register("x", dict)
+            register("cube", dict)
+        """,
+        "object 'cube' is registered already, by plugin 'builtin'",
+    ),
+    "its own name twice": (
+        """
+        @hookimpl
+        def register_objects(register):
+            register("x", dict)
+            register("x", list)
+        """,
+        "registers object 'x' twice",
+    ),
+    "raising hook": (
+        """
+        @hookimpl
+        def register_objects(register): register("x", dict)
+        @hookimpl
+        def register_robots(register): raise RuntimeError("no arm today")
+        """,
+        "RuntimeError: no arm today",
+    ),
+    "no hook marked": (
+        """
+        def register_objects(register): register("x", dict)
+        """,
+        "implements no hook",
+    ),
+    "wrapper": (
+        """
+        @hookimpl(wrapper=True)
+        def register_objects(register): return (yield)
+        """,
+        "wraps other plugins' hooks",
+    ),
+    "not callable": (
+        """
+        @hookimpl
+        def register_objects(register): register("x", 3)
+        """,
+        "'x' among its objects is not callable",
+    ),
+    "no name": (
+        """
+        @hookimpl
+        def register_objects(register): register("a b", dict)
+        """,
+        "letters, digits",
+    ),
+    "no robot": (
+        """
+        @hookimpl
+        def register_robots(register): register("panda")
+        """,
+        "a robot is a RobotDescription",
+    ),
+    "no behaviour": (
+        """
+        @hookimpl
+        def register_behaviours(register): register(dict)
+        """,
+        "dict",
+    ),
+    "no tree": (
+        """
+        @hookimpl
+        def register_trees(register): register("x", "nowhere.xml")
+        """,
+        "tree 'x': 'nowhere.xml'",
+    ),
+}
+
+
+@pytest.mark.parametrize(("source", "reason"), BROKEN.values(), ids=BROKEN.keys())
+def test_a_broken_plugin_is_one_warning_and_nothing_of_it_stays(plugin, load, source, reason):
+    plugins, warnings = load(plugin("broken", source), plugin("toys", GOOD))
+    assert len(warnings) == 1
+    assert warnings[0].startswith("plugin 'broken'")
+    assert reason in warnings[0]
+    assert "\n" not in warnings[0]
+    assert plugins.parts.objects.names() == ("ball", "cube")
+    assert [p.name for p in plugins.plugins if p.problem] == ["broken"]
+
+
+def test_an_entry_point_that_points_nowhere_is_one_warning(load):
+    _, warnings = load(EntryPoint("lost", "no_such_module_anywhere:thing", "bt_manip"))
+    assert len(warnings) == 1
+    assert "plugin 'lost'" in warnings[0]
+    assert "no_such_module_anywhere" in warnings[0]
+
+
+def test_of_two_plugins_with_one_name_the_second_is_left_out(plugin, load):
+    first, second = plugin("toys", GOOD), plugin("toys", GOOD.replace("ball", "kite"))
+    plugins, warnings = load(second, first)
+    assert len(warnings) == 1
+    assert "another plugin has the same name" in warnings[0]
+    assert plugins.parts.objects.names() == ("ball", "cube")
+
+
+def test_a_plugin_called_builtin_does_not_take_its_place(plugin, load):
+    plugins, warnings = load(plugin("builtin", GOOD))
+    assert len(warnings) == 1
+    assert plugins.parts.objects.names() == ("cube",)
+
+
+def test_an_interrupt_during_an_import_is_not_swallowed(plugin, load):
+    with pytest.raises(KeyboardInterrupt):
+        load(plugin("slow", "raise KeyboardInterrupt"))
+
+
+def test_nothing_can_be_registered_after_the_hook(plugin, load):
+    late = """
+        kept = []
+        @hookimpl
+        def register_objects(register): kept.append(register)
+    """
+    point = plugin("late", late)
+    plugins, _ = load(point)
+    with pytest.raises(Exception, match="inside the hook"):
+        point.load().kept[0]("afterwards", dict)
+    assert plugins.parts.objects.names() == ("cube",)
+
+
+def test_a_missing_name_is_explained_by_a_broken_plugin(plugin, load):
+    plugins, _ = load(plugin("broken", "raise RuntimeError"))
+    with pytest.raises(Exception, match=r"unknown object 'bal'.*plugin 'broken'"):
+        plugins.parts.objects.get("bal")
+
+
+def test_without_somebody_to_tell_a_broken_plugin_is_a_python_warning(plugin):
+    point = plugin("broken", "raise RuntimeError")
+    builtin = plugin("tiny", GOOD).load()
+    with pytest.warns(PluginWarning, match="plugin 'broken'"):
+        load_plugins(entry_points=[point], builtin=builtin)
+
+
+def test_blame_falls_on_the_plugin_whose_code_raised(plugin, load):
+    toys = """
+        def thrower(): raise ValueError("too heavy")
+        @hookimpl
+        def register_objects(register): register("stone", thrower)
+    """
+    plugins, _ = load(plugin("toys", toys))
+    with pytest.raises(ValueError, match="too heavy") as caught:
+        plugins.parts.objects.create("stone")
+    blamed = plugins.blame(caught.value)
+    assert blamed is not None
+    assert blamed.name == "toys"
+
+
+def test_nobody_is_blamed_for_what_no_plugin_did(load):
+    plugins, _ = load()
+    with pytest.raises(ZeroDivisionError) as caught:
+        1 / 0  # noqa: B018
+    assert plugins.blame(caught.value) is None
