@@ -25,7 +25,8 @@ class MotionStatistics:
         # A joint without bounds uses none of its range.
         half_range = (limits.upper - limits.lower) / 2.0
         bounded = np.isfinite(half_range)
-        self._middle = np.where(bounded, (limits.upper + limits.lower) / 2.0, 0.0)
+        centre = np.add(limits.upper, limits.lower, where=bounded, out=np.zeros_like(limits.upper))
+        self._middle = centre / 2.0
         self._half_range = np.where(bounded, half_range, np.inf)
         self._last: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
         self.begin()
