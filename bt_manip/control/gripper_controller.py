@@ -253,6 +253,7 @@ class GripperController(composer.Entity):
         self._ramp = (0.0, 0.0, 0.0)  # from [N], to [N], duration [s]
         self._ramp_time = 0.0
         self._trim = 0.0  # [N]
+        self._offset = 0.0  # [m] by which the first finger is further out
         self._in_band = 0  # steps
         self._forces = (0.0, 0.0)
         self._touched: tuple[tuple[str, ...], tuple[str, ...]] = ((), ())
@@ -280,6 +281,8 @@ class GripperController(composer.Entity):
         if left > _TOUCHED and right > _TOUCHED:
             met = self.width < self._description.min_width + _MET
             self._force = _FIRST
+            # The fingers keep their difference: centring a gripped object would rub it on the table.
+            self._offset = float(self._qpos[self._q1] - self._qpos[self._q2])
             self._begin_press(GRIPPING, _MET_FORCE if met else self._asked, _RAMP)
         elif (left > _TOUCHED or right > _TOUCHED) and not self._slowed:
             self._slowed = True
@@ -298,7 +301,7 @@ class GripperController(composer.Entity):
     def _press(self, q1: float, q2: float, v1: float, v2: float) -> tuple[float, float]:
         """Give the closing forces, with a share that keeps the fingers in step [N]."""
         m = self._mass
-        sync = m * _POLE * (_POLE * (q1 - q2) + 2.0 * (v1 - v2)) * 0.5
+        sync = m * _POLE * (_POLE * (q1 - q2 - self._offset) + 2.0 * (v1 - v2)) * 0.5
         most = _SYNC_SHARE * self._force + 0.2
         sync = min(max(sync, -most), most)
         f = -(self._force + self._trim)
@@ -342,6 +345,7 @@ class GripperController(composer.Entity):
             "ramp": list(self._ramp),
             "ramp_time": self._ramp_time,
             "trim": self._trim,
+            "offset": self._offset,
             "in_band": self._in_band,
             "forces": list(self._forces),
             "touched": [list(names) for names in self._touched],
@@ -360,7 +364,7 @@ class GripperController(composer.Entity):
         start, end, duration = state["ramp"]
         self._ramp = (start, end, duration)
         self._ramp_time, self._trim = state["ramp_time"], state["trim"]
-        self._in_band = state["in_band"]
+        self._offset, self._in_band = state["offset"], state["in_band"]
         first, second = state["forces"]
         self._forces = (first, second)
         self._touched = (tuple(left), tuple(right))
