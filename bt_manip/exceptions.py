@@ -26,3 +26,50 @@ def did_you_mean(name: str, valid: Iterable[str], *, most: int = 3) -> str:
     if near:
         return "; did you mean " + " or ".join(f"'{by_folded[n]}'" for n in near) + "?"
     return "; known: " + ", ".join(choices) if choices else ""
+
+
+class TreeError(BtManipError):
+    """A behaviour tree that cannot be built: its document or its construction is wrong.
+
+    Attributes:
+        problems: What is wrong, one item a finding, each with its place in the document.
+    """
+
+    def __init__(self, message: str, problems: Iterable[object] = ()) -> None:
+        """Keep the findings beside the message."""
+        super().__init__(message)
+        self.problems = tuple(problems)
+
+
+class UnknownBehaviourError(TreeError):
+    """A name under which no behaviour is registered."""
+
+
+class PortError(BtManipError):
+    """A port that cannot be read or written as asked."""
+
+
+class BlackboardError(BtManipError):
+    """A blackboard entry that is missing, or that does not take a value."""
+
+
+class ScriptError(BtManipError):
+    """A script that cannot be parsed or evaluated."""
+
+
+class NodeError(Exception):
+    """An exception raised inside a node of a running tree, with the path of that node.
+
+    Not a `BtManipError`: what went wrong may be a fault of the behaviour. The first exception is
+    kept as ``__cause__``.
+
+    Attributes:
+        path: The path of the node in its tree.
+        registration: The name under which the node's class is registered.
+    """
+
+    def __init__(self, path: str, registration: str, message: str) -> None:
+        """Say which node raised what."""
+        super().__init__(f"{path} [{registration}]: {message}")
+        self.path = path
+        self.registration = registration

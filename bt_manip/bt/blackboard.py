@@ -1,0 +1,247 @@
+"""The scoped, typed blackboard: one scope for each instance of a sub-tree."""
+
+import inspect
+from typing import Any, Final
+
+from bt_manip.bt import literals
+from bt_manip.bt.port_types import (
+    BOOL,
+    DOUBLE,
+    INT,
+    INT64,
+    STRING,
+    UNTYPED,
+    PortType,
+    cast,
+    casts_safely,
+    type_of,
+)
+from bt_manip.exceptions import BlackboardError, did_you_mean
+
+
+class _Empty:
+    """The value of an entry that was declared and never written."""
+
+    def __repr__(self) -> str:
+        return "EMPTY"
+
+
+EMPTY: Final = _Empty()
+
+_NUMBERS: Final = ("integer", "real")
+
+
+class Entry:
+    """One value of a blackboard, with its type.
+
+    Attributes:
+        declared: The type that was declared, by a port or by the first write.
+        value: The value, or `EMPTY`.
+        type: The type of the value; it may be another than the declared one.
+        sequence: How often the entry was written.
+    """
+
+    __slots__ = ("declared", "sequence", "type", "value")
+
+    def __init__(self, declared: PortType) -> None:
+        """Declare an entry without a value."""
+        self.declared = declared
+        self.value: Any = EMPTY
+        self.type = declared
+        self.sequence = 0
+
+    def put(self, value: Any, type: PortType) -> None:
+        """Replace value and type, without any check."""
+        self.value = value
+        self.type = type
+        self.sequence += 1
+
+    def copy_in(self, value: Any, type: PortType) -> None:
+        """Write a value and keep the type that the entry's value has.
+
+        Raises:
+            ValueError: If the value does not become that type without loss.
+        """
+        if self.value is EMPTY:
+            self.put(value, type)
+            return
+        family = self.type.family
+        if family != type.family:
+            if family not in _NUMBERS or type.family not in _NUMBERS:
+                raise ValueError(f"a value of type {type.name} does not become {self.type.name}")
+            # All integers are kept as 64 bit: a narrower type of the value is no limit here.
+            value = cast(value, type, DOUBLE if family == "real" else INT64)
+        elif family == "object" and type != self.type:
+            raise ValueError(f"a value of type {type.name} does not become {self.type.name}")
+        elif self.type is BOOL and value in (0, 1):
+            value = bool(value)
+        self.value = value
+        self.sequence += 1
+
+
+class Blackboard:
+    """The entries that one tree sees, and where the others of its keys are found.
+
+    A key that is not here is looked up where `remap` says, else, with `autoremap`, under the same
+    name in the parent. Keys that start with ``_`` are private: they are never looked up
+    automatically. ``@key`` always means the scope of the root.
+
+    Attributes:
+        parent: The scope of the tree that holds this sub-tree.
+        entries: The entries of this scope by key.
+        remapped: The parent's keys by own keys.
+        autoremap: Whether all other keys are the parent's too.
+    """
+
+    def __init__(self, parent: "Blackboard | None" = None) -> None:
+        """Make an empty scope."""
+        self.parent = parent
+        self.entries: dict[str, Entry] = {}
+        self.remapped: dict[str, str] = {}
+        self.autoremap = False
+        self.root: Blackboard = self if parent is None else parent.root
+
+    def remap(self, key: str, parent_key: str) -> None:
+        """Let a key of this scope mean a key of the parent; the first remap of a key counts."""
+        self.remapped.setdefault(key, parent_key)
+
+    def entry(self, key: str) -> Entry | None:
+        """Find the entry behind a key, here or where the key leads; None if there is none."""
+        found = self.entries.get(key)
+        if found is not None:
+            return found
+        if key[:1] == "@":
+            return self.root.entry(key[1:])
+        parent = self.parent
+        if parent is not None:
+            parent_key = self.remapped.get(key)
+            if parent_key is not None:
+                return parent.entry(parent_key)
+            if self.autoremap and key[:1] != "_":
+                return parent.entry(key)
+        return None
+
+    def declare(self, key: str, type: PortType = UNTYPED) -> Entry:
+        """Find or create the entry behind a key, where the key leads.
+
+        Raises:
+            BlackboardError: If the entry exists with another type.
+        """
+        if key[:1] == "@":
+            if "@" in key[1:]:
+                raise BlackboardError(f"'@' stands more than once in the key '{key}'")
+            return self.root._declare(key[1:], type)
+        return self._declare(key, type)
+
+    def _declare(self, key: str, type: PortType) -> Entry:
+        found = self.entries.get(key)
+        if found is not None:
+            if found.declared.strong and type.strong and found.declared != type:
+                raise BlackboardError(
+                    f"entry '{key}' holds {found.declared.name}; it cannot become {type.name}"
+                )
+            return found
+        if self.parent is not None:
+            parent_key = self.remapped.get(key)
+            if parent_key is not None:
+                return self.parent._declare(parent_key, type)
+            if self.autoremap and key[:1] != "_":
+                return self.parent._declare(key, type)
+        elif key in self.remapped:
+            raise BlackboardError(f"'{key}' is remapped, but this scope has no parent")
+        created = Entry(type)
+        self.entries[key] = created
+        return created
+
+    def write(self, key: str, value: Any, type: PortType) -> None:
+        """Write a value of a known type.
+
+        The first write of a key declares its type, except that a string leaves it open. Later
+        writes keep the type: numbers are cast where nothing is lost, and texts are converted.
+
+        Raises:
+            BlackboardError: If the entry does not take the value.
+        """
+        if key[:1] == "@":
+            self.root.write(key[1:], value, type)
+            return
+        found = self.entries.get(key)
+        if found is None:
+            self._declare(key, UNTYPED if type is STRING else type).put(value, type)
+            return
+        if not found.declared.strong:
+            found.declared = type
+            found.put(value, type)
+            return
+        declared = found.declared
+        try:
+            if declared != type:
+                if type is STRING and declared.converter is not None:
+                    value, type = declared.converter(value), declared
+                elif _is_instance(value, declared):
+                    type = declared
+                elif not casts_safely(value, type, declared):
+                    raise ValueError(f"it was declared as {declared.name}")
+            found.copy_in(value, type)
+        except ValueError as error:
+            raise BlackboardError(
+                f"entry '{key}' does not take {value!r} of type {type.name}: {error}"
+            ) from None
+
+    def unset(self, key: str) -> None:
+        """Remove an entry of this very scope; nothing happens if there is none."""
+        self.entries.pop(key, None)
+
+    def get(self, key: str, default: Any = None) -> Any:
+        """Give the value behind a key, or a default if nothing was written."""
+        found = self.entry(key)
+        return default if found is None or found.value is EMPTY else found.value
+
+    def __getitem__(self, key: str) -> Any:
+        """Give the value behind a key.
+
+        Raises:
+            BlackboardError: If nothing was written under this key.
+        """
+        found = self.entry(key)
+        if found is None:
+            raise BlackboardError(f"no entry '{key}'" + did_you_mean(key, self.entries))
+        if found.value is EMPTY:
+            raise BlackboardError(f"entry '{key}' was never written")
+        return found.value
+
+    def __setitem__(self, key: str, value: Any) -> None:
+        """Write a Python value; its type is found from the value."""
+        type = type_of(value)
+        if type is INT64 and -(1 << 31) <= value < 1 << 31:
+            type = INT  # what a port of Python's int declares
+        self.write(key, value, type)
+
+    def set_text(self, key: str, text: str) -> None:
+        """Write a constant given as text: an integer, a real number, or else a string.
+
+        This is how a constant attribute of a ``<SubTree>`` enters its scope.
+        """
+        if not any(mark in text for mark in ".eE"):
+            try:
+                value = literals.parse_integer(text, 64)
+                if str(value) == text or text.lstrip("-").isdigit():
+                    self.write(key, value, INT if -(1 << 31) <= value < 1 << 31 else INT64)
+                    return
+            except ValueError:
+                pass
+        try:
+            self.write(key, literals.parse_real(text, whole=True), DOUBLE)
+        except ValueError:
+            self.write(key, text, STRING)
+
+    def __contains__(self, key: object) -> bool:
+        """Tell whether a value was written under this key."""
+        found = self.entry(key) if isinstance(key, str) else None
+        return found is not None and found.value is not EMPTY
+
+
+def _is_instance(value: Any, type: PortType) -> bool:
+    return (
+        type.family == "object" and inspect.isclass(type.python) and isinstance(value, type.python)
+    )

@@ -1,0 +1,132 @@
+"""Texts of a tree document as values, by the rules of the engine's string conversions.
+
+The engine reads numbers with C++'s ``std::from_chars``: the longest number at the very start of
+the text counts, and what follows is ignored (``"12abc"`` is 12), while a leading space or plus
+sign is an error.
+"""
+
+import json
+import math
+import re
+from typing import Any
+
+from bt_manip.bt.status import NodeStatus
+
+_INTEGER = re.compile(r"-?[0-9]+")
+_REAL = re.compile(
+    r"-?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|inf(?:inity)?|nan(?:\(\w*\))?)",
+    re.IGNORECASE,
+)
+_BOOLEANS = {
+    "1": True,
+    "true": True,
+    "True": True,
+    "TRUE": True,
+    "0": False,
+    "false": False,
+    "False": False,
+    "FALSE": False,
+}
+
+
+def parse_integer(text: str, bits: int = 32, *, signed: bool = True) -> int:
+    """Read the integer at the start of a text.
+
+    Args:
+        text: The text.
+        bits: Width of the integer type that receives it.
+        signed: Whether that type has a sign.
+
+    Raises:
+        ValueError: If there is none, or if it does not fit.
+    """
+    found = _INTEGER.match(text)
+    if found is None:
+        raise ValueError(f"'{text}' is not an integer")
+    value = int(found[0])
+    lower, upper = integer_range(bits, signed=signed)
+    if not lower <= value <= upper:
+        raise ValueError(f"{found[0]} is outside {lower} .. {upper}")
+    return value
+
+
+def integer_range(bits: int, *, signed: bool) -> tuple[int, int]:
+    """Give the smallest and the largest number of an integer type."""
+    return (-(1 << bits - 1), (1 << bits - 1) - 1) if signed else (0, (1 << bits) - 1)
+
+
+def parse_real(text: str, *, whole: bool = False) -> float:
+    """Read the floating point number at the start of a text.
+
+    Args:
+        text: The text.
+        whole: Whether nothing may follow the number.
+
+    Raises:
+        ValueError: If there is none, or if it is too large or too small for a double.
+    """
+    found = _REAL.match(text)
+    if found is None or (whole and found.end() != len(text)):
+        raise ValueError(f"'{text}' is not a number")
+    digits = found[0].lower()
+    if "n" in digits:  # inf and nan
+        return float(digits.partition("(")[0])
+    value = float(digits)
+    if math.isinf(value) or (value == 0 and re.search("[1-9]", digits.partition("e")[0])):
+        raise ValueError(f"{found[0]} does not fit a double")
+    return value
+
+
+def parse_boolean(text: str) -> bool:
+    """Read a truth value: ``0 1 true True TRUE false False FALSE`` and nothing else.
+
+    Raises:
+        ValueError: If it is another text.
+    """
+    try:
+        return _BOOLEANS[text]
+    except KeyError:
+        raise ValueError(f"'{text}' is not a truth value (true, false, 1 or 0)") from None
+
+
+def parse_status(text: str) -> NodeStatus:
+    """Read the name of a node status.
+
+    Raises:
+        ValueError: If it is not one of the five.
+    """
+    try:
+        return NodeStatus[text]
+    except KeyError:
+        names = ", ".join(NodeStatus.__members__)
+        raise ValueError(f"'{text}' is not a status ({names})") from None
+
+
+def split_list(text: str) -> list[str]:
+    """Split a text at its semicolons; no item follows a semicolon at the very end."""
+    if not text:
+        return []
+    parts = text.split(";")
+    return parts[:-1] if parts[-1] == "" else parts
+
+
+def parse_json(text: str) -> Any:
+    """Read what follows the ``json:`` of a literal.
+
+    Raises:
+        ValueError: If it is not JSON.
+    """
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"'{text}' is not JSON ({error})") from None
+
+
+def format_real(value: float) -> str:
+    """Write a number so that reading it gives the same number."""
+    return repr(float(value))
+
+
+def to_string(value: int | float) -> str:
+    """Write a number as the engine does when it needs a string: C++'s ``std::to_string``."""
+    return f"{value:f}" if isinstance(value, float) else str(int(value))

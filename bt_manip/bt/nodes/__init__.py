@@ -1,0 +1,1 @@
+"""The nodes of a tree: base classes, and the built-in ones."""

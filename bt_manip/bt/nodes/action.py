@@ -1,0 +1,132 @@
+"""Leaves that act, and that may take more than one tick."""
+
+from typing import ClassVar, Final
+
+from bt_manip.bt.nodes.node import Node, NodeKind
+from bt_manip.bt.status import (
+    FAILURE,
+    IDLE,
+    RUNNING,
+    SKIPPED,
+    SUCCESS,
+    NodeStatus,
+    Status,
+    node_status,
+)
+
+_RUNNING: Final = Status.RUNNING
+_SUCCESS: Final = Status.SUCCESS
+_FAILURE: Final = Status.FAILURE
+_INVALID: Final = Status.INVALID
+
+
+class Leaf(Node):
+    """A node without children, written as a py_trees behaviour.
+
+    ``initialise`` starts the work, ``update`` looks at it once per tick, and ``terminate`` ends it:
+    with ``SUCCESS`` or ``FAILURE`` when it has completed, with ``INVALID`` when it is halted.
+    """
+
+    _node_ended = False
+
+    def initialise(self) -> None:
+        """Start the work; called when the node is ticked and was not running."""
+
+    def update(self) -> Status | NodeStatus:  # type: ignore[override]
+        """Look at the work, once per tick.
+
+        Returns:
+            ``RUNNING``, ``SUCCESS`` or ``FAILURE``; or ``NodeStatus.SKIPPED``.
+        """
+        raise NotImplementedError(f"{type(self).__name__} needs an update()")
+
+    def terminate(self, new_status: Status) -> None:
+        """End the work, completed or halted."""
+
+    def fail(self, reason: str) -> Status:
+        """Fail with a reason, from ``initialise`` or ``update``.
+
+        Args:
+            reason: Why, for people; it becomes the node's ``feedback_message``.
+
+        Returns:
+            ``FAILURE``, so that ``update`` can ``return self.fail("...")``.
+        """
+        self.feedback_message = reason
+        self._node_ended = True
+        return _FAILURE
+
+    def _start(self) -> NodeStatus:
+        self._node_ended = False
+        self.feedback_message = ""
+        self.initialise()
+        return self._finish(_FAILURE if self._node_ended else self.update())
+
+    def _finish(self, result: Status | NodeStatus) -> NodeStatus:
+        if result is _RUNNING:
+            return RUNNING
+        if result is _SUCCESS:
+            self.terminate(_SUCCESS)
+            return SUCCESS
+        if result is _FAILURE:
+            if self._node_runtime is not None:
+                self._node_runtime.reason = (self, self.feedback_message)
+            self.terminate(_FAILURE)
+            return FAILURE
+        state = node_status(result)
+        if state is IDLE:
+            raise ValueError("update() must not return INVALID")
+        if state is SKIPPED:
+            if self._node_status is not RUNNING:
+                self.terminate(_INVALID)
+            return SKIPPED
+        return self._finish((_INVALID, _RUNNING, _SUCCESS, _FAILURE)[state])
+
+
+class Action(Leaf):
+    """A leaf that acts: it may run over many ticks, and it can be halted.
+
+    A completed action that is ticked again before its parent has reset it gives the same status
+    again and does nothing, as the engine's stateful actions do.
+    """
+
+    kind: ClassVar = NodeKind.ACTION
+
+    def _tick(self) -> NodeStatus:
+        status = self._node_status
+        if status is IDLE:
+            return self._start()
+        if status is RUNNING:
+            return self._finish(self.update())
+        return status
+
+    def _halt(self) -> None:
+        if self._node_status is RUNNING:
+            self.terminate(_INVALID)
+        self._reset()
+
+
+class SyncAction(Action):
+    """An action that completes within its tick, and that does its work again at every tick."""
+
+    def _tick(self) -> NodeStatus:
+        state = self._start()
+        if state is RUNNING:
+            raise ValueError("a synchronous action must not return RUNNING")
+        return state
+
+
+class Condition(Leaf):
+    """A leaf that only looks: it is evaluated anew at every tick."""
+
+    kind: ClassVar = NodeKind.CONDITION
+
+    def _tick(self) -> NodeStatus:
+        if self._node_status is RUNNING:
+            return self._finish(self.update())
+        return self._start()
+
+    def _halt(self) -> None:
+        if self._node_status is RUNNING:
+            self.terminate(_INVALID)
+        self._reset()

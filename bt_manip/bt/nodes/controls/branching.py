@@ -1,0 +1,95 @@
+"""IfThenElse and WhileDoElse: a condition chooses the branch."""
+
+from typing import ClassVar
+
+from bt_manip.bt.nodes.control import Control
+from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SUCCESS, NodeStatus
+
+
+class _Branching(Control):
+    least_children: ClassVar = 2
+    most_children: ClassVar = 3
+
+    def _check_children(self) -> None:
+        if len(self.children) not in (2, 3):
+            raise ValueError(f"must have 2 or 3 children, not {len(self.children)}")
+
+
+class IfThenElse(_Branching):
+    """Ask the first child once, then tick the second one or the third one.
+
+    | child     | what happens                                                      |
+    |-----------|-------------------------------------------------------------------|
+    | condition | SUCCESS chooses the second child, FAILURE the third one, or       |
+    |           | FAILURE if there is none; RUNNING is RUNNING; SKIPPED is an error |
+    | branch    | RUNNING is RUNNING, and the condition is not asked again;         |
+    |           | else all are reset, and its status is returned, SKIPPED too       |
+    | halt      | the running child is halted; the condition is asked again         |
+    """
+
+    memory: ClassVar = ("_branch",)
+    _branch = 0
+
+    def _tick(self) -> NodeStatus:
+        self._check_children()
+        links = self.links
+        self._enter()
+        if self._branch == 0:
+            state = links[0].execute()
+            if state is RUNNING:
+                return RUNNING
+            if state is SUCCESS:
+                self._branch = 1
+            elif state is FAILURE:
+                if len(links) == 2:
+                    return FAILURE
+                self._branch = 2
+            else:
+                raise ValueError("the condition was skipped: neither branch can be chosen")
+        state = links[self._branch].execute()
+        if state is RUNNING:
+            return RUNNING
+        self._reset_children()
+        self._branch = 0
+        return state
+
+    def _halt(self) -> None:
+        self._branch = 0
+        super()._halt()
+
+
+class WhileDoElse(_Branching):
+    """Ask the first child at every tick; tick the second one, or else the third one.
+
+    | child     | what happens                                                      |
+    |-----------|-------------------------------------------------------------------|
+    | condition | SUCCESS halts the third child and ticks the second one; FAILURE   |
+    |           | halts the second one and ticks the third one, or is FAILURE if    |
+    |           | there is none; RUNNING is RUNNING; SKIPPED is an error            |
+    | branch    | RUNNING is RUNNING; else all are reset, and its status returned   |
+    | halt      | the running children are halted                                   |
+    """
+
+    def _tick(self) -> NodeStatus:
+        self._check_children()
+        links = self.links
+        self._enter()
+        state = links[0].execute()
+        if state is RUNNING:
+            return RUNNING
+        result = IDLE
+        if state is SUCCESS:
+            if len(links) == 3:
+                self._halt_child(2)
+            result = links[1].execute()
+        elif state is FAILURE:
+            result = FAILURE
+            if len(links) == 3:
+                self._halt_child(1)
+                result = links[2].execute()
+        if result is RUNNING:
+            return RUNNING
+        self._reset_children()
+        if result is IDLE:
+            raise ValueError("the condition was skipped: neither branch can be chosen")
+        return result

@@ -1,0 +1,154 @@
+"""Parallel and ParallelAll: all children in every tick."""
+
+from typing import Any, ClassVar
+
+from bt_manip.bt.nodes.control import Control
+from bt_manip.bt.ports import Input
+from bt_manip.bt.status import FAILURE, RUNNING, SKIPPED, SUCCESS, NodeStatus
+
+
+def threshold(count: int, children: int) -> int:
+    """Give the number that a threshold means; a negative one counts from all children, -1."""
+    return max(children + count + 1, 0) if count < 0 else count
+
+
+class _Counting(Control):
+    memory: ClassVar = ("_completed", "_failures")
+
+    def __init__(self, *args: Any, **ports: Any) -> None:
+        super().__init__(*args, **ports)
+        self._clear()
+
+    def _clear(self) -> None:
+        self._completed: list[int] = []
+        self._failures = 0
+        self._reason: Any = None
+
+    def _remember_failure(self) -> None:
+        self._failures += 1
+        if self._node_runtime is not None:
+            self._reason = self._node_runtime.reason
+
+    def _recall_reason(self) -> None:
+        """Let the tree's reason be that of a child that failed here, maybe some ticks ago."""
+        if self._node_runtime is not None and self._reason is not None:
+            self._node_runtime.reason = self._reason
+
+    def _check(self, count: int, what: str) -> None:
+        if len(self.children) < count:
+            raise ValueError(f"{len(self.children)} children can never {what}: {count} must")
+
+    def _halt(self) -> None:
+        self._clear()
+        super()._halt()
+
+
+class Parallel(_Counting):
+    """Tick all children that have not completed, until enough have succeeded or failed.
+
+    The verdict is looked for after each child: on a verdict the later children are not ticked.
+
+    | child   | what happens                                                        |
+    |---------|---------------------------------------------------------------------|
+    | SUCCESS | counted; it is not ticked again. SUCCESS once success_count have    |
+    | FAILURE | counted; it is not ticked again. FAILURE once failure_count have,   |
+    |         | or once success_count cannot be reached                             |
+    | RUNNING | RUNNING if there is no verdict                                      |
+    | SKIPPED | counts as a success in this tick if success_count is negative;      |
+    |         | SKIPPED if all were skipped                                         |
+    | halt    | all running children are halted, the counts are cleared             |
+    """
+
+    memory: ClassVar = ("_completed", "_failures", "_successes")
+    success_count = Input(
+        int, default=-1, doc="number of children that need to succeed to trigger a SUCCESS"
+    )
+    failure_count = Input(
+        int, default=1, doc="number of children that need to fail to trigger a FAILURE"
+    )
+
+    def _clear(self) -> None:
+        super()._clear()
+        self._successes = 0
+
+    def _tick(self) -> NodeStatus:
+        links = self._links_cache or self.links
+        count = len(links)
+        wanted: int = self.success_count
+        needed = threshold(wanted, count)
+        tolerated = threshold(self.failure_count, count)
+        self._check(needed, "succeed")
+        self._check(tolerated, "fail")
+        self._enter()
+        skipped = 0
+        for index, link in enumerate(links):
+            if index not in self._completed:
+                state = link.execute()
+                if state is SUCCESS:
+                    self._completed.append(index)
+                    self._successes += 1
+                elif state is FAILURE:
+                    self._completed.append(index)
+                    self._remember_failure()
+                elif state is SKIPPED:
+                    skipped += 1
+            if self._successes >= needed or (wanted < 0 and self._successes + skipped >= needed):
+                self._clear()
+                self._reset_children()
+                return SUCCESS
+            if count - self._failures < needed or self._failures == tolerated:
+                self._recall_reason()
+                self._clear()
+                self._reset_children()
+                return FAILURE
+        return SKIPPED if skipped == count else RUNNING
+
+
+class ParallelAll(_Counting):
+    """Tick all children until all have completed, then judge.
+
+    | child   | what happens                                                        |
+    |---------|---------------------------------------------------------------------|
+    | SUCCESS | it is not ticked again                                              |
+    | FAILURE | counted; it is not ticked again. When all have completed: FAILURE   |
+    |         | if max_failures have failed, else SUCCESS                           |
+    | RUNNING | RUNNING                                                             |
+    | SKIPPED | counts as completed in this tick; SKIPPED if all were skipped       |
+    | halt    | all running children are halted, the counts are cleared             |
+    """
+
+    max_failures = Input(
+        int,
+        default=1,
+        doc="If the number of children returning FAILURE exceeds this value, "
+        "ParallelAll returns FAILURE",
+    )
+
+    def _tick(self) -> NodeStatus:
+        links = self._links_cache or self.links
+        count = len(links)
+        tolerated = threshold(self.max_failures, count)
+        self._check(tolerated, "fail")
+        self._enter()
+        skipped = 0
+        for index, link in enumerate(links):
+            if index in self._completed:
+                continue
+            state = link.execute()
+            if state is SUCCESS:
+                self._completed.append(index)
+            elif state is FAILURE:
+                self._completed.append(index)
+                self._remember_failure()
+            elif state is SKIPPED:
+                skipped += 1
+        if skipped == count:
+            return SKIPPED
+        if skipped + len(self._completed) < count:
+            return RUNNING
+        self._reset_children()
+        failed = self._failures >= tolerated
+        if failed:
+            self._recall_reason()
+        self._clear()
+        return FAILURE if failed else SUCCESS

@@ -1,0 +1,108 @@
+"""Sequence and its two kin: children one after the other, until one fails."""
+
+from typing import ClassVar
+
+from bt_manip.bt.nodes.control import Control
+from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, NodeStatus
+
+
+class Sequence(Control):
+    """Tick the children one after the other; fail as soon as one fails.
+
+    | child   | what happens                                                        |
+    |---------|---------------------------------------------------------------------|
+    | SUCCESS | the next child is ticked; after the last one SUCCESS                |
+    | FAILURE | all are reset, FAILURE; the next round starts with the first child  |
+    | RUNNING | RUNNING; the next tick goes on with this child                      |
+    | SKIPPED | as SUCCESS; SKIPPED if all were skipped                             |
+    | halt    | the running child is halted, the next round starts with the first   |
+    """
+
+    memory: ClassVar = ("_index", "_skipped")
+    _yields = False
+    _index = 0
+    _skipped = 0
+
+    def _tick(self) -> NodeStatus:
+        links = self._links_cache or self.links
+        if self._node_status is not RUNNING:
+            if self._node_status is IDLE:
+                self._skipped = 0
+            self._enter()
+        index = self._index
+        count = len(links)
+        try:
+            while index < count:
+                link = links[index]
+                before = link._node_status
+                state = link.execute()
+                if state is SUCCESS:
+                    index += 1
+                    if self._yields and before is IDLE and index < count:
+                        self.runtime.wake_up = True
+                        return RUNNING
+                elif state is RUNNING:
+                    return RUNNING
+                elif state is FAILURE:
+                    index = self._after_failure(index)
+                    return FAILURE
+                else:
+                    index += 1
+                    self._skipped += 1
+            index = 0
+        finally:
+            self._index = index
+        all_skipped = self._skipped == count
+        self._skipped = 0
+        self._reset_children()
+        return SKIPPED if all_skipped else SUCCESS
+
+    def _after_failure(self, index: int) -> int:
+        """Reset the children, and give the index of the child to start with next."""
+        self._reset_children()
+        return 0
+
+    def _halt(self) -> None:
+        self._index = 0
+        self._skipped = 0
+        super()._halt()
+
+
+class AsyncSequence(Sequence):
+    """A Sequence that pauses after each child that succeeded within one tick.
+
+    | child   | what happens                                                        |
+    |---------|---------------------------------------------------------------------|
+    | SUCCESS | in its first tick, and others remain: RUNNING, and the tree is      |
+    |         | woken up to go on; else as Sequence                                 |
+    | FAILURE | as Sequence                                                         |
+    | RUNNING | as Sequence                                                         |
+    | SKIPPED | as Sequence                                                         |
+    | halt    | as Sequence                                                         |
+    """
+
+    _yields = True
+
+
+class SequenceWithMemory(Sequence):
+    """A Sequence that goes on with the child that failed, not with the first one.
+
+    | child   | what happens                                                        |
+    |---------|---------------------------------------------------------------------|
+    | SUCCESS | as AsyncSequence                                                    |
+    | FAILURE | this and the later children are halted, FAILURE; the next round     |
+    |         | starts with this child                                              |
+    | RUNNING | as Sequence                                                         |
+    | SKIPPED | as Sequence                                                         |
+    | halt    | the children are halted, the next round goes on with the same child |
+    """
+
+    _yields = True
+
+    def _after_failure(self, index: int) -> int:
+        for later in range(index, len(self.links)):
+            self._halt_child(later)
+        return index
+
+    def _halt(self) -> None:
+        Control._halt(self)

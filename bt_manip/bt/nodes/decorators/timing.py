@@ -1,0 +1,128 @@
+"""Delay and Timeout: the child after some time, or for some time at the most."""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from bt_manip.bt.nodes.decorator import Decorator
+from bt_manip.bt.port_types import UNSIGNED
+from bt_manip.bt.ports import Input
+from bt_manip.bt.status import FAILURE, RUNNING, SUCCESS, NodeStatus
+
+
+class Timed(Decorator):
+    """A decorator with a timer that counts the tree's clock."""
+
+    def _cancel(self) -> None:
+        self.runtime.cancel_timer(self)
+
+    def get_state(self) -> dict[str, Any]:
+        """Give the state, with the time that is left [s] where a timer runs."""
+        deadline = self.runtime.timers.get(self)
+        left = None if deadline is None else deadline - self.runtime.clock()
+        return {**super().get_state(), "left": left}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Take back what `get_state` gave."""
+        super().set_state(state)
+        self._cancel()
+        if state["left"] is not None:
+            self.runtime.start_timer(self, state["left"])
+
+
+class Delay(Timed):
+    """Wait, then tick the child.
+
+    | child   | what happens                                     |
+    |---------|--------------------------------------------------|
+    | waiting | RUNNING until delay_msec have passed             |
+    | SUCCESS | SUCCESS; the next round waits again              |
+    | FAILURE | FAILURE; the next round waits again              |
+    | RUNNING | RUNNING                                          |
+    | SKIPPED | SKIPPED; the next round does not wait            |
+    | halt    | the child is halted; the next round waits again  |
+    """
+
+    memory: ClassVar = ("_started", "_elapsed")
+    delay_msec = Input(UNSIGNED, doc="Tick the child after a few milliseconds")
+    _started = False
+    _elapsed = False
+
+    def _tick(self) -> NodeStatus:
+        milliseconds: int = self.delay_msec
+        if not self._started:
+            self._started = True
+            self._elapsed = False
+            self._enter()
+            self.runtime.start_timer(self, milliseconds / 1000)
+        if not self._elapsed:
+            return RUNNING
+        state = self.link.execute()
+        if state is SUCCESS or state is FAILURE:
+            self._started = False
+            self._reset_child()
+        return state
+
+    def on_timer(self) -> None:
+        """Let the next tick reach the child."""
+        self._elapsed = True
+        self.runtime.wake_up = True
+
+    def _halt(self) -> None:
+        self._started = False
+        self._cancel()
+        super()._halt()
+
+
+class Timeout(Timed):
+    """Tick the child, and halt it when it has been running for too long.
+
+    | child   | what happens                                                       |
+    |---------|--------------------------------------------------------------------|
+    | SUCCESS | SUCCESS                                                            |
+    | FAILURE | FAILURE                                                            |
+    | RUNNING | RUNNING; once msec have passed it is halted before the next tick,  |
+    |         | which returns FAILURE                                              |
+    | SKIPPED | SKIPPED, the time goes on                                          |
+    | halt    | the child is halted                                                |
+
+    0 milliseconds mean no limit.
+    """
+
+    memory: ClassVar = ("_started", "_child_halted")
+    msec = Input(
+        UNSIGNED,
+        doc="After a certain amount of time, halt() the child if it is still running.",
+    )
+    _started = False
+    _child_halted = False
+
+    def _tick(self) -> NodeStatus:
+        milliseconds: int = self.msec
+        if not self._started:
+            self._started = True
+            self._child_halted = False
+            self._enter()
+            if milliseconds > 0:
+                self.runtime.start_timer(self, milliseconds / 1000)
+        if self._child_halted:
+            self._started = False
+            self._because(f"{self.link.name} was still running after {milliseconds} ms")
+            return FAILURE
+        state = self.link.execute()
+        if state is SUCCESS or state is FAILURE:
+            self._started = False
+            self._cancel()
+            self._reset_child()
+        return state
+
+    def on_timer(self) -> None:
+        """Halt the child, if it still runs."""
+        if self.link._node_status is RUNNING:
+            self._child_halted = True
+            self._reset_child()
+            self.runtime.wake_up = True
+
+    def _halt(self) -> None:
+        self._started = False
+        self._cancel()
+        super()._halt()

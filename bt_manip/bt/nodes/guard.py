@@ -1,0 +1,90 @@
+"""The scripts around the tick of a node: pre- and post-conditions."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from bt_manip.bt.script import Script, parse_script
+from bt_manip.bt.script.evaluation import Environment, is_true
+from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, NodeStatus
+
+if TYPE_CHECKING:
+    from bt_manip.bt.nodes.node import Node
+
+_AT_START = (("_failureIf", FAILURE), ("_successIf", SUCCESS), ("_skipIf", SKIPPED))
+
+
+class Guard:
+    """Decides before a tick whether the node is ticked at all, and runs scripts after it.
+
+    Attributes:
+        pre_tick: Called before the tick of a node that has not completed; a SUCCESS or FAILURE
+            that it returns replaces the tick. For debuggers and fault injection.
+        post_tick: Called after the tick with its result; a SUCCESS or FAILURE replaces it.
+    """
+
+    def __init__(self, conditions: Mapping[str, str]) -> None:
+        """Parse the scripts.
+
+        Args:
+            conditions: The scripts by attribute.
+
+        Raises:
+            ScriptError: If one of them is no script.
+        """
+        self._scripts = {name: parse_script(text) for name, text in conditions.items()}
+        self._at_start = [
+            (self._scripts[name], result, f"{name}: {conditions[name]}")
+            for name, result in _AT_START
+            if name in self._scripts
+        ]
+        self._while = self._scripts.get("_while")
+        self.pre_tick: Callable[[Node], NodeStatus | None] | None = None
+        self.post_tick: Callable[[Node, NodeStatus], NodeStatus | None] | None = None
+
+    def before(self, node: "Node") -> NodeStatus | None:
+        """Give the status that replaces the tick, or None."""
+        status = node._node_status
+        if status is IDLE:
+            for script, result, text in self._at_start:
+                if is_true(script.evaluate(_environment(node))):
+                    if result is FAILURE:
+                        node._because(text)
+                    return result
+            if self._while is not None and not is_true(self._while.evaluate(_environment(node))):
+                return SKIPPED
+        elif status is RUNNING and self._while is not None:
+            if not is_true(self._while.evaluate(_environment(node))):
+                node.halt()
+                return SKIPPED
+        if self.pre_tick is not None and (status is IDLE or status is RUNNING):
+            return _completed(self.pre_tick(node))
+        return None
+
+    def after(self, node: "Node", state: NodeStatus) -> NodeStatus:
+        """Run the scripts that follow a completed tick, and give the final result."""
+        if state is SUCCESS:
+            self._run("_onSuccess", node)
+            self._run("_post", node)
+        elif state is FAILURE:
+            self._run("_onFailure", node)
+            self._run("_post", node)
+        if self.post_tick is not None:
+            return _completed(self.post_tick(node, state)) or state
+        return state
+
+    def halted(self, node: "Node") -> None:
+        """Run the script that follows a halt."""
+        self._run("_onHalted", node)
+
+    def _run(self, name: str, node: "Node") -> None:
+        script: Script | None = self._scripts.get(name)
+        if script is not None:
+            script.evaluate(_environment(node))
+
+
+def _environment(node: "Node") -> Environment:
+    return Environment(node.scope, node.runtime.enums)
+
+
+def _completed(status: NodeStatus | None) -> NodeStatus | None:
+    return status if status is SUCCESS or status is FAILURE else None

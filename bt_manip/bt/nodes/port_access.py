@@ -1,0 +1,193 @@
+"""Reading and writing the ports of a node: literals, defaults and blackboard entries."""
+
+import inspect
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from bt_manip.bt.blackboard import EMPTY
+from bt_manip.bt.literals import parse_integer
+from bt_manip.bt.port_types import STRING, PortType, cast, type_of
+from bt_manip.bt.ports import MISSING, Port, is_pointer, pointed_key
+from bt_manip.exceptions import BlackboardError, PortError
+
+if TYPE_CHECKING:
+    from bt_manip.bt.blackboard import Blackboard
+    from bt_manip.bt.runtime import Runtime
+
+
+class PortAccess:
+    """The part of a node that knows its ports.
+
+    Attributes:
+        given: What was given for each port: a text as in a document, or a Python value.
+    """
+
+    ports: ClassVar[Mapping[str, Port]]
+    name: str
+    path: str
+    scope: "Blackboard"
+    runtime: "Runtime"
+
+    def _start_ports(self, given: dict[str, Any]) -> None:
+        self.given = given
+        self._readers: dict[str, Callable[[], Any]] = {}
+        for name, value in given.items():
+            if not isinstance(value, str):
+                self._check_value(self.ports[name], value)
+
+    def _check_value(self, port: Port, value: Any) -> None:
+        try:
+            if port.type.strong:
+                self.given[port.name] = _fit(value, port.type)
+        except (ValueError, TypeError) as error:
+            raise PortError(f"port '{port.name}' of {self.name}: {error}") from None
+
+    def port_text(self, name: str) -> str | None:
+        """Give a port's text as in a document: what was given, else its default, else None."""
+        value = self.given.get(name, MISSING)
+        port = self.ports.get(name)
+        if value is MISSING:
+            if port is None or not port.default_text:
+                return None
+            return port.default_text if port.reads or is_pointer(port.default_text) else None
+        if isinstance(value, str):
+            return value
+        write = port.type.format if port is not None and port.type.strong else None
+        write = write or type_of(value).format or str
+        return write(value)
+
+    def read_port(self, name: str, type: PortType | None = None) -> Any:
+        """Read a port's value.
+
+        Args:
+            name: The port.
+            type: What to read it as, if not as the port's own type.
+
+        Raises:
+            PortError: If nothing was given, if the entry is missing or was never written, or if
+                the value does not become the type.
+        """
+        if type is not None:
+            return self._reader(name, type)()
+        reader = self._readers.get(name)
+        if reader is None:
+            reader = self._readers[name] = self._reader(name, self.ports[name].type)
+        return reader()
+
+    def _reader(self, name: str, type: PortType) -> Callable[[], Any]:
+        port = self.ports[name]
+        value = self.given.get(name, MISSING)
+        if value is MISSING or not port.reads:
+            if not port.reads and value is not MISSING:
+                raise self._port_error(name, "it is an output: write-only")
+            value = port.default
+            if value is MISSING:
+                raise self._port_error(name, f"nothing was given; expected {type.name}")
+        if not isinstance(value, str):
+            return lambda: list(value) if isinstance(value, list) else value
+        key = pointed_key(name, value)
+        if key is None:
+            literal = self._parse(name, type, value)
+            return lambda: list(literal) if isinstance(literal, list) else literal
+        return lambda: self._read_entry(name, key, type)
+
+    def _read_entry(self, name: str, key: str, type: PortType) -> Any:
+        entry = self.scope.entry(key)
+        if entry is None or entry.value is EMPTY:
+            what = "does not exist" if entry is None else "was never written"
+            raise self._port_error(name, f"the blackboard entry '{key}' {what}")
+        value = entry.value
+        if not type.strong or entry.type is type:
+            return value
+        if entry.type.family == "string" and type is not STRING:
+            return self._parse(name, type, value)
+        try:
+            return cast(value, entry.type, type)
+        except ValueError as error:
+            raise self._port_error(name, f"entry '{key}': {error}") from None
+
+    def _parse(self, name: str, type: PortType, text: str) -> Any:
+        if not type.strong:
+            return text
+        try:
+            if type.is_enum:
+                return parse_enum(type, text, self.runtime.enums)
+            if type.parse is None:
+                raise ValueError(f"a text does not become a {type.name}")
+            return type.parse(text)
+        except ValueError as error:
+            raise self._port_error(name, str(error)) from None
+
+    def is_connected(self, name: str) -> bool:
+        """Tell whether something was given for a port, or its default points to an entry."""
+        return self._output(name) is not None
+
+    def _output(self, name: str) -> str | None:
+        text = self.given.get(name, MISSING)
+        if text is MISSING:
+            default = self.ports[name].default
+            text = default if isinstance(default, str) and is_pointer(default) else None
+        return text if isinstance(text, str) else None
+
+    def write_port(self, name: str, value: Any, type: PortType | None = None) -> None:
+        """Write a port's value to the blackboard entry that it points to.
+
+        Args:
+            name: The port.
+            value: The value.
+            type: Its type, if not the port's own.
+
+        Raises:
+            PortError: If the port points to no entry.
+            BlackboardError: If the entry does not take the value.
+        """
+        text = self._output(name)
+        if text is None:
+            raise self._port_error(name, "nothing was given to write to; expected {key}")
+        key = pointed_key(name, text)
+        if key is None:
+            raise self._port_error(name, f"'{text}' is no entry to write to; expected {{key}}")
+        type = type or self.ports[name].type
+        try:
+            if type.strong:
+                value = _fit(value, type)
+            else:
+                type = type_of(value)
+        except (ValueError, TypeError) as error:
+            raise self._port_error(name, str(error)) from None
+        try:
+            self.scope.write(key, value, type)
+        except BlackboardError as error:
+            raise BlackboardError(f"port '{name}' of {self.path or self.name}: {error}") from None
+
+    def _port_error(self, name: str, text: str) -> PortError:
+        return PortError(f"port '{name}' of {self.path or self.name}: {text}")
+
+
+def parse_enum(type: PortType, text: str, enums: Mapping[str, int]) -> Any:
+    """Read a member of an enumeration: a scripting enum's name, a number, or the member's name.
+
+    Raises:
+        ValueError: If it is none of these.
+    """
+    if type.python.__name__ != "NodeStatus":
+        if text in enums:
+            return type.python(enums[text])
+        if text.removeprefix("-").isdecimal():
+            return type.python(parse_integer(text))
+    assert type.parse is not None
+    return type.parse(text)
+
+
+def _fit(value: Any, type: PortType) -> Any:
+    """Check that a Python value has the port's type; numbers are cast where nothing is lost."""
+    python = type.python
+    if inspect.isclass(python):
+        if isinstance(value, python) and not (python is int and isinstance(value, bool)):
+            return value
+        if type.family in ("integer", "real"):
+            value = value.item() if hasattr(value, "item") else value
+            if isinstance(value, bool | int | float):
+                return cast(value, type_of(value), type)
+        raise TypeError(f"expected {type.name}, found {value!r}")
+    return list(value) if isinstance(value, list | tuple) else value

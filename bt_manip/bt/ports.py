@@ -1,0 +1,150 @@
+"""Ports: what a node reads and writes, declared once as attributes of its class."""
+
+import keyword
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final, Self, overload
+
+from bt_manip.bt.port_types import UNTYPED, PortType, port_type
+
+if TYPE_CHECKING:
+    from bt_manip.bt.nodes.node import Node
+
+
+class _Missing:
+    def __repr__(self) -> str:
+        return "MISSING"
+
+
+MISSING: Final = _Missing()
+"""The default of a port that has none."""
+
+
+class Port:
+    """A port of a node, used through one of `Input`, `Output` and `InOut`.
+
+    Attributes:
+        name: Its name in trees; a trailing underscore of the attribute is dropped where the name
+            is a Python keyword (``in_ = Input(int)`` declares the port ``in``).
+        attribute: Its name in Python.
+        type: The type of its values.
+        default: What it holds if nothing is given, `MISSING` if it must be given.
+        doc: One line for the palette and the documentation.
+        direction: ``input``, ``output`` or ``inout``.
+    """
+
+    direction = ""
+    reads = False
+    writes = False
+
+    def __init__(
+        self,
+        type: Any = UNTYPED,
+        *,
+        default: Any = MISSING,
+        doc: str = "",
+        name: str | None = None,
+        parse: Callable[[str], Any] | None = None,
+        format: Callable[[Any], str] | None = None,
+    ) -> None:
+        """Declare a port.
+
+        Args:
+            type: ``str``, ``int``, ``float``, ``bool``, a list of these (``list[float]``), an
+                ``Enum``, or any class; nothing for a port that takes all.
+            default: Its value where none is given: a value, or a text as in a tree document,
+                ``"{key}"`` and ``"{=}"`` included.
+            doc: One line of documentation, with the unit in [ ].
+            name: Its name in trees, if the attribute's does not do.
+            parse: For classes of your own: makes a value of a text.
+            format: For classes of your own: makes such a text of a value.
+        """
+        self.type: PortType = port_type(type, parse=parse, format=format)
+        self.default = default
+        self.doc = doc
+        self.name = name or ""
+        self.attribute = ""
+
+    def __set_name__(self, owner: "type[Node]", name: str) -> None:
+        """Take the attribute's name."""
+        self.attribute = name
+        if not self.name:
+            bare = name[:-1]
+            self.name = bare if name.endswith("_") and keyword.iskeyword(bare) else name
+
+    @overload
+    def __get__(self, node: None, owner: "type[Node] | None" = None) -> Self: ...
+
+    @overload
+    def __get__(self, node: "Node", owner: "type[Node] | None" = None) -> Any: ...
+
+    def __get__(self, node: "Node | None", owner: "type[Node] | None" = None) -> Any:
+        """Read the port's value."""
+        return self if node is None else node.read_port(self.name)
+
+    def __set__(self, node: "Node", value: Any) -> None:
+        """Write the port's value; a port that is connected to nothing drops it."""
+        if not self.writes:
+            raise AttributeError(f"port '{self.name}' of {node.name} is an input: read-only")
+        if node.is_connected(self.name):
+            node.write_port(self.name, value)
+
+    @property
+    def mandatory(self) -> bool:
+        """Whether a tree must give it: it is read and has no default."""
+        return self.reads and self.default is MISSING
+
+    @property
+    def default_text(self) -> str:
+        """The default as it stands in a document, or an empty text."""
+        if self.default is MISSING or self.default is None:
+            return ""
+        if isinstance(self.default, str):
+            return self.default
+        return self.type.format(self.default) if self.type.format else str(self.default)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.name!r}, {self.type.name})"
+
+
+class Input(Port):
+    """A port that a node reads: a literal, or an entry of the blackboard."""
+
+    direction = "input"
+    reads = True
+
+
+class Output(Port):
+    """A port that a node writes: an entry of the blackboard."""
+
+    direction = "output"
+    writes = True
+
+
+class InOut(Port):
+    """A port that a node reads and writes."""
+
+    direction = "inout"
+    reads = True
+    writes = True
+
+
+def is_pointer(text: str) -> bool:
+    """Tell whether a text points to a blackboard entry: ``{key}``, spaces around it or not."""
+    stripped = text.strip(" ")
+    return len(stripped) >= 3 and stripped[0] == "{" and stripped[-1] == "}"
+
+
+def pointed_key(port_name: str, text: str) -> str | None:
+    """Give the key that a port's text points to; None for a literal.
+
+    Args:
+        port_name: What ``{=}`` stands for.
+        text: The text given to the port.
+    """
+    if text in ("{=}", "="):
+        return port_name
+    if len(text) >= 3:
+        stripped = text.strip(" ")
+        if len(stripped) >= 3 and stripped[0] == "{" and stripped[-1] == "}":
+            return stripped[1:-1]
+    return None

@@ -1,0 +1,153 @@
+"""The behaviours that trees may name."""
+
+from collections.abc import Iterable, Mapping
+from enum import Enum
+from typing import Any
+
+from bt_manip.bt.nodes import actions, controls, decorators
+from bt_manip.bt.nodes.node import Node
+from bt_manip.bt.nodes.subtree import SubTree
+from bt_manip.exceptions import TreeError, UnknownBehaviourError, did_you_mean
+
+FORBIDDEN = frozenset(" \t\n\r<>&\"'/\\:*?|.")
+"""Characters that no name of a behaviour, tree or port has."""
+
+
+def built_in_nodes() -> dict[str, type[Node]]:
+    """Give the nodes of the language by name: they come with every registry."""
+    found = {
+        name: value
+        for module in (controls, decorators, actions)
+        for name, value in vars(module).items()
+        if isinstance(value, type) and issubclass(value, Node)
+    }
+    return {name: found[name] for name in sorted(found)} | {"SubTree": SubTree}
+
+
+class BehaviourRegistry:
+    """Classes of behaviours by the name that trees use, and numbers that scripts know by name.
+
+    The nodes of the language are in every registry.
+    """
+
+    def __init__(self, behaviours: Iterable[type[Node]] = ()) -> None:
+        """Start with the nodes of the language, and register more.
+
+        Args:
+            behaviours: Classes to register under their own names.
+        """
+        self._classes = built_in_nodes()
+        self._built_in = frozenset(self._classes)
+        self._enums: dict[str, int] = {}
+        for behaviour in behaviours:
+            self.register(behaviour)
+
+    def register(self, cls: type[Node], name: str | None = None) -> None:
+        """Make a class known.
+
+        Args:
+            cls: A subclass of `Action`, `Condition`, `Control` or `Decorator`.
+            name: Its name in trees; by default the name of the class.
+
+        Raises:
+            TreeError: If it is no such class, or if the name is taken or not allowed.
+        """
+        if not (isinstance(cls, type) and issubclass(cls, Node) and hasattr(cls, "kind")):
+            raise TreeError(
+                f"{cls!r} cannot be registered; expected a subclass of Action, Condition, "
+                "Control or Decorator"
+            )
+        name = name or cls.registration
+        check_name(name, "behaviour")
+        known = self._classes.get(name)
+        if known is not None and known is not cls:
+            raise TreeError(f"the name '{name}' is taken by {known.__module__}.{known.__name__}")
+        self._classes[name] = cls
+
+    def register_enum(self, enum: type[Enum] | str, value: int | None = None) -> None:
+        """Let scripts, cases of a Switch and enumeration ports know numbers by name.
+
+        Args:
+            enum: An enumeration with integer values, or one name.
+            value: The number of that one name.
+
+        Raises:
+            TreeError: If a name stands for another number already.
+        """
+        numbers = {enum: value} if isinstance(enum, str) else {m.name: m.value for m in enum}
+        for name, number in numbers.items():
+            if not isinstance(number, int):
+                raise TreeError(f"scripts know integers by name; '{name}' is {number!r}")
+            if self._enums.setdefault(name, number) != number:
+                raise TreeError(f"'{name}' is {self._enums[name]} already; it cannot be {number}")
+
+    def get(self, name: str) -> type[Node]:
+        """Give the class that is registered under a name.
+
+        Raises:
+            UnknownBehaviourError: If there is none; the message names the nearest ones.
+        """
+        try:
+            return self._classes[name]
+        except KeyError:
+            raise UnknownBehaviourError(
+                f"no behaviour is named '{name}'" + did_you_mean(name, self._classes)
+            ) from None
+
+    def names(self, *, built_in: bool = True) -> list[str]:
+        """Give all names, sorted.
+
+        Args:
+            built_in: Whether the nodes of the language are among them.
+        """
+        return sorted(n for n in self._classes if built_in or n not in self._built_in)
+
+    def is_built_in(self, name: str) -> bool:
+        """Tell whether a name is that of a node of the language."""
+        return name in self._built_in
+
+    def name_of(self, cls: type[Any]) -> str | None:
+        """Give the name under which a class is registered, or None."""
+        for name, known in self._classes.items():
+            if known is cls:
+                return name
+        return None
+
+    @property
+    def enums(self) -> Mapping[str, int]:
+        """Numbers that scripts know by name."""
+        return dict(self._enums)
+
+    def copy(self) -> "BehaviourRegistry":
+        """Give a registry of one's own with the same content."""
+        copied = BehaviourRegistry()
+        copied._classes = dict(self._classes)
+        copied._enums = dict(self._enums)
+        return copied
+
+    def __contains__(self, name: object) -> bool:
+        """Tell whether a class is registered under this name."""
+        return name in self._classes
+
+
+def name_problem(name: str) -> str | None:
+    """Say what is wrong with the name of a behaviour or tree, or None if nothing is."""
+    if not name:
+        return "is empty"
+    if name in ("Root", "root"):
+        return "is reserved"
+    for char in name:
+        if char in FORBIDDEN or ord(char) < 32 or ord(char) == 127:
+            return f"contains the character {char!r}, which is not allowed"
+    return None
+
+
+def check_name(name: str, what: str) -> None:
+    """Check the name of a behaviour or tree.
+
+    Raises:
+        TreeError: If it is not allowed.
+    """
+    problem = name_problem(name)
+    if problem is not None:
+        raise TreeError(f"the {what} name '{name}' {problem}")

@@ -1,0 +1,67 @@
+"""What all nodes of one tree share: the clock, timers, wake-ups, observers and enumerations."""
+
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from bt_manip.bt.nodes.node import Node
+
+Clock = Callable[[], float]
+"""Gives the present time [s]."""
+
+Observer = Callable[[Any, Any, Any], None]
+"""Called with a node, its old and its new `NodeStatus`."""
+
+_TOLERANCE = 1e-9  # [s]; a clock that adds up time steps may stay a rounding error below a deadline
+
+
+class Runtime:
+    """The surroundings of a running tree.
+
+    Attributes:
+        clock: Gives the present time [s].
+        enums: Numbers that scripts and enumeration ports know by name.
+        observers: Called on each change of a node's status.
+        visited: While a py_trees generator drives the tree, the nodes ticked so far, else None.
+        wake_up: Whether a node asked to be ticked again at once.
+        timers: Deadlines [s] by node.
+        reason: The node that failed last, and why.
+    """
+
+    def __init__(self, clock: Clock = time.monotonic) -> None:
+        """Start without timers."""
+        self.clock = clock
+        self.enums: dict[str, int] = {}
+        self.observers: list[Observer] = []
+        self.visited: list[Any] | None = None
+        self.wake_up = False
+        self.timers: dict[Node, float] = {}
+        self.reason: tuple[Any, str] | None = None
+
+    def start_timer(self, node: "Node", duration: float) -> None:
+        """Call the node's ``on_timer`` before the first tick after `duration` [s]."""
+        self.timers.pop(node, None)
+        self.timers[node] = self.clock() + duration
+
+    def cancel_timer(self, node: "Node") -> None:
+        """Forget the node's timer, if there is one."""
+        self.timers.pop(node, None)
+
+    def fire_timers(self) -> None:
+        """Call the nodes whose time has come, the earliest deadline first."""
+        now = self.clock() + _TOLERANCE
+        due = [(deadline, node) for node, deadline in self.timers.items() if deadline <= now]
+        for _, node in sorted(due, key=_deadline):
+            if self.timers.pop(node, None) is not None:
+                node.on_timer()
+
+    def consume_wake_up(self) -> bool:
+        """Tell whether a wake-up is pending, and forget it."""
+        pending = self.wake_up
+        self.wake_up = False
+        return pending
+
+
+def _deadline(timer: tuple[float, "Node"]) -> float:
+    return timer[0]

@@ -1,0 +1,61 @@
+"""What a node of a tree is doing: the engine's five statuses beside py_trees' four."""
+
+from enum import IntEnum
+from typing import Final
+
+from py_trees.common import Status as Status
+
+
+class NodeStatus(IntEnum):
+    """The status of a node, with the numbers that BehaviorTree.CPP and Groot2 use.
+
+    ``IDLE`` corresponds to py_trees' ``INVALID``. ``SKIPPED`` is only ever returned by a tick; it
+    is never kept as the status of a node.
+    """
+
+    IDLE = 0
+    RUNNING = 1
+    SUCCESS = 2
+    FAILURE = 3
+    SKIPPED = 4
+
+
+IDLE: Final = NodeStatus.IDLE
+RUNNING: Final = NodeStatus.RUNNING
+SUCCESS: Final = NodeStatus.SUCCESS
+FAILURE: Final = NodeStatus.FAILURE
+SKIPPED: Final = NodeStatus.SKIPPED
+
+PY_STATUS: Final = (
+    Status.INVALID,
+    Status.RUNNING,
+    Status.SUCCESS,
+    Status.FAILURE,
+    Status.INVALID,
+)
+"""py_trees' status of each `NodeStatus`, by its number."""
+
+
+def node_status(status: Status | NodeStatus) -> NodeStatus:
+    """Convert the status that a leaf returned, py_trees' or the engine's, to the engine's.
+
+    Args:
+        status: What an ``update`` returned.
+
+    Returns:
+        The engine's status; ``IDLE`` for py_trees' ``INVALID``.
+
+    Raises:
+        TypeError: If it is no status at all.
+    """
+    if status is Status.RUNNING:
+        return RUNNING
+    if status is Status.SUCCESS:
+        return SUCCESS
+    if status is Status.FAILURE:
+        return FAILURE
+    if status is Status.INVALID:
+        return IDLE
+    if isinstance(status, NodeStatus):
+        return status
+    raise TypeError(f"update() returned {status!r}; expected a Status")

@@ -1,0 +1,244 @@
+"""A tree that runs: nodes, blackboard, clock, and the ways to tick it."""
+
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from py_trees.behaviour import Behaviour
+
+from bt_manip.bt.blackboard import Blackboard
+from bt_manip.bt.nodes.binding import bind
+from bt_manip.bt.nodes.node import Node
+from bt_manip.bt.nodes.parent import Link
+from bt_manip.bt.runtime import Clock, Observer, Runtime
+from bt_manip.bt.status import FAILURE, RUNNING, SUCCESS, NodeStatus
+from bt_manip.bt.tree_state import get_tree_state, set_tree_state
+from bt_manip.exceptions import NodeError, TreeError
+
+if TYPE_CHECKING:
+    from bt_manip.bt.xml.document import Document
+
+_FRAMES_PER_LEVEL = 6
+_FRAMES_AROUND = 500
+
+
+class Tree:
+    """A tree of behaviours with a blackboard and a clock.
+
+    Attributes:
+        root: Its root behaviour.
+        nodes: All nodes, depth first; stock py_trees behaviours stand in a `ForeignNode`.
+        observers: Called as ``observer(node, old, new)`` on each change of a node's status.
+        scopes: The blackboard scopes by the path of their sub-tree, ``""`` for the root's.
+        document: The document it was read from, if any.
+    """
+
+    def __init__(
+        self,
+        root: Behaviour,
+        *,
+        clock: Clock = time.monotonic,
+        blackboard: Blackboard | None = None,
+        enums: Mapping[str, int] | None = None,
+        tree_id: str = "",
+        document: "Document | None" = None,
+    ) -> None:
+        """Make a tree of behaviours that are connected already.
+
+        Args:
+            root: The root: a node, or any stock py_trees behaviour.
+            clock: Gives the time [s] that Delay, Timeout and Sleep count.
+            blackboard: The scope of the root; a new one if none is given.
+            enums: Numbers that scripts know by name.
+            tree_id: The ID of the tree.
+            document: The document it was read from.
+
+        Raises:
+            TreeError: If a behaviour stands in it twice, or two sub-trees have the same path.
+        """
+        self.root = root
+        self.tree_id = tree_id or root.name
+        self.document = document
+        self._runtime = Runtime(clock)
+        self._runtime.enums.update(enums or {})
+        self.observers: list[Observer] = self._runtime.observers
+        binding = bind(root, self._runtime, blackboard or Blackboard())
+        self.nodes: list[Link] = binding.nodes
+        self.scopes = binding.scopes
+        self._root: Link = self.nodes[0]
+        self._infrastructure: dict[str, Any] | None = None
+        _make_room(root)
+
+    # ------------------------------------------------------------------ running
+
+    def setup(self, **infrastructure: Any) -> None:
+        """Hand infrastructure to all behaviours, before the first tick.
+
+        Args:
+            **infrastructure: What behaviours reach for in their ``setup``: a cell, an arm, ...
+
+        Raises:
+            NodeError: If the ``setup`` of a behaviour raised an exception.
+        """
+        self._infrastructure = infrastructure
+        for link in self.nodes:
+            behaviour = link if isinstance(link, Node) else link.behaviour
+            try:
+                behaviour.setup(**infrastructure)
+            except Exception as error:
+                raise NodeError(link.path, link.registration, f"setup: {error}") from error
+
+    def tick(self) -> NodeStatus:
+        """Tick the tree, and again at once as long as it is woken up.
+
+        Returns:
+            The status of the root; when it has completed, the root is idle afterwards.
+
+        Raises:
+            NodeError: If a node raised an exception.
+        """
+        runtime = self._runtime
+        if runtime.timers:
+            runtime.fire_timers()
+        root = self._root
+        status = root.execute()
+        while status is RUNNING and runtime.wake_up:
+            runtime.wake_up = False
+            status = root.execute()
+        if status is RUNNING:
+            return status
+        if status is SUCCESS or status is FAILURE:
+            root._reset()
+        return status
+
+    def tick_exactly_once(self) -> NodeStatus:
+        """Tick the tree once, woken up or not.
+
+        Returns:
+            The status of the root; when it has completed, the root is idle afterwards.
+
+        Raises:
+            NodeError: If a node raised an exception.
+        """
+        self._runtime.fire_timers()
+        status = self._root.execute()
+        if status is SUCCESS or status is FAILURE:
+            self._root._reset()
+        return status
+
+    def halt(self) -> None:
+        """Halt what runs, and set all nodes to idle.
+
+        As in the engine, the ``_onHalted`` scripts of all nodes run, also of those that did not.
+
+        Raises:
+            NodeError: If a node raised an exception while it was halted.
+        """
+        self._runtime.fire_timers()
+        self._root.halt()
+        for link in self.nodes:
+            link.halt()
+        self._root._reset()
+
+    def shutdown(self) -> None:
+        """Let all behaviours release what they hold."""
+        for link in self.nodes:
+            behaviour = link if isinstance(link, Node) else link.behaviour
+            behaviour.shutdown()
+
+    # ------------------------------------------------------------------ looking
+
+    @property
+    def blackboard(self) -> Blackboard:
+        """The blackboard scope of the root."""
+        return self.scopes[""]
+
+    @property
+    def clock(self) -> Clock:
+        """Gives the time [s] that the tree counts."""
+        return self._runtime.clock
+
+    @property
+    def enums(self) -> dict[str, int]:
+        """Numbers that scripts know by name."""
+        return self._runtime.enums
+
+    def statuses(self) -> bytes:
+        """Give the engine's status of every node, one byte a node, in the order of `nodes`."""
+        return bytes([link._node_status for link in self.nodes])
+
+    def node(self, path: str) -> Link:
+        """Find a node by its path.
+
+        Raises:
+            TreeError: If there is none.
+        """
+        for link in self.nodes:
+            if link.path == path:
+                return link
+        from bt_manip.exceptions import did_you_mean
+
+        raise TreeError(f"no node '{path}'" + did_you_mean(path, [n.path for n in self.nodes]))
+
+    def failure_reason(self) -> str:
+        """Say which node failed last, and why: ``path: reason``, or nothing if none did."""
+        if self._runtime.reason is None:
+            return ""
+        node, reason = self._runtime.reason
+        return f"{node.path or node.name}: {reason or 'failed without a reason'}"
+
+    def __iter__(self) -> Iterator[Link]:
+        """Iterate over all nodes, depth first."""
+        return iter(self.nodes)
+
+    # ------------------------------------------------------------------ state as plain data
+
+    def get_state(self) -> dict[str, Any]:
+        """Give the state of all nodes and blackboards as plain data."""
+        return get_tree_state(self.nodes, self.scopes, self._runtime)
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Take back what `get_state` gave, in a tree of the same shape.
+
+        Raises:
+            TreeError: If the state is of another tree.
+        """
+        set_tree_state(state, self.nodes, self.scopes, self._runtime)
+
+    # ------------------------------------------------------------------ replacing
+
+    def replace(self, other: "Tree") -> None:
+        """Go on as another tree: what runs is halted, the blackboard and the clock stay.
+
+        Args:
+            other: A tree that was just built and has not run; it is used up.
+
+        Raises:
+            NodeError: If a node raised an exception while it was halted or set up.
+        """
+        from bt_manip.bt.reload import replace
+
+        replace(self, other)
+
+    @property
+    def source(self) -> Path | None:
+        """The file that the tree was read from, if any."""
+        return None if self.document is None else self.document.path
+
+    def __repr__(self) -> str:
+        return f"Tree({self.tree_id!r}, {len(self.nodes)} nodes)"
+
+
+def _make_room(root: Behaviour) -> None:
+    """Raise the interpreter's recursion limit where a tree is deeper than it allows."""
+    deepest = 0
+    stack = [(root, 1)]
+    while stack:
+        behaviour, depth = stack.pop()
+        deepest = max(deepest, depth)
+        stack += [(child, depth + 1) for child in behaviour.children]
+    needed = deepest * _FRAMES_PER_LEVEL + _FRAMES_AROUND
+    if needed > sys.getrecursionlimit():
+        sys.setrecursionlimit(needed)

@@ -1,0 +1,115 @@
+"""The state of a tree as plain data: what a snapshot holds."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from bt_manip.bt import port_types
+from bt_manip.bt.blackboard import EMPTY, Blackboard, Entry
+from bt_manip.bt.nodes.node import Node
+from bt_manip.bt.nodes.parent import Link
+from bt_manip.bt.port_types import PortType
+from bt_manip.bt.runtime import Runtime
+from bt_manip.bt.status import PY_STATUS, NodeStatus
+from bt_manip.exceptions import TreeError
+
+
+def get_tree_state(
+    nodes: list[Link], scopes: Mapping[str, Blackboard], runtime: Runtime
+) -> dict[str, Any]:
+    """Give the state of nodes and scopes as numbers, strings, lists and dicts.
+
+    Raises:
+        TreeError: If an entry holds a value that its type cannot write as text.
+    """
+    return {
+        "nodes": [
+            {
+                "path": link.path,
+                "status": int(link._node_status),
+                "feedback": link.feedback_message,
+                "state": link.get_state(),
+            }
+            for link in nodes
+        ],
+        "scopes": {
+            path: {key: _entry_state(key, entry) for key, entry in scope.entries.items()}
+            for path, scope in scopes.items()
+        },
+        "wake_up": runtime.wake_up,
+    }
+
+
+def set_tree_state(
+    state: Mapping[str, Any],
+    nodes: list[Link],
+    scopes: Mapping[str, Blackboard],
+    runtime: Runtime,
+) -> None:
+    """Take back what `get_tree_state` gave.
+
+    Raises:
+        TreeError: If the state is of another tree.
+    """
+    if [entry["path"] for entry in state["nodes"]] != [link.path for link in nodes]:
+        raise TreeError("the state is of another tree: its nodes have other paths")
+    types = _known_types(nodes)
+    for path, entries in state["scopes"].items():
+        scope = scopes[path]
+        scope.entries = {key: _entry(key, entry, types) for key, entry in entries.items()}
+    runtime.timers.clear()
+    runtime.reason = None
+    for link, entry in zip(nodes, state["nodes"], strict=True):
+        link._node_status = NodeStatus(entry["status"])
+        link.set_state(entry["state"])
+        if isinstance(link, Node):
+            link.status = PY_STATUS[entry["status"]]
+            link.feedback_message = entry["feedback"]
+    runtime.wake_up = state["wake_up"]
+
+
+def _entry_state(key: str, entry: Entry) -> dict[str, Any]:
+    state: dict[str, Any] = {"declared": entry.declared.name, "sequence": entry.sequence}
+    if entry.value is not EMPTY:
+        state["type"] = entry.type.name
+        state["value"] = _plain(key, entry.value, entry.type)
+    return state
+
+
+def _plain(key: str, value: Any, type: PortType) -> Any:
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if type.format is not None:
+        return {"text": type.format(value)}
+    if isinstance(value, list) and all(
+        isinstance(item, bool | int | float | str) for item in value
+    ):
+        return list(value)
+    raise TreeError(f"entry '{key}' holds a {type.name}, which cannot be written as text")
+
+
+def _entry(key: str, state: Mapping[str, Any], types: Mapping[str, PortType]) -> Entry:
+    try:
+        entry = Entry(types[state["declared"]])
+        entry.sequence = state["sequence"]
+        if "type" in state:
+            entry.type = types[state["type"]]
+            value = state["value"]
+            if isinstance(value, dict):
+                assert entry.type.parse is not None
+                value = entry.type.parse(value["text"])
+            entry.value = list(value) if isinstance(value, list) else value
+    except KeyError as error:
+        raise TreeError(
+            f"entry '{key}' has a type that no node of the tree knows: {error}"
+        ) from None
+    return entry
+
+
+def _known_types(nodes: list[Link]) -> dict[str, PortType]:
+    types = {
+        value.name: value for value in vars(port_types).values() if isinstance(value, PortType)
+    }
+    for link in nodes:
+        for port in link.ports.values():
+            types.setdefault(port.type.name, port.type)
+    return types
