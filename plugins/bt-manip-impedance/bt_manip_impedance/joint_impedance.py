@@ -1,0 +1,69 @@
+"""A controller under which every joint is a damped spring."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.control import ControlError, Controller
+from bt_manip.robots import Robot
+
+
+class JointImpedance(Controller):
+    """``tau = M a_ref + bias + K e + D de/dt`` with a stiffness that the user chooses.
+
+    The damping follows the inertia that a joint feels at each configuration, ``D = 2 zeta
+    sqrt(K M_jj)``, so that the arm is damped alike stretched out and folded. Without an integral,
+    whatever holds the arm off its reference is pushed with ``K e`` and never more.
+    """
+
+    kind = "joint_impedance"
+
+    def _build(
+        self,
+        robot: Robot,
+        stiffness: float | Sequence[float] | None = None,
+        damping_ratio: float = 1.0,
+    ) -> None:
+        """Set stiffness and damping.
+
+        Args:
+            robot: The robot to control.
+            stiffness: Of each joint or of all [N m/rad]; default: 7 times the effort limit, with
+                which a joint has to be held 140 mrad off before it pushes with all it has.
+            damping_ratio: 1 comes back without swinging over [-].
+
+        Raises:
+            ControlError: When a number is negative or not finite, or there are too many or few.
+        """
+        super()._build(robot)
+        limits = robot.limits.effort
+        given = 7.0 * limits if stiffness is None else np.asarray(stiffness, dtype=float)
+        if given.shape not in ((), limits.shape):
+            raise ControlError(
+                f"stiffness is one number, or one for each of {limits.size} joints, "
+                f"got {stiffness!r}"
+            )
+        if not np.isfinite(given).all() or (given < 0.0).any():
+            raise ControlError(f"stiffness must be finite and not negative, got {stiffness!r}")
+        if not 0.0 <= damping_ratio < np.inf:
+            raise ControlError(
+                f"damping_ratio must be finite and not negative, got {damping_ratio!r}"
+            )
+        self.stiffness = np.broadcast_to(given, limits.shape).copy()  # (nv,) [N m/rad]
+        self.damping_ratio = float(damping_ratio)
+
+    def compute(
+        self, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
+    ) -> np.ndarray:
+        """Give the efforts of the springs, the dampers and the feed-forward [N m]."""  # (nv,)
+        model = self.model
+        damping = self.damping(q)
+        feed_forward = pin.rnea(model.model, model.data, q, v, a_ref)
+        return feed_forward + self.stiffness * (q_ref - q) + damping * (v_ref - v)
+
+    def damping(self, q: np.ndarray) -> np.ndarray:
+        """Give the damping of each joint at a configuration [N m s/rad]."""  # (nv,)
+        model = self.model
+        inertia = np.diagonal(pin.crba(model.model, model.data, q))
+        return 2.0 * self.damping_ratio * np.sqrt(self.stiffness * inertia)

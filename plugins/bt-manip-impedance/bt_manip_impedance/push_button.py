@@ -1,0 +1,110 @@
+"""A button to press."""
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from dm_control import composer, mjcf
+from dm_control.composer.observation import observable
+
+from bt_manip.cell import CellError
+
+RADIUS = 0.025  # [m]
+HOUSING = 0.02  # [m] height
+PRELOAD = 0.2  # fraction of the full force that the cap already takes to move at all
+
+
+class PushButton(composer.Entity):
+    """A housing with a cap on a spring; its origin is the middle of its bottom."""
+
+    kind = "push_button"
+    category = "button"
+    free = False
+
+    def _build(
+        self,
+        name: str = "push_button",
+        travel: float = 0.008,
+        force: float = 10.0,
+        colour: Sequence[float] = (0.8, 0.1, 0.1),
+    ) -> None:
+        """Build the button.
+
+        Args:
+            name: Model name.
+            travel: How far the cap goes down [m].
+            force: What it takes to push it all the way [N].
+            colour: Red, green and blue of the cap, from 0 to 1.
+
+        Raises:
+            CellError: When travel or force is not positive, or the travel longer than the housing.
+        """
+        if not 0.0 < travel <= HOUSING:
+            raise CellError(f"travel must be above 0 and at most {HOUSING} m, got {travel!r}")
+        if not 0.0 < force < np.inf:
+            raise CellError(f"force must be a positive number [N], got {force!r}")
+        self._parameters = {"travel": travel, "force": force, "colour": tuple(colour)}
+        self.travel = travel
+        self._mjcf_root = root = mjcf.RootElement(model=name)
+        housing = root.worldbody.add("body", name="housing")
+        housing.add(
+            "geom", name="housing", type="cylinder", size=(1.3 * RADIUS, HOUSING / 2),
+            pos=(0, 0, HOUSING / 2), rgba=(0.25, 0.25, 0.27, 1),
+        )  # fmt: skip
+        # Its weight is taken off it, so that it works alike on a table and on a wall.
+        cap = housing.add("body", name="cap", pos=(0, 0, HOUSING), gravcomp=1)
+        stiffness = (1.0 - PRELOAD) * force / travel
+        self._joint = cap.add(
+            "joint", name="press", type="slide", axis=(0, 0, -1), limited=True, range=(0, travel),
+            stiffness=stiffness, springref=-PRELOAD * force / stiffness, damping=1.0,
+            solreflimit=(0.004, 1),  # the default lets the preload lift the cap by 1.5 mm
+        )  # fmt: skip
+        cap.add(
+            "geom", name="cap", type="cylinder", size=(RADIUS, travel / 2 + 0.001),
+            pos=(0, 0, travel / 2 + 0.001), mass=0.05, rgba=(*colour, 1),
+        )  # fmt: skip
+        # The cap sinks into the housing, which would otherwise hold it up.
+        root.contact.add("exclude", name="cap_in_housing", body1=housing, body2=cap)
+
+    def _build_observables(self) -> "PushButtonObservables":
+        return PushButtonObservables(self)
+
+    @property
+    def mjcf_model(self) -> mjcf.RootElement:
+        """The model that composer attaches."""
+        return self._mjcf_root
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        """What it was made with, as plain data."""
+        return MappingProxyType(self._parameters)
+
+    @property
+    def joint(self) -> mjcf.Element:
+        """The slide that the cap moves on; its position counts downwards from the top [m]."""
+        return self._joint
+
+    def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Look at the compiled model (composer's hook)."""
+        self._data = physics.data.ptr
+        self._address = int(physics.model.ptr.joint(self._joint.full_identifier).qposadr[0])
+
+    @property
+    def depth(self) -> float:
+        """How far the cap is down [m]."""
+        return float(self._data.qpos[self._address])
+
+    @property
+    def pressed(self) -> bool:
+        """Whether the cap is down by more than half of its travel."""
+        return self.depth > 0.5 * self.travel
+
+
+class PushButtonObservables(composer.Observables):
+    """What learning may see of a button."""
+
+    @composer.observable
+    def depth(self) -> observable.MJCFFeature:
+        """How far the cap is down [m]."""
+        return observable.MJCFFeature("qpos", self._entity.joint)

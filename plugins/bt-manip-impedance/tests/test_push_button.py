@@ -1,0 +1,65 @@
+"""A button is a spring with a beginning and an end."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip.cell import Cell, CellError
+from bt_manip_impedance import PushButton
+
+TRAVEL, FORCE = 0.008, 10.0
+
+
+@pytest.fixture
+def cell() -> Cell:
+    cell = Cell()
+    cell.add(PushButton(travel=TRAVEL, force=FORCE), pin.SE3(np.eye(3), np.zeros(3)))
+    return cell
+
+
+def press(cell: Cell, force: float) -> PushButton:
+    joint = cell.model.joint("push_button/press")
+    cell.data.qfrc_applied[joint.dofadr[0]] = force
+    cell.step(300)
+    button = cell.entities["push_button"]
+    assert isinstance(button, PushButton)
+    return button
+
+
+def test_nobody_presses_it(cell):
+    button = press(cell, 0.0)
+    assert button.depth == pytest.approx(0.0, abs=1e-4)
+    assert not button.pressed
+
+
+def test_below_the_preload_it_does_not_move(cell):
+    assert press(cell, 0.15 * FORCE).depth == pytest.approx(0.0, abs=1e-4)
+
+
+@pytest.mark.parametrize(("force", "depth"), [(4.0, 0.002), (6.0, 0.004), (8.0, 0.006)])
+def test_from_there_on_force_and_depth_are_in_proportion(cell, force, depth):
+    # A fifth of the force lifts it off the stop; the rest is spread over the travel.
+    assert press(cell, force).depth == pytest.approx(depth, abs=1e-4)
+
+
+def test_it_is_pressed_beyond_the_middle(cell):
+    assert not press(cell, 5.5).pressed
+    assert press(cell, 6.5).pressed
+
+
+def test_it_ends_at_its_travel(cell):
+    assert press(cell, 1.2 * FORCE).depth == pytest.approx(TRAVEL, abs=1e-4)
+
+
+def test_it_can_be_asked_for_as_an_observable(cell):
+    button = press(cell, 6.0)
+    assert button.observables.depth(cell.physics) == pytest.approx(button.depth)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [({"travel": 0.0}, "travel must be"), ({"force": -1.0}, "force must be")],
+)
+def test_impossible_parameters_are_refused(parameters, message):
+    with pytest.raises(CellError, match=message):
+        PushButton(**parameters)
