@@ -42,8 +42,8 @@ def register_controllers(register: Callable[[str, Callable[..., Any]], None]) ->
     """Bring controllers, which turn an arm's reference into torques.
 
     Args:
-        register: ``register(name, factory)``, where ``factory(robot, model)`` makes a new
-            `bt_manip.control.Controller` for a `bt_manip.robots.Robot` and its `RobotModel`.
+        register: ``register(name, factory)``, where ``factory(robot)`` makes a new
+            `bt_manip.control.Controller` for a `bt_manip.robots.Robot`.
     """
 
 

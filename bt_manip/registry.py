@@ -135,7 +135,7 @@ class Parts:
     Attributes:
         objects: Factories, ``factory(**parameters) -> composer.Entity``.
         robots: Robot descriptions.
-        controllers: Factories, ``factory(robot, model) -> Controller``.
+        controllers: Factories, ``factory(robot) -> Controller``.
         behaviours: Classes of tree nodes; the nodes of the tree language itself are not here.
         trees: Places: ``path.xml`` or ``path.py:function``.
     """

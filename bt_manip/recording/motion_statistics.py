@@ -37,7 +37,6 @@ class MotionStatistics:
         self.torque_rate = 0.0  # [N m/s]
         self.tool_speed = 0.0  # [m/s]
         self.tracking_error: float | None = None  # [rad]
-        self.saturated_steps = 0
 
     def update(
         self,
@@ -48,7 +47,6 @@ class MotionStatistics:
         a_ref: np.ndarray,
         tau: np.ndarray,
         tool: np.ndarray,
-        saturated: np.ndarray,
         free: np.ndarray,
     ) -> None:
         """Take in control steps.
@@ -60,7 +58,6 @@ class MotionStatistics:
             a_ref: Reference accelerations [rad/s2].  # (n, nq)
             tau: Commanded torques [N m].  # (n, nq)
             tool: Position of the tool in the world [m].  # (n, 3)
-            saturated: Whether the controller was cut off.  # (n,)
             free: Whether fingers and payload touch nothing but each other.  # (n,)
         """
         if len(q) == 0:
@@ -83,7 +80,6 @@ class MotionStatistics:
         self._use = np.maximum(self._use, [float(np.max(np.abs(x) / most)) for x, most in used])
         self.torque_rate = max(self.torque_rate, float(np.abs(torque_rate).max()))
         self.tool_speed = max(self.tool_speed, float(np.linalg.norm(velocity, axis=1).max()))
-        self.saturated_steps += int(np.count_nonzero(saturated))
         if free.any():
             error = float(np.abs(q[free] - q_ref[free]).max())
             self.tracking_error = max(self.tracking_error or 0.0, error)

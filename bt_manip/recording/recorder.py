@@ -164,6 +164,7 @@ class Recorder(RunObserver):
         self._rested = False
         self._grip = None
         self._unexpected = {}
+        self._saturated_before = self._station.controller.saturated_steps
 
     def _flush(self) -> None:
         """Evaluate the steps that have gathered."""
@@ -172,7 +173,7 @@ class Recorder(RunObserver):
             return
         self._statistics.update(
             q=block.q, q_ref=block.q_ref, v_ref=block.v_ref, a_ref=block.a_ref, tau=block.tau,
-            tool=block.tool, saturated=block.saturated,
+            tool=block.tool,
             free=np.fromiter((touch.free for touch in block.touches), bool, len(block.touches)),
         )  # fmt: skip
         for touch in block.touches:
@@ -205,7 +206,7 @@ class Recorder(RunObserver):
             grip_force_n=self._grip,
             max_tracking_error_rad=self._statistics.tracking_error,
             limits=self._statistics.limit_use,
-            saturated_steps=self._statistics.saturated_steps,
+            saturated_steps=self._station.controller.saturated_steps - self._saturated_before,
             unexpected_contacts=tuple(self._unexpected),
             max_torque_rate_nm_s=self._statistics.torque_rate,
             max_tool_speed_m_s=self._statistics.tool_speed,

@@ -19,7 +19,6 @@ class Block(NamedTuple):
     a_ref: np.ndarray  # (n, nq)
     tau: np.ndarray  # (n, nq)
     tool: np.ndarray  # (n, 3)
-    saturated: np.ndarray  # (n,) bool
     touches: list[Any]  # (n,) bt_manip.cell.touch.Touch
 
 
@@ -41,7 +40,6 @@ class StepLog:
         self._t = np.empty(SIZE)
         self._q, self._v, self._q_ref, self._v_ref, self._a_ref, self._tau = np.empty((6, SIZE, nq))
         self._tool = np.empty((SIZE, 3))
-        self._saturated = np.empty(SIZE, dtype=bool)
         self._touches: list[Any] = []
         self.bind()
 
@@ -70,7 +68,6 @@ class StepLog:
         self._a_ref[i] = arm.a
         self._tau[i] = controller.tau
         self._tool[i] = self._tool_now
-        self._saturated[i] = controller.saturated
         self._touches.append(self._judge())
         return i + 1 == SIZE
 
@@ -80,7 +77,7 @@ class StepLog:
         n = len(touches)
         return Block(
             self._t[:n], self._q[:n], self._v[:n], self._q_ref[:n], self._v_ref[:n],
-            self._a_ref[:n], self._tau[:n], self._tool[:n], self._saturated[:n], touches,
+            self._a_ref[:n], self._tau[:n], self._tool[:n], touches,
         )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ GOOD = """
         register("ball", lambda: "a ball")
     @hookimpl
     def register_controllers(register):
-        register("soft", lambda robot, model: (robot, model))
+        register("soft", lambda robot: robot)
 """
 
 

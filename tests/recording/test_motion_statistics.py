@@ -23,7 +23,7 @@ def rows(n: int, **changes: np.ndarray) -> dict[str, np.ndarray]:
     still = np.zeros((n, 2))
     steps = {
         "q": middle, "q_ref": middle, "v_ref": still, "a_ref": still, "tau": still,
-        "tool": np.zeros((n, 3)), "saturated": np.zeros(n, bool), "free": np.ones(n, bool),
+        "tool": np.zeros((n, 3)), "free": np.ones(n, bool),
     }  # fmt: skip
     return steps | changes
 
@@ -94,11 +94,9 @@ def test_without_a_free_step_there_is_no_tracking_error(statistics):
 
 
 def test_a_cycle_begins_with_nothing(statistics):
-    statistics.update(**rows(2, tau=column((0.0, 0.0), (60.0, 0.0)), saturated=np.ones(2, bool)))
-    assert statistics.saturated_steps == 2
+    statistics.update(**rows(2, tau=column((0.0, 0.0), (60.0, 0.0))))
     assert statistics.limit_use.effort == pytest.approx(1.2)
     statistics.begin()
-    assert statistics.saturated_steps == 0
     assert statistics.limit_use.effort == 0.0
 
 
@@ -111,7 +109,7 @@ def test_a_joint_without_bounds_uses_none_of_its_range():
     one = np.full((1, 1), 0.5)
     statistics.update(
         q=one, q_ref=one, v_ref=one, a_ref=one, tau=one, tool=np.zeros((1, 3)),
-        saturated=np.zeros(1, bool), free=np.ones(1, bool),
+        free=np.ones(1, bool),
     )  # fmt: skip
     assert statistics.limit_use.position == 0.0
     assert statistics.limit_use.velocity == 0.5
