@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
+from dm_control import mjcf
 
 from bt_manip.control.controller import Controller
 from bt_manip.control.gains import per_joint
@@ -48,46 +49,49 @@ class ComputedTorque(Controller):
         """
         super()._build(robot)
         n = len(robot.description.arm_joints)
-        self.kp, self.ki, self.kd = (
-            per_joint(name, gain, n) for name, gain in (("kp", kp), ("ki", ki), ("kd", kd))
-        )
-        self._per_velocity = 1.0 / friction_velocity
-        self._integral = np.zeros(n)  # [rad s]
-        self._error = np.zeros(n)
-        self._a = np.zeros(n)
-        self._term = np.zeros(n)
+        gains = [per_joint(name, g, n) for name, g in (("kp", kp), ("kd", kd), ("ki", ki))]
+        self.kp, self.kd, self.ki = gains
+        # One product of a matrix and a stacked vector costs what one sum of two vectors does.
+        self._gains = np.hstack([np.diag(gain) for gain in gains])  # (n, 3 n)
+        self._errors = np.zeros(3 * n)
+        self._e, self._edot, self._integral = self._errors.reshape(3, n)
+        self._per_velocity = np.full(n, 1.0 / friction_velocity)
+        self._velocities = np.zeros(2 * n)
+        self._v_now, self._direction = self._velocities.reshape(2, n)
+        self._a, self._term = np.zeros(n), np.zeros(n)
+
+    def _model_changed(self) -> None:
+        model = self.model
+        self._pin, self._pin_data = model.model, model.data
+        self._losses = np.hstack([np.diag(model.damping), np.diag(model.friction)])  # (n, 2 n)
 
     def compute(
         self, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
     ) -> np.ndarray:
         """Give the efforts that make the error die out [N m]."""  # (nv,)
-        model = self.model
-        a, e, term = self._a, self._error, self._term
-        np.subtract(q_ref, q, out=e)
-        np.multiply(self.kp, e, out=a)
-        np.add(a, a_ref, out=a)
-        np.subtract(v_ref, v, out=term)
-        np.multiply(term, self.kd, out=term)
-        np.add(a, term, out=a)
-        np.multiply(self.ki, self._integral, out=term)
-        np.add(a, term, out=a)
-        tau = pin.rnea(model.model, model.data, q, v, a)
-        np.multiply(model.damping, v, out=term)
-        np.add(tau, term, out=tau)
-        np.multiply(v_ref, self._per_velocity, out=term)
-        np.tanh(term, out=term)
-        np.multiply(term, model.friction, out=term)
-        np.add(tau, term, out=tau)
+        if self._model is None:
+            self.model  # noqa: B018  built on first use, when the robot is compiled
+        a, term, direction = self._a, self._term, self._direction
+        np.subtract(q_ref, q, self._e)
+        np.subtract(v_ref, v, self._edot)
+        self._gains.dot(self._errors, a)
+        np.add(a, a_ref, a)
+        tau = pin.rnea(self._pin, self._pin_data, q, v, a)
+        self._v_now[:] = v
+        np.multiply(v_ref, self._per_velocity, direction)
+        np.tanh(direction, direction)
+        self._losses.dot(self._velocities, term)
+        np.add(tau, term, tau)
         return tau
 
-    def before_substep(self, physics: Any, random_state: np.random.RandomState) -> None:
+    def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Command the efforts; integrate the error of the joints that no limit cuts."""
         super().before_substep(physics, random_state)
         # Where a limit cuts, integrating would only wind up what must later unwind.
         if self._cut:
-            self._error[self.saturated] = 0.0
-        np.multiply(self._error, self._dt, out=self._error)
-        np.add(self._integral, self._error, out=self._integral)
+            self._e[self.saturated] = 0.0
+        np.multiply(self._e, self._dt, self._term)
+        np.add(self._integral, self._term, self._integral)
 
     def reset(self) -> None:
         """Forget the integral."""

@@ -7,7 +7,9 @@ from bt_manip.cell.naming import entity_of
 from bt_manip.robots import Robot
 
 _REACH = 0.3  # [m] radius of the sensors' zone: all contacts of a finger, however long it is
-_MOST_REMEMBERED = 1024
+
+Touched = tuple[tuple[str, ...], tuple[str, ...]]
+"""Names of the entities that touch the first and the second finger."""
 
 
 class FingerContacts:
@@ -20,6 +22,7 @@ class FingerContacts:
     def __init__(self, robot: Robot):
         """Add the sensors to the robot's model, which must not be compiled yet."""
         self._robot = robot
+        self.bound = False
         self._sensors = []
         for finger in robot.finger_bodies:
             name = f"{finger.name}_touch"
@@ -33,24 +36,19 @@ class FingerContacts:
         """Look at a compiled model."""
         left, right = (model.sensor(s.full_identifier).adr[0] for s in self._sensors)
         self._left, self._right = int(left), int(right)
+        self._geoms = self._robot.finger_geom_ids
         self._model, self._data, self._sensordata = model, data, data.sensordata
         self._labels: Labels | None = None
-        self._seen: dict[bytes, tuple[tuple[str, ...], tuple[str, ...]]] = {}
+        self.bound = True
 
     def forces(self) -> tuple[float, float]:
         """Give the normal force on each finger [N]."""
         return self._sensordata.item(self._left), self._sensordata.item(self._right)
 
-    def names(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    def names(self) -> Touched:
         """Name the entities that touch each finger, the robot itself apart."""
-        key = self._data.contact.geom.tobytes()
-        names = self._seen.get(key)
-        if names is None:
-            if len(self._seen) >= _MOST_REMEMBERED:
-                self._seen.clear()
-            left, right = (self._partners(geoms) for geoms in self._robot.finger_geom_ids)
-            names = self._seen[key] = (left, right)
-        return names
+        left, right = (self._partners(geoms) for geoms in self._geoms)
+        return left, right
 
     def _partners(self, geoms: tuple[int, ...]) -> tuple[str, ...]:
         if self._labels is None:

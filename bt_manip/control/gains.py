@@ -7,7 +7,7 @@ import numpy as np
 from bt_manip.control.exceptions import ControlError
 
 
-def per_joint(name: str, gain: float | Sequence[float], n: int) -> np.ndarray:
+def per_joint(name: str, gain: float | Sequence[float] | np.ndarray, n: int) -> np.ndarray:
     """Give one gain a joint.
 
     Args:

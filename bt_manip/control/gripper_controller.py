@@ -8,7 +8,7 @@ import numpy as np
 from dm_control import composer, mjcf
 
 from bt_manip.control.exceptions import ControlError
-from bt_manip.control.finger_contacts import FingerContacts
+from bt_manip.control.finger_contacts import FingerContacts, Touched
 from bt_manip.control.stroke import Motion, Stroke, StrokeLimits
 from bt_manip.robots import Robot
 
@@ -34,6 +34,7 @@ _FORCE_GAIN = 5.0  # [1/s] integral action on the mean of the measured forces
 _FORCE_TRIM = 0.2  # of the force: the most that the integral adds
 _STEADY_BAND = (0.95, 1.20)  # of the force
 _STEADY_TIME = 0.05  # [s]
+_NOTHING: Touched = ((), ())
 _MET = 1e-3  # [m] opening at which the fingers have met
 _MET_FORCE = 5.0  # [N] with which fingers press each other
 
@@ -48,6 +49,11 @@ class GripperController(composer.Entity):
 
     Attached to its robot (``robot.attach(gripper)``), it lives by composer's hooks.
     """
+
+    state: str
+    """What it is at: still, moving, closing, gripping or releasing."""
+    _stroke: Stroke | None
+    _touched: Touched | None
 
     def _build(self, robot: Robot, speed: float = 0.1) -> None:
         """Prepare to control a robot's gripper.
@@ -175,12 +181,12 @@ class GripperController(composer.Entity):
     @property
     def is_free(self) -> bool:
         """Whether the fingers touch nothing."""
-        return not any(self._touched)
+        return not any(self._touch())
 
     @property
     def held(self) -> tuple[str, ...]:
         """Names of the entities that both fingers touch."""
-        left, right = self._touched
+        left, right = self._touch()
         return tuple(name for name in left if name in right)
 
     @property
@@ -191,7 +197,9 @@ class GripperController(composer.Entity):
     # Composer's hooks
 
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Bind to the compiled model."""
+        """Bind to the compiled model; what the last step touched is still true."""
+        if self._contacts.bound:
+            self._touch()
         model, data = physics.model.ptr, physics.data.ptr
         robot = self._robot
         self._dt = float(model.opt.timestep)
@@ -227,7 +235,7 @@ class GripperController(composer.Entity):
     def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Measure what the step did, and go on with the time."""
         self._forces = left, right = self._contacts.forces()
-        self._touched = self._contacts.names() if left or right else ((), ())
+        self._touched = None if left or right else _NOTHING
         if self.state in (GRIPPING, RELEASING):
             self._press_on(left, right)
         elif self._stroke is not None:
@@ -244,7 +252,7 @@ class GripperController(composer.Entity):
     def _reset(self) -> None:
         self.state = STILL
         self._motion = Motion(0.5 * self._description.open_width, 0.0, 0.0)
-        self._stroke: Stroke | None = None
+        self._stroke = None
         self._limits = StrokeLimits(self._speed)
         self._target = self._motion.s
         self._slowed = False
@@ -256,7 +264,13 @@ class GripperController(composer.Entity):
         self._offset = 0.0  # [m] by which the first finger is further out
         self._in_band = 0  # steps
         self._forces = (0.0, 0.0)
-        self._touched: tuple[tuple[str, ...], tuple[str, ...]] = ((), ())
+        self._touched = _NOTHING
+
+    def _touch(self) -> Touched:
+        """Name what each finger touched in the last step; looked up when somebody asks."""
+        if self._touched is None:
+            self._touched = self._contacts.names()
+        return self._touched
 
     def _checked_speed(self, speed: float | None) -> float:
         if speed is None:
@@ -281,7 +295,7 @@ class GripperController(composer.Entity):
         if left > _TOUCHED and right > _TOUCHED:
             met = self.width < self._description.min_width + _MET
             self._force = _FIRST
-            # The fingers keep their difference: centring a gripped object would rub it on the table.
+            # The fingers keep their difference: centring what they grip would rub it on the table.
             self._offset = float(self._qpos[self._q1] - self._qpos[self._q2])
             self._begin_press(GRIPPING, _MET_FORCE if met else self._asked, _RAMP)
         elif (left > _TOUCHED or right > _TOUCHED) and not self._slowed:
@@ -348,7 +362,7 @@ class GripperController(composer.Entity):
             "offset": self._offset,
             "in_band": self._in_band,
             "forces": list(self._forces),
-            "touched": [list(names) for names in self._touched],
+            "touched": [list(names) for names in self._touch()],
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
