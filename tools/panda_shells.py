@@ -3,8 +3,8 @@
 A shell is a row of rings. Each ring spans two points of the link's silhouette, seen at right
 angles to its plane of symmetry, and has a depth: short tables in millimetres, in the proportions of
 the real arm. Where a shell meets its neighbour at a joint it stays open. The whole model travels as
-text through PyMJCF whenever a cell is compiled, so the tables spend vertices and triangles sparingly.
-Run it after changing one:
+text through PyMJCF whenever a cell is compiled: hence few vertices, and triangles only where a
+shell is not convex. Run it after changing a table:
 
     python tools/panda_shells.py
 """
