@@ -8,15 +8,15 @@ import pinocchio as pin
 
 from bt_manip.robots import Payload, Robot, RobotModel
 
+from .bounds import Bounds
 from .braking import brake
+from .driving import drive, drive_straight
 from .effort import within_effort
 from .errors import MotionError
 from .inverse_kinematics import InverseKinematics
 from .jerk_profile import joint_profiles
 from .limit_check import limit_use, step_times
-from .paths import StraightPath
-from .timing import drive, path_limits, tightened
-from .tool_line import line_path
+from .tool_line import ToolLine, line_path
 from .trajectory import (
     JointTrajectory,
     SequenceTrajectory,
@@ -232,23 +232,14 @@ class Arm:
     def _straight(self, start: np.ndarray, end: np.ndarray, speed: float) -> Trajectory | None:
         if np.array_equal(start, end):
             return None
-        path = StraightPath(start, end)
-        full = path_limits(path, self.model.limits)
-        bounds = full.scaled(speed)
-        return within_effort(
-            lambda factor: drive(path, bounds.scaled(acceleration=factor), full), self.model
-        )
+        return drive_straight(start, end, self.model, speed)
 
     def _line(self, start: np.ndarray, T_wt: pin.SE3, speed: float) -> Trajectory | None:
-        path, line = line_path(self.ik, start, T_wt)
+        line = ToolLine(self.model.pose(start), T_wt)
         if line.length < 1e-9 and line.angle < 1e-9:
             return None
-        limits, tool = self.model.limits, self.model.tool_limits
-        full = path_limits(path, limits, line=line, tool=tool)
-        bounds = tightened(path, full, limits, line, tool).scaled(speed)
-        return within_effort(
-            lambda factor: drive(path, bounds.scaled(acceleration=factor), full), self.model
-        )
+        bounds = line.bounds(Bounds.of_joints(self.model.limits), self.model.tool_limits)
+        return drive(line_path(self.ik, start, line), bounds, self.model, speed)
 
     def _brake(self) -> Trajectory:
         assert self._trajectory is not None

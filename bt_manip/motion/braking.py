@@ -15,7 +15,8 @@ from .trajectory import (
     Trajectory,
 )
 
-_FACTORS = (1.0, 0.7, 0.5, 0.35, 0.25)  # of acceleration and jerk, the hardest first
+_FACTORS = (1.0, 0.85, 0.7, 0.5, 0.35, 0.25)  # of acceleration and jerk, the hardest first
+_AHEAD = np.linspace(0.0, 1.0, 20)
 
 
 def brake(
@@ -44,7 +45,11 @@ def brake(
     best: Trajectory = tail
     least = np.inf
     for factor in _FACTORS:
-        trial = _trial(trajectory, t, state, model, factor)
+        trial: Trajectory | None
+        if isinstance(trajectory, PathTrajectory):
+            trial = _on_path(trajectory, t, factor)
+        else:
+            trial = _all_joints(state, model, factor)
         if trial is None or trial.duration >= tail.duration:
             continue
         if not limit_use(trial, model.limits).inside:
@@ -57,19 +62,26 @@ def brake(
     return best
 
 
-def _trial(
-    trajectory: Trajectory,
-    t: float,
-    state: tuple[np.ndarray, np.ndarray, np.ndarray],
-    model: RobotModel,
-    factor: float,
-) -> Trajectory | None:
-    if isinstance(trajectory, PathTrajectory):
-        bounds = trajectory.braking.scaled(acceleration=factor)
-        profile = brake_profile(trajectory.profile.sample(t), bounds)
-        if not 0.0 <= profile.end <= 1.0:
-            return None
-        return PathTrajectory(trajectory.path, profile, trajectory.braking)
+def _on_path(trajectory: PathTrajectory, t: float, factor: float) -> PathTrajectory | None:
+    """Brake the parameter; whether the curvature allows it is for the caller to see."""
+    s, ds, dds = trajectory.profile.sample(t)
+    path, bounds = trajectory.path, trajectory.bounds
+    slope = np.abs(path.evaluate(s + (1.0 - s) * _AHEAD, 1)[1]).max(axis=0)
+    moves = slope > 0.0
+    acceleration, jerk = (
+        factor * float((bound[moves] / slope[moves]).min())
+        for bound in (bounds.acceleration, bounds.jerk)
+    )
+    profile = brake_profile((s, ds, dds), (max(ds, 1e-6), acceleration, jerk))
+    if not 0.0 <= profile.end <= 1.0:
+        return None
+    braked = PathTrajectory(path, profile, bounds)
+    return braked if max(braked.use(1e-3)) <= 1.0 + 1e-9 else None
+
+
+def _all_joints(
+    state: tuple[np.ndarray, np.ndarray, np.ndarray], model: RobotModel, factor: float
+) -> JointTrajectory:
     limits = model.limits
     profiles = joint_profiles(
         state, None, limits.velocity, factor * limits.acceleration, factor * limits.jerk

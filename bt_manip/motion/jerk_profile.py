@@ -76,6 +76,12 @@ class JerkProfile:
         acceleration = np.where(done, 0.0, a + x * j)
         return position, velocity, acceleration
 
+    def slowed(self, factor: float) -> "JerkProfile":
+        """Do the same in a time longer by a factor."""
+        c = factor
+        segments = [[t * c, p, v / c, a / c**2, j / c**3] for t, p, v, a, j in self._segments]
+        return JerkProfile(segments, self.duration * c, self.end)
+
     def get_state(self) -> dict[str, Any]:
         """Give the profile as plain data."""
         return {"segments": self._segments, "duration": self.duration, "end": self.end}

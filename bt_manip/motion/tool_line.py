@@ -3,53 +3,75 @@
 import numpy as np
 import pinocchio as pin
 
+from bt_manip.robots import ToolLimits
+
+from .bounds import Bounds
 from .errors import MotionError
 from .inverse_kinematics import InverseKinematics
 from .paths import SplinePath
-from .timing import ToolLine
 
 SPACING = 0.02  # [m] between the poses that are solved
 TURN = 0.1  # [rad] between them
-LEAST, MOST = 12, 400  # poses on a line
-STRAIGHTNESS = 1e-5  # [m] and [rad] that the spline may leave the line between them
+LEAST, MOST = 12, 400  # intervals on a line
+STRAIGHTNESS = 1e-5  # [m] and [rad] that the path may leave the line between them
 REFINEMENTS = 3
 NODE_TOLERANCE = 1e-9
 
 
-def line_path(ik: InverseKinematics, q0: np.ndarray, T_wt: pin.SE3) -> tuple[SplinePath, ToolLine]:
-    """Follow the straight line from where the tool is to a pose, turning evenly on the way.
+class ToolLine:
+    """A straight line of the tool from one pose to another, turning evenly on the way."""
+
+    def __init__(self, start: pin.SE3, end: pin.SE3) -> None:
+        """Connect two poses of the tool in the world."""
+        self._start, self._end = start, end
+        self._turn = pin.log3(start.rotation.T @ end.rotation)
+        self.length = float(np.linalg.norm(end.translation - start.translation))  # [m]
+        self.angle = float(np.linalg.norm(self._turn))  # [rad]
+
+    def pose(self, fraction: float) -> pin.SE3:
+        """Give the pose T_wt at a fraction of the way."""
+        along = (1.0 - fraction) * self._start.translation + fraction * self._end.translation
+        return pin.SE3(self._start.rotation @ pin.exp3(fraction * self._turn), along)
+
+    def bounds(self, joints: Bounds, tool: ToolLimits) -> Bounds:
+        """Append the limits of the fraction of the way, which bound the tool's motion."""
+
+        def least(linear: float, angular: float) -> float:
+            return min(linear / max(self.length, 1e-9), angular / max(self.angle, 1e-9))
+
+        return joints.and_also(
+            least(tool.velocity, tool.angular_velocity),
+            least(tool.acceleration, tool.angular_acceleration),
+            least(tool.jerk, tool.angular_jerk),
+        )
+
+
+def line_path(ik: InverseKinematics, q0: np.ndarray, line: ToolLine) -> SplinePath:
+    """Follow a line of the tool with the joints.
+
+    The path carries the fraction of the way as a last coordinate.
 
     Args:
         ik: Inverse kinematics of the arm.
         q0: Where the arm is.  # (nq,)
-        T_wt: Pose of the tool at the end.
+        line: Starts at the tool pose of `q0`.
 
     Raises:
         MotionError: When the line leaves the reach or the limits, or a joint would have to jump;
             the message says where.
     """
-    start = ik.model.pose(q0)
-    length = float(np.linalg.norm(T_wt.translation - start.translation))
-    turn = pin.log3(start.rotation.T @ T_wt.rotation)
-    line = ToolLine(length, float(np.linalg.norm(turn)))
-
-    def pose_at(s: float) -> pin.SE3:
-        along = (1.0 - s) * start.translation + s * T_wt.translation
-        return pin.SE3(start.rotation @ pin.exp3(s * turn), along)
-
-    intervals = int(np.ceil(max(length / SPACING, line.angle / TURN)))
+    intervals = int(np.ceil(max(line.length / SPACING, line.angle / TURN)))
     intervals = int(np.clip(intervals, LEAST, MOST))
     worst = np.inf
     for _ in range(REFINEMENTS):
-        path = SplinePath(_follow(ik, q0, pose_at, intervals, line))
+        path = SplinePath(_follow(ik, q0, line, intervals), ik.model.nq)
         between = (np.arange(intervals) + 0.5) / intervals
         worst = 0.0
-        for s, q in zip(between, path.evaluate(between, 0)[0], strict=True):
-            worst = max(
-                worst, float(np.abs(pin.log6(ik.model.pose(q).actInv(pose_at(s))).np).max())
-            )
+        for *q, fraction in path.evaluate(between, 0)[0]:
+            T_td = ik.model.pose(np.array(q)).actInv(line.pose(fraction))
+            worst = max(worst, float(np.abs(pin.log6(T_td).np).max()))
         if worst <= STRAIGHTNESS:
-            return path, line
+            return path
         intervals *= 2
     raise MotionError(
         f"the line cannot be followed smoothly: it would be left by {1e3 * worst:.2f} mm",
@@ -57,20 +79,17 @@ def line_path(ik: InverseKinematics, q0: np.ndarray, T_wt: pin.SE3) -> tuple[Spl
     )
 
 
-def _follow(
-    ik: InverseKinematics, q0: np.ndarray, pose_at: object, intervals: int, line: ToolLine
-) -> np.ndarray:
-    assert callable(pose_at)
+def _follow(ik: InverseKinematics, q0: np.ndarray, line: ToolLine, intervals: int) -> np.ndarray:
+    """Solve poses at even fractions of the way."""  # (intervals + 1, nq + 1)
+    fractions = np.arange(intervals + 1) / intervals
     knots = [np.array(q0)]
-    for i in range(1, intervals + 1):
-        s = i / intervals
-        found = ik.follow(pose_at(s), knots[-1], tolerance=NODE_TOLERANCE)
+    for done, fraction in zip(fractions, fractions[1:], strict=False):
+        found = ik.follow(line.pose(fraction), knots[-1], tolerance=NODE_TOLERANCE)
         if not found.solved:
-            where = f"{100.0 * (i - 1) / intervals:.0f} % of it"
-            if line.length > 1e-6:
-                where += f" ({line.length * (i - 1) / intervals:.3f} m of {line.length:.3f} m)"
             raise MotionError(
-                f"the line can be followed for {where} only: {found.reason}", reason="line"
+                f"the line can be followed for {100.0 * done:.0f} % of the way only "
+                f"({done * line.length:.3f} m of {line.length:.3f} m): {found.reason}",
+                reason="line",
             )
         knots.append(found.q)
-    return np.array(knots)
+    return np.column_stack([knots, fractions])

@@ -5,8 +5,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from .bounds import Bounds
 from .jerk_profile import JerkProfile
-from .path_limits import PathLimits
 from .paths import Path, path_from_state
 
 Table = tuple[np.ndarray, np.ndarray, np.ndarray]  # q, v, a: (n, nq) each
@@ -59,26 +59,44 @@ class PathTrajectory:
     It never leaves the path, whatever it does in time.
     """
 
-    def __init__(self, path: Path, profile: JerkProfile, braking: PathLimits) -> None:
+    def __init__(self, path: Path, profile: JerkProfile, bounds: Bounds) -> None:
         """Drive a path.
 
         Args:
             path: The curve.
             profile: Its parameter over time.
-            braking: Bounds of the parameter to brake with.
+            bounds: What its coordinates may do.
         """
-        self.path, self.profile, self.braking = path, profile, braking
+        self.path, self.profile, self.bounds = path, profile, bounds
         self.duration = profile.duration
-        self.end = (
-            path.end if profile.end == 1.0 else path.evaluate(np.array([profile.end]), 0)[0][0]
+        self.end = path.end
+        if profile.end != 1.0:
+            self.end = path.evaluate(np.array([profile.end]), 0)[0][0, : path.nq]
+
+    def coordinates(self, times: np.ndarray) -> Table:
+        """Give all coordinates of the path, with their derivatives, at many times."""
+        s, ds, dds = (x[:, np.newaxis] for x in self.profile.table(times))
+        x, dx, ddx = self.path.evaluate(s[:, 0])
+        return x, dx * ds, ddx * (ds * ds) + dx * dds
+
+    def use(self, step: float = 2.5e-4) -> tuple[float, float, float]:
+        """Give the largest fractions of velocity, acceleration and jerk, behind the joints too.
+
+        The step is finer than that of control, so that the jerk is seen whatever the phase of
+        the control steps.
+        """
+        _, v, a = self.coordinates(np.arange(0.0, self.duration + 2 * step, step))
+        return (
+            float((np.abs(v) / self.bounds.velocity).max()),
+            float((np.abs(a) / self.bounds.acceleration).max()),
+            float((np.abs(np.diff(a, axis=0)) / (step * self.bounds.jerk)).max()),
         )
 
     def table(self, times: np.ndarray) -> Table:
         """Give q, v and a at many times."""
-        s, ds, dds = (x[:, np.newaxis] for x in self.profile.table(times))
-        q, dq, ddq = self.path.evaluate(s[:, 0])
+        q, v, a = (x[:, : self.path.nq] for x in self.coordinates(times))
         q[times >= self.duration] = self.end
-        return q, dq * ds, ddq * (ds * ds) + dq * dds
+        return q, v, a
 
     def sample(self, t: float, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> None:
         """Write q, v and a at a time into arrays."""
@@ -91,7 +109,7 @@ class PathTrajectory:
             "kind": "path",
             "path": self.path.get_state(),
             "profile": self.profile.get_state(),
-            "braking": list(self.braking),
+            "bounds": [bound.tolist() for bound in self.bounds],
         }
 
 
@@ -163,5 +181,5 @@ def trajectory_from_state(state: dict[str, Any]) -> Trajectory:
     return PathTrajectory(
         path_from_state(state["path"]),
         JerkProfile.from_state(state["profile"]),
-        PathLimits(*state["braking"]),
+        Bounds(*(np.array(bound) for bound in state["bounds"])),
     )
