@@ -1,1 +1,17 @@
 """Leaves of trees: hover, reach, grasp, lift, drop and their kin."""
+
+from .close_gripper import CloseGripper as CloseGripper
+from .drop import Drop as Drop
+from .grasp import Grasp as Grasp
+from .hover import Hover as Hover
+from .is_at import IsAt as IsAt
+from .is_holding import IsHolding as IsHolding
+from .lift import Lift as Lift
+from .move_home import MoveHome as MoveHome
+from .move_to_configuration import MoveToConfiguration as MoveToConfiguration
+from .move_to_pose import MoveToPose as MoveToPose
+from .object_exists import ObjectExists as ObjectExists
+from .open_gripper import OpenGripper as OpenGripper
+from .reach import Reach as Reach
+from .remove_object import RemoveObject as RemoveObject
+from .spawn_object import SpawnObject as SpawnObject

@@ -1,0 +1,19 @@
+"""Hover over an object."""
+
+from bt_manip.bt import Input
+
+from .arm_behaviour import MotionBehaviour
+from .poses import grips_from_above
+
+
+class Hover(MotionBehaviour):
+    """Move the tool over an object, turned so that the fingers can straddle it."""
+
+    object = Input(str, doc="Name of the object.")
+    height = Input(float, default=0.4, doc="Height of the tool over the object's centre [m].")
+    speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
+
+    def start(self) -> None:
+        """Move to the nearest of the configurations over the object."""
+        poses = grips_from_above(self.cell.pose(self.object), self.height)
+        self.arm.move_to_pose(poses, speed=self.speed)

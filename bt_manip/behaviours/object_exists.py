@@ -1,0 +1,22 @@
+"""Check that an object is there."""
+
+from typing import Any
+
+from bt_manip.bt import Condition, Input, Status
+from bt_manip.cell import Cell
+
+
+class ObjectExists(Condition):
+    """Check that the cell has an object."""
+
+    object = Input(str, doc="Name of the object.")
+
+    def setup(self, *, cell: Cell, **_: Any) -> None:
+        """Keep the cell."""
+        self.cell = cell
+
+    def update(self) -> Status:
+        """Look the name up."""
+        if self.object in self.cell.objects:
+            return Status.SUCCESS
+        return self.fail(f"the cell has no object '{self.object}'")

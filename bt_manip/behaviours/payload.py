@@ -1,0 +1,34 @@
+"""The payload that a held object is."""
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from bt_manip import spatial
+from bt_manip.cell import Cell
+from bt_manip.robots import Payload
+
+
+def payload_of(cell: Cell, name: str, T_wt: pin.SE3) -> Payload:
+    """Give an object's inertia, seen from the tool that holds it.
+
+    Args:
+        cell: The cell that the object is in.
+        name: The object's name.
+        T_wt: Pose of the tool in the world.
+    """
+    model = cell.model
+    root = cell.body_id(name)
+    T_wo = cell.pose(name)
+    total = pin.Inertia.Zero()
+    for body in range(root, model.nbody):
+        if model.body_rootid[body] != model.body_rootid[root]:
+            continue
+        T_wb = spatial.pose(cell.data.xpos[body], cell.data.xquat[body])
+        T_bi = spatial.pose(model.body_ipos[body], model.body_iquat[body])
+        principal = pin.Inertia(
+            float(model.body_mass[body]), np.zeros(3), np.diag(model.body_inertia[body])
+        )
+        total += (T_wo.actInv(T_wb) * T_bi).act(principal)
+    seen_from_tool = T_wt.actInv(T_wo).act(total)
+    return Payload(seen_from_tool.mass, seen_from_tool.lever, seen_from_tool.inertia)

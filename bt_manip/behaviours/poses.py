@@ -1,0 +1,76 @@
+"""Poses in ports, and the tool poses from which an object can be gripped from above."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip import spatial
+from bt_manip.bt import Input
+
+QUARTER_TURN = math.pi / 2
+
+
+def pose_from_text(text: str) -> pin.SE3:
+    """Read a pose from a port's text.
+
+    Args:
+        text: ``x;y;z`` [m], pointing as the world does, or ``x;y;z;qw;qx;qy;qz``.
+
+    Raises:
+        ValueError: When it is not three or seven finite numbers.
+    """
+    try:
+        numbers = [float(part) for part in text.split(";")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (3, 7):
+        raise ValueError(f"a pose is 'x;y;z' or 'x;y;z;qw;qx;qy;qz' in metres, got '{text}'")
+    return spatial.pose(numbers[:3], numbers[3:] or (1.0, 0.0, 0.0, 0.0))
+
+
+def pose_to_text(T: pin.SE3) -> str:
+    """Write a pose as ``x;y;z;qw;qx;qy;qz``."""
+    return ";".join(repr(float(c)) for c in (*T.translation, *spatial.quat_wxyz(T)))
+
+
+def pose_input(doc: str) -> Input:
+    """Declare a port that reads a pose."""
+    return Input(pin.SE3, parse=pose_from_text, format=pose_to_text, doc=doc)
+
+
+def yaw_of(T: pin.SE3) -> float:
+    """Give the angle about the vertical of the horizontal-most axis of a pose [rad].
+
+    An object may lie on any of its faces: of its three axes, the one nearest to the horizontal
+    plane says how it is turned.
+    """
+    axis = T.rotation[:, int(np.argmin(np.abs(T.rotation[2])))]
+    return math.atan2(axis[1], axis[0])
+
+
+def grips_from_above(T_wo: pin.SE3, height: float) -> list[pin.SE3]:
+    """List the tool poses that grip a box-like object by its side faces from above.
+
+    Args:
+        T_wo: Pose of the object's centre in the world.
+        height: Height of the tool centre point over that centre [m].
+
+    Returns:
+        Four poses pointing straight down, a quarter turn apart: each pair of opposite faces with
+        either finger first.
+    """
+    position = T_wo.translation + np.array([0.0, 0.0, height])
+    yaw = yaw_of(T_wo)
+    return [spatial.pointing_down(position, yaw + k * QUARTER_TURN) for k in range(4)]
+
+
+def turned(position: Sequence[float], yaws: int = 8) -> list[pin.SE3]:
+    """List tool poses pointing straight down at a place where the yaw does not matter."""
+    return [spatial.pointing_down(position, 2 * math.pi * k / yaws) for k in range(yaws)]
+
+
+def nearest_turn(poses: Sequence[pin.SE3], T: pin.SE3) -> pin.SE3:
+    """Choose the pose whose orientation is nearest to that of another pose."""
+    return max(poses, key=lambda pose: float(np.trace(pose.rotation.T @ T.rotation)))

@@ -1,0 +1,23 @@
+"""Reach down to an object."""
+
+from bt_manip.bt import Input
+
+from .arm_behaviour import MotionBehaviour
+from .poses import grips_from_above, nearest_turn
+
+
+class Reach(MotionBehaviour):
+    """Bring the open fingers around an object on a straight line."""
+
+    object = Input(str, doc="Name of the object.")
+    height = Input(
+        float,
+        default=0.015,
+        doc="Height of the tool over the object's centre [m]; the palm stays clear of a 5 cm cube.",
+    )
+    speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
+
+    def start(self) -> None:
+        """Move straight to the grip that needs the least turn of the tool."""
+        grips = grips_from_above(self.cell.pose(self.object), self.height)
+        self.arm.move_linear(nearest_turn(grips, self.T_wt), speed=self.speed)

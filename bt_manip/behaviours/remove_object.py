@@ -1,0 +1,55 @@
+"""Take an object out of the cell."""
+
+from typing import Any
+
+import numpy as np
+
+from bt_manip.bt import Input, Status
+
+from .arm_behaviour import CellBehaviour
+
+
+class RemoveObject(CellBehaviour):
+    """Wait until an object rests, then take it out of the cell."""
+
+    STILL = 5e-3  # [m/s], and [rad/s] times the object's size
+    RESTING = 0.05  # [s] for which it has to be still
+
+    object = Input(str, doc="Name of the object.")
+    patience = Input(float, default=2.0, doc="Longest simulated time to wait for its rest [s].")
+
+    _still_since: float | None = None
+
+    def start(self) -> None:
+        """Look for the object."""
+        self._still_since = None
+        self.cell.find(self.object)
+
+    def update(self) -> Status:
+        """Remove the object once it has rested for a while."""
+        name = self.object
+        speed = float(np.linalg.norm(self.cell.velocity(name)[:3]))
+        if speed >= self.STILL:
+            self._still_since = None
+        elif self._still_since is None:
+            self._still_since = self.cell.time
+        rested = self._still_since is not None
+        if rested and self.cell.time - self._still_since >= self.RESTING:
+            self.cell.remove(name)
+            self.feedback_message = f"'{name}' removed"
+            return Status.SUCCESS
+        if self.elapsed > self.patience:
+            return self.fail(
+                f"'{name}' still moves at {1000 * speed:.0f} mm/s after {self.patience:g} s"
+            )
+        self.feedback_message = f"'{name}' moves at {1000 * speed:.0f} mm/s"
+        return Status.RUNNING
+
+    def get_state(self) -> dict[str, Any]:
+        """Give since when the object has been still."""
+        return {**super().get_state(), "still_since": self._still_since}
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Take back since when the object has been still."""
+        super().set_state(state)
+        self._still_since = state["still_since"]

@@ -1,0 +1,59 @@
+"""Put a new object into the cell."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from bt_manip import spatial
+from bt_manip.bt import Input, Output, Status
+from bt_manip.cell import Cell, CellError
+from bt_manip.registry import Registry
+
+from .arm_behaviour import CellBehaviour
+
+
+class SpawnObject(CellBehaviour):
+    """Put a new object at a random place on another one, turned by any angle."""
+
+    model = Input(str, default="cube", doc="Registered object to make; see: bt-manip list objects.")
+    on = Input(str, default="table", doc="Name of the object whose surface it is put on.")
+    region = Input(
+        list[float],
+        default=[0.2, 0.4, -0.3, 0.3],
+        doc="Where its centre may come to lie, in the world: x_min;x_max;y_min;y_max [m].",
+    )
+    name_hint = Input(str, default="", doc="Name to give it; by default that of the model.")
+    object = Output(str, doc="Unique name that it got.")
+
+    def setup(self, *, cell: Cell, rng: np.random.Generator, models: Registry, **_: Any) -> None:
+        """Keep the cell, its randomness and the known objects."""
+        super().setup(cell=cell)
+        self.rng = rng
+        self.models = models
+
+    def start(self) -> None:
+        """Make the object and insert it."""
+        x_min, x_max, y_min, y_max = self._bounds()
+        support = self.cell.find(self.on)
+        surface = getattr(support, "surface_height", None)
+        if surface is None:
+            raise CellError(f"'{self.on}' has no surface to put something on")
+        entity = self.models.get(self.model)()
+        x, y = self.rng.uniform(x_min, x_max), self.rng.uniform(y_min, y_max)
+        z = self.cell.pose(self.on).translation[2] + surface + entity.rest_height
+        yaw = self.rng.uniform(-math.pi, math.pi)
+        T_wo = spatial.pose((x, y, z), (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)))
+        self.object = name = self.cell.add(entity, T_wo, name=self.name_hint or self.model)
+        self.feedback_message = f"'{name}' at ({x:.3f}, {y:.3f}) m"
+
+    def _bounds(self) -> tuple[float, float, float, float]:
+        region = self.region
+        if len(region) != 4 or region[0] > region[1] or region[2] > region[3]:
+            raise CellError(f"a region is x_min;x_max;y_min;y_max [m], got {region}")
+        x_min, x_max, y_min, y_max = region
+        return x_min, x_max, y_min, y_max
+
+    def update(self) -> Status:
+        """Succeed: the object is there."""
+        return Status.SUCCESS

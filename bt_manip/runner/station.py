@@ -1,0 +1,92 @@
+"""A cell with its robot under control: what trees run in and scripts work with."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bt_manip.cell import Cell
+from bt_manip.control import Controller, GripperController
+from bt_manip.motion import Arm
+from bt_manip.registry import Parts, Registry
+from bt_manip.robots import Robot
+from bt_manip.runner.scene import Scene, table_and_basket
+
+
+@dataclass(frozen=True)
+class Station:
+    """A cell, the robot in it, and what commands that robot.
+
+    Attributes:
+        cell: The simulated cell; it is also the clock.
+        robot: The robot's entity.
+        arm: Moves the arm.
+        controller: Makes the arm follow.
+        gripper: Moves the fingers.
+        rng: Where all randomness of a run comes from.
+        models: The registered objects, to put more of them into the cell.
+    """
+
+    cell: Cell
+    robot: Robot
+    arm: Arm
+    controller: Controller
+    gripper: GripperController
+    rng: np.random.Generator
+    models: Registry
+
+    @property
+    def infrastructure(self) -> dict[str, Any]:
+        """What behaviours get from their ``setup``, by keyword."""
+        return {
+            "cell": self.cell,
+            "robot": self.robot,
+            "arm": self.arm,
+            "gripper": self.gripper,
+            "rng": self.rng,
+            "models": self.models,
+        }
+
+
+def build_station(
+    parts: Parts | None = None,
+    *,
+    robot: str = "panda",
+    controller: str = "computed_torque",
+    scene: Scene | None = None,
+    seed: int = 0,
+) -> Station:
+    """Build a cell and put a robot in it, at home, under control.
+
+    Args:
+        parts: The registered parts to choose from; default: those of all installed plugins.
+        robot: Name of a registered robot.
+        controller: Name of a registered controller.
+        scene: What stands in the cell; default: a table and a basket.
+        seed: Seed of the station's randomness.
+
+    Raises:
+        BtManipError: When a name is not registered or a model does not compile.
+    """
+    if parts is None:
+        from bt_manip.plugins import load_plugins
+
+        parts = load_plugins().parts
+    scene = scene or table_and_basket()
+    arm_entity = Robot(parts.robots.get(robot))
+    make_controller = parts.controllers.get(controller)
+    fixtures = [(fixture, parts.objects.get(fixture.model)()) for fixture in scene.fixtures]
+    control = make_controller(arm_entity)
+    gripper = GripperController(arm_entity)
+    arm_entity.attach(control)
+    arm_entity.attach(gripper)
+    cell = Cell()
+    with cell.editing():
+        for fixture, entity in fixtures:
+            cell.add(entity, fixture.T_wo, name=fixture.name, free=False)
+        cell.add(arm_entity, scene.T_wb, free=False)
+    arm = Arm(arm_entity)
+    control.reference = arm
+    return Station(
+        cell, arm_entity, arm, control, gripper, np.random.default_rng(seed), parts.objects
+    )
