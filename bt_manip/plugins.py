@@ -91,9 +91,14 @@ class Plugins:
         nobody to blame.
         """
         owners = {p.module.partition(".")[0]: p for p in self.plugins if p.name != BUILTIN}
-        for frame, _ in reversed(list(traceback.walk_tb(error.__traceback__))):
+        frames = []
+        cause: BaseException | None = error
+        while cause is not None:  # the first of a chain of exceptions is the innermost
+            frames += [frame for frame, _ in traceback.walk_tb(cause.__traceback__)]
+            cause = cause.__cause__
+        for frame in reversed(frames):
             package = str(frame.f_globals.get("__name__", "")).partition(".")[0]
-            if package in owners and package != "bt_manip":
+            if package in owners:
                 return owners[package]
         return None
 

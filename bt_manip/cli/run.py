@@ -11,7 +11,7 @@ import click
 
 from bt_manip.cli.interrupt import INTERRUPTED, Interrupt
 from bt_manip.cli.settings import parse_settings
-from bt_manip.exceptions import BtManipError
+from bt_manip.exceptions import BtManipError, NodeError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -113,9 +113,12 @@ def execute(options: RunOptions, interrupt: Interrupt) -> int:
             code = INTERRUPTED
         except Exception as error:
             # An interrupt that hits an import can come out of it as something else.
-            if isinstance(error, BtManipError) and not job.started and not interrupt.requested:
+            if interrupt.requested:
+                code = INTERRUPTED
+            elif job.started or not isinstance(error, BtManipError):
+                code = job.fault(error)
+            else:
                 raise
-            code = INTERRUPTED if interrupt.requested else job.fault(error)
         return job.finish(INTERRUPTED if interrupt.requested else code)
 
 
@@ -184,10 +187,12 @@ class _Job:
         """Say what is broken, and whose it is."""
         owner = self._plugins.blame(error) if self._plugins else None
         by = f"plugin '{owner.name}' {owner.version}".rstrip() + ": " if owner else ""
-        text = str(error) or "no message"
+        text = str(error)
         if not isinstance(error, BtManipError):
-            traceback.print_exception(error)
-            text = f"{type(error).__name__}: {text}"
+            # A node's exception is wrapped in one that says which node; the first one says why.
+            traceback.print_exception(error.__cause__ or error)
+            if not isinstance(error, NodeError):
+                text = f"{type(error).__name__}: {text}"
         self._error = f"{by}{text}"
         click.echo(f"Error: the run ended by a fault: {self._error}", err=True)
         return FAULT

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from bt_manip.bt import Action, Condition
+from bt_manip.bt import NodeKind
 from bt_manip.recording.report import Phase
 
 
@@ -39,7 +39,7 @@ class PhaseLog:
 
     def __call__(self, node: Any, old: Any, new: Any) -> None:
         """Note that a node has another status."""
-        if not isinstance(node, Action) or isinstance(node, Condition):
+        if node.kind is not NodeKind.ACTION:
             return
         if new.name == "RUNNING":
             self._running.setdefault(node, self._clock())

@@ -30,12 +30,14 @@ class TerminalView(RunObserver):
         """
         self._console = console
         self._cycles = cycles
+        self._statuses: dict[Any, str] = {}  # what each node came to in this cycle
         self._live: Live | None = None
         self._ascii = not str(console.encoding).lower().startswith("utf")
 
     def run_started(self, run: Any) -> None:
-        """Take the terminal."""
+        """Take the terminal, and watch the tree's nodes."""
         self._run = run
+        run.tree.observers.append(self._node_changed)
         self._cycle = 0
         self._ended = {"SUCCESS": 0, "FAILURE": 0}
         self._wall_start = time.perf_counter()
@@ -47,8 +49,9 @@ class TerminalView(RunObserver):
         self._live.start()
 
     def cycle_started(self, cycle: int) -> None:
-        """Count."""
+        """Count, and forget how the nodes of the last cycle ended."""
         self._cycle = cycle
+        self._statuses.clear()
 
     def after_tick(self) -> None:
         """Draw, when it is time to."""
@@ -67,13 +70,24 @@ class TerminalView(RunObserver):
 
     def run_ended(self) -> None:
         """Give the terminal back as it was."""
+        if self._node_changed in self._run.tree.observers:
+            self._run.tree.observers.remove(self._node_changed)
         live, self._live = self._live, None
         if live is not None:
             live.stop()
 
+    def _node_changed(self, node: Any, old: Any, new: Any) -> None:
+        """Keep what a node came to: a parent resets its children as soon as it has ended."""
+        behaviour = getattr(node, "behaviour", node)  # what stands in for a stock behaviour
+        if new.name != "IDLE" or old.name == "RUNNING":
+            self._statuses[behaviour] = new.name
+
+    def _status_of(self, behaviour: Any) -> str:
+        return self._statuses.get(behaviour, "IDLE")
+
     def _picture(self, now: float) -> Group:
         run = self._run
-        lines = list(tree_lines(run.tree.root, status_of, ascii_only=self._ascii))
+        lines = list(tree_lines(run.tree.root, self._status_of, ascii_only=self._ascii))
         room = max(3, self._console.size.height - 3)
         if len(lines) > room:
             lines = _around_running(lines, room)
@@ -83,7 +97,7 @@ class TerminalView(RunObserver):
         simulated = self._run.station.cell.time - self._time_start
         factor = simulated / max(now - self._wall_start, 1e-9)
         total = f"/{self._cycles}" if self._cycles else ""
-        leaves = running_leaves(self._run.tree.root, status_of)
+        leaves = running_leaves(self._run.tree.root, self._status_of)
         phase = leaves[-1].name if leaves else ""
         line = Text(f"{self._run.request.tree.name}", style="bold")
         line.append(f"  cycle {self._cycle + 1}{total}", style="not bold")
@@ -92,11 +106,6 @@ class TerminalView(RunObserver):
         line.append(f"  {phase or '-'}", style="not bold yellow")
         line.append(f"  {simulated:.2f} s  {factor:.1f} x real time", style="not bold")
         return line
-
-
-def status_of(node: Any) -> str:
-    """Give the name of a node's status."""
-    return str(node.status.name)
 
 
 def _around_running(lines: list[Text], room: int) -> list[Text]:

@@ -7,7 +7,6 @@ from rich.text import Text
 
 MARKS = {
     "IDLE": ("·", "dim"),
-    "INVALID": ("·", "dim"),
     "RUNNING": ("▶", "bold yellow"),
     "SUCCESS": ("✓", "green"),
     "FAILURE": ("✗", "bold red"),
@@ -42,7 +41,7 @@ def tree_lines(root: Any, status_of: Any, *, ascii_only: bool = False) -> Iterat
         if kind != node.name:
             line.append(f" {kind}", style="dim")
         message = getattr(node, "feedback_message", "")
-        if message and status not in ("IDLE", "INVALID"):
+        if message and status != "IDLE":
             line.append(f"  {message}", style="dim")
         yield line
         stack.extend((child, depth + 1) for child in reversed(node.children))
