@@ -70,7 +70,7 @@ class ComputedTorque(Controller):
     ) -> np.ndarray:
         """Give the efforts that make the error die out [N m]."""  # (nv,)
         if self._model is None:
-            self.model  # noqa: B018  built on first use, when the robot is compiled
+            _ = self.model  # made when needed, the robot being compiled by then
         a, term, direction = self._a, self._term, self._direction
         np.subtract(q_ref, q, self._e)
         np.subtract(v_ref, v, self._edot)

@@ -27,9 +27,11 @@ class Controller(composer.Entity):
         self._robot = robot
         self._limit = np.array(robot.limits.effort)
         self._lower = -self._limit
+        self._bare: RobotModel | None = None
         self._model: RobotModel | None = None
         self._payload: Payload | None = None
         self._reference: Reference | None = None
+        self._carries = False
         self._dt = 0.0
         self._cut = False
         self.tau = np.zeros_like(self._limit)
@@ -59,7 +61,10 @@ class Controller(composer.Entity):
     def model(self) -> RobotModel:
         """The model that this computes with; it carries the payload."""
         if self._model is None:
-            self._model = self._robot.make_model().with_payload(self._payload)
+            # Always made from the bare one: the same payload gives the same bits, whatever was
+            # carried before.
+            self._bare = self._bare or self._robot.make_model()
+            self._model = self._bare.with_payload(self._payload)
             self._model_changed()
         return self._model
 
@@ -71,13 +76,14 @@ class Controller(composer.Entity):
     @payload.setter
     def payload(self, payload: Payload | None) -> None:
         self._payload = payload
-        if self._model is not None:
-            self._model = self._model.with_payload(payload)
-            self._model_changed()
+        self._model = None
 
     @property
     def reference(self) -> Reference:
-        """What the arm follows; until one is given, the configuration where it stood."""
+        """What the arm follows; until one is given, the configuration where it stood.
+
+        A reference that has a ``payload`` says what the arm carries, too.
+        """
         if self._reference is None:
             self._reference = Hold(self._robot.q)
         return self._reference
@@ -85,6 +91,7 @@ class Controller(composer.Entity):
     @reference.setter
     def reference(self, reference: Reference | None) -> None:
         self._reference = reference
+        self._carries = hasattr(reference, "payload")
 
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Bind to the compiled model (composer's hook)."""
@@ -106,6 +113,8 @@ class Controller(composer.Entity):
     def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Command the efforts for the step that begins now (composer's hook)."""
         reference = self.reference
+        if self._carries and reference.payload is not self._payload:  # type: ignore[attr-defined]
+            self.payload = reference.payload  # type: ignore[attr-defined]
         q, v = self._qpos[self._q_index], self._qvel[self._v_index]
         tau = self.compute(q, v, reference.q, reference.v, reference.a)
         limited = self.tau
