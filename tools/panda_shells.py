@@ -300,13 +300,12 @@ def corners(points: np.ndarray) -> np.ndarray:
 
 
 def mesh_element(name: str, shell: Loft | Hull) -> str:
-    """Return the `<mesh>` of a shell, in millimetres and scaled to metres."""
+    """Return the `<mesh>` of a shell, in millimetres: the file's default scales it to metres."""
     vertices, faces = loft(shell) if isinstance(shell, Loft) else (hull(shell), None)
     if isinstance(shell, Hull) or shell.convex:
         vertices, faces = corners(vertices), None
     numbers = " ".join(f"{x:g}" for x in np.round(vertices, 1).ravel() + 0.0)  # + 0.0: no -0
-    text = f'    <mesh name="{name}" inertia="shell" scale="0.001 0.001 0.001"'
-    text += f'\n      vertex="{numbers}"'
+    text = f'    <mesh name="{name}" vertex="{numbers}"'
     if faces is not None:
         text += f'\n      face="{" ".join(map(str, faces.ravel()))}"'
     return text + "/>\n"
