@@ -36,7 +36,10 @@ def _rows(plugins: "Plugins", kind: str) -> Iterator[tuple[str, str, str]]:
     """Give name, origin and meaning of each part."""
     if kind == "plugins":
         for plugin in plugins.plugins:
-            counts = (f"{len(names)} {what}" for what, names in plugin.provides.items())
+            counts = (
+                f"{len(names)} {what if len(names) > 1 else what[:-1]}"
+                for what, names in plugin.provides.items()
+            )
             summary = plugin.problem and f"left out: {plugin.problem}"
             yield plugin.name, plugin.version, summary or ", ".join(counts)
         return

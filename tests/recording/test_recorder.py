@@ -1,0 +1,268 @@
+"""A recorded run says what physics and tree did, and is the same run as an unrecorded one."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip.behaviours import (
+    Drop,
+    Grasp,
+    Hover,
+    Lift,
+    MoveHome,
+    OpenGripper,
+    Reach,
+    RemoveObject,
+    SpawnObject,
+)
+from bt_manip.bt import Action, Delay, Node, Sequence, Status, Timeout, Tree
+from bt_manip.cell import Cube
+from bt_manip.plugins import load_plugins
+from bt_manip.recording.digest import StateDigest
+from bt_manip.recording.recorder import Recorder
+from bt_manip.recording.report import RunReport
+from bt_manip.recording.trace import Trace
+from bt_manip.registry import Parts
+from bt_manip.runner.observer import RunObserver
+from bt_manip.runner.request import RunRequest
+from bt_manip.runner.run import Run
+from bt_manip.runner.station import build_station
+from bt_manip.runner.tree_source import TreeSource
+
+
+class Wait(Action):
+    """Run for some ticks, and do something at the first one."""
+
+    def __init__(self, ticks: int, then: Callable[..., None] | None = None) -> None:
+        super().__init__("wait")
+        self.ticks, self.then = ticks, then
+
+    def setup(self, **station) -> None:
+        self.station = station
+
+    def initialise(self) -> None:
+        self.left = self.ticks
+        if self.then is not None:
+            self.then(**self.station)
+
+    def update(self) -> Status:
+        self.left -= 1
+        return Status.RUNNING if self.left > 0 else Status.SUCCESS
+
+
+@pytest.fixture(scope="module")
+def parts() -> Parts:
+    return load_plugins(entry_points=()).parts
+
+
+@pytest.fixture
+def make_run(parts) -> Callable[..., Run]:
+    def make(root: Node, *, seed: int = 0, **request) -> Run:
+        station = build_station(parts, seed=seed)
+        tree = Tree(root, clock=lambda: station.cell.time)
+        tree.setup(**station.infrastructure)
+        source = TreeSource("test", "python")
+        return Run(RunRequest(source, seed=seed, **request), tree, station)
+
+    return make
+
+
+@pytest.fixture
+def record(make_run) -> Callable[..., RunReport]:
+    def run(root: Node, trace: Trace | None = None, **request) -> RunReport:
+        recorder = Recorder("test", request.get("seed", 0), trace)
+        make_run(root, **request).execute([recorder])
+        return recorder.report()
+
+    return run
+
+
+def pick_and_place() -> Node:
+    return Sequence(
+        "pick and place",
+        [
+            SpawnObject(object="{cube}"),
+            OpenGripper(),
+            Hover(object="{cube}"),
+            Reach(object="{cube}"),
+            Grasp("grasp it", object="{cube}"),
+            Lift(height=0.4),
+            Drop(container="basket"),
+            RemoveObject(object="{cube}"),
+        ],
+    )
+
+
+@pytest.fixture(scope="module")
+def picked(parts) -> Iterator[RunReport]:
+    """Pick and place one cube, once for all tests that only read the report."""
+    station = build_station(parts)
+    tree = Tree(pick_and_place(), clock=lambda: station.cell.time)
+    tree.setup(**station.infrastructure)
+    recorder = Recorder("test", 0)
+    Run(RunRequest(TreeSource("test", "python")), tree, station).execute([recorder])
+    yield recorder.report()
+
+
+def test_a_picked_cube_is_placed_by_the_judgement_of_physics(picked):
+    assert picked.status == "SUCCESS"
+    (cycle,) = picked.cycles
+    assert (cycle.status, cycle.object, cycle.placed) == ("SUCCESS", "cube", True)
+
+
+def test_phases_are_the_action_leaves_in_the_order_in_which_they_ended(picked):
+    phases = picked.cycles[0].phases
+    assert [phase.behaviour for phase in phases] == [
+        "SpawnObject", "OpenGripper", "Hover", "Reach", "Grasp", "Lift", "Drop", "RemoveObject",
+    ]  # fmt: skip
+    assert phases[4].name == "grasp it"
+    assert {phase.status for phase in phases} == {"SUCCESS"}
+    for before, after in zip(phases, phases[1:], strict=False):
+        assert after.start_s == pytest.approx(before.start_s + before.duration_s)
+
+
+def test_the_grip_and_the_motion_are_measured(picked):
+    cycle = picked.cycles[0]
+    assert cycle.grip_force_n is not None and 47.5 <= cycle.grip_force_n <= 60.0
+    assert cycle.max_tracking_error_rad is not None and cycle.max_tracking_error_rad < 2e-3
+    assert 0.5 < cycle.limits.velocity <= 1.0 + 1e-6
+    assert 0.5 < cycle.limits.jerk <= 1.0 + 1e-6
+    assert 0.0 < cycle.limits.effort < 1.0
+    assert cycle.saturated_steps == 0
+    assert cycle.unexpected_contacts == ()
+    assert 0.1 < cycle.max_tool_speed_m_s < 3.0
+    assert picked.simulated_s == pytest.approx(cycle.duration_s)
+
+
+def test_a_cube_taken_from_the_table_was_not_placed(record):
+    report = record(Sequence("s", [SpawnObject(object="{c}"), RemoveObject(object="{c}")]))
+    assert report.cycles[0].status == "SUCCESS"
+    assert report.cycles[0].placed is False
+
+
+def test_a_tree_that_places_nothing_has_no_judgement(record):
+    report = record(MoveHome())
+    assert report.cycles[0].placed is None
+    assert report.cycles[0].object is None
+
+
+def in_the_basket(cell, height: float, **_) -> None:
+    T_wo = cell.pose("basket")
+    T_wo.translation = T_wo.translation + np.array([0.0, 0.0, height])
+    cell.add(Cube(), T_wo)
+
+
+@pytest.mark.parametrize(("ticks", "placed"), [(60, True), (2, False)])
+def test_placed_means_at_rest_and_not_only_inside(record, ticks, placed):
+    """Let a cube fall into the basket, and look at it at rest or on its way."""
+    tree = Sequence(
+        "s",
+        [
+            Wait(ticks, lambda **station: in_the_basket(height=0.05, **station)),
+            Wait(1, lambda cell, **_: cell.remove("cube")),
+            Timeout("never", RemoveObject(object="cube"), msec=1),
+        ],
+    )
+    report = record(tree)
+    assert report.cycles[0].object == "cube"
+    assert report.cycles[0].placed is placed
+
+
+def test_a_halted_leaf_is_a_phase_too(record):
+    report = record(Timeout("no longer", Wait(100), msec=50))
+    (phase,) = report.cycles[0].phases
+    assert phase.status == "HALTED"
+    assert phase.duration_s == pytest.approx(0.05)
+    assert report.status == "FAILURE"
+
+
+def test_a_failure_has_its_reason(record):
+    report = record(Hover("look", object="nothing"))
+    (cycle,) = report.cycles
+    assert cycle.status == "FAILURE"
+    assert "nothing" in cycle.reason and "look" in cycle.reason
+    assert cycle.phases[0].reason and cycle.phases[0].reason in cycle.reason
+
+
+def test_what_touches_the_arm_is_unexpected_and_named(record):
+    def on_the_forearm(cell, **_) -> None:
+        forearm = cell.data.body("panda/link4").xpos
+        cell.add(Cube(), pin.SE3(np.eye(3), forearm + np.array([0.0, 0.0, 0.1])))
+
+    report = record(Wait(40, on_the_forearm))
+    pairs = report.cycles[0].unexpected_contacts
+    assert pairs
+    assert all("cube" in pair and any(name.startswith("panda/") for name in pair) for pair in pairs)
+
+
+def test_each_cycle_is_counted_by_itself(record):
+    report = record(Sequence("s", [Delay("d", MoveHome(), delay_msec=20)]), cycles=3)
+    assert [cycle.status for cycle in report.cycles] == ["SUCCESS"] * 3
+    assert [len(cycle.phases) for cycle in report.cycles] == [1, 1, 1]
+    assert report.simulated_s == pytest.approx(sum(cycle.duration_s for cycle in report.cycles))
+
+
+def test_an_interrupted_cycle_is_reported_as_far_as_it_went(make_run):
+    recorder = Recorder("test", 0)
+    ticks = iter(range(5))
+    run = make_run(Wait(100), cycles=0)
+    run.execute([recorder], stop=lambda: next(ticks, None) is None)
+    report = recorder.report("INTERRUPTED")
+    assert report.status == "INTERRUPTED"
+    (cycle,) = report.cycles
+    assert cycle.status == "INTERRUPTED"
+    assert cycle.duration_s == pytest.approx(0.05)
+    assert cycle.phases[0].status == "HALTED"
+
+
+def test_a_run_that_never_began_has_a_report():
+    report = Recorder("test", 3).report("INTERRUPTED")
+    assert (report.cycles, report.simulated_s, report.seed) == ((), 0.0, 3)
+
+
+class DigestOnly(RunObserver):
+    """The digest as it is without a recorder."""
+
+    def run_started(self, run: Run) -> None:
+        self.run, self.digest = run, StateDigest()
+
+    def after_tick(self) -> None:
+        cell = self.run.station.cell
+        self.digest.update(cell.model, cell.data, self.run.tree.statuses())
+
+
+def hover() -> Node:
+    return Sequence("s", [SpawnObject(object="{c}"), Hover(object="{c}"), OpenGripper()])
+
+
+def test_recording_and_tracing_leave_the_run_as_it_is(make_run, record, tmp_path):
+    bare = DigestOnly()
+    make_run(hover(), seed=5).execute([bare])
+    with Trace(tmp_path / "run.npz") as trace:
+        report = record(hover(), trace, seed=5)
+    assert report.state_digest == bare.digest.hexdigest()
+
+
+def test_another_seed_is_another_run(record):
+    assert record(hover(), seed=1).state_digest != record(hover(), seed=2).state_digest
+
+
+def test_the_trace_has_every_control_step(record, tmp_path):
+    path: Path = tmp_path / "run.npz"
+    with Trace(path) as trace:
+        report = record(hover(), trace, cycles=2)
+    with np.load(path) as read:
+        steps = round(report.simulated_s * 1000)
+        np.testing.assert_allclose(read["t"], np.arange(1, steps + 1) / 1000.0, atol=1e-9)
+        for name in ("q", "v", "q_ref", "v_ref", "a_ref", "tau"):
+            assert read[name].shape == (steps, 7)
+        # The columns belong together: velocity is the slope of position, reference and measured.
+        for q, v in (("q_ref", "v_ref"), ("q", "v")):
+            slope = np.diff(read[q], axis=0) / 1e-3
+            middle = 0.5 * (read[v][1:] + read[v][:-1])
+            np.testing.assert_allclose(slope, middle, atol=0.02)
+        error = np.abs(read["q"] - read["q_ref"]).max()
+    assert error == pytest.approx(max(c.max_tracking_error_rad for c in report.cycles))
