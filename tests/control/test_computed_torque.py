@@ -1,0 +1,152 @@
+"""Computed torque against MuJoCo's dynamics and the linear equation that it promises."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from bt_manip.control import ComputedTorque, ControlError
+from bt_manip.robots import Payload, Robot
+
+from .conftest import Wave
+
+
+def test_the_torque_gives_mujoco_the_commanded_acceleration(make_arm):
+    cell, robot, control = make_arm(ComputedTorque)
+    model, data = cell.model, cell.data
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS
+    control.model.friction[:] = 0
+    control._model_changed()
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        q, v, a = rng.normal(size=(3, 2))
+        data.qpos[robot.qpos_adr], data.qvel[robot.dof_adr] = q, v
+        data.ctrl[robot.ctrl_adr] = 0
+        data.qfrc_applied[robot.dof_adr] = control.compute(q, v, q, v, a)
+        mujoco.mj_forward(model, data)
+        np.testing.assert_allclose(data.qacc[robot.dof_adr], a, atol=1e-9)
+
+
+def test_an_error_dies_out_by_the_linear_equation_in_every_joint(make_arm):
+    """e'' + kd e' + kp e + ki z = 0, z' = e, integrated here step by step as MuJoCo does."""
+    cell, robot, control = make_arm(ComputedTorque, kp=(300, 1200), ki=(1000, 8000), kd=(30, 60))
+    cell.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS
+    # MuJoCo takes joint damping implicitly; without it the equation is exact.
+    cell.model.dof_damping[:] = 0
+    control.model.damping[:] = 0
+    control.model.friction[:] = 0
+    control._model_changed()
+    start = robot.q
+    control.reference.q = start + np.array([0.02, -0.03])
+    e, edot, z = np.array([0.02, -0.03]), np.zeros(2), np.zeros(2)
+    for _ in range(300):
+        cell.step()
+        acceleration = -(control.kp * e + control.kd * edot + control.ki * z)
+        z = z + e * cell.dt
+        edot = edot + acceleration * cell.dt
+        e = e + edot * cell.dt
+        np.testing.assert_allclose(control.reference.q - robot.q, e, atol=2e-7)
+
+
+def test_it_follows_a_fast_reference_at_the_same_time_to_a_milliradian(make_arm):
+    cell, robot, control = make_arm(ComputedTorque)
+    wave = Wave(robot.q, amplitude=0.2, rate=6.0)  # up to 7.2 rad/s2
+    control.reference = wave
+    worst = 0.0
+    for _ in range(1500):
+        cell.step()
+        assert wave.t == pytest.approx(cell.time)
+        worst = max(worst, np.abs(robot.q - wave.q).max())
+    assert worst < 1e-3
+    assert control.saturated_steps == 0
+
+
+def test_without_a_reference_it_holds_where_the_robot_stands(make_arm):
+    cell, robot, control = make_arm(ComputedTorque)
+    cell.step(500)
+    np.testing.assert_allclose(robot.q, robot.description.home, atol=1e-4)
+
+
+def test_efforts_stay_inside_the_limits_and_cut_steps_are_counted(make_arm):
+    cell, robot, control = make_arm(ComputedTorque)
+    control.reference.q = robot.q + np.array([0.0, 2.0])
+    cell.step(10)
+    assert control.saturated_steps == 10
+    assert control.saturated.tolist() == [True, True]
+    np.testing.assert_array_equal(np.abs(control.tau), robot.limits.effort)
+    np.testing.assert_array_equal(cell.data.ctrl[robot.ctrl_adr], control.tau)
+
+
+def test_the_integral_does_not_wind_up_where_a_limit_cuts(make_arm):
+    """After a second against a limit the arm comes back as if it had just been let go."""
+    cell, robot, control = make_arm(ComputedTorque)
+    home = robot.q
+    cell.model.opt.gravity[:] = 0
+    cell.data.qfrc_applied[robot.dof_adr] = (-60.0, 0.0)  # more than the shoulder's 40 N m
+    cell.step(100)
+    assert control.saturated_steps > 90
+    cell.data.qfrc_applied[:] = 0
+    overshoot = 0.0
+    for _ in range(1500):
+        cell.step()
+        overshoot = max(overshoot, robot.q[0] - home[0])
+    sunk = control.get_state()["integral"]
+    assert abs(sunk[0]) < 0.05
+    assert overshoot < 0.6
+    np.testing.assert_allclose(robot.q, home, atol=1e-3)
+
+
+def test_a_payload_adds_its_weight_by_the_lever(make_arm):
+    cell, robot, control = make_arm(ComputedTorque)
+    still = np.zeros(2)
+    q = np.zeros(2)  # both links level: levers 0.7 m and 0.3 m
+    empty = control.compute(q, still, q, still, still).copy()
+    control.payload = Payload(0.5)
+    loaded = control.compute(q, still, q, still, still)
+    # Positive rotation about y lowers the arm, so that holding is negative.
+    np.testing.assert_allclose(loaded - empty, [-0.5 * 9.81 * 0.7, -0.5 * 9.81 * 0.3], atol=1e-9)
+    control.payload = None
+    np.testing.assert_array_equal(control.compute(q, still, q, still, still), empty)
+
+
+def test_it_takes_the_payload_that_its_reference_carries(make_arm):
+    cell, robot, control = make_arm(ComputedTorque)
+    wave = Wave(robot.q, 0.0, 1.0)
+    wave.payload = Payload(0.5)
+    control.reference = wave
+    cell.step()
+    assert control.payload is wave.payload
+    wave.payload = None
+    cell.step()
+    assert control.payload is None
+
+
+def test_its_state_comes_back_bit_for_bit(make_arm):
+    cell, robot, control = make_arm(ComputedTorque)
+    control.reference = Wave(robot.q, 0.2, 5.0)
+    control.payload = Payload(0.2)
+    cell.step(200)
+    kept = cell.get_state(), control.get_state(), control.reference.t
+    cell.step(100)
+    future = cell.state_bytes()
+    control.payload = Payload(3.0)
+    cell.step(10)
+
+    cell.set_state(kept[0])
+    control.set_state(kept[1])
+    control.reference.t = kept[2]
+    control.reference.advance(0.0)
+    cell.step(100)
+    assert cell.state_bytes() == future
+
+
+@pytest.mark.parametrize(
+    ("gains", "message"),
+    [
+        ({"kp": (1, 2, 3)}, "kp is one number, or one for each of 2 joints"),
+        ({"ki": -1}, "ki must be finite and not negative"),
+        ({"kd": float("nan")}, "kd must be finite"),
+    ],
+)
+def test_gains_that_are_none_are_refused(description, gains, message):
+    with pytest.raises(ControlError, match=message):
+        ComputedTorque(Robot(description), **gains)

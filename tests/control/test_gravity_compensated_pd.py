@@ -1,0 +1,35 @@
+"""A plain controller takes the place of computed torque."""
+
+import numpy as np
+
+from bt_manip.control import ComputedTorque, GravityCompensatedPD
+
+from .conftest import Wave
+
+
+def test_at_the_reference_it_carries_just_the_weight(make_arm):
+    cell, robot, control = make_arm(GravityCompensatedPD)
+    q, still = np.zeros(2), np.zeros(2)
+    tau = control.compute(q, still, q, still, still)
+    # Centres of mass at 0.2 m and 0.4 + 0.15 m; 2 kg and 1 kg.
+    np.testing.assert_allclose(tau, [-9.81 * (2 * 0.2 + 1 * 0.55), -9.81 * 0.15], atol=1e-9)
+
+
+def test_it_pulls_towards_the_reference(make_arm):
+    cell, robot, control = make_arm(GravityCompensatedPD, kp=(100, 10), kd=(7, 3))
+    q, still = np.zeros(2), np.zeros(2)
+    weight = control.compute(q, still, q, still, still)
+    pulled = control.compute(q, still, np.array([0.1, 0.2]), np.array([1.0, 2.0]), still)
+    np.testing.assert_allclose(pulled - weight, [100 * 0.1 + 7, 10 * 0.2 + 6], atol=1e-9)
+
+
+def test_it_follows_but_worse_than_computed_torque(make_arm):
+    errors = {}
+    for kind in (GravityCompensatedPD, ComputedTorque):
+        cell, robot, control = make_arm(kind)
+        control.reference = wave = Wave(robot.q, 0.2, 4.0)
+        errors[kind] = 0.0
+        for _ in range(1000):
+            cell.step()
+            errors[kind] = max(errors[kind], np.abs(robot.q - wave.q).max())
+    assert 10 * errors[ComputedTorque] < errors[GravityCompensatedPD] < 0.1
