@@ -1,6 +1,5 @@
 """The payload that a held object is."""
 
-import mujoco
 import numpy as np
 import pinocchio as pin
 

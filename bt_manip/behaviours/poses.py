@@ -9,7 +9,10 @@ import pinocchio as pin
 from bt_manip import spatial
 from bt_manip.bt import Input
 
-QUARTER_TURN = math.pi / 2
+GRIP_HEIGHT = 0.015
+"""Height of the tool over an object's centre at which it is gripped [m]: the palm stays clear."""
+
+_QUARTER_TURN = math.pi / 2
 
 
 def pose_from_text(text: str) -> pin.SE3:
@@ -63,7 +66,7 @@ def grips_from_above(T_wo: pin.SE3, height: float) -> list[pin.SE3]:
     """
     position = T_wo.translation + np.array([0.0, 0.0, height])
     yaw = yaw_of(T_wo)
-    return [spatial.pointing_down(position, yaw + k * QUARTER_TURN) for k in range(4)]
+    return [spatial.pointing_down(position, yaw + k * _QUARTER_TURN) for k in range(4)]
 
 
 def turned(position: Sequence[float], yaws: int = 8) -> list[pin.SE3]:

@@ -3,7 +3,7 @@
 from bt_manip.bt import Input
 
 from .arm_behaviour import MotionBehaviour
-from .poses import grips_from_above, nearest_turn
+from .poses import GRIP_HEIGHT, grips_from_above, nearest_turn
 
 
 class Reach(MotionBehaviour):
@@ -11,9 +11,7 @@ class Reach(MotionBehaviour):
 
     object = Input(str, doc="Name of the object.")
     height = Input(
-        float,
-        default=0.015,
-        doc="Height of the tool over the object's centre [m]; the palm stays clear of a 5 cm cube.",
+        float, default=GRIP_HEIGHT, doc="Height of the tool over the object's centre [m]."
     )
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
 

@@ -13,6 +13,7 @@ from .braking import brake
 from .driving import drive, drive_straight
 from .effort import within_effort
 from .errors import MotionError
+from .ik_result import IKResult
 from .inverse_kinematics import InverseKinematics
 from .jerk_profile import joint_profiles
 from .limit_check import limit_use, step_times
@@ -131,7 +132,12 @@ class Arm:
         self._begin(self._to_configuration(target, _check_speed(speed)))
 
     def move_to_pose(
-        self, T_wt: pin.SE3 | Sequence[pin.SE3], speed: float = 1.0, *, margin: float = MARGIN
+        self,
+        T_wt: pin.SE3 | Sequence[pin.SE3],
+        speed: float = 1.0,
+        *,
+        margin: float = MARGIN,
+        approach: float = 0.0,
     ) -> None:
         """Move the joints to the nearest configuration that puts the tool at a pose.
 
@@ -139,12 +145,15 @@ class Arm:
             T_wt: Pose of the tool in the world, or several that serve equally well.
             speed: As for `move_to_configuration`.
             margin: How far from the joint limits to stay where that is possible [rad].
+            approach: How far the tool shall be able to go on from there, straight along its z
+                axis [m]; where no configuration allows that, the nearest one is taken.
 
         Raises:
             MotionError: When no pose can be reached, or the motion asks too much effort.
         """
         speed = _check_speed(speed)
-        found = self.ik.nearest(T_wt, self._q, margin=margin)
+        found = self._with_approach(T_wt, margin, approach) if approach else None
+        found = found or self.ik.nearest(T_wt, self._q, margin=margin)
         if not found.solved:
             raise MotionError(
                 f"the pose is unreachable: {found.reason}; nearest found is "
@@ -201,6 +210,21 @@ class Arm:
             self._trajectory = None
 
     # Planning
+
+    def _with_approach(
+        self, T_wt: pin.SE3 | Sequence[pin.SE3], margin: float, approach: float
+    ) -> IKResult | None:
+        """Find the nearest solution from which the tool can go straight on."""
+        bounds = Bounds.of_joints(self.model.limits)
+        for found in self.ik.solutions(T_wt, self._q, margin=margin):
+            T = self.model.pose(found.q)
+            line = ToolLine(T, T * pin.SE3(np.eye(3), np.array([0.0, 0.0, approach])))
+            try:
+                line_path(self.ik, found.q, line, line.bounds(bounds, self.model.tool_limits))
+            except MotionError:
+                continue
+            return found
+        return None
 
     def _to_configuration(self, target: np.ndarray, speed: float) -> Trajectory | None:
         if self._trajectory is None:

@@ -1,9 +1,11 @@
 """A cell with its robot under control: what trees run in and scripts work with."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from dm_control import composer
 
 from bt_manip.cell import Cell
 from bt_manip.control import Controller, GripperController
@@ -46,6 +48,32 @@ class Station:
             "rng": self.rng,
             "models": self.models,
         }
+
+    def get_state(self) -> dict[str, Any]:
+        """Give everything that goes on with time, as plain data."""
+        return {
+            "cell": self.cell.get_state(),
+            "arm": self.arm.get_state(),
+            "controller": self.controller.get_state(),
+            "gripper": self.gripper.get_state(),
+            "rng": self.rng.bit_generator.state,
+        }
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Take everything back; the station goes on bit for bit.
+
+        Raises:
+            CellError: When an object of the state is not registered here.
+        """
+
+        def make(entry: Mapping[str, Any]) -> composer.Entity:
+            return self.models.create(entry["kind"], **entry["parameters"])
+
+        self.cell.set_state(state["cell"], make)
+        self.arm.set_state(state["arm"])
+        self.controller.set_state(state["controller"])
+        self.gripper.set_state(state["gripper"])
+        self.rng.bit_generator.state = state["rng"]
 
 
 def build_station(

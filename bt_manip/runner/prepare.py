@@ -1,0 +1,41 @@
+"""From a request to a run: everything that is wrong with it is found here."""
+
+from bt_manip.bt import BehaviourRegistry
+from bt_manip.registry import Parts
+from bt_manip.runner.python_tree import make_tree
+from bt_manip.runner.request import RunRequest
+from bt_manip.runner.run import Run
+from bt_manip.runner.station import Station, build_station
+from bt_manip.runner.xml_tree import read_tree
+
+
+def prepare(request: RunRequest, parts: Parts) -> Run:
+    """Read the tree, build the station, and bring them together; nothing is simulated yet.
+
+    Raises:
+        BtManipError: When anything that the user asked for is wrong.
+    """
+    clock = _StationClock()
+    if request.tree.kind == "xml":
+        behaviours = BehaviourRegistry()
+        for name in parts.behaviours.names():
+            behaviours.register(parts.behaviours.get(name), name)
+        tree = read_tree(request.tree, behaviours, request.settings, clock)
+    else:
+        tree = make_tree(request.tree, request.settings, clock)
+    clock.station = build_station(
+        parts, robot=request.robot, controller=request.controller, seed=request.seed
+    )
+    tree.setup(**clock.station.infrastructure)
+    return Run(request, tree, clock.station)
+
+
+class _StationClock:
+    """The simulated time of a station that is built after the tree which asks for it."""
+
+    station: Station | None = None
+
+    def __call__(self) -> float:
+        return 0.0 if self.station is None else self.station.cell.time
+
+

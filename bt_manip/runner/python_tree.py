@@ -1,0 +1,136 @@
+"""Trees that a Python function makes."""
+
+import importlib
+import importlib.util
+import inspect
+import traceback
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.trees import BehaviourTree
+
+from bt_manip.bt import Tree
+from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.runner.tree_source import TreeSource
+
+Clock = Callable[[], float]
+
+
+def make_tree(source: TreeSource, settings: Mapping[str, str], clock: Clock) -> Tree:
+    """Call the function that makes a tree.
+
+    Args:
+        source: Where the function is. Its arguments are what the tree lets one set.
+        settings: Values for some of its arguments, as text.
+        clock: The clock that the tree's waits count [s].
+
+    Raises:
+        BtManipError: When there is no such function, a setting does not fit it, it raises, or it
+            returns no tree.
+    """
+    function = _find(source)
+    arguments = _arguments(source, inspect.signature(function), settings)
+    try:
+        made = function(**arguments)
+        root = made.root if isinstance(made, BehaviourTree | Tree) else made
+        if isinstance(root, Behaviour):
+            return Tree(root, clock=clock, tree_id=source.function)
+    except Exception as error:
+        raise BtManipError(f"tree '{source.name}' {_raised(error)}") from error
+    raise BtManipError(
+        f"tree '{source.name}': the function returned {type(made).__name__}, "
+        "a tree is a py_trees behaviour"
+    )
+
+
+def _find(source: TreeSource) -> Callable[..., Any]:
+    try:
+        module = _import(source)
+    except Exception as error:
+        if isinstance(error, ModuleNotFoundError) and error.name and source.module:
+            if source.module == error.name or source.module.startswith(f"{error.name}."):
+                raise BtManipError(
+                    f"tree '{source.name}': there is no module '{source.module}'"
+                ) from error
+        raise BtManipError(f"tree '{source.name}' {_raised(error)}") from error
+    function = getattr(module, source.function, None)
+    if not callable(function):
+        functions = [n for n, f in vars(module).items() if inspect.isfunction(f)]
+        raise BtManipError(
+            f"tree '{source.name}': there is no function '{source.function}'"
+            + did_you_mean(source.function, functions)
+        )
+    return function
+
+
+def _import(source: TreeSource) -> ModuleType:
+    if source.path is None:
+        assert source.module is not None
+        return importlib.import_module(source.module)
+    # By its place and never through sys.path: a user's tree.py would shadow modules of others.
+    name = f"_bt_manip_tree_{source.path.stem}"
+    spec = importlib.util.spec_from_file_location(name, source.path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def _arguments(
+    source: TreeSource, signature: inspect.Signature, settings: Mapping[str, str]
+) -> dict[str, Any]:
+    """Read the settings as the arguments' types say."""
+    parameters = {
+        name: parameter
+        for name, parameter in signature.parameters.items()
+        if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY)
+    }
+    for key in settings:
+        if key not in parameters:
+            raise BtManipError(
+                f"--set {key}: the tree '{source.name}' has no key '{key}'"
+                + did_you_mean(key, parameters)
+            )
+    missing = [
+        name
+        for name, parameter in parameters.items()
+        if parameter.default is parameter.empty and name not in settings
+    ]
+    if missing:
+        raise BtManipError(
+            f"the tree '{source.name}' needs --set {missing[0]}=VALUE: it has no default"
+        )
+    return {key: _read(key, text, parameters[key]) for key, text in settings.items()}
+
+
+def _read(key: str, text: str, parameter: inspect.Parameter) -> Any:
+    """Read a setting as the type that the argument is annotated with, or that its default has."""
+    kind = parameter.annotation
+    if kind not in (bool, int, float, str):
+        kind = type(parameter.default)
+    if kind is bool:
+        values = {"true": True, "1": True, "false": False, "0": False}
+        if text.lower() in values:
+            return values[text.lower()]
+        raise BtManipError(f"--set {key}: expected true or false, got '{text}'")
+    if kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            what = "a whole number" if kind is int else "a number"
+            raise BtManipError(f"--set {key}: expected {what}, got '{text}'") from None
+    return text
+
+
+def _raised(error: Exception) -> str:
+    """Say what a user's code raised, and where."""
+    if isinstance(error, SyntaxError) and error.filename:
+        return f"is no Python: {Path(error.filename).name}:{error.lineno}: {error.msg}"
+    if isinstance(error, BtManipError):
+        return f"cannot be made: {error}"
+    frames = traceback.extract_tb(error.__traceback__)
+    where = f" at {frames[-1].filename}:{frames[-1].lineno}" if frames else ""
+    return f"raised {type(error).__name__}{where}: {error}"

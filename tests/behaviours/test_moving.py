@@ -1,0 +1,205 @@
+"""Behaviours that move the arm: they arrive, or say why not, and brake when halted."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip import spatial
+from bt_manip.behaviours import (
+    Hover,
+    IsAt,
+    Lift,
+    MoveHome,
+    MoveToConfiguration,
+    MoveToPose,
+    Reach,
+)
+from bt_manip.behaviours.poses import pose_to_text
+from bt_manip.bt import NodeStatus
+
+RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE
+HOME = (0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4)
+NEAR_HOME = [0.1, -0.6, 0.1, -2.2, 0.1, 1.6, 0.9]
+
+
+def tool_error(station, T_wt):
+    """Measure how far the simulated tool is from a pose: distance [m] and angle [rad]."""
+    error = station.robot.tool_pose.actInv(T_wt)
+    return np.linalg.norm(error.translation), np.linalg.norm(pin.log3(error.rotation))
+
+
+def test_hover_ends_over_the_object_pointing_down(station, trial):
+    assert trial(Hover(object="cube", height=0.3)).until_done() is SUCCESS
+    tool = station.robot.tool_pose
+    assert tool.translation == pytest.approx(
+        station.cell.pose("cube").translation + [0, 0, 0.3], abs=2e-3
+    )
+    assert tool.rotation[:, 2] == pytest.approx([0, 0, -1], abs=5e-3)
+
+
+def test_hover_runs_while_the_arm_moves_and_says_how_long_still(trial):
+    hovering = trial(Hover(object="cube", height=0.3))
+    assert hovering.tick() is RUNNING
+    assert "s to go" in hovering.behaviour.feedback_message
+
+
+def test_hover_over_an_unknown_object_fails_with_the_nearest_name(trial):
+    assert trial(Hover(object="cubee")).fails_with("no 'cubee'", "did you mean 'cube'")
+
+
+def test_hover_beyond_the_arms_reach_fails_and_nothing_moves(station, trial):
+    q = station.arm.q_ref
+    assert trial(Hover(object="cube", height=2.0)).fails_with("unreachable")
+    assert (station.arm.q_ref == q).all()
+
+
+def test_reach_brings_the_fingers_around_the_object_without_touching_it(station, trial):
+    before = station.cell.pose("cube")
+    assert trial(Hover(object="cube", height=0.15)).until_done() is SUCCESS
+    assert trial(Reach(object="cube")).until_done() is SUCCESS
+    assert station.cell.touch.judge().held == ()
+    moved = before.actInv(station.cell.pose("cube")).translation
+    assert np.linalg.norm(moved) < 1e-5
+    assert station.robot.tool_pose.translation == pytest.approx(
+        before.translation + [0, 0, 0.015], abs=2e-3
+    )
+
+
+def test_reach_moves_the_tool_on_a_straight_line(station, trial):
+    assert trial(Hover(object="cube", height=0.15)).until_done() is SUCCESS
+    line = station.robot.tool_pose.translation[:2]
+    reaching = trial(Reach(object="cube"))
+    while reaching.tick() is RUNNING:
+        assert station.robot.tool_pose.translation[:2] == pytest.approx(line, abs=1e-3)
+
+
+def test_reach_for_an_unknown_object_fails(trial):
+    assert trial(Reach(object="ball")).fails_with("no 'ball'")
+
+
+def test_lift_raises_the_tool_straight_up(station, trial):
+    before = station.robot.tool_pose
+    assert trial(Lift(height=0.05)).until_done() is SUCCESS
+    target = pin.SE3(before.rotation, before.translation + [0, 0, 0.05])
+    distance, angle = tool_error(station, target)
+    assert distance < 2e-3 and angle < 5e-3
+
+
+def test_lift_beyond_the_arms_reach_fails_with_how_far_it_would_get(trial):
+    assert trial(Lift(height=1.5)).fails_with("line")
+
+
+def test_move_to_pose_arrives_at_the_pose(station, trial):
+    target = spatial.pointing_down((0.35, -0.2, 1.3), 0.4)
+    assert trial(MoveToPose(pose=pose_to_text(target))).until_done() is SUCCESS
+    distance, angle = tool_error(station, target)
+    assert distance < 2e-3 and angle < 5e-3
+    assert trial(IsAt(pose=target, position_tolerance=2e-3)).tick() is SUCCESS
+
+
+def test_move_to_pose_can_keep_to_a_straight_line(station, trial):
+    start = station.robot.tool_pose
+    target = pin.SE3(start.rotation, start.translation + [0.1, 0.1, -0.1])
+    moving = trial(MoveToPose(pose=target, linear=True))
+    along = (target.translation - start.translation) / np.sqrt(0.03)
+    while moving.tick() is RUNNING:
+        gone = station.robot.tool_pose.translation - start.translation
+        assert np.linalg.norm(gone - (gone @ along) * along) < 2e-3
+    assert tool_error(station, target)[0] < 2e-3
+
+
+def test_move_to_pose_out_of_reach_fails_with_the_reason(trial):
+    assert trial(MoveToPose(pose="3;0;1")).fails_with("unreachable")
+
+
+def test_move_to_configuration_arrives(station, trial):
+    assert trial(MoveToConfiguration(configuration=NEAR_HOME)).until_done() is SUCCESS
+    assert station.robot.q == pytest.approx(NEAR_HOME, abs=2e-3)
+
+
+def test_move_to_configuration_is_slower_at_a_lower_speed(station, trial):
+    def duration(speed):
+        began = station.cell.time
+        assert trial(MoveToConfiguration(configuration=NEAR_HOME, speed=speed)).until_done(6)
+        trial(MoveHome()).until_done()
+        return station.cell.time - began
+
+    assert duration(0.25) > 1.5 * duration(1.0)
+
+
+def test_move_to_a_configuration_outside_the_limits_fails(trial):
+    beyond = [0.0, -0.6, 0.0, 0.5, 0.0, 1.6, 0.9]
+    assert trial(MoveToConfiguration(configuration=beyond)).fails_with("joint 4", "limits")
+
+
+def test_move_to_a_configuration_of_the_wrong_length_fails(trial):
+    assert trial(MoveToConfiguration(configuration=[0.0, 0.1])).fails_with("configuration")
+
+
+def test_move_home_arrives_home(station, trial):
+    trial(MoveToConfiguration(configuration=NEAR_HOME)).until_done()
+    assert trial(MoveHome()).until_done() is SUCCESS
+    assert station.robot.q == pytest.approx(HOME, abs=2e-3)
+
+
+def test_a_motion_at_no_speed_fails(trial):
+    assert trial(MoveHome(speed=0.0)).fails_with("speed")
+
+
+@pytest.mark.parametrize(
+    "behaviour",
+    [
+        lambda: Hover(object="cube"),
+        lambda: Reach(object="cube"),
+        lambda: Lift(height=0.05),
+        lambda: MoveToPose(pose="0.35;-0.2;1.3;0;1;0;0"),
+        lambda: MoveToConfiguration(configuration=NEAR_HOME),
+    ],
+    ids=["Hover", "Reach", "Lift", "MoveToPose", "MoveToConfiguration"],
+)
+def test_a_halted_motion_brakes_inside_the_limits_and_comes_to_rest(station, trial, behaviour):
+    moving = trial(behaviour())
+    for _ in range(12):
+        assert moving.tick() is RUNNING
+    arm, limits, dt = station.arm, station.robot.limits, station.cell.dt
+    assert np.abs(arm.v).max() > 0.02
+    moving.tree.halt()
+    a_before, steps = arm.a_ref, 0
+    while arm.moving:
+        station.cell.step()
+        steps += 1
+        assert (np.abs(arm.a - a_before) / dt <= limits.jerk * (1 + 1e-6)).all()
+        assert (np.abs(arm.a) <= limits.acceleration * (1 + 1e-6)).all()
+        a_before = arm.a_ref
+    assert 0 < steps < 500
+    assert (arm.v == 0).all() and np.abs(arm.q - station.robot.q).max() < 2e-3
+
+
+def test_an_arm_that_something_holds_fails_with_how_far_it_is(station, trial):
+    moving = trial(MoveToConfiguration(configuration=NEAR_HOME))
+    hand = station.cell.body_id("panda/hand")
+    assert moving.tick() is RUNNING
+    station.cell.data.xfrc_applied[hand] = [0, 400.0, 0, 0, 0, 0]
+    assert moving.fails_with("something holds it")
+
+
+def test_is_at_says_how_far_away_the_tool_is(station, trial):
+    there = station.robot.tool_pose
+    assert trial(IsAt(pose=there)).tick() is SUCCESS
+    beside = pin.SE3(there.rotation, there.translation + [0, 0, 0.02])
+    assert trial(IsAt(pose=beside)).fails_with("20.0 mm")
+
+
+def test_a_motion_gives_its_state_and_goes_on_from_it(station, trial):
+    moving = trial(Hover(object="cube"))
+    for _ in range(10):
+        moving.tick()
+    states = moving.tree.get_state(), station.get_state()
+    assert moving.until_done() is SUCCESS
+    ended = station.cell.state_bytes()
+
+    station.set_state(states[1])
+    again = trial(Hover(object="cube"))
+    again.tree.set_state(states[0])
+    assert again.until_done() is SUCCESS
+    assert station.cell.state_bytes() == ended
