@@ -41,7 +41,7 @@ class Wave:
 
     def advance(self, dt):
         self.t += dt
-        A, w = (self.amplitude if self.t > self.delay else 0.0), self.rate
+        A, w = self.amplitude * (self.t > self.delay), self.rate
         t = self.t - self.delay
         # Starts at rest at q0: 1 - cos.
         self.q = self.q0 + A * (1 - np.cos(w * t))
