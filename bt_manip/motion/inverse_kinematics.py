@@ -97,6 +97,7 @@ class InverseKinematics:
         q0: np.ndarray,
         *,
         max_step: float = 0.2,
+        margin: float = 0.0,
         tolerance: float | None = None,
     ) -> IKResult:
         """Find the configuration for a pose near that of `q0`, without jumping.
@@ -105,20 +106,23 @@ class InverseKinematics:
             T_wt: Pose of the tool in the world.
             q0: The configuration of the pose before.  # (nq,)
             max_step: How far a joint may go from it [rad].
+            margin: How far to stay from the limits, once away from them [rad].
             tolerance: Of position [m] and rotation [rad]; by default as constructed.
         """
         limits = self.model.limits
+        lower = np.minimum(limits.lower + margin, q0)
+        upper = np.maximum(limits.upper - margin, q0)
         found = self._descent(
             T_wt,
             q0,
             position_tolerance=self.position_tolerance if tolerance is None else tolerance,
             rotation_tolerance=self.rotation_tolerance if tolerance is None else tolerance,
-            lower=np.maximum(limits.lower, q0 - max_step),
-            upper=np.minimum(limits.upper, q0 + max_step),
+            lower=np.maximum(lower, q0 - max_step),
+            upper=np.minimum(upper, q0 + max_step),
         )
         reason = ""
         if not found.solved:
-            at_limit = (found.q <= limits.lower) | (found.q >= limits.upper)
+            at_limit = (found.q <= lower) | (found.q >= upper)
             names = [self._joint_name(int(i)) for i in np.flatnonzero(at_limit)]
             if names:
                 reason = f"{' and '.join(names)} at the limit"

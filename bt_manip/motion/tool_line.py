@@ -15,6 +15,7 @@ TURN = 0.1  # [rad] between them
 LEAST, MOST = 12, 400  # intervals on a line
 STRAIGHTNESS = 1e-5  # [m] and [rad] that the path may leave the line between them
 REFINEMENTS = 3
+MARGIN = 5e-3  # [rad] from the joint limits, for what a spline swings beyond its knots
 NODE_TOLERANCE = 1e-9
 
 
@@ -84,7 +85,7 @@ def _follow(ik: InverseKinematics, q0: np.ndarray, line: ToolLine, intervals: in
     fractions = np.arange(intervals + 1) / intervals
     knots = [np.array(q0)]
     for done, fraction in zip(fractions, fractions[1:], strict=False):
-        found = ik.follow(line.pose(fraction), knots[-1], tolerance=NODE_TOLERANCE)
+        found = ik.follow(line.pose(fraction), knots[-1], margin=MARGIN, tolerance=NODE_TOLERANCE)
         if not found.solved:
             raise MotionError(
                 f"the line can be followed for {100.0 * done:.0f} % of the way only "

@@ -68,6 +68,7 @@ def build_model(
     model.name = _name(mj_model, _BODY, root)
     # Where each body is: the Pinocchio joint it hangs on, and its pose in that joint's frame.
     placed: dict[int, tuple[int, pin.SE3]] = {0: (0, pin.SE3.Identity())}
+    available: set[str] = set()
     for body in _ancestors(mj_model, root):
         _add_joints(model, mj_model, body, (), qpos, placed)
     for body in range(root, mj_model.nbody):
@@ -77,17 +78,15 @@ def build_model(
             continue
         _add_joints(model, mj_model, body, moving, qpos, placed)
         _add_inertia(model, mj_model, body, placed[body])
-        _add_frames(model, mj_model, body, placed[body], wanted)
+        available |= _add_frames(model, mj_model, body, placed[body], wanted)
 
     missing = [n for n, j in zip(joints, moving, strict=True) if not model.existJointName(n)]
     if missing:
         raise RobotError(f"joints {missing} are not below body '{model.name}'")
-    if wanted:
-        have = {frame.name for frame in model.frames}
-        for name in sorted(wanted - have):
-            raise RobotError(
-                f"no site or body '{name}' below '{model.name}'" + did_you_mean(name, have)
-            )
+    for name in sorted((wanted or set()) - available):
+        raise RobotError(
+            f"no site or body '{name}' below '{model.name}'{did_you_mean(name, available)}"
+        )
     dofs = mj_model.jnt_dofadr[moving]
     model.gravity.linear = _gravity(mj_model)
     model.armature = mj_model.dof_armature[dofs] + _transmitted_armature(mj_model, moving)
@@ -212,19 +211,18 @@ def _add_frames(
     body: int,
     place: tuple[int, pin.SE3],
     wanted: set[str] | None,
-) -> None:
+) -> set[str]:
+    """Add the body and its sites, those that are wanted, and give the names of all of them."""
     parent, T = place
-    below = parent  # the frame of the joint that it hangs on
-    joint_frame = model.getFrameId(model.names[below], pin.FrameType.JOINT) if below else 0
-    name = _name(mj_model, _BODY, body)
-    if wanted is None or name in wanted:
-        model.addFrame(pin.Frame(name, parent, joint_frame, T, pin.FrameType.BODY))
+    joint_frame = model.getFrameId(model.names[parent], pin.FrameType.JOINT) if parent else 0
+    frames = [(_name(mj_model, _BODY, body), T, pin.FrameType.BODY)]
     for site in np.flatnonzero(mj_model.site_bodyid == body):
-        name = _name(mj_model, _SITE, int(site))
+        T_bs = spatial.pose(mj_model.site_pos[site], mj_model.site_quat[site])
+        frames.append((_name(mj_model, _SITE, int(site)), T * T_bs, pin.FrameType.OP_FRAME))
+    for name, placement, kind in frames:
         if wanted is None or name in wanted:
-            T_bs = spatial.pose(mj_model.site_pos[site], mj_model.site_quat[site])
-            frame = pin.Frame(name, parent, joint_frame, T * T_bs, pin.FrameType.OP_FRAME)
-            model.addFrame(frame)
+            model.addFrame(pin.Frame(name, parent, joint_frame, placement, kind))
+    return {name for name, _, _ in frames}
 
 
 def _gravity(mj_model: mujoco.MjModel) -> np.ndarray:

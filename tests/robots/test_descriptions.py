@@ -1,0 +1,69 @@
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bt_manip.exceptions import BtManipError
+from bt_manip.models import bundled_path
+from bt_manip.robots import JointLimits, Payload, RobotError, panda
+
+ONE = np.ones(2)
+
+
+def limits(**changes):
+    arrays = dict(lower=-ONE, upper=ONE, velocity=ONE, acceleration=ONE, jerk=ONE, effort=ONE)
+    return JointLimits(**{**arrays, **changes})
+
+
+def test_the_bundled_panda_is_found_by_name():
+    assert Path(panda().model).is_file()
+
+
+def test_an_unknown_bundled_file_offers_the_nearest_right_name():
+    with pytest.raises(BtManipError, match="did you mean 'panda/panda.xml'"):
+        bundled_path("panda/pnda.xml")
+
+
+def test_a_description_has_one_number_for_each_joint():
+    with pytest.raises(RobotError, match="one velocity for each of its 7 arm joints, got 6"):
+        dataclasses.replace(panda(), velocity=(1.0,) * 6)
+
+
+def test_joint_limits_are_copied_and_cannot_be_written():
+    source = ONE.copy()
+    made = limits(velocity=source)
+    source[0] = 9.0
+    assert made.velocity[0] == 1.0
+    with pytest.raises(ValueError):
+        made.velocity[0] = 2.0
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        dict(lower=ONE, upper=-ONE),
+        dict(velocity=np.zeros(2)),
+        dict(effort=np.ones(3)),
+        dict(jerk=np.full(2, np.nan)),
+    ],
+)
+def test_impossible_joint_limits_are_refused(wrong):
+    with pytest.raises(RobotError, match="joint limits"):
+        limits(**wrong)
+
+
+def test_a_payload_goes_through_plain_data_unchanged():
+    payload = Payload(0.5, [0.0, 0.01, 0.02], np.diag([1e-3, 2e-3, 3e-3]))
+    again = Payload.from_state(payload.get_state())
+    assert again.mass == payload.mass
+    assert np.array_equal(again.com, payload.com)
+    assert np.array_equal(again.inertia, payload.inertia)
+
+
+@pytest.mark.parametrize(
+    "wrong", [dict(mass=-1.0), dict(mass=np.nan), dict(mass=1.0, com=[0, 0]), dict(mass=np.inf)]
+)
+def test_an_impossible_payload_is_refused(wrong):
+    with pytest.raises(RobotError, match="payload"):
+        Payload(**wrong)

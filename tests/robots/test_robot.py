@@ -1,0 +1,211 @@
+import dataclasses
+
+import mujoco
+import numpy as np
+import pytest
+from dm_control import composer, mjcf
+
+from bt_manip.robots import (
+    GripperDescription,
+    Robot,
+    RobotDescription,
+    RobotError,
+    compile_alone,
+    panda,
+    verify,
+)
+
+SERVO_ARM = """
+<mujoco model="servo">
+  <option gravity="0 0 -3" timestep="0.005"/>
+  <worldbody>
+    <body name="upper" gravcomp="1">
+      <joint name="shoulder" axis="0 1 0" range="-2 2" limited="true"/>
+      <geom type="capsule" fromto="0 0 0 .3 0 0" size=".03"/>
+      <body name="lower" pos=".3 0 0">
+        <joint name="elbow" axis="0 1 0" range="-2 2" limited="true"/>
+        <geom type="capsule" fromto="0 0 0 .3 0 0" size=".02"/>
+        <site name="tip" pos=".3 0 0"/>
+      </body>
+    </body>
+  </worldbody>
+  <actuator>
+    <position name="p1" joint="shoulder" kp="100" forcerange="-20 20" forcelimited="true"/>
+    <velocity joint="shoulder" kv="3" forcerange="-50 50" forcelimited="true"/>
+    <motor name="m2" joint="elbow" ctrlrange="-7 7" ctrllimited="true"/>
+  </actuator>
+  <keyframe><key name="home" qpos="0 1"/></keyframe>
+</mujoco>
+"""
+
+
+@pytest.fixture
+def servo(tmp_path):
+    path = tmp_path / "servo.xml"
+    path.write_text(SERVO_ARM)
+    return RobotDescription(
+        name="servo",
+        model=str(path),
+        arm_joints=("shoulder", "elbow"),
+        tool_frame="tip",
+        home=(0.1, 0.2),
+        velocity=(1.0, 1.0),
+        acceleration=(5.0, 5.0),
+        jerk=(100.0, 100.0),
+    )
+
+
+def test_the_model_of_the_panda_is_that_of_mujoco(robot, model, rng):
+    found = verify(robot.mj_model, model.model, rng=rng, qpos=model.locked_qpos)
+    assert found.n == 100 and found.worst < 1e-9
+
+
+def test_the_model_knows_where_the_robot_stands(rng):
+    arena = composer.Arena()
+    robot = Robot(panda())
+    frame = arena.attach(robot)
+    frame.pos, frame.quat = [0.4, -0.2, 1.0], [0.9, 0.1, -0.3, 0.2]
+    physics = mjcf.Physics.from_mjcf_model(arena.mjcf_model)
+    robot.after_compile(physics, None)
+    model = robot.make_model()
+    assert verify(robot.mj_model, model.model, rng=rng, qpos=model.locked_qpos).worst < 1e-9
+    q = rng.uniform(robot.limits.lower, robot.limits.upper)
+    robot.set_configuration(q)
+    physics.forward()
+    assert model.pose(q).isApprox(robot.tool_pose, 1e-9)
+
+
+def test_measured_positions_are_copies(robot):
+    q = robot.q
+    q[0] += 1.0
+    assert robot.q[0] != q[0]
+
+
+def test_an_episode_starts_at_home_with_the_gripper_open(robot):
+    assert np.allclose(robot.q, robot.description.home)
+    assert robot.mj_data.qpos[robot.gripper_qpos_adr].sum() == pytest.approx(0.08)
+
+
+def test_limits_of_the_panda_are_those_that_franka_publishes(robot):
+    assert robot.limits.lower[3] == -3.0718 and robot.limits.upper[5] == 3.7525
+    assert list(robot.limits.effort) == [87.0] * 4 + [12.0] * 3
+
+
+def test_each_finger_has_geoms_that_collide(robot):
+    assert len(robot.finger_geom_ids) == 2 and all(robot.finger_geom_ids)
+    for body, geoms in zip(robot.finger_body_ids, robot.finger_geom_ids, strict=True):
+        assert all(robot.mj_model.geom_bodyid[g] == body for g in geoms)
+
+
+def test_servos_become_motors_with_the_same_effort_limits(servo):
+    robot = Robot(servo)
+    compile_alone(robot)
+    assert list(robot.limits.effort) == [20.0, 7.0]
+    assert robot.mj_model.nu == 2
+    robot.mj_data.ctrl[robot.ctrl_adr] = [3.0, -2.0]
+    mujoco.mj_forward(robot.mj_model, robot.mj_data)
+    assert np.allclose(robot.tau, [3.0, -2.0])
+    robot.mj_data.ctrl[robot.ctrl_adr] = [100.0, -100.0]
+    mujoco.mj_forward(robot.mj_model, robot.mj_data)
+    assert np.allclose(robot.tau, [20.0, -7.0])
+
+
+def test_what_the_file_says_of_the_world_is_left_to_the_arena(servo):
+    robot = Robot(servo)
+    physics = compile_alone(robot)
+    assert physics.model.opt.gravity[2] == -9.81
+    assert physics.model.nkey == 0
+    assert not physics.model.body_gravcomp.any()
+
+
+def test_effort_that_nothing_bounds_is_asked_for(servo, tmp_path):
+    unbounded = tmp_path / "unbounded.xml"
+    unbounded.write_text(SERVO_ARM.replace('ctrlrange="-7 7" ctrllimited="true"', ""))
+    description = dataclasses.replace(servo, model=str(unbounded))
+    with pytest.raises(RobotError, match="effort of elbow; give `effort` in the description"):
+        Robot(description)
+    assert list(Robot(dataclasses.replace(description, effort=(1.0, 2.0))).limits.effort) == [1, 2]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (dict(model="/nowhere.xml"), "no model file"),
+        (dict(arm_joints=("shoulder", "elbo")), "no joint 'elbo'; did you mean 'elbow'"),
+        (dict(tool_frame="top"), "no site 'top'; did you mean 'tip'"),
+        (
+            dict(gripper=GripperDescription(("finger",), ("lower",), 0.1, 1.0, 1.0)),
+            "no joint 'finger'",
+        ),
+    ],
+)
+def test_names_that_the_model_lacks_are_named(servo, changes, message):
+    with pytest.raises(RobotError, match=message):
+        Robot(dataclasses.replace(servo, **changes))
+
+
+def test_a_broken_model_file_is_named(servo, tmp_path):
+    broken = tmp_path / "broken.xml"
+    broken.write_text("<mujoco><worldbody><body></mujoco>")
+    with pytest.raises(RobotError, match="broken.xml"):
+        Robot(dataclasses.replace(servo, model=str(broken)))
+
+
+def test_a_model_is_made_only_of_a_compiled_robot():
+    with pytest.raises(RobotError, match="not compiled yet"):
+        Robot(panda()).make_model()
+
+
+def test_the_robot_lives_in_a_plain_composer_environment():
+    robot = Robot(panda())
+    robot.observables.enable_all()
+    arena = composer.Arena()
+    arena.attach(robot)
+    environment = composer.Environment(composer.NullTask(arena), random_state=0)
+    seen = environment.reset().observation
+    assert np.allclose(seen["panda/joint_positions"], robot.description.home)
+    assert np.allclose(seen["panda/tool_position"], robot.tool_pose.translation)
+    assert seen["panda/tool_rotation"].size == 9
+    environment.step(np.zeros(environment.action_spec().shape))
+
+
+def test_two_robots_stand_in_one_arena():
+    arena = composer.Arena()
+    robots = [Robot(panda(), name=name) for name in ("left", "right")]
+    for robot in robots:
+        arena.attach(robot)
+    physics = mjcf.Physics.from_mjcf_model(arena.mjcf_model)
+    for robot in robots:
+        robot.after_compile(physics, None)
+    assert not set(robots[0].qpos_adr) & set(robots[1].qpos_adr)
+
+
+@pytest.mark.parametrize(
+    ("folder", "file", "joints", "site"),
+    [
+        ("universal_robots_ur5e", "ur5e.xml", "{}_joint", "attachment_site"),
+        ("kuka_iiwa_14", "iiwa14.xml", "joint{}", "attachment_site"),
+        ("franka_fr3", "fr3.xml", "fr3_joint{}", "attachment_site"),
+        ("ufactory_xarm7", "xarm7.xml", "joint{}", "link_tcp"),
+    ],
+)
+def test_other_arms_are_a_few_lines(menagerie, rng, folder, file, joints, site):
+    ur = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+    names = tuple(joints.format(i) for i in (ur if "ur5e" in file else range(1, 8)))
+    n = len(names)
+    robot = Robot(
+        RobotDescription(
+            name="other",
+            model=str(menagerie / folder / file),
+            arm_joints=names,
+            tool_frame=site,
+            home=(0.0,) * n,
+            velocity=(2.0,) * n,
+            acceleration=(5.0,) * n,
+            jerk=(1000.0,) * n,
+            effort=(50.0,) * n,
+        )
+    )
+    compile_alone(robot)
+    model = robot.make_model()
+    assert verify(robot.mj_model, model.model, rng=rng, n=20, qpos=model.locked_qpos).worst < 1e-9

@@ -1,0 +1,71 @@
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.robots import Payload
+
+
+def test_the_jacobian_is_the_derivative_of_the_pose(model, rng):
+    q = rng.uniform(model.limits.lower, model.limits.upper)
+    h = 1e-6
+    numeric = np.zeros((6, model.nq))
+    for i in range(model.nq):
+        dq = h * np.eye(model.nq)[i]
+        ahead, behind = model.pose(q + dq), model.pose(q - dq)
+        numeric[:3, i] = (ahead.translation - behind.translation) / (2 * h)
+        numeric[3:, i] = pin.log3(ahead.rotation @ behind.rotation.T) / (2 * h)
+    assert np.abs(model.jacobian(q) - numeric).max() < 1e-8
+
+
+def test_the_effort_is_what_mujoco_needs_to_make_that_acceleration(robot, model, rng):
+    q = rng.uniform(model.limits.lower, model.limits.upper)
+    v, a = rng.standard_normal(7), rng.standard_normal(7)
+    data = robot.mj_data
+    robot.mj_model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+    robot.mj_model.dof_frictionloss[robot.dof_adr] = 0.0  # MuJoCo's is a soft constraint
+    data.qpos[:] = model.locked_qpos
+    data.qpos[robot.qpos_adr] = q
+    data.qvel[:] = 0.0
+    data.qvel[robot.dof_adr] = v
+    data.qacc[:] = 0.0
+    data.qacc[robot.dof_adr] = a
+    mujoco.mj_inverse(robot.mj_model, data)
+    asked = model.effort(q, v, a) - model.friction * np.sign(v)
+    assert np.abs(asked - data.qfrc_inverse[robot.dof_adr]).max() < 1e-9
+
+
+def test_a_payload_adds_its_weight_at_its_place(model, rng):
+    q = rng.uniform(model.limits.lower, model.limits.upper)
+    still = np.zeros(7)
+    payload = Payload(2.0, [0.03, -0.02, 0.1])
+    com = model.pose(q).act(payload.com)
+    carrying = model.with_payload(payload)
+    # Virtual work: the torque of a force at a point is the Jacobian there, transposed, times it.
+    J = model.jacobian(q)
+    at_com = J[:3] - pin.skew(com - model.pose(q).translation) @ J[3:]
+    expected = at_com.T @ np.array([0.0, 0.0, 2.0 * 9.81])
+    added = carrying.rnea(q, still, still) - model.rnea(q, still, still)
+    assert np.abs(added - expected).max() < 1e-9
+
+
+def test_a_payload_replaces_the_one_before(model):
+    still = np.zeros(7)
+    first = model.with_payload(Payload(3.0, [0.0, 0.1, 0.0], 0.1 * np.eye(3)))
+    again = first.with_payload(Payload(1.0)).with_payload(None)
+    assert again.payload is None
+    difference = again.rnea(model.home, still, still + 1) - model.rnea(model.home, still, still + 1)
+    assert np.abs(difference).max() < 1e-12
+
+
+def test_a_payload_does_not_change_the_model_that_it_was_given_to(model):
+    still = np.zeros(7)
+    before = model.rnea(model.home, still, still).copy()
+    model.with_payload(Payload(3.0))
+    assert np.array_equal(model.rnea(model.home, still, still), before)
+
+
+def test_a_pose_given_out_does_not_change_afterwards(model):
+    first = model.pose(model.home)
+    kept = first.copy()
+    model.pose(model.home + 0.1)
+    assert first == kept
