@@ -76,6 +76,7 @@ SHELLS: dict[str, Loft | Hull] = {
         segments=10,
     ),
     # link1, and link2 turned by -90 deg about x: from the tube round a bend to half of a joint.
+    # The last ring lies inside the other half, so that no light falls through the seam.
     "shoulder": Loft(
         "yzx",
         (
@@ -90,13 +91,16 @@ SHELLS: dict[str, Loft | Hull] = {
             (-104, 48, -8, -55, 53.5),
             (-62, 54, -5, -55, 55),
             (0, 55, 0, -55, 55),
+            (4, 52, 4, -52, 52),
         ),
+        segments=20,
     ),
-    # link3, and link4 turned by 90 deg about x.
+    # link3, and link4 turned by 90 deg about x. It ends inside the next tube: lids cast shadows.
     "bell": Loft(
         "xzy",
         (
-            (-55, -123, 55, -123, 55),
+            (-52, -128, 52, -128, 52),
+            (-54.8, -122, 54.8, -122, 54.8),
             (-54, -90, 54, -90, 54),
             (-50, -58, 50, -58, 50),
             (-43, -35, 43, -35, 43),
