@@ -7,8 +7,9 @@ import pinocchio as pin
 
 from bt_manip.bt import Action, Status
 from bt_manip.cell import Cell, CellError
-from bt_manip.control import GripperController
+from bt_manip.control import ControlError, GripperController
 from bt_manip.motion import Arm, MotionError
+from bt_manip.registry import UnknownPartError
 
 
 class CellBehaviour(Action):
@@ -25,7 +26,7 @@ class CellBehaviour(Action):
         self._started = self.cell.time
         try:
             self.start()
-        except (CellError, MotionError) as error:
+        except (CellError, ControlError, MotionError, UnknownPartError) as error:
             self.fail(str(error))
 
     def start(self) -> None:
@@ -34,6 +35,8 @@ class CellBehaviour(Action):
         Raises:
             CellError: When what it refers to is not in the cell.
             MotionError: When there is no such motion.
+            ControlError: When the gripper cannot do what is asked.
+            UnknownPartError: When nothing is registered by a name.
         """
 
     @property

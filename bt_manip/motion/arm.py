@@ -215,12 +215,11 @@ class Arm:
         self, T_wt: pin.SE3 | Sequence[pin.SE3], margin: float, approach: float
     ) -> IKResult | None:
         """Find the nearest solution from which the tool can go straight on."""
-        bounds = Bounds.of_joints(self.model.limits)
         for found in self.ik.solutions(T_wt, self._q, margin=margin):
             T = self.model.pose(found.q)
             line = ToolLine(T, T * pin.SE3(np.eye(3), np.array([0.0, 0.0, approach])))
             try:
-                line_path(self.ik, found.q, line, line.bounds(bounds, self.model.tool_limits))
+                line_path(self.ik, found.q, line)
             except MotionError:
                 continue
             return found

@@ -1,0 +1,213 @@
+"""Behaviours that use the fingers: they hold by force alone, or say why not."""
+
+import numpy as np
+import pytest
+
+from bt_manip import spatial
+from bt_manip.behaviours import (
+    CloseGripper,
+    Drop,
+    Grasp,
+    IsHolding,
+    Lift,
+    MoveHome,
+    OpenGripper,
+)
+from bt_manip.bt import NodeStatus
+
+RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE
+
+
+@pytest.fixture
+def at_the_cube(station, around_the_cube):
+    station.set_state(around_the_cube)
+    return station
+
+
+@pytest.fixture
+def with_the_cube(station, holding):
+    station.set_state(holding)
+    return station
+
+
+def test_grasp_ends_with_the_asked_force_on_each_finger(at_the_cube, trial):
+    assert trial(Grasp(object="cube", force=40.0)).until_done() is SUCCESS
+    for force in at_the_cube.gripper.finger_forces:
+        assert 0.95 * 40.0 <= force <= 1.2 * 40.0
+
+
+def test_grasp_runs_until_the_force_has_been_steady_for_50_ms(at_the_cube, trial):
+    grasping = trial(Grasp(object="cube"))
+    pressed = 0
+    while grasping.tick() is RUNNING:
+        assert "fingers press with" in grasping.behaviour.feedback_message
+        pressed += min(at_the_cube.gripper.finger_forces) >= 0.95 * 50.0
+    assert grasping.behaviour.status.name == "SUCCESS" and pressed >= 4
+
+
+def test_what_is_grasped_becomes_the_arms_payload(at_the_cube, trial):
+    trial(Grasp(object="cube")).until_done()
+    payload = at_the_cube.arm.payload
+    assert payload.mass == pytest.approx(0.0565)
+    # The cube's centre hangs 15 mm beyond the tool's centre point, on the tool's z axis.
+    assert payload.com == pytest.approx([0, 0, 0.015], abs=1.5e-3)
+    assert at_the_cube.controller.payload == payload
+
+
+def test_grasp_of_nothing_fails_when_the_fingers_meet(trial):
+    assert trial(Grasp(object="cube")).fails_with("fingers met without 'cube'")
+
+
+def test_grasp_of_an_unknown_object_fails_before_the_fingers_move(station, trial):
+    width = station.gripper.width
+    assert trial(Grasp(object="ball")).fails_with("no 'ball'")
+    assert station.gripper.width == pytest.approx(width, abs=1e-4)
+
+
+def test_grasp_that_finds_another_object_says_which(at_the_cube, trial):
+    cube = at_the_cube.models.create("cube")
+    at_the_cube.cell.add(cube, spatial.pose((0.3, -0.2, 1.04)), name="other")
+    assert trial(Grasp(object="other")).fails_with("hold cube, not 'other'")
+
+
+def test_grasp_with_more_force_than_the_gripper_has_fails(trial):
+    assert trial(Grasp(object="cube", force=500.0)).fails_with("500 N")
+
+
+def test_grasp_without_patience_fails_with_the_forces_it_got(at_the_cube, trial):
+    assert trial(Grasp(object="cube", patience=0.1)).fails_with("no steady grip after 0.1 s")
+
+
+def test_a_halted_grasp_stops_closing(at_the_cube, trial):
+    grasping = trial(Grasp(object="cube"))
+    for _ in range(4):
+        assert grasping.tick() is RUNNING
+    grasping.tree.halt()
+    at_the_cube.cell.step(50)
+    width = at_the_cube.gripper.width
+    at_the_cube.cell.step(100)
+    assert at_the_cube.gripper.width == pytest.approx(width, abs=2e-4)
+    assert at_the_cube.arm.payload is None
+
+
+def test_a_held_cube_is_hardly_penetrated_and_does_not_creep(with_the_cube):
+    cell = with_the_cube.cell
+    hand = cell.body_id("panda/hand")
+
+    def cube_in_hand():
+        T_wh = spatial.pose(cell.data.xpos[hand], cell.data.xquat[hand])
+        return T_wh.actInv(cell.pose("cube"))
+
+    before, began = cube_in_hand(), cell.time
+    cell.step(500)
+    assert cell.data.contact.dist.min() > -0.5e-3
+    creep = np.linalg.norm(cube_in_hand().translation - before.translation)
+    assert creep / (cell.time - began) < 0.1e-3
+
+
+def test_a_held_cube_hangs_by_friction_alone(with_the_cube):
+    cell = with_the_cube.cell
+    cell.step()
+    assert cell.model.neq == 0 and (cell.model.geom_gap == 0).all()
+    assert cell.model.opt.gravity[2] < -9.8 and not cell.data.xfrc_applied.any()
+    force, _ = cell.contacts.wrench("cube")
+    assert force == pytest.approx([0, 0, 0.0565 * 9.81], abs=0.05)
+
+
+def test_is_holding_knows_what_is_between_the_fingers(with_the_cube, trial):
+    assert trial(IsHolding(object="cube")).tick() is SUCCESS
+    assert trial(IsHolding(object="ball")).fails_with("hold cube, not 'ball'")
+
+
+def test_is_holding_fails_with_empty_fingers(trial):
+    assert trial(IsHolding(object="cube")).fails_with("hold nothing")
+
+
+def test_open_gripper_lets_go_and_forgets_the_payload(with_the_cube, trial):
+    opening = trial(OpenGripper())
+    assert opening.tick() is RUNNING
+    assert opening.until_done() is SUCCESS
+    assert with_the_cube.gripper.width > 0.079
+    assert with_the_cube.arm.payload is None and with_the_cube.controller.payload is None
+
+
+def test_open_gripper_that_something_holds_fails_with_the_width(with_the_cube, trial):
+    opening = trial(OpenGripper(patience=0.02))
+    assert opening.fails_with("mm apart after 0.02 s")
+
+
+def test_a_halted_opening_keeps_the_fingers_where_they_are(station, trial):
+    assert trial(CloseGripper()).until_done() is SUCCESS
+    opening = trial(OpenGripper())
+    for _ in range(12):
+        assert opening.tick() is RUNNING
+    opening.tree.halt()
+    station.cell.step(100)
+    width = station.gripper.width
+    station.cell.step(100)
+    assert 0.005 < width < 0.075
+    assert station.gripper.width == pytest.approx(width, abs=2e-4)
+
+
+def test_close_gripper_closes_on_nothing_too(station, trial):
+    closing = trial(CloseGripper())
+    assert closing.tick() is RUNNING
+    assert closing.until_done() is SUCCESS
+    assert station.gripper.width < 2e-3
+
+
+def test_close_gripper_presses_what_is_between_the_fingers(at_the_cube, trial):
+    assert trial(CloseGripper(force=30.0)).until_done() is SUCCESS
+    assert min(at_the_cube.gripper.finger_forces) >= 0.95 * 30.0
+
+
+def test_close_gripper_without_patience_fails(trial):
+    assert trial(CloseGripper(patience=0.05)).fails_with("after 0.05 s")
+
+
+def test_a_halted_closing_stops_the_fingers(station, trial):
+    closing = trial(CloseGripper())
+    for _ in range(6):
+        assert closing.tick() is RUNNING
+    closing.tree.halt()
+    station.cell.step(100)
+    width = station.gripper.width
+    station.cell.step(100)
+    assert width > 0.01 and station.gripper.width == pytest.approx(width, abs=2e-4)
+
+
+def test_drop_lets_the_object_fall_into_the_container(with_the_cube, trial):
+    station = with_the_cube
+    dropping = trial(Drop(container="basket"))
+    assert dropping.tick() is RUNNING
+    assert dropping.until_done() is SUCCESS
+    assert station.gripper.is_free and station.arm.payload is None
+    station.cell.step(500)
+    inside = station.cell.pose("basket").actInv(station.cell.pose("cube")).translation
+    assert np.abs(inside[:2]).max() < 0.1 and 0.0 < inside[2] < 0.1
+
+
+def test_drop_into_an_unknown_container_fails_and_keeps_hold(with_the_cube, trial):
+    assert trial(Drop(container="baskett")).fails_with("did you mean 'basket'")
+    assert with_the_cube.gripper.held == ("cube",)
+
+
+def test_drop_that_cannot_let_go_says_what_the_fingers_touch(with_the_cube, trial):
+    assert trial(Drop(container="basket", patience=0.01)).fails_with("touch cube")
+
+
+def test_a_halted_drop_brakes_and_keeps_hold(with_the_cube, trial):
+    dropping = trial(Drop(container="basket"))
+    for _ in range(30):
+        assert dropping.tick() is RUNNING
+    dropping.tree.halt()
+    with_the_cube.cell.step(300)
+    assert not with_the_cube.arm.moving
+    assert with_the_cube.gripper.held == ("cube",)
+
+
+def test_the_cube_stays_in_the_fingers_through_a_move_at_full_speed(with_the_cube, trial):
+    for move in (MoveHome(), Lift(height=0.1), MoveHome()):
+        assert trial(move).until_done() is SUCCESS
+    assert with_the_cube.gripper.held == ("cube",)
+    assert with_the_cube.cell.data.contact.dist.min() > -0.5e-3

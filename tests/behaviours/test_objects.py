@@ -1,0 +1,101 @@
+"""Behaviours that bring objects into the cell and take them out."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bt_manip.behaviours import ObjectExists, RemoveObject, SpawnObject
+from bt_manip.behaviours.poses import yaw_of
+from bt_manip.bt import NodeStatus
+
+RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE
+
+
+def test_spawned_objects_get_unique_names_and_hand_them_on(station, trial):
+    for name in ("cube_1", "cube_2"):
+        spawning = trial(SpawnObject(region="0.1;0.1;-0.3;-0.3", object="{object}"))
+        assert spawning.tick() is SUCCESS
+        assert spawning.tree.blackboard.get("object") == name
+        assert name in station.cell.objects
+
+
+def test_a_spawned_object_rests_on_the_surface_inside_the_region(station, trial):
+    assert trial(SpawnObject(region="0.1;0.2;-0.3;-0.2", object="{object}")).tick() is SUCCESS
+    spawned = station.cell.pose("cube_1").translation
+    assert 0.1 <= spawned[0] <= 0.2 and -0.3 <= spawned[1] <= -0.2
+    station.cell.step(200)
+    rested = station.cell.pose("cube_1").translation
+    assert rested == pytest.approx(spawned, abs=1e-3)
+    assert rested[2] == pytest.approx(1.015 + 0.025, abs=1e-3)
+
+
+def test_spawned_objects_are_turned_by_any_angle(station, trial):
+    yaws = []
+    for _ in range(12):
+        spawning = trial(SpawnObject(region="0.1;0.1;-0.3;-0.3", object="{object}"))
+        spawning.tick()
+        name = spawning.tree.blackboard.get("object")
+        yaws.append(yaw_of(station.cell.pose(name)))
+        station.cell.remove(name)
+    assert max(yaws) > math.pi / 2 and min(yaws) < -math.pi / 2
+
+
+def test_where_objects_are_spawned_follows_the_stations_random_generator(station, trial):
+    def spawn():
+        station.rng.bit_generator.state = np.random.default_rng(7).bit_generator.state
+        trial(SpawnObject(object="{object}")).tick()
+        return station.cell.remove("cube_1") and station.rng.uniform()
+
+    assert spawn() == spawn()
+
+
+def test_an_unknown_model_fails_with_the_nearest_name(trial):
+    assert trial(SpawnObject(model="cubs", object="{o}")).fails_with("'cubs'", "'cube'")
+
+
+def test_what_has_no_surface_bears_nothing(trial):
+    assert trial(SpawnObject(on="cube", object="{o}")).fails_with("no surface")
+
+
+def test_a_region_must_be_a_region(station, trial):
+    assert trial(SpawnObject(region="0.4;0.2;0;0.1", object="{o}")).fails_with("x_min;x_max")
+    assert "cube_1" not in station.cell.objects
+
+
+def test_remove_waits_until_the_object_rests(station, trial):
+    station.cell.data.qvel[-6:-3] = [0.3, 0.0, 0.0]  # the cube's linear velocity
+    removing = trial(RemoveObject(object="cube"))
+    assert removing.tick() is RUNNING
+    assert "mm/s" in removing.behaviour.feedback_message
+    while removing.tick() is RUNNING:
+        assert "cube" in station.cell.objects
+    assert removing.behaviour.status.name == "SUCCESS"
+    assert "cube" not in station.cell.objects
+
+
+def test_an_object_that_does_not_come_to_rest_is_kept(station, trial):
+    body = station.cell.body_id("cube")
+    station.cell.data.xfrc_applied[body] = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]  # it rises for ever
+    assert trial(RemoveObject(object="cube", patience=0.2)).fails_with("still moves at", "0.2 s")
+    assert "cube" in station.cell.objects
+
+
+def test_removing_an_unknown_object_fails(trial):
+    assert trial(RemoveObject(object="ball")).fails_with("no 'ball'")
+
+
+def test_a_halted_removal_leaves_the_object_where_it_is(station, trial):
+    removing = trial(RemoveObject(object="cube"))
+    assert removing.tick() is RUNNING
+    removing.tree.halt()
+    station.cell.step(200)
+    assert "cube" in station.cell.objects
+
+
+def test_object_exists_looks_at_the_cell_at_every_tick(station, trial):
+    looking = trial(ObjectExists(object="cube"))
+    assert looking.tick() is SUCCESS
+    station.cell.remove("cube")
+    assert looking.tick() is FAILURE
+    assert "no object 'cube'" in looking.behaviour.feedback_message
