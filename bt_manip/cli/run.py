@@ -150,7 +150,6 @@ class _Job:
         from rich.console import Console
 
         from bt_manip.plugins import load_plugins
-        from bt_manip.runner import prepare
         from bt_manip.runner.request import RunRequest
         from bt_manip.runner.tree_source import find_tree
 
@@ -166,11 +165,12 @@ class _Job:
             settings=options.settings,
             real_time=options.real_time,
         )
-        prepared = prepare(request, parts)
-
+        # Only now what takes long to import: what is wrong above is said at once.
         from bt_manip.recording.recorder import Recorder
         from bt_manip.recording.trace import Trace
+        from bt_manip.runner.prepare import prepare
 
+        prepared = prepare(request, parts)
         self._console = Console(quiet=options.quiet)
         self._trace = Trace(options.trace) if options.trace else None
         self._recorder = Recorder(request.tree.name, request.seed, self._trace)

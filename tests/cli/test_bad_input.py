@@ -1,0 +1,153 @@
+"""Bad input: exit 2, one clear message, no traceback, nothing simulated, nothing written."""
+
+import textwrap
+from pathlib import Path
+
+import pytest
+
+from bt_manip.runner.run import Run
+
+XML = """
+    <root BTCPP_format="4" main_tree_to_execute="Main">
+      <BehaviorTree ID="Main">
+        {}
+      </BehaviorTree>
+    </root>
+"""
+
+
+@pytest.fixture
+def refused(bt_manip, trees, tmp_path, monkeypatch):
+    """Run what must be refused; give the message."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(Run, "execute", lambda *_, **__: pytest.fail("it was simulated"))
+    report = tmp_path / "report.json"
+
+    def refuse(*arguments: object, report_path: Path = report) -> str:
+        code, out, err = bt_manip("run", *arguments, "--report", report_path)
+        assert code == 2, err
+        assert out == ""
+        assert "Traceback" not in err
+        assert sum("Error" in line for line in err.splitlines()) == 1
+        assert not report.exists()
+        return err
+
+    return refuse
+
+
+def xml(tmp_path: Path, body: str) -> Path:
+    path = tmp_path / "task.xml"
+    path.write_text(textwrap.dedent(XML).strip().format(body))
+    return path
+
+
+def test_an_unknown_tree(refused):
+    assert "unknown tree 'pick_plce'; did you mean 'pick_place'?" in refused("pick_plce")
+
+
+def test_a_tree_file_that_is_not_there(refused, tmp_path):
+    (tmp_path / "task.xml").touch()
+    assert "did you mean 'task.xml'" in refused("tsk.xml")
+    assert "no folder" in refused("nowhere/task.xml")
+
+
+def test_a_python_file_without_a_function(refused, trees):
+    assert "write 'small_trees.py:FUNCTION'" in refused("small_trees.py")
+    assert "did you mean 'quick'" in refused("small_trees.py:quik")
+    assert "did you mean 'small_trees.py'" in refused("smal_trees.py:quick")
+
+
+def test_a_module_that_is_not_there(refused):
+    assert "no_such_module_anywhere" in refused("no_such_module_anywhere:tree")
+
+
+def test_a_python_tree_that_raises(refused):
+    message = refused("small_trees.py:broken")
+    assert "RuntimeError" in message and "no tree today" in message
+    assert "small_trees.py:" in message
+
+
+def test_a_python_function_that_gives_no_tree(refused):
+    assert "int" in refused("small_trees.py:no_tree")
+
+
+def test_malformed_xml_is_named_by_line_and_column(refused, tmp_path):
+    path = xml(tmp_path, "<Sequence>\n<AlwaysSuccess>\n</Sequence>")
+    assert f"{path.name}:5:" in refused(path)
+
+
+def test_an_unknown_behaviour(refused, tmp_path):
+    message = refused(xml(tmp_path, '<Hovr object="cube"/>'))
+    assert "did you mean 'Hover'" in message
+    assert "task.xml:3:" in message
+
+
+def test_an_unknown_port(refused, tmp_path):
+    message = refused(xml(tmp_path, '<Hover object="cube" heigt="0.3"/>'))
+    assert "did you mean 'height'" in message
+    assert "task.xml:3:" in message
+
+
+def test_a_port_value_of_the_wrong_type(refused, tmp_path):
+    message = refused(xml(tmp_path, '<Hover object="cube" height="tall"/>'))
+    assert "height" in message and "tall" in message
+    assert "task.xml:3:" in message
+
+
+def test_an_unknown_robot(refused, trees):
+    assert "unknown robot 'pnda'; did you mean 'panda'?" in refused(
+        "small_trees.py:quick", "--robot", "pnda"
+    )
+
+
+def test_an_unknown_controller(refused, trees):
+    assert "did you mean 'computed_torque'" in refused(
+        "small_trees.py:quick", "--controller", "computed_torqe"
+    )
+
+
+def test_an_unknown_object(refused, tmp_path):
+    message = refused(xml(tmp_path, '<SpawnObject model="cub" object="{o}"/>'))
+    assert "did you mean 'cube'" in message
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--cycles", "-1"), "-1"),
+        (("--cycles", "many"), "many"),
+        (("--seed", "-5"), "-5"),
+        (("--tick", "0"), "tick"),
+        (("--tick", "2.5"), "whole number of control steps"),
+        (("--tick", "nan"), "tick"),
+        (("--real-time", "0"), "real-time"),
+        (("--set", "name"), "KEY=VALUE"),
+        (("--set", "nme=x"), "did you mean 'name'"),
+        (("--trace", "missing/t.npz"), "missing"),
+        (("--no-such-option",), "no-such-option"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
+)
+def test_options_that_cannot_be(refused, trees, options, message):
+    assert message in refused("small_trees.py:quick", *options)
+
+
+def test_a_setting_that_the_xml_does_not_declare(refused):
+    message = refused("pick_place", "--set", "forse=40")
+    assert "forse" in message and "did you mean 'force'" in message
+
+
+@pytest.mark.parametrize("place", ["missing/report.json", "."])
+def test_an_unwritable_report(refused, tmp_path, place):
+    message = refused("small_trees.py:quick", report_path=tmp_path / place)
+    assert "cannot be written" in message
+
+
+def test_report_and_trace_in_one_file(refused, tmp_path):
+    report = tmp_path / "report.json"
+    assert "both" in refused("small_trees.py:quick", "--trace", report)
+
+
+def test_an_unknown_command_and_an_unknown_kind(bt_manip):
+    assert bt_manip("rn").code == 2
+    assert bt_manip("list", "gadgets").code == 2

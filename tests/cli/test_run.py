@@ -1,0 +1,96 @@
+"""bt-manip run: what it prints, writes and returns."""
+
+import json
+
+import numpy as np
+import pytest
+
+
+def test_a_tree_that_succeeds_is_0_and_ends_with_a_table(bt_manip, trees):
+    code, out, err = bt_manip("run", f"{trees}:quick")
+    assert code == 0
+    assert "SUCCESS" in out
+    assert "1 of 1 cycles succeeded" in out
+    assert err == ""
+
+
+def test_a_tree_that_fails_is_1_and_says_why(bt_manip, trees):
+    code, out, _ = bt_manip("run", f"{trees}:failing")
+    assert code == 1
+    assert "0 of 1 cycles succeeded" in out
+    assert "look" in out
+
+
+def test_a_failed_cycle_does_not_stop_the_run(bt_manip, trees, tmp_path):
+    report = tmp_path / "report.json"
+    assert bt_manip("run", f"{trees}:failing", "--cycles", 3, "--report", report).code == 1
+    read = json.loads(report.read_text())
+    assert [cycle["status"] for cycle in read["cycles"]] == ["FAILURE"] * 3
+    assert read["status"] == "FAILURE"
+    assert read["tree"] == f"{trees}:failing"
+
+
+def test_quiet_prints_nothing(bt_manip, trees):
+    assert bt_manip("run", f"{trees}:quick", "--quiet") == (0, "", "")
+
+
+def test_a_setting_reaches_the_tree(bt_manip, trees):
+    assert bt_manip("run", f"{trees}:quick", "--set", "name=basket", "--quiet").code == 0
+    assert bt_manip("run", f"{trees}:quick", "--set", "name=nothing", "--quiet").code == 1
+
+
+def digest(bt_manip, trees, tmp_path, *options) -> str:
+    report = tmp_path / "report.json"
+    assert bt_manip("run", f"{trees}:quick", "--report", report, *options).code == 0
+    return json.loads(report.read_text())["state_digest"]
+
+
+def test_watching_and_writing_leave_the_run_as_it_is(bt_manip, trees, tmp_path):
+    plain = digest(bt_manip, trees, tmp_path)
+    assert digest(bt_manip, trees, tmp_path, "--quiet") == plain
+    assert digest(bt_manip, trees, tmp_path, "--trace", tmp_path / "t.npz") == plain
+    assert digest(bt_manip, trees, tmp_path, "--real-time", 1000) == plain
+    assert digest(bt_manip, trees, tmp_path, "--tick", 5) != plain
+
+
+def test_another_controller_is_another_run(bt_manip, trees, tmp_path):
+    other = digest(bt_manip, trees, tmp_path, "--controller", "gravity_compensated_pd")
+    assert other != digest(bt_manip, trees, tmp_path)
+
+
+def test_a_trace_covers_the_run(bt_manip, trees, tmp_path):
+    trace, report = tmp_path / "t.npz", tmp_path / "r.json"
+    bt_manip("run", f"{trees}:quick", "--trace", trace, "--report", report, "--cycles", 2)
+    simulated = json.loads(report.read_text())["simulated_s"]
+    with np.load(trace) as read:
+        assert read["t"][-1] == pytest.approx(simulated)
+
+
+def test_a_behaviour_that_raises_is_3_with_its_report_and_its_traceback(bt_manip, trees, tmp_path):
+    report, trace = tmp_path / "report.json", tmp_path / "t.npz"
+    code, _, err = bt_manip("run", f"{trees}:loud", "--report", report, "--trace", trace)
+    assert code == 3
+    assert "so loud" in err.splitlines()[-1]
+    assert "Shout" in err.splitlines()[-1]
+    assert "small_trees.py" in err
+    read = json.loads(report.read_text())
+    assert read["status"] == "ERROR"
+    assert "so loud" in read["error"]
+    assert read["simulated_s"] == pytest.approx(0.02)
+    assert read["cycles"][0]["status"] == "ERROR"
+    with np.load(trace) as rows:
+        assert len(rows["t"]) == 20
+
+
+def test_without_a_display_the_window_is_missed_and_the_run_goes_on(bt_manip, trees, monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setattr("sys.platform", "linux")
+    code, _, err = bt_manip("run", f"{trees}:quick", "--view")
+    assert code == 0
+    assert "there is no display" in err
+
+
+def test_a_module_can_hold_the_tree(bt_manip, trees, monkeypatch):
+    monkeypatch.syspath_prepend(trees.parent)
+    assert bt_manip("run", "small_trees:quick", "--quiet").code == 0
