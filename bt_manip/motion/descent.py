@@ -10,7 +10,7 @@ from bt_manip.robots import RobotModel
 from .least_squares import damped_step
 
 DAMPING = 0.03  # of the squared error
-STALL_STEPS = 4  # without STALL_FACTOR of progress end a descent
+STALL_STEPS = 4  # that do not bring the error below STALL_FACTOR of the least end a descent
 STALL_FACTOR = 0.9
 
 
@@ -50,8 +50,19 @@ class Descent:
         rotation_tolerance: float,
         lower: np.ndarray | None = None,
         upper: np.ndarray | None = None,
+        patience: int = STALL_STEPS,
     ) -> Descended:
-        """Descend from a configuration inside the limits to the nearest solution downhill."""
+        """Descend from a configuration inside the limits to the nearest solution downhill.
+
+        Args:
+            T_wt: Pose of the tool in the world.
+            q: Where to start.  # (nq,)
+            position_tolerance: Of a solution [m].
+            rotation_tolerance: Of a solution [rad].
+            lower: Limits of the positions, by default the arm's.  # (nq,)
+            upper: Limits of the positions, by default the arm's.  # (nq,)
+            patience: Steps without progress that end the descent.
+        """
         model, data, frame = self._model, self._data, self._frame
         lower = self.lower if lower is None else lower
         upper = self.upper if upper is None else upper
@@ -76,7 +87,7 @@ class Descent:
                 stalled = 0
             else:
                 stalled += 1
-                if stalled >= STALL_STEPS:
+                if stalled >= patience:
                     break
             best = min(best, norm)
             jacobian = pin.getFrameJacobian(model, data, frame, pin.LOCAL)

@@ -14,6 +14,7 @@ from .least_squares import damped_step
 from .reach import Reach
 
 STORED = 2000  # configurations to restart from
+PATIENCE = 15  # steps without progress, where there is no restart
 PULLS = 12  # steps along the self-motion towards the start
 
 
@@ -53,10 +54,10 @@ class InverseKinematics:
         self._descent = Descent(self.model, iterations=iterations)
         limits = model.limits
         self._inverse_speed = 1.0 / limits.velocity
-        self._reach = Reach(self.model)
         rng = np.random.default_rng(seed)
         lower, upper = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
         self._stored = rng.uniform(lower, upper, (max(STORED, restarts), model.nq))
+        self._reach = Reach(self.model, self._stored)
         poses = [self.model.pose(q) for q in self._stored]
         self._stored_position = np.array([T.translation for T in poses])
         self._stored_quat = np.array([pin.Quaternion(T.rotation).coeffs() for T in poses])
@@ -119,6 +120,7 @@ class InverseKinematics:
             rotation_tolerance=self.rotation_tolerance if tolerance is None else tolerance,
             lower=np.maximum(lower, q0 - max_step),
             upper=np.minimum(upper, q0 + max_step),
+            patience=PATIENCE,
         )
         reason = ""
         if not found.solved:
@@ -196,7 +198,7 @@ class InverseKinematics:
         if not poses:
             raise MotionError("no target pose was given", reason="target")
         for bound in (margin, 0.0) if margin > 0.0 else (0.0,):
-            found = self.solutions(poses, q0, margin=bound)
+            found = self.solutions(poses, q0, starts=2, margin=bound)
             if found:
                 return found[0]
         last = [self.solve(T, q0) for T in poses]
