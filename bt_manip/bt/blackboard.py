@@ -1,6 +1,7 @@
 """The scoped, typed blackboard: one scope for each instance of a sub-tree."""
 
 import inspect
+import re
 from typing import Any, Final
 
 from bt_manip.bt import literals
@@ -29,6 +30,7 @@ class _Empty:
 EMPTY: Final = _Empty()
 
 _NUMBERS: Final = ("integer", "real")
+_INTEGER: Final = re.compile(r"-?[0-9]+")
 
 
 class Entry:
@@ -222,14 +224,14 @@ class Blackboard:
 
         This is how a constant attribute of a ``<SubTree>`` enters its scope.
         """
-        if not any(mark in text for mark in ".eE"):
+        if _INTEGER.fullmatch(text):
             try:
                 value = literals.parse_integer(text, 64)
-                if str(value) == text or text.lstrip("-").isdigit():
-                    self.write(key, value, INT if -(1 << 31) <= value < 1 << 31 else INT64)
-                    return
             except ValueError:
-                pass
+                pass  # too long: a real number then
+            else:
+                self.write(key, value, INT if -(1 << 31) <= value < 1 << 31 else INT64)
+                return
         try:
             self.write(key, literals.parse_real(text, whole=True), DOUBLE)
         except ValueError:

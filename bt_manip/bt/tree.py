@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from py_trees.behaviour import Behaviour
 
 from bt_manip.bt.blackboard import Blackboard
-from bt_manip.bt.nodes.binding import bind
+from bt_manip.bt.nodes.binding import Report, bind
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.nodes.parent import Link
 from bt_manip.bt.runtime import Clock, Observer, Runtime
@@ -44,6 +44,7 @@ class Tree:
         enums: Mapping[str, int] | None = None,
         tree_id: str = "",
         document: "Document | None" = None,
+        report: Report | None = None,
     ) -> None:
         """Make a tree of behaviours that are connected already.
 
@@ -54,6 +55,7 @@ class Tree:
             enums: Numbers that scripts know by name.
             tree_id: The ID of the tree.
             document: The document it was read from.
+            report: Takes what is wrong with the nodes; without it the first error is raised.
 
         Raises:
             TreeError: If a behaviour stands in it twice, or two sub-trees have the same path.
@@ -64,7 +66,7 @@ class Tree:
         self._runtime = Runtime(clock)
         self._runtime.enums.update(enums or {})
         self.observers: list[Observer] = self._runtime.observers
-        binding = bind(root, self._runtime, blackboard or Blackboard())
+        binding = bind(root, self._runtime, blackboard or Blackboard(), report)
         self.nodes: list[Link] = binding.nodes
         self.scopes = binding.scopes
         self._root: Link = self.nodes[0]

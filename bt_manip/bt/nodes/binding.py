@@ -1,6 +1,8 @@
 """Giving the nodes of a tree their surroundings: runtime, scope, path and number."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 
@@ -9,8 +11,13 @@ from bt_manip.bt.nodes.foreign import ForeignNode
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.nodes.parent import Link, Parent
 from bt_manip.bt.nodes.subtree import SubTree
+from bt_manip.bt.port_types import STRING
+from bt_manip.bt.ports import pointed_key
 from bt_manip.bt.runtime import Runtime
-from bt_manip.exceptions import TreeError
+from bt_manip.exceptions import BlackboardError, BtManipError, PortError, ScriptError, TreeError
+
+Report = Callable[[Any, str, BtManipError], None]
+"""Takes a node, the name of one of its ports or an empty text, and what is wrong with it."""
 
 
 @dataclass
@@ -20,60 +27,120 @@ class Binding:
     Attributes:
         nodes: All nodes, depth first.
         scopes: The scopes by the path of their sub-tree, ``""`` for the root's.
+        count: How many nodes have got a number.
     """
 
     nodes: list[Link] = field(default_factory=list)
     scopes: dict[str, Blackboard] = field(default_factory=dict)
+    count: int = 0
 
 
-def bind(root: Behaviour, runtime: Runtime, scope: Blackboard) -> Binding:
-    """Give all nodes below and at `root` their surroundings.
+def bind(
+    root: Behaviour, runtime: Runtime, scope: Blackboard, report: Report | None = None
+) -> Binding:
+    """Give all nodes below and at `root` their surroundings, and declare their ports.
 
     Args:
         root: The root, ours or a stock behaviour.
         runtime: What they share.
         scope: The blackboard scope of the root.
+        report: Takes what is wrong; without it the first error is raised.
 
     Returns:
         What was bound.
 
     Raises:
-        TreeError: If two sub-trees have the same path, or if a node stands twice in the tree.
+        BtManipError: If something is wrong: two sub-trees with one path, a node that stands twice
+            in the tree, an entry that ports want with different types.
     """
-    binding = Binding(scopes={"": scope})
-    link = root if isinstance(root, Node) else ForeignNode(root)
-    _bind(link, runtime, scope, "", binding, set())
-    return binding
+    return _Binder(runtime, report or _raise).bind(root, scope)
 
 
-def _bind(
-    link: Link, runtime: Runtime, scope: Blackboard, prefix: str, binding: Binding, seen: set[int]
-) -> None:
-    if id(link) in seen:
-        raise TreeError(f"'{link.name}' stands in the tree more than once")
-    seen.add(id(link))
-    binding.nodes.append(link)
-    uid = len(binding.nodes)
-    link.uid = uid
-    link.path = prefix + link.name
-    if link.name == link.registration or (isinstance(link, SubTree) and link.is_unnamed):
-        link.path += f"::{uid}"
-    link._node_runtime = runtime
-    link._node_observers = runtime.observers
-    if isinstance(link, Node):
-        link._node_scope = scope
-    if isinstance(link, SubTree):
-        scope = link.make_scope(scope)
-        prefix = link.path + "/"
-        if link.path in binding.scopes:
-            raise TreeError(
-                f"two sub-trees have the path '{link.path}'; give one of them another name"
+def _raise(node: Any, port: str, error: BtManipError) -> None:
+    raise error
+
+
+class _Binder:
+    def __init__(self, runtime: Runtime, report: Report) -> None:
+        self._runtime = runtime
+        self._report = report
+        self._binding = Binding()
+        self._seen: set[int] = set()
+
+    def bind(self, root: Behaviour, scope: Blackboard) -> Binding:
+        self._binding.scopes[""] = scope
+        self._bind(root if isinstance(root, Node) else ForeignNode(root), scope, "", True)
+        return self._binding
+
+    def _bind(self, link: Link, scope: Blackboard, prefix: str, attached: bool) -> None:
+        if id(link) in self._seen:
+            raise TreeError(f"'{link.name}' stands in the tree more than once")
+        self._seen.add(id(link))
+        binding = self._binding
+        binding.count += 1
+        link.uid = binding.count
+        link.path = prefix + link.name
+        if link.name == link.registration or getattr(link, "tree_id", None) == link.name:
+            link.path += f"::{link.uid}"
+        link._node_runtime = self._runtime
+        if attached:
+            binding.nodes.append(link)
+            link._node_observers = self._runtime.observers
+        if isinstance(link, Node):
+            link._node_scope = scope
+            self._declare(link, scope)
+        if isinstance(link, SubTree):
+            scope, prefix = self._enter(link, scope, prefix)
+        if isinstance(link, Parent):
+            for child in link.links:
+                self._bind(child, scope, prefix, attached)
+        else:
+            for behaviour in link.children:
+                child = behaviour if isinstance(behaviour, Node) else ForeignNode(behaviour)
+                self._bind(child, scope, prefix, attached)
+            for orphan in getattr(link, "orphans", ()):
+                self._bind(orphan, scope, prefix, False)
+
+    def _enter(self, link: SubTree, scope: Blackboard, prefix: str) -> tuple[Blackboard, str]:
+        path = link.path if link.is_unnamed else prefix + link.name
+        try:
+            inner = link.make_scope(scope)
+        except BlackboardError as error:
+            self._report(link, "", error)
+            inner = Blackboard(scope)
+        if path in self._binding.scopes:
+            self._report(
+                link,
+                "name",
+                TreeError(f"two sub-trees have the path '{path}'; give one of them another name"),
             )
-        binding.scopes[link.path] = scope
-    if isinstance(link, Parent):
-        for child in link.links:
-            _bind(child, runtime, scope, prefix, binding, seen)
-    else:
-        for behaviour in link.children:
-            child = behaviour if isinstance(behaviour, Node) else ForeignNode(behaviour)
-            _bind(child, runtime, scope, prefix, binding, seen)
+        self._binding.scopes[path] = inner
+        return inner, path + "/"
+
+    def _declare(self, node: Node, scope: Blackboard) -> None:
+        """Declare the entries that the ports point to: the first strong type of a key counts."""
+        for name, port in node.ports.items():
+            text = node.given.get(name)
+            key = pointed_key(name, text) if isinstance(text, str) else None
+            if key is None:
+                continue
+            entry = scope.entry(key)
+            try:
+                if entry is None:
+                    scope.declare(key, port.type)
+                elif (
+                    entry.declared.strong
+                    and port.type.strong
+                    and entry.declared != port.type
+                    and entry.declared is not STRING
+                ):
+                    raise PortError(
+                        f"the entry '{key}' holds {entry.declared.name}, as it was declared "
+                        f"first; the port '{name}' of {node.path} wants {port.type.name}"
+                    )
+            except (PortError, BlackboardError) as error:
+                self._report(node, name, error)
+        try:
+            node.check_ports()
+        except (PortError, ScriptError) as error:
+            self._report(node, "", error)

@@ -297,6 +297,14 @@ class Node(PortAccess, Behaviour):
             top = top.parent
         bind(top, Runtime(), Blackboard())
 
+    def check_ports(self) -> None:
+        """Check what must be right before the first tick.
+
+        Raises:
+            PortError: If a port is missing or holds what it cannot.
+            ScriptError: If a script is none.
+        """
+
     def on_timer(self) -> None:
         """React to the node's timer, before the first tick after its deadline."""
 

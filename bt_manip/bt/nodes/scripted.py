@@ -13,6 +13,7 @@ class ScriptPort(Node):
     """Reads a script from a port; it is parsed again only when its text changes."""
 
     script_port: ClassVar[str] = "code"
+    """Its name."""
     _source = ""
     _parsed: Script | None = None
 

@@ -1,0 +1,284 @@
+"""Reading trees: from files and texts to trees that run."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bt_manip.bt.blackboard import Blackboard
+from bt_manip.bt.registry import BehaviourRegistry
+from bt_manip.bt.runtime import Clock
+from bt_manip.bt.substitution import Substitutions
+from bt_manip.bt.tree import Tree
+from bt_manip.bt.xml.builder import Builder
+from bt_manip.bt.xml.check import check_elements, check_keys, check_unused
+from bt_manip.bt.xml.dialect import Dialect, dialect_named
+from bt_manip.bt.xml.document import Document, parse_document, read_document
+from bt_manip.bt.xml.problem import Place, Problem, Problems
+from bt_manip.bt.xml.verify import verify
+from bt_manip.exceptions import BtManipError, TreeError
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What came of reading a document.
+
+    Attributes:
+        tree: The tree; None if the document cannot be used.
+        problems: All findings, errors and warnings.
+        document: The document, as far as it could be read.
+    """
+
+    tree: Tree | None
+    problems: tuple[Problem, ...]
+    document: Document | None
+
+    @property
+    def errors(self) -> tuple[Problem, ...]:
+        """The findings because of which the document cannot be used."""
+        return tuple(problem for problem in self.problems if problem.is_error)
+
+    @property
+    def warnings(self) -> tuple[Problem, ...]:
+        """The findings that do not stop it from being used."""
+        return tuple(problem for problem in self.problems if not problem.is_error)
+
+
+def load_tree(
+    path: str | Path,
+    registry: BehaviourRegistry,
+    *,
+    clock: Clock = time.monotonic,
+    main: str | None = None,
+    dialect: str = "btcpp",
+    blackboard: Blackboard | Mapping[str, Any] | None = None,
+    substitutions: Substitutions | None = None,
+    strict: bool = True,
+) -> Tree:
+    """Read a tree from a file.
+
+    Args:
+        path: The file.
+        registry: The behaviours that it may name.
+        clock: Gives the time [s] that Delay, Timeout and Sleep count.
+        main: The tree to run; by default the one that the document says.
+        dialect: ``btcpp``, ``moveit-pro``, or ``auto`` to recognise it.
+        blackboard: The root's entries that exist before.
+        substitutions: Rules that put other nodes in the place of some, for tests.
+        strict: Whether what the engine would only find at a tick is an error.
+
+    Returns:
+        A tree that can run.
+
+    Raises:
+        TreeError: If the document is wrong; it lists all that is, with file, line and column.
+    """
+    return _tree(
+        read_tree(
+            path,
+            registry,
+            clock=clock,
+            main=main,
+            dialect=dialect,
+            blackboard=blackboard,
+            substitutions=substitutions,
+            strict=strict,
+        )
+    )
+
+
+def parse_tree(
+    text: str,
+    registry: BehaviourRegistry,
+    *,
+    clock: Clock = time.monotonic,
+    main: str | None = None,
+    dialect: str = "btcpp",
+    blackboard: Blackboard | Mapping[str, Any] | None = None,
+    substitutions: Substitutions | None = None,
+    strict: bool = True,
+    file: str = "<text>",
+    base: Path | None = None,
+) -> Tree:
+    """Read a tree from a text.
+
+    Args:
+        text: The document.
+        registry: The behaviours that it may name.
+        clock: Gives the time [s] that Delay, Timeout and Sleep count.
+        main: The tree to run; by default the one that the document says.
+        dialect: ``btcpp``, ``moveit-pro``, or ``auto`` to recognise it.
+        blackboard: The root's entries that exist before.
+        substitutions: Rules that put other nodes in the place of some, for tests.
+        strict: Whether what the engine would only find at a tick is an error.
+        file: What places call the document.
+        base: The folder of relative includes; the current one if none is given.
+
+    Returns:
+        A tree that can run.
+
+    Raises:
+        TreeError: If the document is wrong; it lists all that is, with line and column.
+    """
+    return _tree(
+        read_tree_text(
+            text,
+            registry,
+            clock=clock,
+            main=main,
+            dialect=dialect,
+            blackboard=blackboard,
+            substitutions=substitutions,
+            strict=strict,
+            file=file,
+            base=base,
+        )
+    )
+
+
+def read_tree(path: str | Path, registry: BehaviourRegistry, **options: Any) -> Reading:
+    """Read a tree from a file, and give all findings instead of raising.
+
+    Args:
+        path: The file.
+        registry: The behaviours that it may name.
+        **options: As of `load_tree`; also ``library=True``, by which a document needs no main tree.
+
+    Raises:
+        TreeError: If the file cannot be opened.
+    """
+    problems = Problems()
+    document = read_document(path, problems)
+    return _read(document, registry, problems, **options)
+
+
+def read_tree_text(
+    text: str,
+    registry: BehaviourRegistry,
+    *,
+    file: str = "<text>",
+    base: Path | None = None,
+    **options: Any,
+) -> Reading:
+    """Read a tree from a text, and give all findings instead of raising.
+
+    Args:
+        text: The document.
+        registry: The behaviours that it may name.
+        file: What places call the document.
+        base: The folder of relative includes; the current one if none is given.
+        **options: As of `read_tree`.
+    """
+    problems = Problems()
+    document = parse_document(text, problems, file=file, base=base)
+    return _read(document, registry, problems, **options)
+
+
+def _tree(reading: Reading) -> Tree:
+    if reading.tree is None or reading.errors:
+        errors = reading.errors
+        raise TreeError("\n".join(map(str, errors)) or "the tree could not be read", errors)
+    return reading.tree
+
+
+def _read(
+    document: Document | None,
+    registry: BehaviourRegistry,
+    problems: Problems,
+    *,
+    clock: Clock = time.monotonic,
+    main: str | None = None,
+    dialect: str = "btcpp",
+    blackboard: Blackboard | Mapping[str, Any] | None = None,
+    substitutions: Substitutions | None = None,
+    strict: bool = True,
+    library: bool = False,
+) -> Reading:
+    if document is None:
+        return Reading(None, tuple(problems), None)
+    rules = dialect_named(dialect, document.root)
+    verify(document, registry, problems, rules)
+    if strict:
+        check_elements(document, registry, problems, rules)
+    main = main or document.main_tree()
+    tree: Tree | None = None
+    if main is not None:
+        builder = Builder(
+            document, registry, problems, rules, substitutions=substitutions, strict=strict
+        )
+        place = document.root.place_of("main_tree_to_execute")
+        scope = _scope(blackboard)
+        root = builder.build(main, place)
+        if root is not None:
+            tree = _bound(root, builder, problems, document, registry, clock, scope, main)
+        if strict:
+            check_unused(document, main, builder.built, problems)
+            if tree is not None:
+                check_keys(tree.nodes, builder.places, problems)
+        built = builder.built
+    else:
+        built = {}
+        if not library and document.root.name == "root":
+            names = ", ".join(document.trees) or "none"
+            problems.error(
+                document.root.place,
+                f"which tree to run? <root> needs main_tree_to_execute; trees: {names}",
+            )
+    if strict:
+        for tree_id in document.trees:
+            if tree_id not in built:
+                _check_apart(tree_id, document, registry, problems, rules)
+    return Reading(tree, tuple(problems), document)
+
+
+def _scope(blackboard: Blackboard | Mapping[str, Any] | None) -> Blackboard:
+    if isinstance(blackboard, Blackboard):
+        return blackboard
+    scope = Blackboard()
+    for key, value in (blackboard or {}).items():
+        scope[key] = value
+    return scope
+
+
+def _bound(
+    root: Any,
+    builder: Builder,
+    problems: Problems,
+    document: Document,
+    registry: BehaviourRegistry,
+    clock: Clock,
+    scope: Blackboard,
+    tree_id: str,
+) -> Tree | None:
+    def report(node: Any, port: str, error: BtManipError) -> None:
+        element = builder.places.get(id(node))
+        place = Place(document.file, 1, 1) if element is None else element.place
+        if element is not None and port in element.attributes:
+            place = element.attributes[port].value_place
+        problems.error(place, str(error))
+
+    try:
+        return Tree(
+            root,
+            clock=clock,
+            blackboard=scope,
+            enums=registry.enums,
+            tree_id=tree_id,
+            document=document,
+            report=report,
+        )
+    except BtManipError as error:
+        problems.error(document.root.place, str(error))
+        return None
+
+
+def _check_apart(
+    tree_id: str,
+    document: Document,
+    registry: BehaviourRegistry,
+    problems: Problems,
+    dialect: Dialect,
+) -> None:
+    """Make a tree that nothing uses, only to find what is wrong with it."""
+    Builder(document, registry, problems, dialect).build(tree_id, document.trees[tree_id].place)

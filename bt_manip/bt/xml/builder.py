@@ -1,0 +1,297 @@
+"""Making the nodes of a tree from a document."""
+
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+
+from bt_manip.bt.literals import parse_boolean
+from bt_manip.bt.nodes.guard import Guard
+from bt_manip.bt.nodes.node import CONDITIONS, RESERVED, Node, NodeKind
+from bt_manip.bt.nodes.parent import Parent
+from bt_manip.bt.nodes.scripted import ScriptPort
+from bt_manip.bt.nodes.subtree import SubTree
+from bt_manip.bt.nodes.test_node import TestNode, TestNodeConfig
+from bt_manip.bt.ports import Port
+from bt_manip.bt.registry import BehaviourRegistry
+from bt_manip.bt.script import parse_script
+from bt_manip.bt.substitution import Substitutions, find_rule
+from bt_manip.bt.xml.dialect import Dialect
+from bt_manip.bt.xml.document import Document, is_port_name
+from bt_manip.bt.xml.problem import Place, Problems
+from bt_manip.bt.xml.source import Element
+from bt_manip.exceptions import BtManipError, ScriptError, did_you_mean
+
+SCRIPTS = tuple(CONDITIONS.values())
+MAX_NODES = 100_000
+
+
+class Builder:
+    """Makes nodes from elements; what is wrong is collected, and the rest is made all the same.
+
+    Attributes:
+        places: The element of each node that was made.
+        built: The IDs of the trees that were made.
+    """
+
+    def __init__(
+        self,
+        document: Document,
+        registry: BehaviourRegistry,
+        problems: Problems,
+        dialect: Dialect,
+        *,
+        substitutions: Substitutions | None = None,
+        strict: bool = True,
+    ) -> None:
+        """Prepare to make trees of a document.
+
+        Args:
+            document: The document; its form was verified.
+            registry: The behaviours that it may name.
+            problems: Takes what is wrong.
+            dialect: How scripts are written.
+            substitutions: Rules for tests.
+            strict: Whether literals that only fail at a tick in the engine are errors here.
+        """
+        self._document = document
+        self._registry = registry
+        self._problems = problems
+        self._dialect = dialect
+        self._rules = substitutions or {}
+        self._strict = strict
+        self._count = 0
+        self.places: dict[int, Element] = {}
+        self.built: dict[str, None] = {}
+
+    def build(self, tree_id: str, place: Place) -> Behaviour | None:
+        """Make the nodes of a tree, those of its sub-trees included.
+
+        Args:
+            tree_id: The tree.
+            place: Where it was named, for the error if there is none of that name.
+
+        Returns:
+            The root; None if nothing could be made.
+        """
+        return self._tree(tree_id, place, [], "")
+
+    def _tree(self, tree_id: str, place: Place, chain: list[str], prefix: str) -> Behaviour | None:
+        element = self._document.trees.get(tree_id)
+        if element is None:
+            hint = did_you_mean(tree_id, self._document.trees)
+            self._problems.error(place, f"no tree is named '{tree_id}'{hint}")
+            return None
+        if tree_id in chain:
+            circle = " -> ".join([*chain[chain.index(tree_id) :], tree_id])
+            self._problems.error(place, f"trees contain each other in a circle: {circle}")
+            return None
+        self.built[tree_id] = None
+        children = element.children
+        if len(children) != 1:
+            return None
+        return self._node(children[0], [*chain, tree_id], prefix)
+
+    def _node(self, element: Element, chain: list[str], prefix: str) -> Behaviour | None:
+        self._count += 1
+        if self._count > MAX_NODES:
+            if self._count == MAX_NODES + 1:
+                self._problems.error(element.place, f"the tree has more than {MAX_NODES} nodes")
+            return None
+        uid = self._count
+        if element.name == "SubTree":
+            return self._subtree(element, chain, prefix, uid)
+        explicit = element.name in ("Action", "Condition", "Control", "Decorator")
+        name = (element.get("ID") or "") if explicit else element.name
+        if name not in self._registry:
+            return None  # verified before: it was reported
+        if not explicit and "ID" in element.attributes:
+            self._problems.error(
+                element.place_of("ID"),
+                f"<{name}> says already which node it is; it has no attribute 'ID'",
+            )
+        cls = self._registry.get(name)
+        label = self._label(element, name)
+        given = self._ports(element, cls, name)
+        scripts = self._scripts(element)
+        path = prefix + label + (f"::{uid}" if label == name else "")
+        rule = find_rule(self._rules, label, name, path) if self._rules else None
+        children = [
+            child
+            for child in (self._node(item, chain, prefix) for item in element.children)
+            if child is not None
+        ]
+        return self._make(element, cls, name, label, given, scripts, children, rule)
+
+    def _make(
+        self,
+        element: Element,
+        cls: type[Node],
+        name: str,
+        label: str,
+        given: dict[str, Any],
+        scripts: dict[str, str],
+        children: list[Behaviour],
+        rule: str | TestNodeConfig | None,
+    ) -> Behaviour | None:
+        node: Node
+        try:
+            if isinstance(rule, TestNodeConfig):
+                node = TestNode(label, config=rule, replaced=cls, orphans=tuple(children), **given)
+            else:
+                if rule is not None:
+                    cls = self._registry.get(rule)
+                if issubclass(cls, Parent):
+                    if cls.kind is NodeKind.DECORATOR and len(children) != 1:
+                        return None  # verified before: it was reported
+                    node = cls(label, *children, **given)
+                else:
+                    node = cls(label, **given)
+        except (BtManipError, TypeError) as error:
+            self._problems.error(element.place, f"{name}: {error}")
+            return None
+        node.registration = name
+        self._dress(node, element, scripts)
+        return node
+
+    def _dress(self, node: Node, element: Element, scripts: dict[str, str]) -> None:
+        node.conditions = scripts
+        if scripts:
+            node._node_guard = Guard(scripts)
+        node.attributes = {
+            key: attribute.value
+            for key, attribute in element.attributes.items()
+            if key not in RESERVED and not is_port_name(key)
+        }
+        self.places[id(node)] = element
+
+    def _label(self, element: Element, default: str) -> str:
+        label = element.get("name")
+        if label is None:
+            return default
+        if any((ord(c) < 32 and c not in "\t\n\r") or ord(c) == 127 for c in label):
+            self._problems.error(
+                element.place_of("name"), "the name of a node cannot contain control characters"
+            )
+        return label
+
+    def _ports(self, element: Element, cls: type[Node], name: str) -> dict[str, Any]:
+        given: dict[str, Any] = {}
+        for key, attribute in element.attributes.items():
+            if not is_port_name(key):
+                continue
+            port = cls.ports.get(key)
+            if port is None:
+                hint = did_you_mean(key, [*cls.ports, "name", *SCRIPTS])
+                self._problems.error(attribute.place, f"{name} has no port '{key}'{hint}")
+                continue
+            self._check_literal(port, attribute.value, attribute.value_place)
+            given[key] = attribute.value
+            if issubclass(cls, ScriptPort) and key == cls.script_port:
+                given[key] = self._dialect.script(attribute.value)
+        return given
+
+    def _check_literal(self, port: Port, text: str, place: Place) -> None:
+        if len(text) >= 3 and text[0] == "{" and text[-1] == "}":
+            return
+        type = port.type
+        if not type.strong or (type.is_enum and not self._strict):
+            return
+        if type.is_enum and text in self._registry.enums:
+            return
+        if type.parse is None:
+            self._problems.error(
+                place,
+                f"port '{port.name}' takes no text, only an entry as {{key}}: "
+                f"a {type.name} cannot be written as text",
+            )
+            return
+        try:
+            type.parse(text)
+        except Exception as error:  # a parser of a behaviour's own may raise anything
+            hint = ", or an entry as {key}"
+            self._problems.error(place, f"port '{port.name}': {error}; expected {type.name}{hint}")
+
+    def _scripts(self, element: Element) -> dict[str, str]:
+        scripts: dict[str, str] = {}
+        for key in SCRIPTS:
+            attribute = element.attributes.get(key)
+            if attribute is None:
+                continue
+            text = self._dialect.script(attribute.value)
+            try:
+                parse_script(text)
+            except ScriptError as error:
+                self._problems.error(attribute.value_place, f"{key}: {error}")
+            else:
+                scripts[key] = text
+        return scripts
+
+    def _subtree(
+        self, element: Element, chain: list[str], prefix: str, uid: int
+    ) -> Behaviour | None:
+        tree_id = element.get("ID")
+        if not tree_id:
+            return None
+        label = self._label(element, tree_id)
+        scripts = self._scripts(element)
+        named = "name" in element.attributes
+        path = prefix + label + ("" if named and label != tree_id else f"::{uid}")
+        rule = find_rule(self._rules, label, "SubTree", path) if self._rules else None
+        if rule is not None:
+            return self._replaced_subtree(element, label, scripts, rule)
+        remaps, autoremap = self._remaps(element, tree_id)
+        inner = prefix + label + ("" if named else f"::{uid}") + "/"
+        child = self._tree(tree_id, element.place_of("ID"), chain, inner)
+        if child is None:
+            return None
+        node = SubTree(
+            label if named else None, child, tree_id=tree_id, remap=remaps, autoremap=autoremap
+        )
+        self._dress(node, element, scripts)
+        return node
+
+    def _replaced_subtree(
+        self,
+        element: Element,
+        label: str,
+        scripts: dict[str, str],
+        rule: str | TestNodeConfig,
+    ) -> Behaviour | None:
+        try:
+            if isinstance(rule, TestNodeConfig):
+                node: Node = TestNode(label, config=rule)
+            else:
+                node = self._registry.get(rule)(label)
+        except (BtManipError, TypeError) as error:
+            self._problems.error(element.place, f"SubTree: {error}")
+            return None
+        node.registration = "SubTree"
+        self._dress(node, element, scripts)
+        return node
+
+    def _remaps(self, element: Element, tree_id: str) -> tuple[dict[str, str], bool]:
+        remaps = {
+            key: attribute.value
+            for key, attribute in element.attributes.items()
+            if is_port_name(key)
+        }
+        autoremap = False
+        text = element.get("_autoremap")
+        if text is not None:
+            try:
+                autoremap = parse_boolean(text)
+            except ValueError as error:
+                self._problems.error(element.place_of("_autoremap"), f"_autoremap: {error}")
+        model = self._document.models.get(tree_id)
+        if model is not None and not autoremap:
+            for name, default in model.ports.items():
+                if name in remaps:
+                    continue
+                if default is None:
+                    self._problems.error(
+                        element.place,
+                        f"the sub-tree '{tree_id}' needs the port '{name}', as its model says",
+                    )
+                else:
+                    remaps[name] = default
+        return remaps, autoremap

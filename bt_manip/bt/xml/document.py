@@ -1,0 +1,264 @@
+"""A tree document with all files that it includes."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from bt_manip.bt.nodes.node import RESERVED
+from bt_manip.bt.registry import FORBIDDEN
+from bt_manip.bt.xml.problem import Place, Problems
+from bt_manip.bt.xml.source import Element, Source, XmlError, decode, parse_source
+from bt_manip.exceptions import TreeError
+
+MAX_INCLUDES: Final = 1000
+
+
+@dataclass
+class SubTreeModel:
+    """What a ``TreeNodesModel`` says about a sub-tree.
+
+    Attributes:
+        ports: The default of each port; None where it must be given.
+    """
+
+    ports: dict[str, str | None] = field(default_factory=dict)
+
+
+@dataclass
+class Document:
+    """A tree document, its included files read.
+
+    Attributes:
+        source: The document as parsed.
+        path: The file, if it was one.
+        file: The name of the file in places of problems.
+        sources: All files by name, in the order in which they were met; this document's too.
+        trees: The ``<BehaviorTree>`` elements by ID; the last one of an ID counts.
+        models: What is said about sub-trees.
+        order: The names of the files in the order in which the engine looks at them.
+    """
+
+    source: Source
+    path: Path | None
+    file: str
+    sources: dict[str, Source] = field(default_factory=dict)
+    trees: dict[str, Element] = field(default_factory=dict)
+    models: dict[str, SubTreeModel] = field(default_factory=dict)
+    order: list[str] = field(default_factory=list)
+
+    @property
+    def root(self) -> Element:
+        """The root element."""
+        return self.source.root
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that the document consists of."""
+        return [Path(name) for name in self.sources if not name.startswith("<")]
+
+    def main_tree(self) -> str | None:
+        """Give the ID of the tree to run, or None if the document does not tell."""
+        declared = self.root.get("main_tree_to_execute")
+        if declared is not None:
+            return declared
+        own = [child for child in self.root.children if child.name == "BehaviorTree"]
+        if len(own) == 1 and own[0].get("ID"):
+            return own[0].get("ID")
+        return next(iter(self.trees)) if len(self.trees) == 1 else None
+
+
+def read_document(path: str | Path, problems: Problems) -> Document | None:
+    """Read a file and all files that it includes.
+
+    Args:
+        path: The file.
+        problems: Takes what is wrong.
+
+    Returns:
+        The document; None if not even its XML can be read.
+
+    Raises:
+        TreeError: If the file cannot be opened.
+    """
+    path = Path(path)
+    try:
+        text = decode(path.read_bytes(), str(path))
+    except OSError as error:
+        raise TreeError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except XmlError as error:
+        problems.error(error.place, error.reason)
+        return None
+    return _Reader(problems).document(text, str(path), path)
+
+
+def parse_document(
+    text: str, problems: Problems, *, file: str = "<text>", base: Path | None = None
+) -> Document | None:
+    """Read a document from a text; included files are looked for below `base`.
+
+    Args:
+        text: The document.
+        problems: Takes what is wrong.
+        file: What places call it.
+        base: The folder of relative includes; the current one if none is given.
+
+    Returns:
+        The document; None if it is no XML.
+    """
+    return _Reader(problems).document(text, file, None, base)
+
+
+class _Reader:
+    def __init__(self, problems: Problems) -> None:
+        self._problems = problems
+        self._auto_named = 0
+        self._included = 0
+
+    def document(
+        self, text: str, file: str, path: Path | None, base: Path | None = None
+    ) -> Document | None:
+        source = self._parse(text, file)
+        if source is None:
+            return None
+        document = Document(source, path, file)
+        folder = base or Path() if path is None else path.parent
+        chain = [] if path is None else [path.resolve()]
+        self._read(document, source, file, folder, chain)
+        return document
+
+    def _parse(self, text: str, file: str) -> Source | None:
+        try:
+            return parse_source(text, file)
+        except XmlError as error:
+            self._problems.error(error.place, error.reason)
+            return None
+
+    def _read(
+        self, document: Document, source: Source, file: str, folder: Path, chain: list[Path]
+    ) -> None:
+        document.sources[file] = source
+        for element in source.root.children:
+            if element.name == "include":
+                self._include(document, element, folder, chain)
+        if file not in document.order:
+            document.order.append(file)
+        self._models(document, source.root)
+        for element in source.root.children:
+            if element.name == "BehaviorTree":
+                self._tree(document, element)
+
+    def _include(
+        self, document: Document, element: Element, folder: Path, chain: list[Path]
+    ) -> None:
+        name = element.get("path")
+        if name is None:
+            self._problems.error(element.place, "<include> needs the attribute 'path'")
+            return
+        path = folder / name
+        if "ros_pkg" in element.attributes and not Path(name).is_absolute():
+            self._problems.error(
+                element.place_of("ros_pkg"),
+                "ros_pkg cannot be resolved without ROS; give a path relative to this file",
+            )
+            return
+        place = element.place_of("path")
+        try:
+            resolved = path.resolve()
+            if resolved in chain:
+                names = " -> ".join(link.name for link in [*chain, resolved])
+                self._problems.error(place, f"files include each other in a circle: {names}")
+                return
+            self._included += 1
+            if self._included > MAX_INCLUDES:
+                if self._included == MAX_INCLUDES + 1:
+                    self._problems.error(place, f"more than {MAX_INCLUDES} files are included")
+                return
+            known = document.sources.get(str(path))
+            if known is not None:  # its definitions count again, as in the engine
+                self._read(document, known, str(path), path.parent, [*chain, resolved])
+                return
+            text = decode(path.read_bytes(), str(path))
+        except XmlError as error:
+            self._problems.error(error.place, error.reason)
+            return
+        except (OSError, ValueError, RuntimeError) as error:
+            reason = getattr(error, "strerror", None) or error
+            self._problems.error(place, f"the included file '{path}' cannot be read: {reason}")
+            return
+        source = self._parse(text, str(path))
+        if source is not None:
+            self._read(document, source, str(path), path.parent, [*chain, resolved])
+
+    def _models(self, document: Document, root: Element) -> None:
+        for models in root.children:
+            if models.name == "TreeNodesModel":
+                for element in models.children:
+                    if element.name == "SubTree":
+                        self._model(document, element)
+
+    def _model(self, document: Document, element: Element) -> None:
+        tree_id = element.get("ID")
+        if tree_id is None:
+            self._problems.error(element.place, "the model of a SubTree needs the attribute 'ID'")
+            return
+        model = document.models.setdefault(tree_id, SubTreeModel())
+        for port in element.children:
+            if port.name in ("input_port", "output_port", "inout_port"):
+                name = port.get("name")
+                if name is None:
+                    self._problems.error(port.place, f"<{port.name}> needs the attribute 'name'")
+                    continue
+                problem = port_name_problem(name)
+                if problem is not None:
+                    self._problems.error(port.place_of("name"), f"the port name '{name}' {problem}")
+                model.ports[name] = port.get("default") or None
+
+    def _tree(self, document: Document, element: Element) -> None:
+        tree_id = element.get("ID")
+        if tree_id is None:
+            tree_id = f"BehaviorTree_{self._auto_named}"
+            self._auto_named += 1
+        known = document.trees.get(tree_id)
+        if known is not None and known is not element:
+            self._problems.warning(
+                element.place_of("ID"),
+                f"tree '{tree_id}' was defined before, at {known.place}; this definition counts",
+            )
+        document.trees[tree_id] = element
+
+
+def port_name_problem(name: str) -> str | None:
+    """Say what is wrong with the name of a port, or None if nothing is."""
+    if not name:
+        return "is empty"
+    if "0" <= name[0] <= "9":
+        return "starts with a digit"
+    for char in name:
+        if char in FORBIDDEN or ord(char) < 32 or ord(char) == 127:
+            return f"contains the character {char!r}, which is not allowed"
+    return "is reserved" if name in RESERVED else None
+
+
+def is_port_name(name: str) -> bool:
+    """Tell whether an attribute's name is that of a port, and not one for editors."""
+    first = name[:1]
+    return (
+        ("a" <= first <= "z" or "A" <= first <= "Z")
+        and name not in RESERVED
+        and port_name_problem(name) is None
+    )
+
+
+def place_in(element: Element, name: str) -> Place:
+    """Give the place of an attribute's value, or of the element."""
+    attribute = element.attributes.get(name)
+    return element.place if attribute is None else attribute.value_place
+
+
+def tree_elements(document: Document) -> Iterator[tuple[str, Element]]:
+    """Iterate over all ``<BehaviorTree>`` elements of all files, also those that do not count."""
+    for name in document.order:
+        for element in document.sources[name].root.children:
+            if element.name == "BehaviorTree":
+                yield name, element

@@ -1,0 +1,80 @@
+"""What is wrong with a tree document, and where."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+ERROR: Final = "error"
+WARNING: Final = "warning"
+
+
+class Place(NamedTuple):
+    """A place in a document.
+
+    Attributes:
+        file: The file as the user named it, or ``<text>``.
+        line: Its line, from 1.
+        column: Its column, from 1, in characters.
+    """
+
+    file: str
+    line: int
+    column: int
+
+    def __str__(self) -> str:
+        """Write the place as editors and compilers do."""
+        return f"{self.file}:{self.line}:{self.column}"
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One finding.
+
+    Attributes:
+        place: Where.
+        message: What is wrong, what was found, and what would have been right.
+        severity: ``error`` or ``warning``.
+    """
+
+    place: Place
+    message: str
+    severity: str = ERROR
+
+    @property
+    def is_error(self) -> bool:
+        """Whether the document cannot be used because of this."""
+        return self.severity == ERROR
+
+    def __str__(self) -> str:
+        """Write the finding on one line."""
+        return f"{self.place}: {self.severity}: {self.message}"
+
+
+class Problems:
+    """Collects findings, each of them once."""
+
+    def __init__(self) -> None:
+        """Start with none."""
+        self._found: dict[Problem, None] = {}
+
+    def error(self, place: Place, message: str) -> None:
+        """Add an error."""
+        self._found.setdefault(Problem(place, message))
+
+    def warning(self, place: Place, message: str) -> None:
+        """Add a warning."""
+        self._found.setdefault(Problem(place, message, WARNING))
+
+    @property
+    def errors(self) -> list[Problem]:
+        """The errors, in the order of the files and places."""
+        return [problem for problem in self if problem.is_error]
+
+    def __iter__(self) -> Iterator[Problem]:
+        """Iterate over all findings: file by file as first met, from top to bottom."""
+        files: dict[str, int] = {}
+        for problem in self._found:
+            files.setdefault(problem.place.file, len(files))
+        return iter(
+            sorted(self._found, key=lambda p: (files[p.place.file], p.place.line, p.place.column))
+        )

@@ -1,0 +1,327 @@
+"""Reading XML with the place of every tag and attribute.
+
+The parser keeps comments, order and places, and is as lenient as the engine's: ``&&`` and ``<`` may
+stand in attribute values as they are, since many trees are written so, and line breaks in values
+stay line breaks. It expands nothing but characters: documents with a document type, and so with
+entities of their own, are refused.
+"""
+
+import re
+from bisect import bisect_right
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Final
+
+from bt_manip.bt.xml.problem import Place
+from bt_manip.exceptions import TreeError
+
+MAX_CHARACTERS: Final = 16_000_000
+MAX_DEPTH: Final = 500
+
+_NAME: Final = r"[A-Za-z_:\u0080-\U0010ffff][A-Za-z0-9_:.\-\u0080-\U0010ffff]*"
+_ATTRIBUTE: Final = re.compile(
+    rf"\s*(?P<name>{_NAME})(?P<equals>\s*=\s*)?(?:\"(?P<double>[^\"]*)\"|'(?P<single>[^']*)')?"
+)
+_TAG_START: Final = re.compile(rf"<(?P<close>/?)(?P<name>{_NAME})")
+_TAG_END: Final = re.compile(r"\s*(?P<empty>/?)>")
+_REFERENCE: Final = re.compile(
+    r"&(?:#(?P<dec>[0-9]{1,7})|#x(?P<hex>[0-9a-fA-F]{1,6})|(?P<name>\w+));"
+)
+_ENTITIES: Final = {"lt": "<", "gt": ">", "amp": "&", "quot": '"', "apos": "'"}
+
+
+@dataclass
+class Attribute:
+    """An attribute of an element, with the places of its name and of its value's first character."""
+
+    name: str
+    value: str
+    place: Place
+    value_place: Place
+    well_formed: bool = True
+
+
+@dataclass
+class Comment:
+    """A comment; also a processing instruction, with ``<?`` and ``?>`` around it."""
+
+    text: str
+    place: Place
+    kind: str = "comment"
+
+
+@dataclass
+class Text:
+    """Text between tags; the tree language ignores it, and writing keeps it."""
+
+    text: str
+    place: Place
+
+
+@dataclass
+class Element:
+    """An element of a document."""
+
+    name: str
+    place: Place
+    attributes: dict[str, Attribute] = field(default_factory=dict)
+    content: "list[Element | Comment | Text]" = field(default_factory=list)
+
+    @property
+    def children(self) -> "list[Element]":
+        """The elements directly below."""
+        return [item for item in self.content if isinstance(item, Element)]
+
+    def get(self, name: str) -> str | None:
+        """Give the value of an attribute, or None."""
+        attribute = self.attributes.get(name)
+        return None if attribute is None else attribute.value
+
+    def place_of(self, name: str) -> Place:
+        """Give the place of an attribute, or of the element if it does not have it."""
+        attribute = self.attributes.get(name)
+        return self.place if attribute is None else attribute.place
+
+    def iterate(self) -> "Iterator[Element]":
+        """Iterate over this element and all elements below, from top to bottom."""
+        stack = [self]
+        while stack:
+            element = stack.pop()
+            yield element
+            stack.extend(reversed(element.children))
+
+
+@dataclass
+class Source:
+    """A parsed document: its root element, and what stands before and after it."""
+
+    root: Element
+    prologue: list[Comment | Text] = field(default_factory=list)
+    epilogue: list[Comment | Text] = field(default_factory=list)
+
+
+class XmlError(TreeError):
+    """A document that is no XML.
+
+    Attributes:
+        place: Where it ends to be XML.
+        reason: Why.
+    """
+
+    def __init__(self, place: Place, reason: str) -> None:
+        """Say where and why."""
+        super().__init__(f"{place}: error: {reason}")
+        self.place = place
+        self.reason = reason
+
+
+def decode(data: bytes, file: str) -> str:
+    """Decode the bytes of a document.
+
+    Args:
+        data: The bytes, in UTF-8.
+        file: The file's name, for errors.
+
+    Raises:
+        XmlError: If it is not UTF-8.
+    """
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = data[: error.start].decode("utf-8-sig", "replace")
+        line = before.count("\n") + 1
+        column = len(before) - before.rfind("\n")
+        place = Place(file, line, column)
+        raise XmlError(place, f"not UTF-8: {error.reason}") from None
+
+
+def parse_source(text: str, file: str = "<text>") -> Source:
+    """Parse a document.
+
+    Args:
+        text: The document.
+        file: The file's name, for places.
+
+    Returns:
+        The document as a tree of elements.
+
+    Raises:
+        XmlError: If it is no XML, or larger or deeper than a tree document is.
+    """
+    return _Parser(text.removeprefix("\ufeff"), file).parse()
+
+
+class _Parser:
+    def __init__(self, text: str, file: str) -> None:
+        self._text = text
+        self._file = file
+        self._lines = [0]
+        self._lines += [found.end() for found in re.finditer("\n", text)]
+
+    def _place(self, position: int) -> Place:
+        line = bisect_right(self._lines, position)
+        return Place(self._file, line, position - self._lines[line - 1] + 1)
+
+    def _error(self, position: int, reason: str) -> XmlError:
+        return XmlError(self._place(position), reason)
+
+    def parse(self) -> Source:
+        text = self._text
+        if len(text) > MAX_CHARACTERS:
+            raise self._error(0, f"the document has more than {MAX_CHARACTERS} characters")
+        if "\0" in text:
+            raise self._error(text.index("\0"), "a NUL character is no part of XML")
+        source = Source(Element("", self._place(0)))
+        stack: list[Element] = []
+        done = False
+        position = 0
+        length = len(text)
+        while position < length:
+            start = text.find("<", position)
+            end = length if start < 0 else start
+            if end > position:
+                self._add_text(source, stack, done, position, end)
+            if start < 0:
+                break
+            if text.startswith("<!--", start):
+                position = self._close(start, "-->", "the comment is not closed")
+                comment = Comment(text[start + 4 : position - 3], self._place(start))
+                self._add(source, stack, done, comment)
+            elif text.startswith("<![CDATA[", start):
+                if not stack:
+                    raise self._error(start, "text stands outside of the root element")
+                position = self._close(start, "]]>", "the CDATA section is not closed")
+                stack[-1].content.append(Text(text[start + 9 : position - 3], self._place(start)))
+            elif text.startswith("<!", start):
+                raise self._error(
+                    start, "document types and entities are not allowed in tree documents"
+                )
+            elif text.startswith("<?", start):
+                position = self._close(start, "?>", "the processing instruction is not closed")
+                self._add_instruction(source, stack, done, start, position)
+            else:
+                tag = _TAG_START.match(text, start)
+                if tag is None:
+                    raise self._error(start, "expected a tag; '<' starts one")
+                if tag["close"]:
+                    position = self._end_tag(tag["name"], stack, start, tag.end())
+                    done = not stack
+                else:
+                    if done:
+                        raise self._error(start, "a document has one root element; found another")
+                    element, position, empty = self._start_tag(tag["name"], start, tag.end())
+                    if stack:
+                        stack[-1].content.append(element)
+                    else:
+                        source.root = element
+                    if not empty:
+                        stack.append(element)
+                        if len(stack) > MAX_DEPTH:
+                            raise self._error(start, f"nested deeper than {MAX_DEPTH} levels")
+                    done = not stack
+        if stack:
+            raise XmlError(stack[-1].place, f"<{stack[-1].name}> is not closed")
+        if not source.root.name:
+            raise self._error(0, "the document is empty; expected <root>")
+        return source
+
+    def _close(self, start: int, mark: str, reason: str) -> int:
+        end = self._text.find(mark, start + 2)
+        if end < 0:
+            raise self._error(start, reason)
+        return end + len(mark)
+
+    def _add(self, source: Source, stack: list[Element], done: bool, item: Comment | Text) -> None:
+        if stack:
+            stack[-1].content.append(item)
+        else:
+            (source.epilogue if done else source.prologue).append(item)
+
+    def _add_text(
+        self, source: Source, stack: list[Element], done: bool, start: int, end: int
+    ) -> None:
+        piece = self._text[start:end]
+        if piece.isspace():
+            return
+        first = start + len(piece) - len(piece.lstrip())
+        if not stack:
+            raise self._error(first, "text stands outside of the root element")
+        stack[-1].content.append(Text(_unescape(piece)[0], self._place(first)))
+
+    def _add_instruction(
+        self, source: Source, stack: list[Element], done: bool, start: int, end: int
+    ) -> None:
+        instruction = Comment(self._text[start:end], self._place(start), "instruction")
+        only = all(
+            isinstance(item, Comment) and item.kind == "instruction" for item in source.prologue
+        )
+        if stack or done or not only:
+            raise self._error(start, "a processing instruction stands before all else, or nowhere")
+        source.prologue.append(instruction)
+
+    def _end_tag(self, name: str, stack: list[Element], start: int, position: int) -> int:
+        end = _TAG_END.match(self._text, position)
+        if end is None or end["empty"]:
+            raise self._error(start, f"</{name} is not closed by '>'")
+        if not stack:
+            raise self._error(start, f"</{name}> closes nothing")
+        opened = stack.pop()
+        if opened.name != name:
+            raise self._error(
+                start, f"expected </{opened.name}> (opened at line {opened.place.line}), "
+                f"found </{name}>"
+            )  # fmt: skip
+        return end.end()
+
+    def _start_tag(self, name: str, start: int, position: int) -> tuple[Element, int, bool]:
+        text = self._text
+        element = Element(name, self._place(start))
+        while True:
+            end = _TAG_END.match(text, position)
+            if end is not None:
+                return element, end.end(), bool(end["empty"])
+            found = _ATTRIBUTE.match(text, position)
+            if found is None:
+                where = position + len(text[position:]) - len(text[position:].lstrip())
+                if where >= len(text):
+                    raise self._error(start, f"<{name} is not closed by '>'")
+                raise self._error(
+                    where, f"expected an attribute or '>' in <{name}>, found '{text[where]}'"
+                )
+            key = found["name"]
+            where = found.start("name")
+            group = "double" if found["double"] is not None else "single"
+            raw = found[group]
+            if not found["equals"] or raw is None:
+                raise self._error(where, f"attribute '{key}' has no value in quotes")
+            if key in element.attributes:
+                raise self._error(where, f"attribute '{key}' stands twice in <{name}>")
+            value, well_formed = _unescape(raw)
+            element.attributes[key] = Attribute(
+                key, value, self._place(where), self._place(found.start(group)), well_formed
+            )
+            position = found.end()
+
+
+def _unescape(raw: str) -> tuple[str, bool]:
+    """Replace references to characters; tell whether the text was well-formed XML."""
+    well_formed = "<" not in raw
+    if "\r" in raw:
+        raw = raw.replace("\r\n", "\n").replace("\r", "\n")
+    if "&" not in raw:
+        return raw, well_formed
+    well_formed = well_formed and "&" not in _REFERENCE.sub("", raw)
+
+    def replace(found: re.Match[str]) -> str:
+        nonlocal well_formed
+        if found["name"]:
+            if found["name"] not in _ENTITIES:
+                well_formed = False
+            return _ENTITIES.get(found["name"], found[0])
+        code = int(found["dec"]) if found["dec"] else int(found["hex"], 16)
+        if code == 0 or code > 0x10FFFF or 0xD800 <= code < 0xE000:
+            well_formed = False
+            return found[0]
+        return chr(code)
+
+    return _REFERENCE.sub(replace, raw), well_formed
