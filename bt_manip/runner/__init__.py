@@ -1,1 +1,13 @@
 """The one loop: a tree, a cell, a clock."""
+
+from bt_manip.runner.observer import RunObserver as RunObserver
+from bt_manip.runner.prepare import prepare as prepare
+from bt_manip.runner.request import RunRequest as RunRequest
+from bt_manip.runner.run import Run as Run
+from bt_manip.runner.scene import Fixture as Fixture
+from bt_manip.runner.scene import Scene as Scene
+from bt_manip.runner.scene import table_and_basket as table_and_basket
+from bt_manip.runner.station import Station as Station
+from bt_manip.runner.station import build_station as build_station
+from bt_manip.runner.tree_source import TreeSource as TreeSource
+from bt_manip.runner.tree_source import find_tree as find_tree

@@ -6,11 +6,16 @@ from bt_manip.runner.python_tree import make_tree
 from bt_manip.runner.request import RunRequest
 from bt_manip.runner.run import Run
 from bt_manip.runner.station import Station, build_station
-from bt_manip.runner.xml_tree import read_tree
+from bt_manip.runner.xml_tree import Warn, load_document
 
 
-def prepare(request: RunRequest, parts: Parts) -> Run:
+def prepare(request: RunRequest, parts: Parts, warn: Warn = lambda message: None) -> Run:
     """Read the tree, build the station, and bring them together; nothing is simulated yet.
+
+    Args:
+        request: What to run, with what.
+        parts: The registered parts to choose from.
+        warn: Takes what is strange in the tree without being wrong.
 
     Raises:
         BtManipError: When anything that the user asked for is wrong.
@@ -20,7 +25,7 @@ def prepare(request: RunRequest, parts: Parts) -> Run:
         behaviours = BehaviourRegistry()
         for name in parts.behaviours.names():
             behaviours.register(parts.behaviours.get(name), name)
-        tree = read_tree(request.tree, behaviours, request.settings, clock)
+        tree = load_document(request.tree, behaviours, request.settings, clock, warn)
     else:
         tree = make_tree(request.tree, request.settings, clock)
     clock.station = build_station(
@@ -37,5 +42,3 @@ class _StationClock:
 
     def __call__(self) -> float:
         return 0.0 if self.station is None else self.station.cell.time
-
-

@@ -53,8 +53,8 @@ def find_tree(text: str, registered: Mapping[str, str]) -> TreeSource:
     source = _from_place(text, text)
     if source is not None:
         return source
-    if _MODULE_FUNCTION.fullmatch(text):
-        module, function = text.split(":")
+    module, _, function = text.partition(":")
+    if _MODULE_FUNCTION.fullmatch(text) and not module.endswith(".py"):
         return TreeSource(text, "python", module=module, function=function)
     raise BtManipError(_not_found(text, registered))
 

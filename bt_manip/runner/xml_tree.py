@@ -1,0 +1,75 @@
+"""Trees that a document describes, and the keys that it lets one set."""
+
+from collections.abc import Callable, Mapping
+
+from bt_manip.bt import BehaviourRegistry, Tree
+from bt_manip.bt.loading import read_tree
+from bt_manip.bt.port_types import STRING
+from bt_manip.exceptions import BlackboardError, BtManipError, TreeError, did_you_mean
+from bt_manip.runner.tree_source import TreeSource
+
+Clock = Callable[[], float]
+Warn = Callable[[str], None]
+
+
+def load_document(
+    source: TreeSource,
+    behaviours: BehaviourRegistry,
+    settings: Mapping[str, str],
+    clock: Clock,
+    warn: Warn,
+) -> Tree:
+    """Read a tree and give its keys their values.
+
+    What one may set is what the document's ``<TreeNodesModel>`` lists as input ports of the main
+    tree, as it would list them for a sub-tree: with a default, or without where it must be given.
+
+    Args:
+        source: Where the document is.
+        behaviours: The behaviours that it may name.
+        settings: Values for some of its keys, as text.
+        clock: The clock that the tree's waits count [s].
+        warn: Takes what is strange in the document without being wrong.
+
+    Raises:
+        BtManipError: When the document is wrong, or a setting does not fit it.
+    """
+    assert source.path is not None
+    reading = read_tree(source.path, behaviours, clock=clock, dialect="auto")
+    for warning in reading.warnings:
+        warn(str(warning))
+    if reading.tree is None or reading.errors:
+        raise TreeError("\n".join(map(str, reading.errors)), reading.errors)
+    _set_keys(source, reading.tree, settings)
+    return reading.tree
+
+
+def _set_keys(source: TreeSource, tree: Tree, settings: Mapping[str, str]) -> None:
+    assert tree.document is not None
+    model = tree.document.models.get(tree.tree_id)
+    keys = {} if model is None else model.ports
+    for key in settings:
+        if key not in keys:
+            raise BtManipError(
+                f"--set {key}: the tree '{source.name}' has no key '{key}'"
+                + did_you_mean(key, keys)
+            )
+    for key, default in keys.items():
+        text = settings.get(key, default)
+        if text is None:
+            raise BtManipError(
+                f"the tree '{source.name}' needs --set {key}=VALUE: it has no default"
+            )
+        _set(tree, key, text)
+
+
+def _set(tree: Tree, key: str, text: str) -> None:
+    """Write a value as the type that the ports which read it have declared."""
+    entry = tree.blackboard.entry(key)
+    if entry is None or not entry.declared.strong:
+        tree.blackboard.set_text(key, text)
+        return
+    try:
+        tree.blackboard.write(key, text, STRING)
+    except BlackboardError:
+        raise BtManipError(f"--set {key}: expected {entry.declared.name}, got '{text}'") from None
