@@ -1,5 +1,6 @@
 """Put a new object into the cell."""
 
+import contextlib
 import math
 from typing import Any
 
@@ -8,6 +9,7 @@ import numpy as np
 from bt_manip import spatial
 from bt_manip.bt import Input, Output, Status
 from bt_manip.cell import Cell, CellError
+from bt_manip.exceptions import PortError
 from bt_manip.registry import Registry
 
 from .arm_behaviour import CellBehaviour
@@ -27,10 +29,16 @@ class SpawnObject(CellBehaviour):
     object = Output(str, doc="Unique name that it got.")
 
     def setup(self, *, cell: Cell, rng: np.random.Generator, models: Registry, **_: Any) -> None:
-        """Keep the cell, its randomness and the known objects."""
+        """Keep the cell, its randomness and the known objects.
+
+        Raises:
+            UnknownPartError: When it is known already what to make, and nobody knows how.
+        """
         super().setup(cell=cell)
         self.rng = rng
         self.models = models
+        with contextlib.suppress(PortError):  # an entry that is only written later
+            models.get(self.model)
 
     def start(self) -> None:
         """Make the object and insert it."""

@@ -1,6 +1,7 @@
 """From a request to a run: everything that is wrong with it is found here."""
 
-from bt_manip.bt import BehaviourRegistry
+from bt_manip.bt import BehaviourRegistry, Tree
+from bt_manip.exceptions import BtManipError, NodeError
 from bt_manip.registry import Parts
 from bt_manip.runner.python_tree import make_tree
 from bt_manip.runner.request import RunRequest
@@ -31,8 +32,18 @@ def prepare(request: RunRequest, parts: Parts, warn: Warn = lambda message: None
     clock.station = build_station(
         parts, robot=request.robot, controller=request.controller, seed=request.seed
     )
-    tree.setup(**clock.station.infrastructure)
+    _setup(tree, clock.station)
     return Run(request, tree, clock.station)
+
+
+def _setup(tree: Tree, station: Station) -> None:
+    """Set the behaviours up; what a user did wrong is no fault of theirs."""
+    try:
+        tree.setup(**station.infrastructure)
+    except NodeError as error:
+        if isinstance(error.__cause__, BtManipError):
+            raise BtManipError(f"{error.path}: {error.__cause__}") from error
+        raise
 
 
 class _StationClock:

@@ -8,6 +8,7 @@ import pytest
 from bt_manip.behaviours import ObjectExists, RemoveObject, SpawnObject
 from bt_manip.behaviours.poses import yaw_of
 from bt_manip.bt import NodeStatus
+from bt_manip.exceptions import NodeError
 
 RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE
 
@@ -50,8 +51,15 @@ def test_where_objects_are_spawned_follows_the_stations_random_generator(station
     assert spawn() == spawn()
 
 
-def test_an_unknown_model_fails_with_the_nearest_name(trial):
-    assert trial(SpawnObject(model="cubs", object="{o}")).fails_with("'cubs'", "'cube'")
+def test_an_unknown_model_is_found_before_anything_runs(trial):
+    with pytest.raises(NodeError, match="unknown object 'cubs'; did you mean 'cube'"):
+        trial(SpawnObject(model="cubs", object="{o}"))
+
+
+def test_an_unknown_model_that_a_key_names_later_fails_with_the_nearest_name(trial):
+    spawning = trial(SpawnObject(model="{later}", object="{o}"))
+    spawning.tree.blackboard["later"] = "cubs"
+    assert spawning.fails_with("unknown object 'cubs'; did you mean 'cube'")
 
 
 def test_what_has_no_surface_bears_nothing(trial):
