@@ -51,14 +51,27 @@ class ComputedTorque(Controller):
         n = len(robot.description.arm_joints)
         gains = [per_joint(name, g, n) for name, g in (("kp", kp), ("kd", kd), ("ki", ki))]
         self.kp, self.kd, self.ki = gains
-        # One product of a matrix and a stacked vector costs what one sum of two vectors does.
-        self._gains = np.hstack([np.diag(gain) for gain in gains])  # (n, 3 n)
-        self._errors = np.zeros(3 * n)
-        self._e, self._edot, self._integral = self._errors.reshape(3, n)
+        # Products of a matrix and a stacked vector: NumPy takes as long for one as for one sum of
+        # two vectors, and this is done a thousand times a second.
+        self._stack = np.zeros(4 * n)
+        self._e, self._edot, self._integral, self._a_ref = self._stack.reshape(4, n)
+        self._product = np.zeros(2 * n)
+        self._a, self._next_integral = self._product.reshape(2, n)
         self._per_velocity = np.full(n, 1.0 / friction_velocity)
         self._velocities = np.zeros(2 * n)
-        self._v_now, self._direction = self._velocities.reshape(2, n)
-        self._a, self._term = np.zeros(n), np.zeros(n)
+        self._v, self._direction = self._velocities.reshape(2, n)
+        self._loss = np.zeros(n)
+
+    def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Bind to the compiled model, and lay out the gains for its time step."""
+        super().after_compile(physics, random_state)
+        one, none = np.eye(len(self.kp)), np.zeros((len(self.kp), len(self.kp)))
+        self._gains = np.block(
+            [
+                [np.diag(self.kp), np.diag(self.kd), np.diag(self.ki), one],  # the acceleration
+                [self._dt * one, none, one, none],  # the next integral
+            ]
+        )
 
     def _model_changed(self) -> None:
         model = self.model
@@ -71,27 +84,27 @@ class ComputedTorque(Controller):
         """Give the efforts that make the error die out [N m]."""  # (nv,)
         if self._model is None:
             _ = self.model  # made when needed, the robot being compiled by then
-        a, term, direction = self._a, self._term, self._direction
         np.subtract(q_ref, q, self._e)
         np.subtract(v_ref, v, self._edot)
-        self._gains.dot(self._errors, a)
-        np.add(a, a_ref, a)
-        tau = pin.rnea(self._pin, self._pin_data, q, v, a)
-        self._v_now[:] = v
+        self._a_ref[:] = a_ref
+        self._gains.dot(self._stack, self._product)
+        tau = pin.rnea(self._pin, self._pin_data, q, v, self._a)
+        direction, loss = self._direction, self._loss
+        self._v[:] = v
         np.multiply(v_ref, self._per_velocity, direction)
         np.tanh(direction, direction)
-        self._losses.dot(self._velocities, term)
-        np.add(tau, term, tau)
+        self._losses.dot(self._velocities, loss)
+        np.add(tau, loss, tau)
         return tau
 
     def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Command the efforts; integrate the error of the joints that no limit cuts."""
         super().before_substep(physics, random_state)
-        # Where a limit cuts, integrating would only wind up what must later unwind.
         if self._cut:
-            self._e[self.saturated] = 0.0
-        np.multiply(self._e, self._dt, self._term)
-        np.add(self._integral, self._term, self._integral)
+            # Where a limit cuts, integrating would only wind up what must later unwind.
+            np.copyto(self._integral, self._next_integral, where=~self.saturated)
+        else:
+            self._integral[:] = self._next_integral
 
     def reset(self) -> None:
         """Forget the integral."""

@@ -209,7 +209,9 @@ class GripperController(composer.Entity):
         self._u1, self._u2 = (int(a) for a in robot.gripper_ctrl_adr)
         dofs = [self._v1, self._v2]
         self._mass = float(model.dof_M0[dofs].mean())
-        self._damping = float(model.dof_damping[dofs].mean())
+        self._loss = float(model.dof_damping[dofs].mean())
+        self._stiffness = self._mass * _POLE * _POLE
+        self._damping = 2.0 * self._mass * _POLE
         self._contacts.bind(model, data)
 
     def initialize_episode(
@@ -228,7 +230,7 @@ class GripperController(composer.Entity):
         if self.state in (GRIPPING, RELEASING):
             f1, f2 = self._press(q1, q2, v1, v2)
         else:
-            f1, f2 = self._follow(q1, v1), self._follow(q2, v2)
+            f1, f2 = self._follow(q1, q2, v1, v2)
         self._ctrl[self._u1] = f1
         self._ctrl[self._u2] = f2
 
@@ -283,12 +285,16 @@ class GripperController(composer.Entity):
     def _travel(self, target: float | None) -> None:
         self._stroke = Stroke(self._motion, target, self._limits)
 
-    def _follow(self, q: float, v: float) -> float:
-        """Give the force that keeps a finger on the stroke [N]."""
-        s, v_ref, a_ref = self._motion
-        a = a_ref + _POLE * _POLE * (s - q) + 2.0 * _POLE * (v_ref - v)
-        force = self._mass * a + self._damping * v
-        return min(max(force, -_PUSH), _PUSH)
+    def _follow(self, q1: float, q2: float, v1: float, v2: float) -> tuple[float, float]:
+        """Give the forces that keep the fingers on the stroke [N]."""
+        s, v, a = self._motion
+        k, c = self._stiffness, self._damping
+        ahead = self._mass * a + c * v + k * s
+        f1 = ahead - k * q1 - (c - self._loss) * v1
+        f2 = ahead - k * q2 - (c - self._loss) * v2
+        if -_PUSH < f1 < _PUSH and -_PUSH < f2 < _PUSH:
+            return f1, f2
+        return min(max(f1, -_PUSH), _PUSH), min(max(f2, -_PUSH), _PUSH)
 
     def _look_for_contact(self) -> None:
         left, right = self._forces
@@ -314,8 +320,7 @@ class GripperController(composer.Entity):
 
     def _press(self, q1: float, q2: float, v1: float, v2: float) -> tuple[float, float]:
         """Give the closing forces, with a share that keeps the fingers in step [N]."""
-        m = self._mass
-        sync = m * _POLE * (_POLE * (q1 - q2 - self._offset) + 2.0 * (v1 - v2)) * 0.5
+        sync = 0.5 * (self._stiffness * (q1 - q2 - self._offset) + self._damping * (v1 - v2))
         most = _SYNC_SHARE * self._force + 0.2
         sync = min(max(sync, -most), most)
         f = -(self._force + self._trim)

@@ -1,0 +1,144 @@
+"""What a control step costs beside the physics, and what coming and going costs."""
+
+import statistics
+import time
+from collections.abc import Callable
+
+import mujoco
+import numpy as np
+from dm_control import composer, mjcf
+
+from bt_manip.cell import Basket, Cell, Cube, Table
+from bt_manip.cell.state import integration_state
+from bt_manip.control import ComputedTorque, GripperController
+from bt_manip.motion import Arm
+from bt_manip.robots import Robot, panda
+from bt_manip.spatial import pointing_down, pose
+
+BLOCK = 100  # steps
+DURATION = 2000  # steps
+
+
+class Recorder(composer.Entity):
+    """Keeps the state and the controls that each step of the physics begins with."""
+
+    def _build(self) -> None:
+        self._root = mjcf.RootElement(model="recorder")
+        self.states: list[np.ndarray] = []
+
+    @property
+    def mjcf_model(self) -> mjcf.RootElement:
+        """An empty model."""
+        return self._root
+
+    def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Keep them; the recorder is attached last, so controls are written by now."""
+        self.states.append(integration_state(physics.model.ptr, physics.data.ptr))
+
+
+def pick(recorder: Recorder | None = None) -> tuple[Cell, Callable[[int], None]]:
+    """Build a pick, and give what has to be done before its steps."""
+    robot = Robot(panda())
+    control, gripper = ComputedTorque(robot), GripperController(robot)
+    robot.attach(control)
+    robot.attach(gripper)
+    cell = Cell()
+    with cell.editing():
+        cell.add(Table())
+        cell.add(Basket(), pose((0.68, 0.0, 1.015), (0.5**0.5, 0, 0, 0.5**0.5)))
+        cell.add(robot, pose((-0.1, 0.0, 1.015)))
+        cell.add(Cube(), pose((0.3, 0.1, 1.04)))
+        if recorder is not None:
+            cell.add(recorder)
+    arm = Arm(robot)
+    control.reference = arm
+
+    def command(step: int) -> None:
+        if step == 0:
+            arm.move_to_pose(pointing_down((0.3, 0.1, 1.055)))
+        elif step == 900:
+            gripper.close()
+        elif step == 1250:
+            arm.move_to_pose(pointing_down((0.5, -0.1, 1.3)))
+
+    return cell, command
+
+
+def control_step() -> tuple[float, float]:
+    """Time a whole control step, and the physics alone from the same states; medians [s]."""
+    recorder = Recorder()
+    recorded, command = pick(recorder)
+    for i in range(DURATION):
+        command(i)
+        recorded.step()
+    model, data = recorded.model, mujoco.MjData(recorded.model)
+    cell, command = pick()
+    whole, alone = [], []
+    clock = time.perf_counter
+    for first in range(0, DURATION, BLOCK):
+        for i in range(first, first + BLOCK):
+            command(i)
+            start = clock()
+            cell.step()
+            cell.touch.judge()
+            whole.append(clock() - start)
+        for state in recorder.states[first : first + BLOCK]:
+            mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+            start = clock()
+            mujoco.mj_step(model, data)
+            alone.append(clock() - start)
+    return statistics.median(whole), statistics.median(alone)
+
+
+def insertion(present: int, times: int = 9) -> tuple[float, float, float]:
+    """Time insertion, removal, and PyMJCF's compile of the same scene; medians [s]."""
+    cell, _ = pick()
+    with cell.editing():
+        for i in range(present):
+            cell.add(Cube(), pose((2.0, 0.1 * i, 0.025)))
+    clock = time.perf_counter
+    added, removed, compiled = [], [], []
+    for _ in range(times):
+        cube = Cube()
+        start = clock()
+        name = cell.add(cube, pose((0.3, -0.2, 1.04)))
+        added.append(clock() - start)
+        start = clock()
+        mjcf.Physics.from_mjcf_model(cell.arena.mjcf_model)
+        compiled.append(clock() - start)
+        start = clock()
+        cell.remove(name)
+        removed.append(clock() - start)
+    return statistics.median(added), statistics.median(removed), statistics.median(compiled)
+
+
+def rows() -> list[tuple[str, str, str]]:
+    """Give the figures: what, how much, beside what."""
+    whole, alone = control_step()
+    table = [
+        (
+            "control step (reference, control, physics, contacts)",
+            f"{1e6 * whole:.1f} us",
+            f"{whole / alone:.2f} x mj_step, {1e6 * alone:.1f} us (at most 2.0)",
+        )
+    ]
+    for present in (1, 20):
+        added, removed, compiled = insertion(present - 1)
+        beside = f"x PyMJCF's compile, {1e3 * compiled:.1f} ms"
+        table += [
+            (f"insertion, {present} free objects present", f"{1e3 * added:.1f} ms",
+             f"{added / compiled:.2f} {beside}"),
+            (f"removal, {present} free objects present", f"{1e3 * removed:.1f} ms",
+             f"{removed / compiled:.2f} {beside}"),
+        ]  # fmt: skip
+    return table
+
+
+def main() -> None:
+    """Print the figures."""
+    for row in rows():
+        print(" | ".join(row))
+
+
+if __name__ == "__main__":
+    main()
