@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from rich import box
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from bt_manip.recording.report import CycleReport, RunReport
 
@@ -28,7 +29,8 @@ def _table(cycles: Sequence[CycleReport], *, lines: bool) -> Table:
     for title in ("cycle", "status", "object", "placed"):
         table.add_column(title, no_wrap=True)
     for title in ("time [s]", "grip [N]", "error [mrad]", "effort [%]"):
-        table.add_column(title, no_wrap=True, justify="right")
+        # Text, because in a string rich would take the unit in [ ] for a style.
+        table.add_column(Text(title), no_wrap=True, justify="right")
     for number, cycle in enumerate(cycles, 1):
         style = "" if cycle.status == "SUCCESS" else "red"
         table.add_row(

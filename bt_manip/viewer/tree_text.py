@@ -34,7 +34,7 @@ def tree_lines(root: Any, status_of: Any, *, ascii_only: bool = False) -> Iterat
         mark, style = MARKS.get(status, ("?", "dim"))
         if ascii_only:
             mark = PLAIN_MARKS.get(mark, mark)
-        line = Text("  " * depth)
+        line = Text("  " * depth, no_wrap=True, overflow="ellipsis")
         line.append(f"{mark} ", style=style)
         line.append(str(node.name), style=style if status != "SUCCESS" else "")
         kind = getattr(node, "registration", type(node).__name__)

@@ -1,0 +1,58 @@
+"""Pictures of a cell, drawn without a window."""
+
+import mujoco
+import numpy as np
+
+from bt_manip.cell import Cell
+from bt_manip.exceptions import BtManipError, did_you_mean
+
+
+class NoOpenGLError(BtManipError):
+    """There is no OpenGL to draw with."""
+
+
+def render(
+    cell: Cell, camera: str = "overview", *, width: int = 1280, height: int = 800
+) -> np.ndarray:
+    """Draw what a camera of the cell sees; the cell itself does not change.
+
+    Args:
+        cell: The cell.
+        camera: Full name of a camera in it.
+        width: Of the picture, up to 1920 in the project's own arena [pixels].
+        height: Of the picture, up to 1200 there [pixels].
+
+    Returns:
+        Red, green and blue from 0 to 255, the top row first.  # (height, width, 3)
+
+    Raises:
+        BtManipError: When there is no such camera, or the size cannot be drawn.
+        NoOpenGLError: When there is nothing to draw with.
+    """
+    model = cell.model
+    cameras = [model.camera(i).name for i in range(model.ncam)]
+    if camera not in cameras:
+        raise BtManipError(f"there is no camera '{camera}'{did_you_mean(camera, cameras)}")
+    most = (model.vis.global_.offwidth, model.vis.global_.offheight)
+    if not (0 < width <= most[0] and 0 < height <= most[1]):
+        raise BtManipError(
+            f"a picture of this cell has up to {most[0]} x {most[1]} pixels, got {width} x {height}"
+        )
+    # After a step, bodies are still where the step began: bring them up to date in a copy.
+    data = mujoco.MjData(model)
+    mujoco.mj_copyData(data, model, cell.data)
+    mujoco.mj_forward(model, data)
+    with _renderer(model, width, height) as renderer:
+        renderer.update_scene(data, camera)
+        return renderer.render()
+
+
+def _renderer(model: mujoco.MjModel, width: int, height: int) -> mujoco.Renderer:
+    try:
+        return mujoco.Renderer(model, height, width)
+    except Exception as error:  # each backend raises an error of its own
+        text = " ".join(str(error).split()) or type(error).__name__
+        raise NoOpenGLError(
+            f"nothing can be drawn here ({text}); without a display, set MUJOCO_GL=egl or "
+            "MUJOCO_GL=osmesa, whichever is installed"
+        ) from error

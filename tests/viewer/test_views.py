@@ -1,0 +1,119 @@
+"""Views show a run and leave the terminal as they found it."""
+
+import io
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+from bt_manip.bt import Action, Sequence, Status, Tree
+from bt_manip.runner.observer import RunObserver
+from bt_manip.runner.request import RunRequest
+from bt_manip.runner.tree_source import TreeSource
+from bt_manip.viewer.plain_view import PlainView
+from bt_manip.viewer.terminal_view import TerminalView
+
+HIDE, SHOW = "\x1b[?25l", "\x1b[?25h"
+
+
+class Step(Action):
+    """Run for a tick, then end as it is told."""
+
+    result = Status.SUCCESS
+
+    def initialise(self) -> None:
+        self.first = True
+
+    def update(self) -> Status:
+        first, self.first = self.first, False
+        self.feedback_message = "half way" if first else "all the way"
+        if first:
+            return Status.RUNNING
+        return self.result if self.result is Status.SUCCESS else self.fail("it slipped")
+
+
+class Slip(Step):
+    result = Status.FAILURE
+
+
+@pytest.fixture
+def watch():
+    """Run a tree without any cell under a view; give what is on the screen."""
+
+    def run(view_of: Any, *leaves: Step, terminal: bool, cycles: int = 1, width: int = 80) -> str:
+        out = io.StringIO()
+        console = Console(file=out, force_terminal=terminal, width=width, height=12)
+        view: RunObserver = view_of(console, cycles=cycles)
+        cell = SimpleNamespace(time=0.0)
+        tree = Tree(Sequence("all", list(leaves)), clock=lambda: cell.time)
+        request = RunRequest(TreeSource("task", "python"), cycles=cycles)
+        station = SimpleNamespace(cell=cell)
+        view.run_started(SimpleNamespace(request=request, tree=tree, station=station))
+        for cycle in range(cycles):
+            view.cycle_started(cycle)
+            status = Status.RUNNING
+            while status.name == "RUNNING":
+                status = tree.tick()
+                cell.time += 0.01
+                view.after_tick()
+            reason = tree.failure_reason() if status.name == "FAILURE" else ""
+            view.cycle_ended(status.name, reason)
+        view.run_ended()
+        assert tree.observers == []
+        return out.getvalue()
+
+    return run
+
+
+@pytest.fixture(autouse=True)
+def draw_every_tick(monkeypatch):
+    monkeypatch.setattr("bt_manip.viewer.terminal_view.REFRESH", 0.0)
+
+
+def test_the_terminal_shows_tree_cycle_phase_and_pace(watch):
+    shown = watch(TerminalView, Step("reach"), Step("grasp"), terminal=True, cycles=2)
+    for text in ("task", "cycle 2/2", "grasp", "half way", "real time", "▶", "✓"):
+        assert text in shown
+
+
+def test_the_cursor_is_shown_again(watch):
+    shown = watch(TerminalView, Step("reach"), terminal=True)
+    assert HIDE in shown
+    assert shown.rfind(SHOW) > shown.rfind(HIDE)
+
+
+def test_the_reason_of_a_failure_stays_on_the_screen(watch):
+    shown = watch(TerminalView, Slip("grasp"), terminal=True)
+    assert "cycle 1 failed" in shown
+    assert "it slipped" in shown
+
+
+def test_a_tree_higher_than_the_screen_is_shown_around_what_runs(watch):
+    leaves = [Step(f"leaf{i:02}") for i in range(40)]
+    shown = watch(TerminalView, *leaves, terminal=True)
+    pictures = [p for p in shown.split("cycle 1/1") if "leaf39" in p.splitlines()[0]]
+    assert pictures
+    for picture in pictures:
+        assert "Sequence" in picture and "leaf38" in picture and "leaf00" not in picture
+
+
+def test_without_a_terminal_each_phase_is_a_line(watch):
+    lines = watch(PlainView, Step("reach"), Slip("grasp"), terminal=False).splitlines()
+    assert [line.split()[2:4] for line in lines[:2]] == [
+        ["SUCCESS", "reach:"],
+        ["FAILURE", "grasp:"],
+    ]
+    assert lines[2].startswith("cycle 1/1: FAILURE after 0.03 s")
+    assert "it slipped" in lines[2]
+    assert "\x1b" not in "".join(lines)
+
+
+def test_with_many_cycles_each_cycle_is_a_line(watch):
+    lines = watch(PlainView, Step("reach"), terminal=False, cycles=3).splitlines()
+    assert [line.split(":")[0] for line in lines] == ["cycle 1/3", "cycle 2/3", "cycle 3/3"]
+
+
+def test_long_reasons_are_not_broken(watch):
+    lines = watch(PlainView, Slip("grasp " * 30), terminal=False, width=40).splitlines()
+    assert len(lines) == 2
