@@ -1,0 +1,131 @@
+"""What a run of pick_place costs: a control step beside the physics alone, and the whole."""
+
+import statistics
+import subprocess
+import sys
+import time
+from dataclasses import dataclass, field
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from bt_manip.cell.state import integration_state
+from bt_manip.plugins import load_plugins
+from bt_manip.recording.recorder import Recorder
+from bt_manip.runner import Run, RunObserver, RunRequest, find_tree, prepare
+
+CYCLES = 3
+BLOCK = 10  # ticks
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+
+
+@dataclass
+class Keeper(RunObserver):
+    """Keeps the states between all control steps, and the model that each belongs to."""
+
+    steps: list[tuple[mujoco.MjModel, np.ndarray]] = field(default_factory=list)
+
+    def run_started(self, run: Any) -> None:
+        """Look at the run's cell."""
+        self._cell = run.station.cell
+
+    def after_step(self) -> None:
+        """Keep the state, which has the controls of the step before it."""
+        self.steps.append((self._cell.model, integration_state(self._cell.model, self._cell.data)))
+
+
+class Timer(RunObserver):
+    """Times whole ticks, and between blocks of them the physics alone from the same states."""
+
+    def __init__(self, kept: Keeper) -> None:
+        """Replay what was kept of the same run."""
+        self._kept, self._done = kept.steps, 0
+        self._ticks = 0
+        self._model: mujoco.MjModel | None = None
+        self.whole: list[float] = []  # [s] a control step, its share of the tick included
+        self.alone: list[float] = []  # [s] a step of the physics
+        self.apart: list[float] = []  # [s] ticks in which something is inserted or planned
+
+    def run_started(self, run: Any) -> None:
+        """Note how many steps a tick has."""
+        self._steps = run.request.steps_per_tick
+        self._began = time.perf_counter()
+
+    def after_tick(self) -> None:
+        """Take the time of the tick and its steps; now and then replay."""
+        self.whole.append((time.perf_counter() - self._began) / self._steps)
+        self._ticks += 1
+        if self._ticks % BLOCK == 0:
+            self._replay(BLOCK * self._steps)
+        self._began = time.perf_counter()
+
+    def _replay(self, steps: int) -> None:
+        clock = time.perf_counter
+        for i in range(max(self._done, 1), self._done + steps):
+            (model, before), (same, after) = self._kept[i - 1], self._kept[i]
+            if model is not same:
+                continue
+            if model is not self._model:
+                self._model, self._data = model, mujoco.MjData(model)
+            mujoco.mj_setState(model, self._data, after, _STATE)
+            controls = self._data.ctrl.copy()
+            mujoco.mj_setState(model, self._data, before, _STATE)
+            self._data.ctrl[:] = controls
+            start = clock()
+            mujoco.mj_step(model, self._data)
+            self.alone.append(clock() - start)
+        self._done += steps
+
+
+def _prepare(cycles: int = CYCLES) -> Run:
+    parts = load_plugins().parts
+    tree = find_tree("pick_place", {name: parts.trees.get(name) for name in parts.trees})
+    return prepare(RunRequest(tree, cycles=cycles), parts)
+
+
+def control_step() -> tuple[float, float]:
+    """Time a control step with all that runs in it, and the physics alone; medians [s]."""
+    keeper = Keeper()
+    _prepare().execute([keeper])
+    timer = Timer(keeper)
+    _prepare().execute([Recorder("pick_place", 0), timer])
+    return statistics.median(timer.whole), statistics.median(timer.alone)
+
+
+def whole_run(cycles: int = 5) -> tuple[float, float]:
+    """Give the real-time factor of a run, start-up apart, and its mean cycle [s]."""
+    recorder = Recorder("pick_place", 0)
+    _prepare(cycles).execute([recorder])
+    report = recorder.report()
+    return report.real_time_factor, report.simulated_s / cycles
+
+
+def command(*arguments: str, runs: int = 5) -> float:
+    """Time a whole process; median [s]."""
+    times = []
+    for _ in range(runs):
+        start = time.perf_counter()
+        subprocess.run(
+            [sys.executable, "-m", "bt_manip", *arguments], check=True, capture_output=True
+        )
+        times.append(time.perf_counter() - start)
+    return statistics.median(times)
+
+
+def rows() -> list[tuple[str, str, str]]:
+    """Give the figures: what, how much, beside what."""
+    whole, alone = control_step()
+    factor, cycle = whole_run()
+    return [
+        (
+            "control step of pick_place (control, trajectory, contacts, recorder, tick)",
+            f"{1e6 * whole:.1f} us",
+            f"{whole / alone:.2f} x mj_step, {1e6 * alone:.1f} us (at most 2.0)",
+        ),
+        ("real-time factor of pick_place, all included", f"{factor:.1f}", "bare mj_step: 53"),
+        ("mean cycle", f"{cycle:.2f} s simulated", "at most 5 s"),
+        ("bt-manip --help", f"{command('--help'):.2f} s", ""),
+        ("bt-manip list", f"{command('list'):.2f} s", ""),
+        ("bt-manip run pick_place, a cycle", f"{command('run', 'pick_place'):.2f} s", ""),
+    ]
