@@ -1,5 +1,8 @@
 """The empty room that a cell is built in."""
 
+from collections.abc import Sequence
+
+import numpy as np
 from dm_control import composer, mjcf
 
 FLOOR = "floor"
@@ -33,47 +36,57 @@ class Arena(composer.Arena):
 
     @staticmethod
     def _build_looks(root: mjcf.RootElement) -> None:
-        root.statistic.center = (0.3, 0.0, 1.1)
-        root.statistic.extent = 1.6
+        # Shadows are cast within shadowclip * extent of the light's axis: a larger map is coarser,
+        # and gives dark specks on whatever is round.
+        root.statistic.set_attributes(center=(0.3, 0.0, 1.1), extent=1.6)
+        root.visual.map.set_attributes(znear=0.01, zfar=30, shadowclip=1.15, haze=0.4)
+        root.visual.quality.set_attributes(shadowsize=8192, offsamples=8)
+        root.visual.rgba.haze = (0.90, 0.92, 0.94, 1.0)
         root.visual.headlight.set_attributes(
-            ambient=(0.32, 0.32, 0.34), diffuse=(0.25, 0.25, 0.25), specular=(0.0, 0.0, 0.0)
+            ambient=(0.28, 0.28, 0.28), diffuse=(0.28, 0.28, 0.28), specular=(0.05, 0.05, 0.05)
         )
-        getattr(root.visual, "global").set_attributes(offwidth=1920, offheight=1080)
-        root.visual.quality.set_attributes(shadowsize=4096, offsamples=4)
-        root.visual.map.set_attributes(znear=0.01, zfar=30, shadowclip=2.0)
+        getattr(root.visual, "global").set_attributes(offwidth=1920, offheight=1200)
         root.asset.add(
             "texture", name="sky", type="skybox", builtin="gradient",
-            rgb1=(0.93, 0.95, 0.97), rgb2=(0.55, 0.64, 0.74), width=256, height=1536,
+            rgb1=(0.96, 0.97, 0.98), rgb2=(0.72, 0.78, 0.85), width=256, height=1536,
         )  # fmt: skip
         texture = root.asset.add(
             "texture", name="tiles", type="2d", builtin="checker", mark="edge",
-            rgb1=(0.70, 0.71, 0.72), rgb2=(0.66, 0.67, 0.68), markrgb=(0.60, 0.61, 0.62),
+            rgb1=(0.80, 0.81, 0.82), rgb2=(0.77, 0.78, 0.79), markrgb=(0.70, 0.71, 0.73),
             width=512, height=512,
         )  # fmt: skip
         material = root.asset.add(
             "material", name="floor", texture=texture, texrepeat=(1, 1), texuniform=True,
-            reflectance=0.0, specular=0.1, shininess=0.1,
+            reflectance=0.06, specular=0.1, shininess=0.1,
         )  # fmt: skip
         root.worldbody.add(
             "geom", name=FLOOR, type="plane", size=(8, 8, 0.1), material=material, friction=(1.0,)
         )
         root.worldbody.add(
-            "light", name="key", pos=(1.2, -1.4, 3.6), dir=(-0.35, 0.45, -1.0), directional=True,
-            diffuse=(0.55, 0.54, 0.52), specular=(0.15, 0.15, 0.15), castshadow=True,
+            "light", name="key", pos=(0.8, -0.55, 2.8), dir=(-0.36, 0.38, -1.0), directional=True,
+            diffuse=(0.62, 0.60, 0.57), specular=(0.25, 0.25, 0.25), castshadow=True,
         )  # fmt: skip
         root.worldbody.add(
             "light", name="fill", pos=(-1.5, 2.0, 3.0), dir=(0.4, -0.5, -1.0), directional=True,
-            diffuse=(0.22, 0.23, 0.26), specular=(0.0, 0.0, 0.0), castshadow=False,
+            diffuse=(0.20, 0.21, 0.24), specular=(0.0, 0.0, 0.0), castshadow=False,
         )  # fmt: skip
 
     @staticmethod
     def _build_cameras(root: mjcf.RootElement) -> None:
+        position = (1.44, -1.70, 1.86)
         root.worldbody.add(
-            "camera", name=OVERVIEW, pos=(1.75, -1.25, 2.05), fovy=42,
-            xyaxes=(0.655, 0.755, 0.0, -0.33, 0.286, 0.90),
+            "camera", name=OVERVIEW, pos=position, fovy=36,
+            xyaxes=_camera_axes(position, looking_at=(0.17, -0.07, 1.25)),
         )  # fmt: skip
 
     @property
     def timestep(self) -> float:
         """Step of the physics [s]."""
         return float(self.mjcf_model.option.timestep)
+
+
+def _camera_axes(position: Sequence[float], looking_at: Sequence[float]) -> tuple[float, ...]:
+    """Give the x and y axes of an upright camera, as MJCF's ``xyaxes``; it looks along -z."""
+    forward = np.subtract(looking_at, position)
+    right = np.cross(forward, (0.0, 0.0, 1.0))
+    return (*right, *np.cross(right, forward))

@@ -41,7 +41,7 @@ class TouchMonitor:
             labels: Names of the geoms.
             fingers: Body names of all fingers, as ``entity/body``.
         """
-        self._data = data
+        self._contact = data.contact  # follows the data; looked up once because it takes time
         self._label = labels.of_geom
         self._fingers = frozenset(fingers)
         self._robots = frozenset(map(entity_of, self._fingers))
@@ -49,7 +49,7 @@ class TouchMonitor:
 
     def judge(self) -> Touch:
         """Judge the contacts of the last step."""
-        key = self._data.contact.geom.tobytes()
+        key = self._contact.geom.tobytes()
         touch = self._seen.get(key)
         if touch is None:
             if len(self._seen) >= _MOST_REMEMBERED:
@@ -59,7 +59,7 @@ class TouchMonitor:
 
     def _judge(self) -> Touch:
         label = self._label
-        pairs = {(label[a], label[b]) for a, b in self._data.contact.geom.tolist()}
+        pairs = {(label[a], label[b]) for a, b in self._contact.geom.tolist()}
         unexpected = {
             (min(pair), max(pair)) for pair in pairs if any(self._forbidden(b) for b in pair)
         }

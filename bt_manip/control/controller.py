@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 from dm_control import composer, mjcf
 
+from bt_manip.control.exceptions import ControlError
 from bt_manip.control.reference import Hold, Reference
 from bt_manip.robots import Payload, Robot, RobotModel
 
@@ -84,6 +85,9 @@ class Controller(composer.Entity):
         """What the arm follows; until one is given, the configuration where it stood.
 
         A reference that has a ``payload`` says what the arm carries, too.
+
+        Raises:
+            ControlError: When a reference is set whose arrays are not those of this arm.
         """
         if self._reference is None:
             self._reference = Hold(self._robot.q)
@@ -91,6 +95,14 @@ class Controller(composer.Entity):
 
     @reference.setter
     def reference(self, reference: Reference | None) -> None:
+        if reference is not None:
+            for name in ("q", "v", "a"):
+                x = getattr(reference, name)
+                if x.shape != self._limit.shape or x.dtype != np.float64:
+                    raise ControlError(
+                        f"a reference's {name} is {len(self._limit)} numbers of type float64, "
+                        f"one a joint, got {x.dtype} {x.shape}"
+                    )
         self._reference = reference
         self._carries = hasattr(reference, "payload")
 

@@ -145,7 +145,8 @@ class GripperController(composer.Entity):
     @property
     def width(self) -> float:
         """Distance between the fingers [m]."""
-        return float(self._qpos[self._q1] + self._qpos[self._q2])
+        q1, q2 = self._positions()
+        return q1 + q2
 
     @property
     def finger_forces(self) -> tuple[float, float]:
@@ -203,11 +204,15 @@ class GripperController(composer.Entity):
         model, data = physics.model.ptr, physics.data.ptr
         robot = self._robot
         self._dt = float(model.opt.timestep)
-        self._qpos, self._qvel, self._ctrl = data.qpos, data.qvel, data.ctrl
-        self._q1, self._q2 = (int(a) for a in robot.gripper_qpos_adr)
-        self._v1, self._v2 = (int(a) for a in robot.gripper_dof_adr)
-        self._u1, self._u2 = (int(a) for a in robot.gripper_ctrl_adr)
-        dofs = [self._v1, self._v2]
+        first, second = (
+            (int(q), int(v), int(u))
+            for q, v, u in zip(
+                robot.gripper_qpos_adr, robot.gripper_dof_adr, robot.gripper_ctrl_adr, strict=True
+            )
+        )
+        # Together, because looking up attributes one by one takes longer than computing with them.
+        self._bound = (data.qpos.item, data.qvel.item, data.ctrl, first, second)
+        dofs = [first[1], second[1]]
         self._mass = float(model.dof_M0[dofs].mean())
         self._loss = float(model.dof_damping[dofs].mean())
         self._stiffness = self._mass * _POLE * _POLE
@@ -225,14 +230,15 @@ class GripperController(composer.Entity):
         """Command the fingers for the step that begins now."""
         if self.state == CLOSING:
             self._look_for_contact()
-        q1, q2 = self._qpos.item(self._q1), self._qpos.item(self._q2)
-        v1, v2 = self._qvel.item(self._v1), self._qvel.item(self._v2)
+        position, velocity, ctrl, first, second = self._bound
+        q1, q2 = position(first[0]), position(second[0])
+        v1, v2 = velocity(first[1]), velocity(second[1])
         if self.state in (GRIPPING, RELEASING):
             f1, f2 = self._press(q1, q2, v1, v2)
         else:
             f1, f2 = self._follow(q1, q2, v1, v2)
-        self._ctrl[self._u1] = f1
-        self._ctrl[self._u2] = f2
+        ctrl[first[2]] = f1
+        ctrl[second[2]] = f2
 
     def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Measure what the step did, and go on with the time."""
@@ -268,6 +274,10 @@ class GripperController(composer.Entity):
         self._forces = (0.0, 0.0)
         self._touched = _NOTHING
 
+    def _positions(self) -> tuple[float, float]:
+        position, _, _, first, second = self._bound
+        return position(first[0]), position(second[0])
+
     def _touch(self) -> Touched:
         """Name what each finger touched in the last step; looked up when somebody asks."""
         if self._touched is None:
@@ -302,7 +312,8 @@ class GripperController(composer.Entity):
             met = self.width < self._description.min_width + _MET
             self._force = _FIRST
             # The fingers keep their difference: centring what they grip would rub it on the table.
-            self._offset = float(self._qpos[self._q1] - self._qpos[self._q2])
+            q1, q2 = self._positions()
+            self._offset = q1 - q2
             self._begin_press(GRIPPING, _MET_FORCE if met else self._asked, _RAMP)
         elif (left > _TOUCHED or right > _TOUCHED) and not self._slowed:
             self._slowed = True
