@@ -48,12 +48,12 @@ class Arena(composer.Arena):
         getattr(root.visual, "global").set_attributes(offwidth=1920, offheight=1200)
         root.asset.add(
             "texture", name="sky", type="skybox", builtin="gradient",
-            rgb1=(0.96, 0.97, 0.98), rgb2=(0.72, 0.78, 0.85), width=256, height=1536,
+            rgb1=(0.96, 0.97, 0.98), rgb2=(0.72, 0.78, 0.85), width=128, height=768,
         )  # fmt: skip
         texture = root.asset.add(
             "texture", name="tiles", type="2d", builtin="checker", mark="edge",
             rgb1=(0.80, 0.81, 0.82), rgb2=(0.77, 0.78, 0.79), markrgb=(0.70, 0.71, 0.73),
-            width=512, height=512,
+            width=256, height=256,
         )  # fmt: skip
         material = root.asset.add(
             "material", name="floor", texture=texture, texrepeat=(1, 1), texuniform=True,
