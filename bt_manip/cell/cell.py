@@ -14,7 +14,7 @@ from bt_manip.cell.arena import Arena
 from bt_manip.cell.compiled import Compiled, Placement
 from bt_manip.cell.contacts import Contacts
 from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.naming import unique_name
+from bt_manip.cell.naming import name_elements, unique_name
 from bt_manip.cell.state import carry_state, integration_state, set_integration_state
 from bt_manip.cell.touch import TouchMonitor
 from bt_manip.exceptions import did_you_mean
@@ -313,6 +313,8 @@ class Cell:
     def _attach(self, name: str, placement: Placement) -> None:
         entity = placement.entity
         entity.mjcf_model.model = name
+        for part in entity.iter_entities():
+            name_elements(part.mjcf_model)
         attach = self.arena.add_free_entity if placement.free else self.arena.attach
         frame = attach(entity)
         self._placed[name] = placement

@@ -2,10 +2,12 @@
 
 from collections.abc import Container
 
+from dm_control import mjcf
+
 WORLD = "world"
 
 
-def unique_name(wanted: str, taken: Container[str]) -> str:
+def unique_name(wanted: str, taken: Container[str | None]) -> str:
     """Give ``wanted``, or the first of ``wanted_1``, ``wanted_2``, ... that is not taken."""
     if wanted not in taken:
         return wanted
@@ -13,6 +15,20 @@ def unique_name(wanted: str, taken: Container[str]) -> str:
     while f"{wanted}_{number}" in taken:
         number += 1
     return f"{wanted}_{number}"
+
+
+def name_elements(model: mjcf.RootElement) -> None:
+    """Name the geoms, joints and sites that have no name.
+
+    PyMJCF would number them at each compile, each by a search through the whole model: for a robot
+    with a hundred nameless geoms that is a third of the compile.
+    """
+    for namespace in ("body", "geom", "joint", "site"):
+        elements = model.find_all(namespace, exclude_attachments=True)
+        taken = {getattr(e, "name", None) for e in elements}
+        for number, element in enumerate(elements):
+            if getattr(element, "name", "") is None:
+                element.name = unique_name(f"{namespace}{number}", taken)
 
 
 def body_label(full_name: str) -> str:
