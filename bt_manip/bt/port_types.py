@@ -209,6 +209,8 @@ def cast(value: Any, source: PortType, target: PortType) -> Any:
             return _to_integer(value, target)
         if given == "real":
             if target is BOOL:
+                if value < 0:  # a truth value is unsigned to the engine
+                    raise ValueError(f"{value} is negative: neither true nor false")
                 return value != 0
             if value != value or value in (float("inf"), float("-inf")) or value != int(value):
                 raise ValueError(f"{value} is not an integer")

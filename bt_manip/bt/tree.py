@@ -42,7 +42,7 @@ class Tree:
         clock: Clock = time.monotonic,
         blackboard: Blackboard | None = None,
         enums: Mapping[str, int] | None = None,
-        tree_id: str = "",
+        tree_id: str | None = None,
         document: "Document | None" = None,
         report: Report | None = None,
     ) -> None:
@@ -61,7 +61,7 @@ class Tree:
             TreeError: If a behaviour stands in it twice, or two sub-trees have the same path.
         """
         self.root = root
-        self.tree_id = tree_id or root.name
+        self.tree_id = root.name if tree_id is None else tree_id
         self.document = document
         self._runtime = Runtime(clock)
         self._runtime.enums.update(enums or {})

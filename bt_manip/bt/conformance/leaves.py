@@ -55,7 +55,7 @@ class _Cursor(Logging):
         self._event(event, outcome=letter)
         if letter == "X":
             raise RuntimeError("scripted exception")
-        return _OUTCOMES[letter]
+        return _OUTCOMES[letter[:1]]
 
 
 class _Scripted(_Cursor, Action):

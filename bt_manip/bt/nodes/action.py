@@ -1,6 +1,6 @@
 """Leaves that act, and that may take more than one tick."""
 
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
 from bt_manip.bt.nodes.node import Node, NodeKind
 from bt_manip.bt.status import (
@@ -28,6 +28,14 @@ class Leaf(Node):
     """
 
     _node_ended = False
+    _node_starts: ClassVar[bool] = False
+    _node_ends: ClassVar[bool] = False
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        """Note which hooks the class has: calling empty ones would take half of a tick's time."""
+        super().__init_subclass__(**kwargs)
+        cls._node_starts = cls.initialise is not Leaf.initialise
+        cls._node_ends = cls.terminate is not Leaf.terminate
 
     def initialise(self) -> None:
         """Start the work; called when the node is ticked and was not running."""
@@ -57,10 +65,16 @@ class Leaf(Node):
         return _FAILURE
 
     def _start(self) -> NodeStatus:
-        self._node_ended = False
         self.feedback_message = ""
-        self.initialise()
-        return self._finish(_FAILURE if self._node_ended else self.update())
+        if self._node_starts:
+            self._node_ended = False
+            self.initialise()
+            if self._node_ended:
+                return self._finish(_FAILURE)
+        result = self.update()
+        if result is _SUCCESS and not self._node_ends:
+            return SUCCESS
+        return self._finish(result)
 
     def _finish(self, result: Status | NodeStatus) -> NodeStatus:
         if result is _RUNNING:
@@ -95,7 +109,11 @@ class Action(Leaf):
     def _tick(self) -> NodeStatus:
         status = self._node_status
         if status is IDLE:
-            return self._start()
+            if self._node_starts:
+                return self._start()
+            self.feedback_message = ""
+            result = self.update()
+            return SUCCESS if result is _SUCCESS and not self._node_ends else self._finish(result)
         if status is RUNNING:
             return self._finish(self.update())
         return status

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from bt_manip.bt.runtime import Observer, Runtime
 
 _INVALID: Final = Status.INVALID
+_SUCCESS: Final = Status.SUCCESS
 
 
 class NodeKind(StrEnum):
@@ -110,7 +111,7 @@ class Node(PortAccess, Behaviour):
         Raises:
             PortError: If there is no such port, or if a literal has the wrong type.
         """
-        Behaviour.__init__(self, name or self.registration or type(self).__name__)
+        Behaviour.__init__(self, self.registration if name is None else name)
         self.attributes: dict[str, str] = {}
         self.conditions: dict[str, str] = {}
         given: dict[str, Any] = {}
@@ -153,11 +154,14 @@ class Node(PortAccess, Behaviour):
             raise
         except Exception as error:
             raise self._error(error) from error
-        if state is SKIPPED:
+        if state is SUCCESS:
+            self._node_status = state
+            self.status = _SUCCESS
+        elif state is SKIPPED:
             self.status = _INVALID
+        elif state is IDLE:
+            raise self._error("a tick must not end in IDLE")
         else:
-            if state is IDLE:
-                raise self._error("a tick must not end in IDLE")
             self._node_status = state
             self.status = PY_STATUS[state]
         return state
@@ -237,7 +241,8 @@ class Node(PortAccess, Behaviour):
             return
         if self.parent is None or not _below_node(self):
             runtime.fire_timers()
-        runtime.visited = visited = []
+        visited: list[Behaviour] = []
+        runtime.visited = visited
         runtime.observers.append(_ignore)
         try:
             self.execute()

@@ -47,12 +47,17 @@ class Parent(Node):
 
     def _reset_children(self) -> None:
         """Halt the children that run, and set all to idle."""
+        watched = bool(self._node_observers)
         for link in self.links:
             status = link._node_status
-            if status is not IDLE:
-                if status is RUNNING:
-                    link.halt()
+            if status is RUNNING:
+                link.halt()
                 link._reset()
+            elif status is not IDLE:
+                if watched:
+                    link._reset()
+                else:
+                    link._node_status = IDLE
 
     def _halt_child(self, index: int) -> None:
         link = self.links[index]

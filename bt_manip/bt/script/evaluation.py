@@ -36,11 +36,9 @@ def is_true(value: Value) -> bool:
     """Tell whether the value of a condition is true.
 
     Raises:
-        ScriptError: If it is a text, an integer beside 0 and 1, or no number at all.
+        ScriptError: If it is a text, a negative number, or an integer beside 0 and 1.
     """
     content, type = value
-    if type is DOUBLE:
-        return bool(content != 0)
     if content is EMPTY:
         raise ScriptError("the value of the condition was never written")
     if type.family not in NUMBERS:

@@ -60,7 +60,7 @@ class Document:
     def main_tree(self) -> str | None:
         """Give the ID of the tree to run, or None if the document does not tell."""
         declared = self.root.get("main_tree_to_execute")
-        if declared is not None:
+        if declared:
             return declared
         own = [child for child in self.root.children if child.name == "BehaviorTree"]
         if len(own) == 1 and own[0].get("ID"):
