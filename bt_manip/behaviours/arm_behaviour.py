@@ -76,7 +76,7 @@ class MotionBehaviour(ArmBehaviour):
     `ARRIVED` of it; the controller gets `SETTLING` of simulated time for the rest.
     """
 
-    ARRIVED = 2e-3  # [rad]
+    ARRIVED = 5e-3  # [rad]; a controller without an integral leaves some friction uncompensated
     SETTLING = 0.5  # [s]
 
     _ended: float | None = None  # [s] when the reference came to rest

@@ -1,0 +1,192 @@
+"""The loop: cycles, ticks, control steps, observers, and every way in which it ends."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from bt_manip.bt import Action, AlwaysFailure, Sequence, Sleep, Status, Tree
+from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
+from bt_manip.runner.pacing import Pacing
+
+
+class Cell:
+    """A cell in which nothing happens but time."""
+
+    def __init__(self) -> None:
+        self.steps = 0
+        self.generation = 0
+
+    @property
+    def time(self) -> float:
+        return self.steps * 1e-3
+
+    def step(self) -> None:
+        self.steps += 1
+
+
+class Log(RunObserver):
+    """Writes down what it is told."""
+
+    def __init__(self) -> None:
+        self.calls = []
+
+    def run_started(self, run):
+        self.calls.append("run_started")
+
+    def model_changed(self):
+        self.calls.append("model_changed")
+
+    def cycle_started(self, cycle):
+        self.calls.append(f"cycle_started {cycle}")
+
+    def after_step(self):
+        self.calls.append("step")
+
+    def after_tick(self):
+        self.calls.append("after_tick")
+
+    def cycle_ended(self, status, reason):
+        self.calls.append(f"cycle_ended {status} {reason}".rstrip())
+
+    def run_ended(self):
+        self.calls.append("run_ended")
+
+
+def make(root, cycles=1, tick=0.002) -> Run:
+    cell = Cell()
+    tree = Tree(root, clock=lambda: cell.time)
+    request = RunRequest(TreeSource("x", "python"), cycles=cycles, tick=tick)
+    return Run(request, tree, SimpleNamespace(cell=cell))
+
+
+def test_observers_are_told_everything_in_order():
+    log = Log()
+    make(Sleep("rest", msec=3)).execute([log])
+    assert log.calls == [
+        "run_started", "model_changed", "cycle_started 0",
+        "step", "step", "after_tick", "step", "step", "after_tick", "step", "step", "after_tick",
+        "cycle_ended SUCCESS", "run_ended",
+    ]  # fmt: skip
+
+
+def test_a_failed_cycle_is_told_with_its_reason_and_the_next_one_follows():
+    log = Log()
+    make(Sequence("root", AlwaysFailure("never")), cycles=2).execute([log])
+    ended = [call for call in log.calls if call.startswith("cycle_ended")]
+    assert len(ended) == 2 and all(call.startswith("cycle_ended FAILURE never:") for call in ended)
+
+
+def test_a_root_that_is_skipped_has_not_succeeded():
+    log = Log()
+    make(Sleep("rest", msec=3, skip_if="true")).execute([log])
+    assert "cycle_ended FAILURE rest: the root was skipped, nothing was done" in log.calls
+
+
+def test_sleeping_counts_simulated_time():
+    run = make(Sleep("rest", msec=100), tick=0.010)
+    run.execute()
+    assert run.station.cell.time == pytest.approx(0.11)
+
+
+def test_without_an_end_it_goes_on_until_it_is_stopped():
+    asked, log = [], Log()
+
+    def stop() -> bool:
+        asked.append(True)
+        return len(asked) > 50
+
+    make(AlwaysFailure(), cycles=0).execute([log], stop=stop)
+    assert len([c for c in log.calls if c.startswith("cycle_started")]) == 51
+    assert log.calls[-1] == "run_ended"
+
+
+def test_stopping_halts_what_runs():
+    class Work(Action):
+        halted = False
+
+        def update(self):
+            return Status.RUNNING
+
+        def terminate(self, new_status):
+            self.halted = new_status is Status.INVALID
+
+    work = Work()
+    ticks = iter([False, False, True])
+    make(Sequence(work)).execute(stop=lambda: next(ticks))
+    assert work.halted
+
+
+def test_when_something_raises_everyone_is_told_that_the_run_has_ended():
+    class Broken(Log):
+        def after_tick(self):
+            raise ZeroDivisionError
+
+        def run_ended(self):
+            raise KeyError
+
+    log = Log()
+    with pytest.raises(KeyError):
+        make(AlwaysFailure()).execute([log, Broken()])
+    assert log.calls[-1] == "run_ended" and "cycle_ended" not in " ".join(log.calls)
+
+
+def test_who_does_not_look_at_steps_is_not_called_for_them():
+    class Lazy(RunObserver):
+        pass
+
+    run = make(AlwaysFailure())
+    run.execute([Lazy()])
+    assert run.station.cell.steps == 2
+
+
+def test_observers_hear_of_a_changed_model_before_the_next_step():
+    class Change(Action):
+        def setup(self, *, cell, **_):
+            self.cell = cell
+
+        def update(self):
+            self.cell.generation += 1
+            return Status.SUCCESS
+
+    log, run = Log(), make(Change())
+    run.tree.setup(cell=run.station.cell)
+    run.execute([log])
+    assert log.calls[2:5] == ["cycle_started 0", "model_changed", "step"]
+
+
+@pytest.fixture
+def wall(monkeypatch):
+    """A wall clock that only sleeping moves."""
+    clock = SimpleNamespace(now=100.0, slept=[])
+
+    def sleep(duration: float) -> None:
+        clock.slept.append(duration)
+        clock.now += duration
+
+    monkeypatch.setattr("bt_manip.runner.pacing.time.perf_counter", lambda: clock.now)
+    monkeypatch.setattr("bt_manip.runner.pacing.time.sleep", sleep)
+    return clock
+
+
+def test_real_time_waits_for_the_wall_clock(wall):
+    pacing = Pacing(2.0)
+    pacing.start(0.0)
+    pacing.wait(0.5)
+    pacing.wait(1.0)
+    assert wall.slept == pytest.approx([0.25, 0.25])
+
+
+def test_without_a_factor_nothing_waits(wall):
+    pacing = Pacing(None)
+    pacing.start(0.0)
+    pacing.wait(10.0)
+    assert wall.slept == []
+
+
+def test_a_run_that_was_late_does_not_hurry_afterwards(wall):
+    pacing = Pacing(1.0)
+    pacing.start(0.0)
+    wall.now += 5.0
+    pacing.wait(1.0)
+    pacing.wait(1.5)
+    assert wall.slept == pytest.approx([0.5])
