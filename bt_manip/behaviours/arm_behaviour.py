@@ -1,6 +1,6 @@
 """What behaviours that use the arm have in common."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pinocchio as pin
@@ -15,11 +15,13 @@ from bt_manip.registry import UnknownPartError
 class CellBehaviour(Action):
     """A behaviour that looks at the cell, and knows for how long it has been at it."""
 
+    memory: ClassVar[tuple[str, ...]] = ("_started",)
+
     _started = 0.0  # [s] simulated
 
-    def setup(self, *, cell: Cell, **_: Any) -> None:
+    def setup(self, **infrastructure: Any) -> None:
         """Keep the cell."""
-        self.cell = cell
+        self.cell: Cell = infrastructure["cell"]
 
     def initialise(self) -> None:
         """Begin, or fail with the reason why it cannot be done."""
@@ -44,24 +46,15 @@ class CellBehaviour(Action):
         """Simulated time since the behaviour began [s]."""
         return self.cell.time - self._started
 
-    def get_state(self) -> dict[str, Any]:
-        """Give when the behaviour began."""
-        return {**super().get_state(), "started": self._started}
-
-    def set_state(self, state: dict[str, Any]) -> None:
-        """Take back when the behaviour began."""
-        super().set_state(state)
-        self._started = state["started"]
-
 
 class ArmBehaviour(CellBehaviour):
     """A behaviour that uses the arm and its gripper."""
 
-    def setup(self, *, cell: Cell, arm: Arm, gripper: GripperController, **_: Any) -> None:
+    def setup(self, **infrastructure: Any) -> None:
         """Keep the cell, the arm and its gripper."""
-        super().setup(cell=cell)
-        self.arm = arm
-        self.gripper = gripper
+        super().setup(**infrastructure)
+        self.arm: Arm = infrastructure["arm"]
+        self.gripper: GripperController = infrastructure["gripper"]
 
     @property
     def T_wt(self) -> pin.SE3:
@@ -78,6 +71,8 @@ class MotionBehaviour(ArmBehaviour):
 
     ARRIVED = 5e-3  # [rad]; a controller without an integral leaves some friction uncompensated
     SETTLING = 0.5  # [s]
+
+    memory: ClassVar[tuple[str, ...]] = (*ArmBehaviour.memory, "_ended")
 
     _ended: float | None = None  # [s] when the reference came to rest
 
@@ -112,12 +107,3 @@ class MotionBehaviour(ArmBehaviour):
         """Brake when halted in the middle."""
         if new_status == Status.INVALID and self.arm.moving:
             self.arm.stop()
-
-    def get_state(self) -> dict[str, Any]:
-        """Give what a running motion remembers."""
-        return {**super().get_state(), "ended": self._ended}
-
-    def set_state(self, state: dict[str, Any]) -> None:
-        """Take back what a running motion remembers."""
-        super().set_state(state)
-        self._ended = state["ended"]

@@ -1,7 +1,5 @@
 """Drop what the gripper holds into a container."""
 
-from typing import Any
-
 import numpy as np
 
 from bt_manip.bt import Input, Status
@@ -17,6 +15,8 @@ class Drop(MotionBehaviour):
     height = Input(float, default=0.25, doc="Height of the tool over the container's origin [m].")
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
     patience = Input(float, default=2.0, doc="Longest simulated time for the fingers to open [s].")
+
+    memory = (*MotionBehaviour.memory, "_opening")
 
     _opening: float | None = None  # [s] when the fingers began to open
 
@@ -45,12 +45,3 @@ class Drop(MotionBehaviour):
         super().terminate(new_status)
         if new_status == Status.INVALID:
             self.gripper.stop()
-
-    def get_state(self) -> dict[str, Any]:
-        """Give whether the fingers are opening, and since when."""
-        return {**super().get_state(), "opening": self._opening}
-
-    def set_state(self, state: dict[str, Any]) -> None:
-        """Take back whether the fingers are opening, and since when."""
-        super().set_state(state)
-        self._opening = state["opening"]

@@ -18,9 +18,9 @@ class IsAt(Condition):
     position_tolerance = Input(float, default=1e-3, doc="Largest distance [m].")
     rotation_tolerance = Input(float, default=1e-2, doc="Largest angle [rad].")
 
-    def setup(self, *, arm: Arm, **_: Any) -> None:
+    def setup(self, **infrastructure: Any) -> None:
         """Keep the arm."""
-        self.arm = arm
+        self.arm: Arm = infrastructure["arm"]
 
     def update(self) -> Status:
         """Compare the measured tool pose with the asked one."""

@@ -11,9 +11,9 @@ class IsHolding(Condition):
 
     object = Input(str, doc="Name of the object.")
 
-    def setup(self, *, gripper: GripperController, **_: Any) -> None:
+    def setup(self, **infrastructure: Any) -> None:
         """Keep the gripper."""
-        self.gripper = gripper
+        self.gripper: GripperController = infrastructure["gripper"]
 
     def update(self) -> Status:
         """Look at what touches both fingers."""

@@ -11,9 +11,9 @@ class ObjectExists(Condition):
 
     object = Input(str, doc="Name of the object.")
 
-    def setup(self, *, cell: Cell, **_: Any) -> None:
+    def setup(self, **infrastructure: Any) -> None:
         """Keep the cell."""
-        self.cell = cell
+        self.cell: Cell = infrastructure["cell"]
 
     def update(self) -> Status:
         """Look the name up."""

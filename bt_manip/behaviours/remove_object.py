@@ -1,7 +1,5 @@
 """Take an object out of the cell."""
 
-from typing import Any
-
 import numpy as np
 
 from bt_manip.bt import Input, Status
@@ -12,11 +10,13 @@ from .arm_behaviour import CellBehaviour
 class RemoveObject(CellBehaviour):
     """Wait until an object rests, then take it out of the cell."""
 
-    STILL = 5e-3  # [m/s], and [rad/s] times the object's size
+    STILL = 5e-3  # [m/s]
     RESTING = 0.05  # [s] for which it has to be still
 
     object = Input(str, doc="Name of the object.")
     patience = Input(float, default=2.0, doc="Longest simulated time to wait for its rest [s].")
+
+    memory = (*CellBehaviour.memory, "_still_since")
 
     _still_since: float | None = None
 
@@ -33,8 +33,7 @@ class RemoveObject(CellBehaviour):
             self._still_since = None
         elif self._still_since is None:
             self._still_since = self.cell.time
-        rested = self._still_since is not None
-        if rested and self.cell.time - self._still_since >= self.RESTING:
+        if self._still_since is not None and self.cell.time - self._still_since >= self.RESTING:
             self.cell.remove(name)
             self.feedback_message = f"'{name}' removed"
             return Status.SUCCESS
@@ -44,12 +43,3 @@ class RemoveObject(CellBehaviour):
             )
         self.feedback_message = f"'{name}' moves at {1000 * speed:.0f} mm/s"
         return Status.RUNNING
-
-    def get_state(self) -> dict[str, Any]:
-        """Give since when the object has been still."""
-        return {**super().get_state(), "still_since": self._still_since}
-
-    def set_state(self, state: dict[str, Any]) -> None:
-        """Take back since when the object has been still."""
-        super().set_state(state)
-        self._still_since = state["still_since"]

@@ -8,7 +8,7 @@ import numpy as np
 
 from bt_manip import spatial
 from bt_manip.bt import Input, Output, Status
-from bt_manip.cell import Cell, CellError
+from bt_manip.cell import CellError
 from bt_manip.exceptions import PortError
 from bt_manip.registry import Registry
 
@@ -28,17 +28,17 @@ class SpawnObject(CellBehaviour):
     name_hint = Input(str, default="", doc="Name to give it; by default that of the model.")
     object = Output(str, doc="Unique name that it got.")
 
-    def setup(self, *, cell: Cell, rng: np.random.Generator, models: Registry, **_: Any) -> None:
+    def setup(self, **infrastructure: Any) -> None:
         """Keep the cell, its randomness and the known objects.
 
         Raises:
             UnknownPartError: When it is known already what to make, and nobody knows how.
         """
-        super().setup(cell=cell)
-        self.rng = rng
-        self.models = models
+        super().setup(**infrastructure)
+        self.rng: np.random.Generator = infrastructure["rng"]
+        self.models: Registry[Any] = infrastructure["models"]
         with contextlib.suppress(PortError):  # an entry that is only written later
-            models.get(self.model)
+            self.models.get(self.model)
 
     def start(self) -> None:
         """Make the object and insert it."""

@@ -7,17 +7,18 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.runner import Fixture, Scene, build_station
 
 
+AT_THE_ORIGIN = spatial.pose((0.0, 0.0, 0.0))
+MISSPELT = Scene(AT_THE_ORIGIN, (Fixture("tabel", "table", AT_THE_ORIGIN),))
+
+
 @pytest.mark.parametrize(
     ("choice", "message"),
     [
         ({"robot": "pando"}, "unknown robot 'pando'; did you mean 'panda'"),
         ({"controller": "computed_torqe"}, "did you mean 'computed_torque'"),
-        (
-            {"scene": Scene(spatial.pose((0, 0, 0)), (Fixture("tabel", "t", spatial.pose((0, 0, 0))),))},
-            "unknown object 'tabel'; did you mean 'table'",
-        ),
+        ({"scene": MISSPELT}, "unknown object 'tabel'; did you mean 'table'"),
     ],
-)  # fmt: skip
+)
 def test_names_that_nothing_is_registered_under_are_refused(parts, choice, message):
     with pytest.raises(BtManipError, match=message):
         build_station(parts, **choice)
