@@ -13,7 +13,7 @@ from .braking import brake
 from .driving import drive, drive_straight
 from .effort import within_effort
 from .errors import MotionError
-from .ik_result import IKResult
+from .goal_choice import choose_configuration
 from .inverse_kinematics import InverseKinematics
 from .jerk_profile import joint_profiles
 from .limit_check import limit_use, step_times
@@ -146,14 +146,13 @@ class Arm:
             speed: As for `move_to_configuration`.
             margin: How far from the joint limits to stay where that is possible [rad].
             approach: How far the tool shall be able to go on from there, straight along its z
-                axis [m]; where no configuration allows that, the nearest one is taken.
+                axis [m], where a configuration allows that.
 
         Raises:
             MotionError: When no pose can be reached, or the motion asks too much effort.
         """
         speed = _check_speed(speed)
-        found = self._with_approach(T_wt, margin, approach) if approach else None
-        found = found or self.ik.nearest(T_wt, self._q, margin=margin)
+        found = choose_configuration(self.ik, T_wt, self._q, margin=margin, approach=approach)
         if not found.solved:
             raise MotionError(
                 f"the pose is unreachable: {found.reason}; nearest found is "
@@ -210,20 +209,6 @@ class Arm:
             self._trajectory = None
 
     # Planning
-
-    def _with_approach(
-        self, T_wt: pin.SE3 | Sequence[pin.SE3], margin: float, approach: float
-    ) -> IKResult | None:
-        """Find the nearest solution from which the tool can go straight on."""
-        for found in self.ik.solutions(T_wt, self._q, margin=margin):
-            T = self.model.pose(found.q)
-            line = ToolLine(T, T * pin.SE3(np.eye(3), np.array([0.0, 0.0, approach])))
-            try:
-                line_path(self.ik, found.q, line)
-            except MotionError:
-                continue
-            return found
-        return None
 
     def _to_configuration(self, target: np.ndarray, speed: float) -> Trajectory | None:
         if self._trajectory is None:

@@ -15,6 +15,7 @@ from .reach import Reach
 
 STORED = 2000  # configurations to restart from
 PATIENCE = 15  # steps without progress, where there is no restart
+_EVASION = 3  # odd power of the place between the limits, -1 to 1
 PULLS = 12  # steps along the self-motion towards the start
 
 
@@ -56,6 +57,7 @@ class InverseKinematics:
         self._inverse_speed = 1.0 / limits.velocity
         rng = np.random.default_rng(seed)
         lower, upper = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
+        self._middle, self._half = 0.5 * (lower + upper), 0.5 * (upper - lower)
         self._stored = rng.uniform(lower, upper, (max(STORED, restarts), model.nq))
         self._reach = Reach(self.model, self._stored)
         poses = [self.model.pose(q) for q in self._stored]
@@ -133,6 +135,18 @@ class InverseKinematics:
             else:
                 reason = "out of reach, or singular"
         return self._result(found, iterations=found.iterations, reason=reason)
+
+    def away_from_limits(self, q: np.ndarray) -> np.ndarray:
+        """Give a self-motion away from the joint limits: no tool motion, zero amid the limits.
+
+        To be followed per length of travel [rad/m].
+        """  # (nq,)
+        if self.model.nq <= 6:
+            return np.zeros(self.model.nq)
+        model, data = self.model.model, self.model.data
+        wish = -(((q - self._middle) / self._half) ** _EVASION)
+        jacobian = pin.computeFrameJacobian(model, data, q, self.model.tool_frame_id, pin.LOCAL)
+        return wish - damped_step(jacobian, jacobian.dot(wish), 1e-4)
 
     def solutions(
         self,

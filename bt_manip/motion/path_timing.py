@@ -13,7 +13,7 @@ from bt_manip.robots import RobotModel
 
 from .bounds import Bounds
 from .errors import MotionError
-from .jerk_profile import JerkProfile
+from .jerk_profile import JerkProfile, reach_profile
 from .paths import Path
 
 GRID = 120
@@ -21,6 +21,7 @@ NODE = 6e-3  # [s] acceleration is linear between nodes, and averaged over two o
 MOST_NODES = 250
 MARGIN = 0.99  # of the limits, for what smoothing shifts
 _TINY = 1e-9
+_STUCK = 1e-3
 
 
 def time_optimal(path: Path, bounds: Bounds, model: RobotModel, allowed: float) -> JerkProfile:
@@ -40,7 +41,16 @@ def time_optimal(path: Path, bounds: Bounds, model: RobotModel, allowed: float) 
     rates, squares, constants = _constraints(x, d1, d2, path.nq, bounds, model, allowed)
     most = (MARGIN * bounds.velocity / (np.abs(d1) + _TINY)).min(axis=1) ** 2
     speed = np.sqrt(_fastest(rates, squares, constants, most))
+    if speed[1:-1].min() < _STUCK * speed.max():  # a curvature that the grid is too coarse for
+        return _unhurried(d1, bounds)
     return _smoothed(s, speed)
+
+
+def _unhurried(d1: np.ndarray, bounds: Bounds) -> JerkProfile:
+    """Plan as if the path were straight: the caller slows it to what its curvature allows."""
+    slope = np.abs(d1).max(axis=0) + _TINY
+    least = [float((bound / slope).min()) for bound in bounds]
+    return reach_profile((0.0, 0.0, 0.0), 1.0, (least[0], least[1], least[2]))
 
 
 def _constraints(

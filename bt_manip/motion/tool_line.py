@@ -13,8 +13,10 @@ from .paths import SplinePath
 SPACING = 0.02  # [m] between the poses that are solved
 TURN = 0.1  # [rad] between them
 LEAST, MOST = 12, 400  # intervals on a line
-STRAIGHTNESS = 1e-5  # [m] and [rad] that the path may leave the line between them
-REFINEMENTS = 3
+STRAIGHTNESS = 5e-5  # [m] and [rad] that the path may leave the line between them
+REFINEMENTS = 4
+SUBSTEPS = 8  # where a step is too long for the solver
+ARM_LENGTH = 0.3  # [m/rad] how a turn counts as travel
 MARGIN = 5e-3  # [rad] from the joint limits, for what a spline swings beyond its knots
 NODE_TOLERANCE = 1e-9
 
@@ -83,9 +85,14 @@ def line_path(ik: InverseKinematics, q0: np.ndarray, line: ToolLine) -> SplinePa
 def _follow(ik: InverseKinematics, q0: np.ndarray, line: ToolLine, intervals: int) -> np.ndarray:
     """Solve poses at even fractions of the way."""  # (intervals + 1, nq + 1)
     fractions = np.arange(intervals + 1) / intervals
+    travel = max(line.length, ARM_LENGTH * line.angle) / intervals
     knots = [np.array(q0)]
     for done, fraction in zip(fractions, fractions[1:], strict=False):
-        found = ik.follow(line.pose(fraction), knots[-1], margin=MARGIN, tolerance=NODE_TOLERANCE)
+        start = knots[-1] + travel * ik.away_from_limits(knots[-1])
+        found = ik.follow(line.pose(fraction), start, margin=MARGIN, tolerance=NODE_TOLERANCE)
+        for part in np.linspace(done, fraction, SUBSTEPS + 1)[1:] if not found.solved else ():
+            found = ik.follow(line.pose(part), start, margin=MARGIN, tolerance=NODE_TOLERANCE)
+            start = found.q
         if not found.solved:
             raise MotionError(
                 f"the line can be followed for {100.0 * done:.0f} % of the way only "
