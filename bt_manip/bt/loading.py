@@ -1,7 +1,7 @@
 """Reading trees: from files and texts to trees that run."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -54,6 +54,7 @@ def load_tree(
     dialect: str = "btcpp",
     blackboard: Blackboard | Mapping[str, Any] | None = None,
     substitutions: Substitutions | None = None,
+    libraries: Sequence[str | Path] = (),
     strict: bool = True,
 ) -> Tree:
     """Read a tree from a file.
@@ -66,6 +67,7 @@ def load_tree(
         dialect: ``btcpp``, ``moveit-pro``, or ``auto`` to recognise it.
         blackboard: The root's entries that exist before.
         substitutions: Rules that put other nodes in the place of some, for tests.
+        libraries: Other files whose trees may be named as sub-trees.
         strict: Whether what the engine would only find at a tick is an error.
 
     Returns:
@@ -83,6 +85,7 @@ def load_tree(
             dialect=dialect,
             blackboard=blackboard,
             substitutions=substitutions,
+            libraries=libraries,
             strict=strict,
         )
     )
@@ -97,6 +100,7 @@ def parse_tree(
     dialect: str = "btcpp",
     blackboard: Blackboard | Mapping[str, Any] | None = None,
     substitutions: Substitutions | None = None,
+    libraries: Sequence[str | Path] = (),
     strict: bool = True,
     file: str = "<text>",
     base: Path | None = None,
@@ -111,6 +115,7 @@ def parse_tree(
         dialect: ``btcpp``, ``moveit-pro``, or ``auto`` to recognise it.
         blackboard: The root's entries that exist before.
         substitutions: Rules that put other nodes in the place of some, for tests.
+        libraries: Other files whose trees may be named as sub-trees.
         strict: Whether what the engine would only find at a tick is an error.
         file: What places call the document.
         base: The folder of relative includes; the current one if none is given.
@@ -130,6 +135,7 @@ def parse_tree(
             dialect=dialect,
             blackboard=blackboard,
             substitutions=substitutions,
+            libraries=libraries,
             strict=strict,
             file=file,
             base=base,
@@ -193,15 +199,22 @@ def _read(
     blackboard: Blackboard | Mapping[str, Any] | None = None,
     substitutions: Substitutions | None = None,
     strict: bool = True,
+    libraries: Sequence[str | Path] = (),
     library: bool = False,
 ) -> Reading:
     if document is None:
         return Reading(None, tuple(problems), None)
+    own_main = document.main_tree()
+    for path in libraries:
+        added = read_document(path, problems)
+        if added is not None:
+            document.add_library(added)
     rules = dialect_named(dialect, document.root)
+    registry = rules.extended(registry)
     verify(document, registry, problems, rules)
     if strict:
         check_elements(document, registry, problems, rules)
-    main = main or document.main_tree()
+    main = main or own_main
     tree: Tree | None = None
     if main is not None:
         builder = Builder(

@@ -143,4 +143,4 @@ class _Binder:
         try:
             node.check_ports()
         except (PortError, ScriptError) as error:
-            self._report(node, "", error)
+            self._report(node, node.checked_port, error)

@@ -302,6 +302,11 @@ class Node(PortAccess, Behaviour):
             top = top.parent
         bind(top, Runtime(), Blackboard())
 
+    @property
+    def checked_port(self) -> str:
+        """The port that `check_ports` looks at, for the place of its errors."""
+        return ""
+
     def check_ports(self) -> None:
         """Check what must be right before the first tick.
 

@@ -17,6 +17,11 @@ class ScriptPort(Node):
     _source = ""
     _parsed: Script | None = None
 
+    @property
+    def checked_port(self) -> str:
+        """The port that holds the script."""
+        return self.script_port
+
     def check_ports(self) -> None:
         """Check what must be right before the first tick.
 

@@ -8,6 +8,11 @@ class Watching(Node):
 
     _seen = 0
 
+    @property
+    def checked_port(self) -> str:
+        """The port whose entry is watched."""
+        return "entry"
+
     def check_ports(self) -> None:
         """Check what must be right before the first tick.
 

@@ -17,9 +17,9 @@ from bt_manip.bt.script import parse_script
 from bt_manip.bt.substitution import Substitutions, find_rule
 from bt_manip.bt.xml.dialect import Dialect
 from bt_manip.bt.xml.document import Document, is_port_name
-from bt_manip.bt.xml.problem import Place, Problems
+from bt_manip.bt.xml.problem import Place, Problems, hint
 from bt_manip.bt.xml.source import Element
-from bt_manip.exceptions import BtManipError, ScriptError, did_you_mean
+from bt_manip.exceptions import BtManipError, ScriptError
 
 SCRIPTS = tuple(CONDITIONS.values())
 MAX_NODES = 100_000
@@ -78,8 +78,8 @@ class Builder:
     def _tree(self, tree_id: str, place: Place, chain: list[str], prefix: str) -> Behaviour | None:
         element = self._document.trees.get(tree_id)
         if element is None:
-            hint = did_you_mean(tree_id, self._document.trees)
-            self._problems.error(place, f"no tree is named '{tree_id}'{hint}")
+            near = hint(tree_id, self._document.trees)
+            self._problems.error(place, f"no tree is named '{tree_id}'{near}")
             return None
         if tree_id in chain:
             circle = " -> ".join([*chain[chain.index(tree_id) :], tree_id])
@@ -156,7 +156,9 @@ class Builder:
     def _dress(self, node: Node, element: Element, scripts: dict[str, str]) -> None:
         node.conditions = scripts
         if scripts:
-            node._node_guard = Guard(scripts)
+            node._node_guard = Guard(scripts, double_quotes=self._dialect.double_quotes)
+        if isinstance(node, ScriptPort):
+            node.double_quotes = self._dialect.double_quotes
         node.attributes = {
             key: attribute.value
             for key, attribute in element.attributes.items()
@@ -181,13 +183,11 @@ class Builder:
                 continue
             port = cls.ports.get(key)
             if port is None:
-                hint = did_you_mean(key, [*cls.ports, "name", *SCRIPTS])
-                self._problems.error(attribute.place, f"{name} has no port '{key}'{hint}")
+                near = hint(key, [*cls.ports, "name", *SCRIPTS])
+                self._problems.error(attribute.place, f"{name} has no port '{key}'{near}")
                 continue
             self._check_literal(port, attribute.value, attribute.value_place)
             given[key] = attribute.value
-            if issubclass(cls, ScriptPort) and key == cls.script_port:
-                given[key] = self._dialect.script(attribute.value)
         return given
 
     def _check_literal(self, port: Port, text: str, place: Place) -> None:
@@ -208,8 +208,9 @@ class Builder:
         try:
             type.parse(text)
         except Exception as error:  # a parser of a behaviour's own may raise anything
-            hint = ", or an entry as {key}"
-            self._problems.error(place, f"port '{port.name}': {error}; expected {type.name}{hint}")
+            self._problems.error(
+                place, f"port '{port.name}': {error}; expected {type.name}, or an entry as {{key}}"
+            )
 
     def _scripts(self, element: Element) -> dict[str, str]:
         scripts: dict[str, str] = {}
@@ -217,13 +218,12 @@ class Builder:
             attribute = element.attributes.get(key)
             if attribute is None:
                 continue
-            text = self._dialect.script(attribute.value)
             try:
-                parse_script(text)
+                parse_script(attribute.value, double_quotes=self._dialect.double_quotes)
             except ScriptError as error:
                 self._problems.error(attribute.value_place, f"{key}: {error}")
             else:
-                scripts[key] = text
+                scripts[key] = attribute.value
         return scripts
 
     def _subtree(

@@ -4,6 +4,9 @@ import re
 from dataclasses import dataclass
 from typing import Final
 
+from bt_manip.bt.nodes.decorators.for_each import ForEach
+from bt_manip.bt.nodes.node import Node
+from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.xml.source import Element
 from bt_manip.exceptions import TreeError, did_you_mean
 
@@ -17,22 +20,27 @@ class Dialect:
         spaces_in_names: Whether names of trees may contain spaces and the like.
         double_quotes: Whether strings in scripts may stand between double quotes.
         known_attributes: Attributes that its editor writes; they are no typing errors.
-        aliases: Nodes of the engine by the names that the dialect gives them.
+        nodes: Nodes that the dialect has beyond the engine's.
     """
 
     name: str
     spaces_in_names: bool = False
     double_quotes: bool = False
     known_attributes: frozenset[str] = frozenset()
-    aliases: tuple[tuple[str, str], ...] = ()
+    nodes: tuple[type[Node], ...] = ()
 
     def plain_name(self, name: str) -> str:
         """Give a name without the characters that the dialect allows in names."""
         return re.sub(r"[ .'/:?*|()]", "_", name) if self.spaces_in_names else name
 
-    def script(self, text: str) -> str:
-        """Give a script in the engine's own form."""
-        return _single_quoted(text) if self.double_quotes else text
+    def extended(self, registry: BehaviourRegistry) -> BehaviourRegistry:
+        """Give a registry that knows the dialect's nodes too."""
+        missing = [cls for cls in self.nodes if cls.registration not in registry]
+        if missing:
+            registry = registry.copy()
+            for cls in missing:
+                registry.register(cls)
+        return registry
 
 
 EDITOR_ATTRIBUTES: Final = frozenset(
@@ -51,10 +59,12 @@ MOVEIT_PRO: Final = Dialect(
         "_hardcoded",
         "_category",
         "_displayName",
+        "_external",
         "_runnable",
         "_tags",
         "_skipValidation",
     },
+    nodes=(ForEach,),
 )
 DIALECTS: Final = {dialect.name: dialect for dialect in (BTCPP, MOVEIT_PRO)}
 
@@ -86,16 +96,6 @@ def _is_moveit_pro(root: Element) -> bool:
         if element.name in ("BehaviorTree", "SubTree"):
             if " " in (element.get("ID") or ""):
                 return True
-            if element.attributes.keys() & {"_subtreeOnly", "_hardcoded"}:
+            if element.attributes.keys() & {"_subtreeOnly", "_hardcoded", "_external"}:
                 return True
     return False
-
-
-def _single_quoted(text: str) -> str:
-    """Put strings between single quotes; a single quote inside stays only where that is legal."""
-    pieces = re.split(r"('[^']*'|\"[^\"]*\")", text)
-    for index in range(1, len(pieces), 2):
-        piece = pieces[index]
-        if piece[0] == '"' and "'" not in piece:
-            pieces[index] = f"'{piece[1:-1]}'"
-    return "".join(pieces)

@@ -57,6 +57,13 @@ class Document:
         """The files that the document consists of."""
         return [Path(name) for name in self.sources if not name.startswith("<")]
 
+    def add_library(self, other: "Document") -> None:
+        """Let trees and models of another document be known; own ones of the same ID count."""
+        self.trees = {**other.trees, **self.trees}
+        self.models = {**other.models, **self.models}
+        self.sources = {**self.sources, **other.sources}
+        self.order += [name for name in other.order if name not in self.order]
+
     def main_tree(self) -> str | None:
         """Give the ID of the tree to run, or None if the document does not tell."""
         declared = self.root.get("main_tree_to_execute")

@@ -1,8 +1,13 @@
 """What is wrong with a tree document, and where."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Final, NamedTuple
+
+from bt_manip.exceptions import did_you_mean
+
+MOST_NAMES: Final = 12
+"""A list of more names than this helps nobody."""
 
 ERROR: Final = "error"
 WARNING: Final = "warning"
@@ -78,3 +83,10 @@ class Problems:
         return iter(
             sorted(self._found, key=lambda p: (files[p.place.file], p.place.line, p.place.column))
         )
+
+
+def hint(name: str, valid: Iterable[str]) -> str:
+    """Name the valid choices nearest to a mistyped one; all of them only where they are few."""
+    choices = list(valid)
+    text = did_you_mean(name, choices)
+    return "" if text.startswith("; known") and len(choices) > MOST_NAMES else text

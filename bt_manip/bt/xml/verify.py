@@ -6,9 +6,8 @@ from bt_manip.bt.nodes.node import NodeKind
 from bt_manip.bt.registry import BehaviourRegistry, name_problem
 from bt_manip.bt.xml.dialect import Dialect
 from bt_manip.bt.xml.document import Document
-from bt_manip.bt.xml.problem import Problems
+from bt_manip.bt.xml.problem import Problems, hint
 from bt_manip.bt.xml.source import Element, Source
-from bt_manip.exceptions import did_you_mean
 
 MAX_DEPTH: Final = 256
 EXPLICIT: Final = ("Action", "Condition", "Control", "Decorator", "SubTree")
@@ -118,11 +117,11 @@ class _Verifier:
                 self._problems.error(element.place, f"the node name '{name}' {problem}")
                 return
         if lookup not in self._registry:
-            hint = did_you_mean(lookup, [*self._registry.names(), *EXPLICIT])
+            near = hint(lookup, [*self._registry.names(), *EXPLICIT])
             if lookup in self._document.trees:
-                hint = f'; to tick the tree of that name write <SubTree ID="{lookup}"/>'
+                near = f'; to tick the tree of that name write <SubTree ID="{lookup}"/>'
             place = element.place_of("ID") if explicit else element.place
-            self._problems.error(place, f"no node is named '{lookup}'{hint}")
+            self._problems.error(place, f"no node is named '{lookup}'{near}")
             return
         kind = self._registry.get(lookup).kind
         if kind is NodeKind.DECORATOR and count != 1:

@@ -48,6 +48,11 @@ class Loop(Decorator):
         self._queue: deque[Any] | None = None
         self._child_running = False
 
+    @property
+    def checked_port(self) -> str:
+        """The port that holds the queue."""
+        return "queue"
+
     def check_ports(self) -> None:
         """Check what must be right before the first tick.
 

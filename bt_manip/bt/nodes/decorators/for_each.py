@@ -1,0 +1,58 @@
+"""ForEach of MoveIt Pro: the child for each item of a list."""
+
+from typing import Any, ClassVar
+
+from bt_manip.bt.literals import split_list
+from bt_manip.bt.nodes.decorator import Decorator
+from bt_manip.bt.port_types import INT
+from bt_manip.bt.ports import Input, Output
+from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SUCCESS, NodeStatus
+
+
+class ForEach(Decorator):
+    """Tick the child once for each item of a list, and hand the item and its index to it.
+
+    | child   | what happens                                                        |
+    |---------|---------------------------------------------------------------------|
+    | empty   | SUCCESS; the child is not ticked                                    |
+    | SUCCESS | the next tick takes the next item; SUCCESS after the last one       |
+    | FAILURE | FAILURE                                                             |
+    | RUNNING | RUNNING; the next tick goes on with this item                       |
+    | SKIPPED | as SUCCESS                                                          |
+    | halt    | the child is halted; the next round starts with the first item      |
+
+    Not a node of BehaviorTree.CPP: it belongs to the dialect ``moveit-pro``.
+    """
+
+    memory: ClassVar = ("_position",)
+    vector_in = Input(doc="the items: a list, or a text such as 1;2;3")
+    out = Output(doc="the item that the child works on")
+    index = Output(INT, doc="its index, from 0")
+    _position = 0
+
+    def _tick(self) -> NodeStatus:
+        items: Any = self.read_port("vector_in")
+        if isinstance(items, str):
+            items = split_list(items)
+        if self._node_status is IDLE:
+            self._position = 0
+        if self._position >= len(items):
+            return SUCCESS
+        link = self.link
+        if link._node_status is not RUNNING:
+            for name, value in (("out", items[self._position]), ("index", self._position)):
+                if self.is_connected(name):
+                    self.write_port(name, value)
+        self._enter()
+        state = link.execute()
+        if state is RUNNING:
+            return RUNNING
+        self._reset_child()
+        if state is FAILURE:
+            return FAILURE
+        self._position += 1
+        return SUCCESS if self._position >= len(items) else RUNNING
+
+    def _halt(self) -> None:
+        self._position = 0
+        super()._halt()
