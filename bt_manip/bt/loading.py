@@ -227,7 +227,7 @@ def _read(
             tree = _bound(root, builder, problems, document, registry, clock, scope, main)
         if strict:
             check_unused(document, main, builder.built, problems)
-            if tree is not None:
+            if tree is not None and not problems.errors:
                 check_keys(tree.nodes, builder.places, problems)
         built = builder.built
     else:

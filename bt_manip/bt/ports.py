@@ -103,6 +103,7 @@ class Port:
         return self.type.format(self.default) if self.type.format else str(self.default)
 
     def __repr__(self) -> str:
+        """Show the direction, the name and the type."""
         return f"{type(self).__name__}({self.name!r}, {self.type.name})"
 
 

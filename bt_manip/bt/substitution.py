@@ -13,7 +13,7 @@ Rule = str | TestNodeConfig
 """The name of the node to use instead, or what a TestNode shall do instead."""
 
 Substitutions = Mapping[str, Rule]
-"""Rules by what they apply to: a node's name, its registered name, or its path with ``*``, ``?``."""
+"""Rules by what they apply to: a node's name, its registered name, or its path (with ``* ?``)."""
 
 
 def find_rule(rules: Substitutions, name: str, registration: str, path: str) -> Rule | None:

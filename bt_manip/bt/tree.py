@@ -230,6 +230,7 @@ class Tree:
         return None if self.document is None else self.document.path
 
     def __repr__(self) -> str:
+        """Show the tree's ID and size."""
         return f"Tree({self.tree_id!r}, {len(self.nodes)} nodes)"
 
 

@@ -12,7 +12,7 @@ from bt_manip.bt.nodes.parent import Parent, name_and_children
 from bt_manip.bt.status import IDLE, RUNNING, Status
 
 
-class Control(Parent, Composite):
+class Control(Parent, Composite):  # type: ignore[misc]  # stop() needs a status in both
     """A node that directs several children.
 
     A new control node implements ``_tick``: it ticks ``self.links[i].execute()`` and returns a

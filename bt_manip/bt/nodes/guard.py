@@ -22,16 +22,20 @@ class Guard:
         post_tick: Called after the tick with its result; a SUCCESS or FAILURE replaces it.
     """
 
-    def __init__(self, conditions: Mapping[str, str]) -> None:
+    def __init__(self, conditions: Mapping[str, str], *, double_quotes: bool = False) -> None:
         """Parse the scripts.
 
         Args:
             conditions: The scripts by attribute.
+            double_quotes: Whether strings in them may stand between double quotes.
 
         Raises:
             ScriptError: If one of them is no script.
         """
-        self._scripts = {name: parse_script(text) for name, text in conditions.items()}
+        self._scripts = {
+            name: parse_script(text, double_quotes=double_quotes)
+            for name, text in conditions.items()
+        }
         self._at_start = [
             (self._scripts[name], result, f"{name}: {conditions[name]}")
             for name, result in _AT_START

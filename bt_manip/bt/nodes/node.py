@@ -269,7 +269,7 @@ class Node(PortAccess, Behaviour):
             self.terminate(new_status)
         self.status = new_status
 
-    def update(self) -> Status:
+    def update(self) -> Any:
         """Not used by nodes that direct others."""
         return _INVALID
 

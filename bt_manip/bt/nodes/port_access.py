@@ -25,8 +25,16 @@ class PortAccess:
     ports: ClassVar[Mapping[str, Port]]
     name: str
     path: str
-    scope: "Blackboard"
-    runtime: "Runtime"
+
+    @property
+    def scope(self) -> "Blackboard":
+        """The blackboard scope that the ports see."""
+        raise NotImplementedError
+
+    @property
+    def runtime(self) -> "Runtime":
+        """The surroundings of the tree."""
+        raise NotImplementedError
 
     def _start_ports(self, given: dict[str, Any]) -> None:
         self.given = given

@@ -14,6 +14,8 @@ class ScriptPort(Node):
 
     script_port: ClassVar[str] = "code"
     """Its name."""
+    double_quotes = False
+    """Whether strings may stand between double quotes, as in MoveIt Pro."""
     _source = ""
     _parsed: Script | None = None
 
@@ -34,7 +36,7 @@ class ScriptPort(Node):
     def _script(self) -> Script | None:
         text = self.read_port(self.script_port, STRING)
         if text != self._source:
-            self._parsed = parse_script(text)
+            self._parsed = parse_script(text, double_quotes=self.double_quotes)
             self._source = text
         return self._parsed
 

@@ -95,7 +95,7 @@ class TestNode(Action):
         if self.config.async_delay > 0:
             self.runtime.start_timer(self, self.config.async_delay / 1000)
 
-    def update(self) -> Status | NodeStatus:
+    def update(self) -> Any:
         """Wait for the delay, then complete."""
         if self._completed or (self.config.async_delay <= 0 and self._node_status is IDLE):
             return self._complete()

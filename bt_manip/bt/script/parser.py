@@ -82,16 +82,17 @@ class Script:
             raise ScriptError(f"error in script [{self.text}]: {error}") from None
 
 
-def parse_script(text: str) -> Script:
+def parse_script(text: str, *, double_quotes: bool = False) -> Script:
     """Parse a script.
 
     Args:
         text: Its source.
+        double_quotes: Whether strings may stand between double quotes too, as in MoveIt Pro.
 
     Raises:
         ScriptError: If it is empty, or is no script.
     """
-    parser = _Parser(tokenize(text))
+    parser = _Parser(tokenize(text, double_quotes=double_quotes))
     statements = parser.statements()
     if not statements:
         raise ScriptError("the script is empty")

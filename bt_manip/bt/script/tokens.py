@@ -24,6 +24,7 @@ _SPACE: Final = re.compile(r"[ \t\n\r]*")
 _TOKEN: Final = re.compile(
     r"""
       '(?P<string>[^']*)'
+    | "(?P<quoted>[^"]*)"
     | (?P<hex>0[xX][0-9a-fA-F]+)
     | (?P<real>[0-9]+\.[0-9]+(?:[eE][+-]?[0-9]+)?|[0-9]+[eE][+-]?[0-9]+)
     | (?P<integer>[0-9]+)
@@ -32,15 +33,17 @@ _TOKEN: Final = re.compile(
     """,
     re.VERBOSE,
 )
+_KINDS: Final = {"hex": "integer", "quoted": "string"}
 _NUMBER_TAIL: Final = re.compile(r"[A-Za-z_@][A-Za-z0-9_]*|\.(?!\.)[A-Za-z0-9_.]*")
 _HEX_TAIL: Final = re.compile(r"[A-Za-z0-9_.][A-Za-z0-9_.]*")
 
 
-def tokenize(text: str) -> list[Token]:
+def tokenize(text: str, *, double_quotes: bool = False) -> list[Token]:
     """Cut a script into tokens, ``end`` being the last one.
 
     Args:
         text: The script.
+        double_quotes: Whether strings may stand between double quotes too.
 
     Raises:
         ScriptError: If a piece is no token.
@@ -52,12 +55,14 @@ def tokenize(text: str) -> list[Token]:
         if found is None:
             raise _invalid(text, position)
         kind = found.lastgroup or ""
+        if kind == "quoted" and not double_quotes:
+            raise _invalid(text, position)
         end = found.end()
         if kind in ("integer", "real", "hex"):
             tail = (_HEX_TAIL if kind == "hex" else _NUMBER_TAIL).match(text, end)
             if tail is not None:
                 raise _invalid(text, position, tail.end())
-        tokens.append(Token("integer" if kind == "hex" else kind, found[kind], position))
+        tokens.append(Token(_KINDS.get(kind, kind), found[kind], position))
         position = _skip(text, end)
     tokens.append(Token("end", "", len(text)))
     return tokens

@@ -200,7 +200,7 @@ def _scripts(node: Node, element: Element) -> list[tuple[Script, Place]]:
         attribute = element.attributes.get(name)
         if attribute is not None and text and not is_pointer(text):
             try:
-                found.append((parse_script(text), attribute.value_place))
+                found.append((parse_script(text, double_quotes=True), attribute.value_place))
             except ScriptError:
                 continue  # reported where the node was made
     return found
@@ -211,11 +211,12 @@ def _owner(scope: Blackboard, key: str) -> tuple[int, str]:
     while True:
         if key[:1] == "@":
             return id(scope.root), key[1:]
-        if key in scope.entries or scope.parent is None:
+        parent = scope.parent
+        if key in scope.entries or parent is None:
             return id(scope), key
         if key in scope.remapped:
-            scope, key = scope.parent, scope.remapped[key]
+            scope, key = parent, scope.remapped[key]
         elif scope.autoremap and key[:1] != "_":
-            scope = scope.parent
+            scope = parent
         else:
             return id(scope), key

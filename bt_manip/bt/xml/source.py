@@ -32,7 +32,7 @@ _ENTITIES: Final = {"lt": "<", "gt": ">", "amp": "&", "quot": '"', "apos": "'"}
 
 @dataclass
 class Attribute:
-    """An attribute of an element, with the places of its name and of its value's first character."""
+    """An attribute of an element, with the places of its name and of its value."""
 
     name: str
     value: str

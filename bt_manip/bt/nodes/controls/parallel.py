@@ -13,7 +13,7 @@ def threshold(count: int, children: int) -> int:
 
 
 class _Counting(Control):
-    memory: ClassVar = ("_completed", "_failures")
+    memory: ClassVar[tuple[str, ...]] = ("_completed", "_failures")
 
     def __init__(self, *args: Any, **ports: Any) -> None:
         super().__init__(*args, **ports)
