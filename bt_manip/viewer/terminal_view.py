@@ -99,7 +99,8 @@ class TerminalView(RunObserver):
         total = f"/{self._cycles}" if self._cycles else ""
         leaves = running_leaves(self._run.tree.root, self._status_of)
         phase = leaves[-1].name if leaves else ""
-        line = Text(self._run.request.tree.name, style="bold", no_wrap=True, overflow="ellipsis")
+        name = self._run.request.tree.name.rpartition("/")[2]
+        line = Text(name, style="bold", no_wrap=True, overflow="ellipsis")
         line.append(f"  cycle {self._cycle + 1}{total}", style="not bold")
         if self._ended["FAILURE"]:
             line.append(f"  {self._ended['FAILURE']} failed", style="not bold red")

@@ -7,6 +7,7 @@ import select
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -93,8 +94,9 @@ class Terminal:
         os.close(theirs)
 
     def wait_for(self, text: bytes) -> None:
+        deadline = time.monotonic() + 60.0  # [s] of a hopeless wait, not of a passing test
         while text not in self.shown:
-            if not self._read():
+            if time.monotonic() > deadline or not self._read():
                 raise AssertionError(f"{text!r} never came:\n{self.shown.decode()}")
 
     def interrupt(self) -> None:

@@ -4,6 +4,7 @@ import tomllib
 from importlib.metadata import entry_points
 from pathlib import Path
 
+import numpy as np
 import pinocchio as pin
 import pytest
 
@@ -32,13 +33,13 @@ def test_each_package_is_found_and_brings_something(file, plugins):
 
 
 def test_a_packages_object_and_controller_work_together_by_name(plugins):
-    """A compliant arm stands still while a button is pressed beside it."""
+    """A compliant arm stands still beside a button that nobody presses."""
     parts = plugins.parts
     robot = Robot(parts.robots.get("panda"))
     robot.attach(parts.controllers.create("joint_impedance", robot))
     cell = Cell()
     cell.add(robot)
-    name = cell.add(parts.objects.create("push_button"), pin.SE3.Random())
+    name = cell.add(parts.objects.create("push_button"), pin.SE3(np.eye(3), np.array([0.0, 0.6, 0.0])))
     home = robot.q
     cell.step(100)
     assert parts.objects.owner("push_button") == parts.controllers.owner("joint_impedance")
