@@ -1,6 +1,5 @@
 """The gripper: positions where the way is free, forces where something is held."""
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,34 +8,29 @@ from dm_control import composer, mjcf
 
 from bt_manip.control.exceptions import ControlError
 from bt_manip.control.finger_contacts import FingerContacts, Touched
+from bt_manip.control.press import Press
 from bt_manip.control.stroke import Motion, Stroke, StrokeLimits
 from bt_manip.robots import Robot
 
-STILL, MOVING, CLOSING, GRIPPING, RELEASING = (
-    "still",
-    "moving",
-    "closing",
-    "gripping",
-    "releasing",
-)  # fmt: skip
+STILL = "still"
+MOVING = "moving"
+CLOSING = "closing"
+GRIPPING = "gripping"
+RELEASING = "releasing"
 
 # Poles of a finger's position loop [rad/s]; a tenth of the sampling rate is 628.
 _POLE = 150.0
 _PUSH = 20.0  # [N] most that a finger pushes with while it follows a position
 _TOUCHED = 0.2  # [N] normal force that counts as a touch
 _SLOW = 0.04  # [m/s] speed of each finger once one of them touches
-_FIRST = 2.0  # [N] force that the ramp begins with
 _RAMP = 0.05  # [s]
 _RELEASE = 0.04  # [s]
-_GRIP_DAMPING = 20.0  # [N s/m] of each finger while it presses
-_SYNC_SHARE = 0.04  # of the force: the most that synchronising takes from one finger
-_FORCE_GAIN = 5.0  # [1/s] integral action on the mean of the measured forces
-_FORCE_TRIM = 0.2  # of the force: the most that the integral adds
 _STEADY_BAND = (0.95, 1.20)  # of the force
 _STEADY_TIME = 0.05  # [s]
-_NOTHING: Touched = ((), ())
 _MET = 1e-3  # [m] opening at which the fingers have met
 _MET_FORCE = 5.0  # [N] with which fingers press each other
+
+_NOTHING: Touched = ((), ())
 
 
 class GripperController(composer.Entity):
@@ -104,7 +98,7 @@ class GripperController(composer.Entity):
         self._limits = StrokeLimits(self._checked_speed(speed))
         self._target = 0.5 * width
         if self.state in (GRIPPING, RELEASING):
-            self._begin_press(RELEASING, 0.0, _RELEASE)
+            self._change_force(RELEASING, 0.0, _RELEASE)
         else:
             self._travel(self._target)
             self.state = MOVING
@@ -126,7 +120,7 @@ class GripperController(composer.Entity):
         self._asked = float(force)
         self._in_band = 0
         if self.state in (GRIPPING, RELEASING):
-            self._begin_press(GRIPPING, force, _RAMP)
+            self._change_force(GRIPPING, force, _RAMP)
         else:
             self._slowed = False
             self._travel(0.5 * self._description.min_width)
@@ -138,7 +132,7 @@ class GripperController(composer.Entity):
             self._travel(None)
             self.state = MOVING
         elif self.state == RELEASING:
-            self._begin_press(GRIPPING, self._asked, _RAMP)
+            self._change_force(GRIPPING, self._asked, _RAMP)
 
     # Questions
 
@@ -234,7 +228,7 @@ class GripperController(composer.Entity):
         q1, q2 = position(first[0]), position(second[0])
         v1, v2 = velocity(first[1]), velocity(second[1])
         if self.state in (GRIPPING, RELEASING):
-            f1, f2 = self._press(q1, q2, v1, v2)
+            f1, f2 = self._press.forces(self._stiffness, self._damping, q1 - q2, v1, v2)
         else:
             f1, f2 = self._follow(q1, q2, v1, v2)
         ctrl[first[2]] = f1
@@ -253,7 +247,7 @@ class GripperController(composer.Entity):
                 if self.state == MOVING:
                     self.state = STILL
                 elif self.state == CLOSING:  # nothing touched on the whole way
-                    self._begin_press(GRIPPING, _MET_FORCE, _RAMP)
+                    self._begin_grip(_MET_FORCE)
 
     # Inside
 
@@ -265,11 +259,7 @@ class GripperController(composer.Entity):
         self._target = self._motion.s
         self._slowed = False
         self._asked = 0.0  # [N] the force of the last close()
-        self._force = 0.0  # [N] each finger is driven with now
-        self._ramp = (0.0, 0.0, 0.0)  # from [N], to [N], duration [s]
-        self._ramp_time = 0.0
-        self._trim = 0.0  # [N]
-        self._offset = 0.0  # [m] by which the first finger is further out
+        self._press = Press()
         self._in_band = 0  # steps
         self._forces = (0.0, 0.0)
         self._touched = _NOTHING
@@ -310,51 +300,28 @@ class GripperController(composer.Entity):
         left, right = self._forces
         if left > _TOUCHED and right > _TOUCHED:
             met = self.width < self._description.min_width + _MET
-            self._force = _FIRST
-            # The fingers keep their difference: centring what they grip would rub it on the table.
-            q1, q2 = self._positions()
-            self._offset = q1 - q2
-            self._begin_press(GRIPPING, _MET_FORCE if met else self._asked, _RAMP)
+            self._begin_grip(_MET_FORCE if met else self._asked)
         elif (left > _TOUCHED or right > _TOUCHED) and not self._slowed:
             self._slowed = True
             self._limits = self._limits._replace(speed=min(self._limits.speed, _SLOW))
             self._travel(0.5 * self._description.min_width)
 
-    def _begin_press(self, state: str, force: float, duration: float) -> None:
-        """Let the force go from what it is to another one."""
-        if self.state not in (GRIPPING, RELEASING):
-            self._trim = 0.0
-        self.state = state
-        self._stroke = None
-        self._ramp = (self._force, force, duration)
-        self._ramp_time = 0.0
+    def _begin_grip(self, force: float) -> None:
+        q1, q2 = self._positions()
+        self._press.begin(q1 - q2)
+        self._change_force(GRIPPING, force, _RAMP)
 
-    def _press(self, q1: float, q2: float, v1: float, v2: float) -> tuple[float, float]:
-        """Give the closing forces, with a share that keeps the fingers in step [N]."""
-        sync = 0.5 * (self._stiffness * (q1 - q2 - self._offset) + self._damping * (v1 - v2))
-        most = _SYNC_SHARE * self._force + 0.2
-        sync = min(max(sync, -most), most)
-        f = -(self._force + self._trim)
-        return f - sync - _GRIP_DAMPING * v1, f + sync - _GRIP_DAMPING * v2
+    def _change_force(self, state: str, force: float, duration: float) -> None:
+        self.state, self._stroke = state, None
+        self._press.change(force, duration)
 
     def _press_on(self, left: float, right: float) -> None:
-        start, end, duration = self._ramp
-        self._ramp_time += self._dt
-        if self._ramp_time < duration:
-            self._force = start + (end - start) * 0.5 * (
-                1.0 - math.cos(math.pi * self._ramp_time / duration)
-            )
-        else:
-            self._force = end
-            if self.state == RELEASING:
-                self._motion = Motion(0.5 * self.width, 0.0, 0.0)
-                self._travel(self._target)
-                self.state = MOVING
-                self._trim = self._force = 0.0
-                return
-            bound = _FORCE_TRIM * end
-            trim = self._trim + _FORCE_GAIN * (end - 0.5 * (left + right)) * self._dt
-            self._trim = min(max(trim, -bound), bound)
+        arrived = self._press.advance(self._dt, 0.5 * (left + right))
+        if arrived and self.state == RELEASING:
+            self._motion = Motion(0.5 * self.width, 0.0, 0.0)
+            self._travel(self._target)
+            self.state = MOVING
+            return
         low, high = _STEADY_BAND[0] * self._asked, _STEADY_BAND[1] * self._asked
         inside = low <= left <= high and low <= right <= high
         self._in_band = self._in_band + 1 if inside else 0
@@ -371,11 +338,7 @@ class GripperController(composer.Entity):
             "target": self._target,
             "slowed": self._slowed,
             "asked": self._asked,
-            "force": self._force,
-            "ramp": list(self._ramp),
-            "ramp_time": self._ramp_time,
-            "trim": self._trim,
-            "offset": self._offset,
+            "press": self._press.get_state(),
             "in_band": self._in_band,
             "forces": list(self._forces),
             "touched": [list(names) for names in self._touch()],
@@ -390,11 +353,8 @@ class GripperController(composer.Entity):
         self._stroke = None if stroke is None else Stroke.from_state(stroke)
         self._limits = StrokeLimits(*state["limits"])
         self._target, self._slowed = state["target"], state["slowed"]
-        self._asked, self._force = state["asked"], state["force"]
-        start, end, duration = state["ramp"]
-        self._ramp = (start, end, duration)
-        self._ramp_time, self._trim = state["ramp_time"], state["trim"]
-        self._offset, self._in_band = state["offset"], state["in_band"]
+        self._asked, self._in_band = state["asked"], state["in_band"]
+        self._press.set_state(state["press"])
         first, second = state["forces"]
         self._forces = (first, second)
         self._touched = (tuple(left), tuple(right))
