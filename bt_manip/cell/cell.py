@@ -1,7 +1,7 @@
 """The cell: an arena whose entities come and go while the physics runs."""
 
 import contextlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -11,17 +11,16 @@ import pinocchio as pin
 from dm_control import composer, mjcf
 
 from bt_manip.cell.arena import Arena
-from bt_manip.cell.compiled import Compiled, Placement
+from bt_manip.cell.compiled import Compiled
 from bt_manip.cell.contacts import Contacts
 from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.naming import name_elements, unique_name
+from bt_manip.cell.inventory import Inventory
+from bt_manip.cell.naming import unique_name
+from bt_manip.cell.placement import Factory, Placement
 from bt_manip.cell.state import carry_state, integration_state, set_integration_state
 from bt_manip.cell.touch import TouchMonitor
 from bt_manip.exceptions import did_you_mean
 from bt_manip.spatial import pose as make_pose
-from bt_manip.spatial import quat_wxyz
-
-Factory = Callable[[Mapping[str, Any]], composer.Entity]
 
 
 class Cell:
@@ -45,28 +44,32 @@ class Cell:
             timestep: Step of the physics [s].
             random_state: What composer's hooks get to draw from; default: seed 0.
         """
-        self.arena = arena if arena is not None else Arena(timestep=timestep)
+        self._inventory = Inventory(arena if arena is not None else Arena(timestep=timestep))
         self.arena.mjcf_model.option.timestep = timestep
         self.random_state = random_state or np.random.RandomState(0)
         self.generation = 0
         """Counts the compiles; whoever keeps views of the data looks here whether they are old."""
-        self._placed: dict[str, Placement] = {}
-        self._fresh: list[composer.Entity] = list(self.arena.iter_entities())
         self._editing = False
         self._now: Compiled | None = None
         self._compile()
+        self._inventory.fresh.clear()
 
     # What is in it
 
     @property
+    def arena(self) -> composer.Arena:
+        """The room and everything in it, as composer has it."""
+        return self._inventory.arena
+
+    @property
     def entities(self) -> Mapping[str, composer.Entity]:
         """Everything that was added, robots too, by name, in order."""
-        return MappingProxyType({name: p.entity for name, p in self._placed.items()})
+        return MappingProxyType({name: p.entity for name, p in self._inventory.placed.items()})
 
     @property
     def objects(self) -> Mapping[str, composer.Entity]:
         """The things to work with or around: entities with a ``category``, and free ones."""
-        things = self._placed.items()
+        things = self._inventory.placed.items()
         return MappingProxyType(
             {n: p.entity for n, p in things if p.free or hasattr(p.entity, "category")}
         )
@@ -77,7 +80,7 @@ class Cell:
         Raises:
             CellError: When there is none; the nearest names are offered.
         """
-        return self._placement(name).entity
+        return self._inventory.find(name).entity
 
     def add(
         self,
@@ -104,19 +107,15 @@ class Cell:
         model_name = entity.mjcf_model.model
         if entity.parent is not None:
             raise CellError(f"'{model_name}' already stands in a cell or on an entity")
-        label = unique_name(name or model_name, self._placed)
+        label = unique_name(name or model_name, self._inventory.placed)
         if "/" in label:
             raise CellError(f"a name cannot contain '/', got '{label}'")
         if free is None:
             free = bool(getattr(entity, "free", False))
-        T_we = pose if pose is not None else pin.SE3.Identity()
-        placement = Placement(
-            entity, tuple(T_we.translation.tolist()), tuple(quat_wxyz(T_we).tolist()), free
-        )
+        placement = Placement.of(entity, pose if pose is not None else pin.SE3.Identity(), free)
         try:
             with self._change(f"'{label}' cannot be added"):
-                self._attach(label, placement)
-                self._fresh.extend(entity.iter_entities())
+                self._inventory.attach(label, placement)
         except CellError:
             entity.mjcf_model.model = model_name
             raise
@@ -133,7 +132,7 @@ class Cell:
         """
         entity = self.find(name)
         with self._change(f"'{name}' cannot be removed"):
-            self._detach(name)
+            self._inventory.detach(name)
         return entity
 
     @contextlib.contextmanager
@@ -195,7 +194,7 @@ class Cell:
         Raises:
             CellError: When there is none of that name.
         """
-        placement = self._placement(name)
+        placement = self._inventory.find(name)
         if not placement.free or name not in self._compiled.free_joints:
             return placement.pose
         qpos, _ = self._compiled.free_joints[name]
@@ -208,7 +207,7 @@ class Cell:
         Raises:
             CellError: When there is none of that name.
         """  # (6,) [m/s, rad/s]
-        if not self._placement(name).free or name not in self._compiled.free_joints:
+        if not self._inventory.find(name).free or name not in self._compiled.free_joints:
             return np.zeros(6)
         _, dof = self._compiled.free_joints[name]
         v = self.data.qvel[dof : dof + 6].copy()
@@ -248,7 +247,7 @@ class Cell:
     def get_state(self) -> dict[str, Any]:
         """Give the integration state and what stands in the cell, as plain data."""
         return {
-            "entities": [_describe(name, p) for name, p in self._placed.items()],
+            "entities": [p.describe(name) for name, p in self._inventory.placed.items()],
             "integration": integration_state(self.model, self.data).tolist(),
         }
 
@@ -267,34 +266,33 @@ class Cell:
                 the cell is unchanged but for entities that came and went.
         """
         entries = state["entities"]
-        present = list(self._placed.items())
+        present = list(self._inventory.placed.items())
         keep = 0
-        while keep < min(len(entries), len(present)) and _describe(*present[keep]) == entries[keep]:
+        while keep < min(len(entries), len(present)):
+            name, placement = present[keep]
+            if placement.describe(name) != entries[keep]:
+                break
             keep += 1
         if keep < max(len(entries), len(present)):
             with self.editing():
                 spare = dict(present[keep:])
                 for name in spare:
-                    self._detach(name)
+                    self._inventory.detach(name)
                 for entry in entries[keep:]:
-                    self._attach(entry["name"], self._restored(entry, spare, factory))
+                    known = spare.get(entry["name"])
+                    if known is not None and known.describe(entry["name"]) == entry:
+                        self._inventory.attach(entry["name"], known, fresh=False)
+                    elif factory is not None:
+                        self._inventory.attach(entry["name"], Placement.made(entry, factory))
+                    else:
+                        raise CellError(
+                            f"the state has a '{entry['name']}' that this cell lacks, and no way "
+                            "to make it"
+                        )
         try:
             set_integration_state(self.model, self.data, np.array(state["integration"]))
         except ValueError as error:
             raise CellError(f"the state does not fit this cell: {error}") from error
-
-    def _restored(
-        self, entry: Mapping[str, Any], spare: dict[str, Placement], factory: Factory | None
-    ) -> Placement:
-        """Find or make the entity of an entry of a state."""
-        name = entry["name"]
-        if name in spare and _describe(name, spare[name]) == entry:
-            return spare.pop(name)
-        if factory is None:
-            raise CellError(f"the state has a '{name}' that this cell lacks, and no way to make it")
-        entity = factory(entry)
-        self._fresh.extend(entity.iter_entities())
-        return Placement(entity, tuple(entry["position"]), tuple(entry["quat_wxyz"]), entry["free"])
 
     # Inside
 
@@ -303,54 +301,24 @@ class Cell:
         assert self._now is not None
         return self._now
 
-    def _placement(self, name: str) -> Placement:
-        try:
-            return self._placed[name]
-        except KeyError:
-            near = did_you_mean(name, self._placed)
-            raise CellError(f"there is no '{name}' in the cell{near}") from None
-
-    def _attach(self, name: str, placement: Placement) -> None:
-        entity = placement.entity
-        entity.mjcf_model.model = name
-        for part in entity.iter_entities():
-            name_elements(part.mjcf_model)
-        attach = self.arena.add_free_entity if placement.free else self.arena.attach
-        frame = attach(entity)
-        self._placed[name] = placement
-        frame.pos = placement.position
-        frame.quat = placement.quat_wxyz
-
-    def _detach(self, name: str) -> None:
-        self._placed.pop(name).entity.detach()
-
     @contextlib.contextmanager
     def _change(self, failure: str) -> Iterator[None]:
         """Compile after a change of the arena, or undo the change."""
         if self._editing:  # whoever edits compiles, and undoes
             yield
             return
-        before = dict(self._placed)
         try:
-            yield
-            self._compile()
-        except BaseException as error:
-            for name, placement in list(self._placed.items()):
-                if before.get(name) is not placement:
-                    self._detach(name)
-            for name, placement in before.items():
-                if name not in self._placed:
-                    self._attach(name, placement)
-            self._placed = {name: self._placed[name] for name in before}
-            if isinstance(error, CellError) or not isinstance(error, Exception):
-                raise
+            with self._inventory.changing():
+                yield
+                self._compile()
+        except CellError:
+            raise
+        except Exception as error:
             raise CellError(f"{failure}: {_first_line(error)}") from error
-        finally:
-            self._fresh.clear()
 
     def _compile(self) -> None:
         """Compile the arena and carry the state over; only then the old physics goes."""
-        old, new = self._now, Compiled(self.arena, self._placed)
+        old, new = self._now, Compiled(self.arena, self._inventory.placed)
         entities = list(self.arena.iter_entities())
         try:
             if old is not None:
@@ -358,31 +326,19 @@ class Cell:
                 mujoco.mj_forward(new.model, new.data)
             for entity in entities:
                 entity.after_compile(new.physics, self.random_state)
-            for entity in self._fresh:
+            for entity in self._inventory.fresh:
                 entity.initialize_episode(new.physics, self.random_state)
             mujoco.mj_forward(new.model, new.data)
         except BaseException:
             if old is not None:
                 for entity in entities:  # those that stay look at the old physics again
-                    if entity not in self._fresh:
+                    if entity not in self._inventory.fresh:
                         entity.after_compile(old.physics, self.random_state)
             raise
         self._now = new
         self.generation += 1
         if old is not None:
             old.physics.free()
-
-
-def _describe(name: str, placement: Placement) -> dict[str, Any]:
-    """Say as plain data what it takes to place an entity again."""
-    return {
-        "name": name,
-        "kind": getattr(placement.entity, "kind", None),
-        "parameters": dict(getattr(placement.entity, "parameters", {})),
-        "free": placement.free,
-        "position": list(placement.position),
-        "quat_wxyz": list(placement.quat_wxyz),
-    }
 
 
 def _first_line(error: BaseException) -> str:

@@ -1,35 +1,19 @@
 """All that follows from one compile of a cell's arena."""
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import NamedTuple
 
 import mujoco
 import numpy as np
-import pinocchio as pin
 from dm_control import composer, mjcf
 
 from bt_manip.cell.contacts import Contacts
 from bt_manip.cell.exceptions import PhysicsDiverged
 from bt_manip.cell.labels import Labels
 from bt_manip.cell.naming import body_label
+from bt_manip.cell.placement import Placement
 from bt_manip.cell.touch import TouchMonitor
-from bt_manip.spatial import pose as make_pose
 
 Hook = Callable[[mjcf.Physics, np.random.RandomState], None]
-
-
-class Placement(NamedTuple):
-    """How an entity stands in the cell."""
-
-    entity: composer.Entity
-    position: tuple[float, ...]  # (3,) [m]
-    quat_wxyz: tuple[float, ...]  # (4,)
-    free: bool
-
-    @property
-    def pose(self) -> pin.SE3:
-        """Where it was put, ``T_we``."""
-        return make_pose(self.position, self.quat_wxyz)
 
 
 class Compiled:

@@ -1,0 +1,70 @@
+"""What stands in an arena."""
+
+import contextlib
+from collections.abc import Iterator
+
+from dm_control import composer
+
+from bt_manip.cell.exceptions import CellError
+from bt_manip.cell.naming import name_elements
+from bt_manip.cell.placement import Placement
+from bt_manip.exceptions import did_you_mean
+
+
+class Inventory:
+    """The entities of an arena by name, in order; changes can be undone."""
+
+    def __init__(self, arena: composer.Arena):
+        """Begin with an arena; what it already holds is not listed, but counts as new."""
+        self.arena = arena
+        self.placed: dict[str, Placement] = {}
+        self.fresh: list[composer.Entity] = list(arena.iter_entities())
+        """Entities that have come since the last compile and want to be initialised."""
+
+    def find(self, name: str) -> Placement:
+        """Give the placement of a name.
+
+        Raises:
+            CellError: When there is none; the nearest names are offered.
+        """
+        try:
+            return self.placed[name]
+        except KeyError:
+            near = did_you_mean(name, self.placed)
+            raise CellError(f"there is no '{name}' in the cell{near}") from None
+
+    def attach(self, name: str, placement: Placement, *, fresh: bool = True) -> None:
+        """Put an entity into the arena, under a name."""
+        entity = placement.entity
+        entity.mjcf_model.model = name
+        for part in entity.iter_entities():
+            name_elements(part.mjcf_model)
+        attach = self.arena.add_free_entity if placement.free else self.arena.attach
+        frame = attach(entity)
+        self.placed[name] = placement
+        frame.pos = placement.position
+        frame.quat = placement.quat_wxyz
+        if fresh:
+            self.fresh.extend(entity.iter_entities())
+
+    def detach(self, name: str) -> None:
+        """Take an entity out of the arena."""
+        self.placed.pop(name).entity.detach()
+
+    @contextlib.contextmanager
+    def changing(self) -> Iterator[None]:
+        """Put everything back as it was when what is done inside raises."""
+        before = dict(self.placed)
+        try:
+            yield
+        except BaseException:
+            for name, placement in list(self.placed.items()):
+                if before.get(name) is not placement:
+                    self.detach(name)
+            for name, placement in before.items():
+                if name not in self.placed:
+                    self.attach(name, placement)
+            self.placed = {name: self.placed[name] for name in before}
+            raise
+        finally:
+            self.fresh.clear()
