@@ -39,7 +39,8 @@ def test_a_packages_object_and_controller_work_together_by_name(plugins):
     robot.attach(parts.controllers.create("joint_impedance", robot))
     cell = Cell()
     cell.add(robot)
-    name = cell.add(parts.objects.create("push_button"), pin.SE3(np.eye(3), np.array([0.0, 0.6, 0.0])))
+    T_wb = pin.SE3(np.eye(3), np.array([0.0, 0.6, 0.0]))
+    name = cell.add(parts.objects.create("push_button"), T_wb)
     home = robot.q
     cell.step(100)
     assert parts.objects.owner("push_button") == parts.controllers.owner("joint_impedance")

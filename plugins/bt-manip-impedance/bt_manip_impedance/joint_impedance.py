@@ -8,13 +8,17 @@ import pinocchio as pin
 from bt_manip.control import ControlError, Controller
 from bt_manip.robots import Robot
 
+FRICTION_VELOCITY = 0.01
+"""Reference speed at which dry friction is compensated by 76 %, the tanh of 1 [rad/s]."""
+
 
 class JointImpedance(Controller):
-    """``tau = M a_ref + bias + K e + D de/dt`` with a stiffness that the user chooses.
+    """``tau = K e + D de/dt + M a_ref + bias + friction``: each joint a damped spring.
 
     The damping follows the inertia that a joint feels at each configuration, ``D = 2 zeta
     sqrt(K M_jj)``, so that the arm is damped alike stretched out and folded. Without an integral,
-    whatever holds the arm off its reference is pushed with ``K e`` and never more.
+    whatever holds the arm off its reference is pushed with ``K e`` and never more. Friction is
+    fed forward by where the reference moves, or soft springs would drag far behind it.
     """
 
     kind = "joint_impedance"
@@ -58,9 +62,9 @@ class JointImpedance(Controller):
     ) -> np.ndarray:
         """Give the efforts of the springs, the dampers and the feed-forward [N m]."""  # (nv,)
         model = self.model
-        damping = self.damping(q)
-        feed_forward = pin.rnea(model.model, model.data, q, v, a_ref)
-        return feed_forward + self.stiffness * (q_ref - q) + damping * (v_ref - v)
+        spring = self.stiffness * (q_ref - q) + self.damping(q) * (v_ref - v)
+        friction = model.damping * v_ref + model.friction * np.tanh(v_ref / FRICTION_VELOCITY)
+        return spring + pin.rnea(model.model, model.data, q, v, a_ref) + friction
 
     def damping(self, q: np.ndarray) -> np.ndarray:
         """Give the damping of each joint at a configuration [N m s/rad]."""  # (nv,)

@@ -37,11 +37,14 @@ def make() -> Callable[..., tuple[Cell, JointImpedance]]:
     return under_control
 
 
-def test_on_its_reference_it_only_carries_the_arm(make):
+def test_on_its_reference_it_carries_the_arm_and_its_friction(make):
     cell, controller = make()
     q, v = controller.robot.q + 0.1, np.full(7, 0.3)
+    dofs = controller.robot.dof_adr
+    friction = cell.model.dof_damping[dofs] * v + cell.model.dof_frictionloss[dofs]
     bias = at(cell, q, v, controller)
-    np.testing.assert_allclose(controller.compute(q, v, q, v, np.zeros(7)), bias, atol=1e-9)
+    tau = controller.compute(q, v, q, v, np.zeros(7))
+    np.testing.assert_allclose(tau, bias + friction, atol=1e-9)
 
 
 def test_off_its_reference_it_pushes_with_stiffness_times_error(make):
