@@ -15,6 +15,7 @@ from .reach import Reach
 
 STORED = 2000  # configurations to restart from
 PATIENCE = 15  # steps without progress, where there is no restart
+_LEASH = 0.4  # [s] at full speed that a joint is pulled by in one step
 _EVASION = 3  # odd power of the place between the limits, -1 to 1
 PULLS = 12  # steps along the self-motion towards the start
 
@@ -212,7 +213,7 @@ class InverseKinematics:
         if not poses:
             raise MotionError("no target pose was given", reason="target")
         for bound in (margin, 0.0) if margin > 0.0 else (0.0,):
-            found = self.solutions(poses, q0, starts=2, margin=bound)
+            found = self.solutions(poses, q0, starts=max(2, 8 // len(poses)), margin=bound)
             if found:
                 return found[0]
         last = [self.solve(T, q0) for T in poses]
@@ -313,7 +314,8 @@ class InverseKinematics:
             pin.computeJointJacobians(model, data, q)
             T_td = pin.updateFramePlacement(model, data, frame).actInv(T)
             jacobian = pin.getFrameJacobian(model, data, frame, pin.LOCAL) * weight
-            wish = np.clip((q0 - q) * self._inverse_speed, -0.15, 0.15)
+            wish = (q0 - q) * self._inverse_speed
+            wish *= min(1.0, _LEASH / float(np.abs(wish).max(initial=1e-12)))
             missing = pin.log6(T_td).np - jacobian.dot(wish)
             dq = weight * (wish + damped_step(jacobian, missing, 1e-8))
             held = ((q <= lower) & (dq < 0.0)) | ((q >= upper) & (dq > 0.0))
