@@ -16,7 +16,9 @@ join = b"".join
 
 
 class ComputedTorque(Controller):
-    """``tau = M (a_ref + Kp e + Ki int(e) + Kd de/dt) + bias + damping + friction``.
+    """Cancel the arm's dynamics, and let errors die out alike in all joints.
+
+    ``tau = M (a_ref + Kp e + Ki int(e) + Kd de/dt) + bias + damping + friction``
 
     The model cancels the arm's dynamics (rotor inertia, gravity and payload included), so the
     error of every joint follows the same linear equation, whatever the configuration. Gains are

@@ -11,10 +11,11 @@ from bt_manip.robots import Robot
 
 
 class GravityCompensatedPD(Controller):
-    """``tau = Kp e + Kd de/dt + g(q)``: no inertia, no friction, no integral.
+    """Pull each joint by a damped spring, and carry the arm's weight.
 
-    It lags behind a fast reference and stands off by its friction at rest; it is what most arms
-    come with, and shows what computed torque is good for.
+    ``tau = Kp e + Kd de/dt + g(q)``: no inertia, no friction, no integral. It lags behind a fast
+    reference and stands off by its friction at rest; it is what most arms come with, and shows
+    what computed torque is good for.
     """
 
     kind = "gravity_compensated_pd"

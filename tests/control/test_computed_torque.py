@@ -150,3 +150,13 @@ def test_its_state_comes_back_bit_for_bit(make_arm):
 def test_gains_that_are_none_are_refused(description, gains, message):
     with pytest.raises(ControlError, match=message):
         ComputedTorque(Robot(description), **gains)
+
+
+@pytest.mark.parametrize("q", [np.zeros(2, dtype=np.float32), np.zeros(3)])
+def test_a_reference_of_another_shape_or_type_is_refused(make_arm, q):
+    cell, robot, control = make_arm(ComputedTorque)
+    wave = Wave(robot.q, 0.1, 1.0)
+    wave.q = q
+    with pytest.raises(ControlError, match="2 numbers of type float64"):
+        control.reference = wave
+    cell.step()

@@ -1,0 +1,48 @@
+"""The force of the fingers changes softly, corrects itself, and keeps them in step."""
+
+import pytest
+
+from bt_manip.control.press import Press
+
+DT = 1e-3
+
+
+def test_the_force_rises_softly_to_the_asked_one():
+    press = Press()
+    press.begin(0.0)
+    press.change(50.0, 0.05)
+    forces = []
+    while not press.advance(DT, press.force):
+        forces.append(press.force)
+    steps = [b - a for a, b in zip(forces, forces[1:], strict=False)]
+    assert press.force == 50.0
+    assert min(steps) > 0
+    # A half wave of 48 N in 50 ms rises by at most 48 pi / 2 / 50 N a step.
+    assert max(steps) < 48 * 3.1416 / 2 / 50 * 1.01
+
+
+def test_a_measured_shortfall_is_made_up_for_but_not_without_bound():
+    press = Press()
+    press.begin(0.0)
+    press.change(50.0, 0.0)
+    for _ in range(100):
+        press.advance(DT, 49.0)
+    f, _ = press.forces(0.0, 0.0, 0.0, 0.0, 0.0)
+    assert -f == pytest.approx(50.0 + 5.0 * 1.0 * 0.1)
+    for _ in range(10_000):
+        press.advance(DT, 0.0)
+    f, _ = press.forces(0.0, 0.0, 0.0, 0.0, 0.0)
+    assert -f == pytest.approx(60.0)
+
+
+def test_fingers_keep_the_difference_that_they_had():
+    press = Press()
+    press.begin(1e-3)
+    press.change(50.0, 0.0)
+    press.advance(DT, 50.0)
+    assert press.forces(1000.0, 0.0, 1e-3, 0.0, 0.0) == (-50.0, -50.0)
+    # The first is 2 mm too far out: it closes harder, the second gives way, their sum stays.
+    assert press.forces(1000.0, 0.0, 3e-3, 0.0, 0.0) == (-51.0, -49.0)
+    # Never more than a share of the force.
+    first, second = press.forces(1000.0, 0.0, 1.0, 0.0, 0.0)
+    assert (first + second, first) == (-100.0, pytest.approx(-65.2))

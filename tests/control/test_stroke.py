@@ -1,0 +1,57 @@
+"""A finger travels inside its limits and can be turned or stopped on the way."""
+
+import numpy as np
+import pytest
+
+from bt_manip.control import ControlError
+from bt_manip.control.stroke import Motion, Stroke, StrokeLimits
+
+DT = 1e-3
+LIMITS = StrokeLimits(0.1, 5.0, 500.0)
+
+
+def travel(stroke):
+    motions = [stroke.start]
+    while not stroke.done:
+        motions.append(stroke.advance(DT))
+    return np.array(motions)
+
+
+def test_it_arrives_at_rest_inside_all_limits():
+    s, v, a = travel(Stroke(Motion(0.04, 0.0, 0.0), 0.01, LIMITS)).T
+    assert (s[-1], v[-1], a[-1]) == (pytest.approx(0.01), 0.0, 0.0)
+    assert np.abs(v).max() <= 0.1 + 1e-9
+    assert np.abs(a).max() <= 5.0 + 1e-9
+    assert np.abs(np.diff(a) / DT).max() <= 500.0 * (1 + 1e-6)
+    np.testing.assert_allclose(np.diff(s) / DT, 0.5 * (v[1:] + v[:-1]), atol=1e-4)
+
+
+def test_it_turns_on_the_way_without_a_jump():
+    first = Stroke(Motion(0.04, 0.0, 0.0), 0.01, LIMITS)
+    for _ in range(100):
+        here = first.advance(DT)
+    s, v, a = travel(Stroke(here, 0.04, LIMITS)).T
+    assert (s[0], v[0], a[0]) == here
+    assert np.abs(np.diff(v)).max() <= 5.0 * DT + 1e-9
+    assert s[-1] == pytest.approx(0.04)
+
+
+def test_it_brakes_as_soon_as_the_limits_allow():
+    motions = travel(Stroke(Motion(0.03, -0.1, 0.0), None, LIMITS))
+    # 10 ms of jerk up and down, and 10 ms at 5 m/s2 between them: 0.1 m/s.
+    assert len(motions) - 1 == pytest.approx(30, abs=1)
+    assert motions[-1][1] == 0.0
+    assert motions[-1][0] == pytest.approx(0.03 - 0.1 * 0.015, abs=1e-6)
+
+
+def test_its_state_comes_back_bit_for_bit():
+    stroke = Stroke(Motion(0.04, 0.0, 0.0), 0.01, LIMITS)
+    for _ in range(77):
+        stroke.advance(DT)
+    again = Stroke.from_state(stroke.get_state())
+    np.testing.assert_array_equal(travel(again)[1:], travel(stroke)[1:])
+
+
+def test_a_speed_that_is_none_is_refused():
+    with pytest.raises(ControlError):
+        Stroke(Motion(0.04, 0.0, 0.0), 0.01, LIMITS._replace(speed=-1.0))
