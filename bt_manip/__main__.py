@@ -2,11 +2,15 @@
 
 import sys
 
-from bt_manip.cli.interrupt import INTERRUPTED, Interrupt
-
 
 def main() -> None:
     """Run the command line and leave with its exit code."""
+    if sys.version_info[:2] not in ((3, 11), (3, 12)):
+        found = ".".join(str(part) for part in sys.version_info[:3])
+        print(f"bt-manip needs Python 3.11 or 3.12, this is {found}", file=sys.stderr)
+        sys.exit(2)
+    from bt_manip.cli.interrupt import INTERRUPTED, Interrupt
+
     interrupt = Interrupt()
     interrupt.install()
     try:

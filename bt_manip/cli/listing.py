@@ -60,7 +60,8 @@ def _summary(part: Any) -> str:
         return part
     if not callable(part):  # a robot's description
         return str(getattr(part, "model", ""))
-    return (inspect.getdoc(part) or "").partition("\n")[0]
+    # Not that of a base class, which getdoc() would give.
+    return inspect.cleandoc(part.__doc__ or "").partition("\n")[0]
 
 
 def _aligned(rows: list[tuple[str, str, str]]) -> Iterator[str]:

@@ -1,0 +1,113 @@
+"""What stands around the package keeps its word."""
+
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+
+from bt_manip.__main__ import main
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+PROJECT = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]
+CONSTRAINTS = (REPOSITORY / "constraints.txt").read_text()
+
+
+def constrained() -> dict[str, str]:
+    """Give the exact versions by normalised name."""
+    lines = [line for line in CONSTRAINTS.splitlines() if not line.startswith("#")]
+    pairs = [line.split("==") for line in lines if line]
+    return {re.sub(r"[-_.]+", "-", name).lower(): version for name, version in pairs}
+
+
+@pytest.mark.parametrize(
+    "requirement", [*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["dev"]]
+)
+def test_the_exact_version_of_each_dependency_is_in_its_range(requirement):
+    wanted = Requirement(requirement)
+    version = constrained()[re.sub(r"[-_.]+", "-", wanted.name).lower()]
+    assert wanted.specifier.contains(version)
+
+
+def test_constraints_name_no_host():
+    assert not re.search(r"://|--|@", CONSTRAINTS)
+
+
+def fake_python(folder: Path, version: str) -> Path:
+    """Write something that says it is a Python."""
+    path = folder / "python"
+    path.write_text(f'#!/bin/sh\n[ "$1" = --version ] && echo "Python {version}" || exit 1\n')
+    path.chmod(0o755)
+    return path
+
+
+def test_setup_says_which_python_it_needs(tmp_path):
+    done = subprocess.run(
+        ["sh", "tools/setup.sh"], cwd=REPOSITORY, capture_output=True, text=True,
+        env={"PATH": "/usr/bin:/bin", "HOME": str(tmp_path),
+             "PYTHON": str(fake_python(tmp_path, "3.13.1"))},
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert "3.11 or 3.12" in done.stderr
+    assert "3.13.1" in done.stderr
+    assert "make setup PYTHON=" in done.stderr
+
+
+@pytest.mark.parametrize("version", [(3, 10, 2), (3, 13, 0)])
+def test_a_start_on_another_python_says_so(version, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "version_info", version)
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2
+    error = capsys.readouterr().err
+    assert "3.11 or 3.12" in error and ".".join(map(str, version)) in error
+
+
+def makefile_targets() -> set[str]:
+    return set(re.findall(r"^([a-z]+):", (REPOSITORY / "Makefile").read_text(), re.MULTILINE))
+
+
+@pytest.mark.parametrize("document", ["README.md", "CONTRIBUTING.md", "docs/architecture.md"])
+def test_documents_name_only_commands_that_there_are(document):
+    path = REPOSITORY / document
+    if not path.exists():
+        return
+    text = path.read_text()
+    assert set(re.findall(r"\bmake ([a-z]+)", text)) <= makefile_targets()
+
+
+def test_the_readme_begins_with_what_a_user_types():
+    first_screen = "\n".join((REPOSITORY / "README.md").read_text().splitlines()[:60])
+    for command in ("make run", "make test"):
+        assert command in first_screen
+
+
+def test_ci_runs_the_tests_then_the_linter_then_the_type_checker():
+    text = (REPOSITORY / ".ci" / "run").read_text()
+    order = [text.rindex(f"\nmake {target}\n") for target in ("test", "lint", "types")]
+    assert order == sorted(order)
+    assert subprocess.run(["bash", "-n", ".ci/run"], cwd=REPOSITORY).returncode == 0
+
+
+def test_the_readmes_plugin_is_picked_and_placed(tmp_path, monkeypatch):
+    """Install the README's plugin as its text says, and run what the text says."""
+    text = (REPOSITORY / "README.md").read_text()
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    assert 10 <= len([line for line in code.splitlines() if line]) <= 14
+    (tmp_path / "brick.py").write_text(code)
+    installed = tmp_path / "brick-1.0.dist-info"
+    installed.mkdir()
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: brick\nVersion: 1.0\n")
+    (installed / "entry_points.txt").write_text("[bt_manip]\nbrick = brick\n")
+    (command,) = re.findall(r"`(bt-manip run pick_place --set .*?)`", text)
+    done = subprocess.run(
+        [Path(sys.prefix) / "bin" / "bt-manip", *command.split()[1:]],
+        cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "1 placed" in done.stdout
