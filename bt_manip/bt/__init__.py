@@ -56,6 +56,12 @@ from bt_manip.bt.ports import InOut as InOut
 from bt_manip.bt.ports import Input as Input
 from bt_manip.bt.ports import Output as Output
 from bt_manip.bt.registry import BehaviourRegistry as BehaviourRegistry
+from bt_manip.bt.remarks import Comment as Comment
+from bt_manip.bt.remarks import as_written as as_written
 from bt_manip.bt.status import NodeStatus as NodeStatus
 from bt_manip.bt.status import Status as Status
 from bt_manip.bt.tree import Tree as Tree
+from bt_manip.bt.xml.from_nodes import Raw as Raw
+from bt_manip.bt.xml.from_nodes import TreeDefinition as TreeDefinition
+from bt_manip.bt.xml.from_nodes import TreeDocument as TreeDocument
+from bt_manip.bt.xml.from_nodes import tree_to_xml as tree_to_xml

@@ -33,8 +33,9 @@ class Control(Parent, Composite):  # type: ignore[misc]  # stop() needs a status
             children: Its children.
             **ports: As of every `Node`.
         """
-        name, found = name_and_children(args, children)
+        name, found, remarks = name_and_children(args, children)
         Node.__init__(self, name, **ports)
+        self.remarks = remarks
         self.current_child = None
         for child in found:
             self._adopt(child)

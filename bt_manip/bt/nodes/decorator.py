@@ -30,10 +30,11 @@ class Decorator(Parent, PyTreesDecorator):
         Raises:
             TypeError: If there is more than one child.
         """
-        name, found = name_and_children(args, None if child is None else [child])
+        name, found, remarks = name_and_children(args, None if child is None else [child])
         if len(found) > 1:
             raise TypeError(f"{type(self).__name__} takes one child; found {len(found)}")
         Node.__init__(self, name, **ports)
+        self.remarks = remarks
         for one in found:
             self._adopt(one)
 

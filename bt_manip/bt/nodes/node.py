@@ -24,6 +24,7 @@ from bt_manip.exceptions import NodeError, PortError, did_you_mean
 if TYPE_CHECKING:
     from bt_manip.bt.blackboard import Blackboard
     from bt_manip.bt.nodes.guard import Guard
+    from bt_manip.bt.remarks import Comment
     from bt_manip.bt.runtime import Observer, Runtime
 
 _INVALID: Final = Status.INVALID
@@ -65,6 +66,9 @@ class Node(PortAccess, Behaviour):
         registration: The name under which trees know its class.
         conditions: The scripts around its tick, by attribute (``_skipIf``).
         attributes: Other attributes that came with it from a document, for editors.
+        tag: Its element in a document, if that is not its own name: ``Action``.
+        remarks: Comments among its children, each with the index of the child that follows.
+        is_named: Whether its name was given, and is not only that of its class.
         path: Its path in its tree: the sub-trees that lead to it, and its name.
         uid: Its number in its tree, from 1, depth first.
     """
@@ -112,6 +116,9 @@ class Node(PortAccess, Behaviour):
             PortError: If there is no such port, or if a literal has the wrong type.
         """
         Behaviour.__init__(self, self.registration if name is None else name)
+        self.is_named = name is not None
+        self.tag: str | None = None
+        self.remarks: list[tuple[int, Comment]] = []
         self.attributes: dict[str, str] = {}
         self.conditions: dict[str, str] = {}
         given: dict[str, Any] = {}

@@ -1,6 +1,5 @@
 """What nodes with children have in common."""
 
-import uuid
 from collections.abc import Sequence
 from typing import Any
 
@@ -8,6 +7,7 @@ from py_trees.behaviour import Behaviour
 
 from bt_manip.bt.nodes.foreign import ForeignNode
 from bt_manip.bt.nodes.node import Node
+from bt_manip.bt.remarks import Comment
 from bt_manip.bt.status import IDLE, RUNNING
 
 Link = Node | ForeignNode
@@ -84,9 +84,9 @@ class Parent(Node):
 
 
 def name_and_children(
-    args: tuple[Any, ...], children: Sequence[Behaviour] | None
-) -> tuple[str | None, list[Behaviour]]:
-    """Sort positional arguments into a name and children.
+    args: tuple[Any, ...], children: Sequence[Behaviour | Comment] | None
+) -> tuple[str | None, list[Behaviour], list[tuple[int, Comment]]]:
+    """Sort positional arguments into a name, children and comments.
 
     Args:
         args: Optionally a name, then children, each by itself or in lists.
@@ -100,15 +100,14 @@ def name_and_children(
     if rest and (isinstance(rest[0], str) or rest[0] is None):
         name = rest.pop(0)
     found: list[Behaviour] = []
+    remarks: list[tuple[int, Comment]] = []
     for item in [*rest, *(children or ())]:
         items = item if isinstance(item, list | tuple) else [item]
         for child in items:
+            if isinstance(child, Comment):
+                remarks.append((len(found), child))
+                continue
             if not isinstance(child, Behaviour):
                 raise TypeError(f"expected a name and children; found {child!r}")
             found.append(child)
-    return name, found
-
-
-def child_id(child: Behaviour) -> uuid.UUID:
-    """Give the identifier that py_trees returns for a new child."""
-    return child.id
+    return name, found, remarks

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 from py_trees.behaviour import Behaviour
 
 from bt_manip.bt.blackboard import Blackboard
+from bt_manip.bt.literals import parse_boolean
 from bt_manip.bt.nodes.decorator import Decorator
 from bt_manip.bt.nodes.node import CONDITIONS, RESERVED, NodeKind
 from bt_manip.bt.ports import is_pointer
@@ -29,7 +30,7 @@ class SubTree(Decorator):
         child: Behaviour | None = None,
         tree_id: str | None = None,
         remap: Mapping[str, str] | None = None,
-        autoremap: bool = False,
+        autoremap: bool | str = False,
         **remaps: Any,
     ) -> None:
         """Configure the node.
@@ -39,16 +40,17 @@ class SubTree(Decorator):
             child: The root of the inner tree.
             tree_id: The ID of the inner tree in a document; the name if none is given.
             remap: What the inner keys mean: ``"{outer key}"``, or a constant.
-            autoremap: Whether all other keys mean the same outside.
+            autoremap: Whether all other keys mean the same outside; also as text, ``"true"``.
             **remaps: More of `remap`, and the scripts around the tick.
         """
         scripts = {key: remaps.pop(key) for key in list(remaps) if key in CONDITIONS}
         super().__init__(*args, child=child, **scripts)
-        self.is_unnamed = not (args and isinstance(args[0], str))
+        self.is_unnamed = not self.is_named
         self.tree_id = tree_id or self.name
         if self.is_unnamed:
             self.name = self.tree_id
-        self.autoremap = autoremap
+        self.autoremap_text = autoremap if isinstance(autoremap, str) else ("", "true")[autoremap]
+        self.autoremap = bool(self.autoremap_text) and parse_boolean(self.autoremap_text)
         self.remaps: dict[str, str] = {}
         for key, value in {**(remap or {}), **remaps}.items():
             if key in RESERVED or not key[:1].isalpha():

@@ -13,15 +13,17 @@ from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.nodes.test_node import TestNode, TestNodeConfig
 from bt_manip.bt.ports import Port
 from bt_manip.bt.registry import BehaviourRegistry
+from bt_manip.bt.remarks import Comment
 from bt_manip.bt.script import parse_script
 from bt_manip.bt.substitution import Substitutions, find_rule
 from bt_manip.bt.xml.dialect import Dialect
 from bt_manip.bt.xml.document import Document, is_port_name
 from bt_manip.bt.xml.problem import Place, Problems, hint
-from bt_manip.bt.xml.source import Element
+from bt_manip.bt.xml.source import Element, Text
 from bt_manip.exceptions import BtManipError, ScriptError
 
 SCRIPTS = tuple(CONDITIONS.values())
+EXPLICIT = ("Action", "Condition", "Control", "Decorator")
 MAX_NODES = 100_000
 
 
@@ -100,7 +102,7 @@ class Builder:
         uid = self._count
         if element.name == "SubTree":
             return self._subtree(element, chain, prefix, uid)
-        explicit = element.name in ("Action", "Condition", "Control", "Decorator")
+        explicit = element.name in EXPLICIT
         name = (element.get("ID") or "") if explicit else element.name
         if name not in self._registry:
             return None  # verified before: it was reported
@@ -140,16 +142,18 @@ class Builder:
             else:
                 if rule is not None:
                     cls = self._registry.get(rule)
+                name_given = element.get("name")
                 if issubclass(cls, Parent):
                     if cls.kind is NodeKind.DECORATOR and len(children) != 1:
                         return None  # verified before: it was reported
-                    node = cls(label, *children, **given)
+                    node = cls(name_given, *children, **given)
                 else:
-                    node = cls(label, **given)
+                    node = cls(name_given, **given)
         except (BtManipError, TypeError) as error:
             self._problems.error(element.place, f"{name}: {error}")
             return None
         node.registration = name
+        node.name = label
         self._dress(node, element, scripts)
         return node
 
@@ -164,6 +168,15 @@ class Builder:
             for key, attribute in element.attributes.items()
             if key not in RESERVED and not is_port_name(key)
         }
+        if element.name in EXPLICIT:
+            node.tag = element.name
+        index = 0
+        for item in element.content:
+            if isinstance(item, Element):
+                index += 1
+            else:
+                kind = "text" if isinstance(item, Text) else item.kind
+                node.remarks.append((index, Comment(item.text, kind)))
         self.places[id(node)] = element
 
     def _label(self, element: Element, default: str) -> str:
@@ -269,17 +282,18 @@ class Builder:
         self._dress(node, element, scripts)
         return node
 
-    def _remaps(self, element: Element, tree_id: str) -> tuple[dict[str, str], bool]:
+    def _remaps(self, element: Element, tree_id: str) -> tuple[dict[str, str], bool | str]:
         remaps = {
             key: attribute.value
             for key, attribute in element.attributes.items()
             if is_port_name(key)
         }
-        autoremap = False
+        autoremap: bool | str = False
         text = element.get("_autoremap")
         if text is not None:
             try:
-                autoremap = parse_boolean(text)
+                if parse_boolean(text):
+                    autoremap = text
             except ValueError as error:
                 self._problems.error(element.place_of("_autoremap"), f"_autoremap: {error}")
         model = self._document.models.get(tree_id)

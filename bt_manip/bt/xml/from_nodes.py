@@ -1,0 +1,247 @@
+"""Writing a tree that was built in Python as a document."""
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+
+from bt_manip.bt.nodes.node import Node
+from bt_manip.bt.nodes.parent import Parent
+from bt_manip.bt.nodes.subtree import SubTree
+from bt_manip.bt.registry import BehaviourRegistry, name_problem
+from bt_manip.bt.remarks import Comment as Remark
+from bt_manip.bt.tree import Tree
+from bt_manip.bt.xml.problem import Place
+from bt_manip.bt.xml.source import Attribute, Comment, Element, Source, Text, parse_source
+from bt_manip.bt.xml.writer import write_element, write_source
+from bt_manip.exceptions import TreeError
+
+_NOWHERE = Place("<tree>", 1, 1)
+
+
+@dataclass(frozen=True)
+class Raw:
+    """A piece of a document as XML text, such as a ``<TreeNodesModel>``."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class TreeDefinition:
+    """A tree of a document.
+
+    Attributes:
+        tree_id: Its ID; empty for the only tree of a document that has none.
+        root: Its root.
+        attributes: Other attributes of its element.
+        comments: Comments before its root, and after.
+    """
+
+    tree_id: str
+    root: Behaviour
+    attributes: Mapping[str, str] = field(default_factory=dict)
+    before: Sequence[Remark] = ()
+    after: Sequence[Remark] = ()
+
+
+@dataclass(frozen=True)
+class TreeDocument:
+    """A document made in Python: its trees and all that stands beside them.
+
+    Attributes:
+        content: Trees, comments and other elements, in order.
+        attributes: The attributes of ``<root>``.
+        before: Comments before ``<root>``.
+        after: Comments after it.
+    """
+
+    content: Sequence[TreeDefinition | Remark | Raw]
+    attributes: Mapping[str, str] = field(default_factory=lambda: {"BTCPP_format": "4"})
+    before: Sequence[Remark | Raw] = ()
+    after: Sequence[Remark] = ()
+
+
+def tree_to_xml(
+    tree: Tree | Behaviour | TreeDocument,
+    registry: BehaviourRegistry,
+    *,
+    tree_id: str | None = None,
+    model: bool = False,
+) -> str:
+    """Write a tree as a document.
+
+    Args:
+        tree: A tree, a root, or a whole document made in Python. Of a tree that was read from a
+            document, that document is written.
+        registry: The names of the behaviours.
+        tree_id: The ID of the main tree; by default the tree's own, or ``MainTree``.
+        model: Whether to add the models of the behaviours, for Groot2's palette.
+
+    Returns:
+        The document.
+
+    Raises:
+        TreeError: If nodes have no form in XML; it names all of them.
+    """
+    if isinstance(tree, Tree):
+        if tree.document is not None and not model:
+            return write_source(tree.document.source)
+        tree_id = tree_id or (tree.tree_id if name_problem(tree.tree_id) is None else None)
+        tree = tree.root
+    writer = _Writer(registry)
+    if isinstance(tree, TreeDocument):
+        root = writer.document(tree)
+        before = [_remark(item) for item in tree.before]
+        after = [_remark(item) for item in tree.after]
+    else:
+        root = writer.trees(tree_id or "MainTree", tree)
+        before, after = [], []
+    if model:
+        from bt_manip.bt.xml.model import tree_nodes_model
+
+        root.content.append(tree_nodes_model(registry))
+    if writer.problems:
+        raise TreeError(
+            "the tree has no form in XML:\n" + "\n".join(writer.problems), writer.problems
+        )
+    return write_source(Source(root, before, after))
+
+
+def _remark(item: Remark | Raw) -> Comment | Text:
+    if isinstance(item, Raw):
+        return Comment(item.text, _NOWHERE, "instruction")
+    return Text(item.text, _NOWHERE) if item.kind == "text" else Comment(item.text, _NOWHERE)
+
+
+class _Writer:
+    def __init__(self, registry: BehaviourRegistry) -> None:
+        self._registry = registry
+        self.problems: list[str] = []
+        self._subtrees: deque[SubTree] = deque()
+        self._written: dict[str, Element] = {}
+
+    def document(self, document: TreeDocument) -> Element:
+        root = _element("root", dict(document.attributes))
+        for item in document.content:
+            if isinstance(item, TreeDefinition):
+                given = {"ID": item.tree_id} if item.tree_id else {}
+                element = _element("BehaviorTree", {**given, **item.attributes})
+                element.content += [_remark(comment) for comment in item.before]
+                element.content.append(self._node(item.root))
+                element.content += [_remark(comment) for comment in item.after]
+                root.content.append(element)
+            elif isinstance(item, Raw):
+                root.content.append(parse_source(item.text).root)
+            else:
+                root.content.append(_remark(item))
+        return root
+
+    def trees(self, main: str, behaviour: Behaviour) -> Element:
+        root = _element("root", {"BTCPP_format": "4", "main_tree_to_execute": main})
+        self._written[main] = self._tree(main, behaviour)
+        root.content.append(self._written[main])
+        while self._subtrees:
+            node = self._subtrees.popleft()
+            element = self._tree(node.tree_id, node.children[0])
+            known = self._written.setdefault(node.tree_id, element)
+            if known is element:
+                root.content.append(element)
+            elif write_element(known) != write_element(element):
+                self.problems.append(
+                    f"two different trees are called '{node.tree_id}'; give one another tree_id"
+                )
+        return root
+
+    def _tree(self, tree_id: str, behaviour: Behaviour) -> Element:
+        element = _element("BehaviorTree", {"ID": tree_id})
+        problem = name_problem(tree_id)
+        if problem is not None or tree_id in self._registry:
+            self.problems.append(
+                f"tree '{tree_id}': its name {problem or 'is that of a node'}; give another tree_id"
+            )
+        element.content.append(self._node(behaviour))
+        return element
+
+    def _node(self, behaviour: Behaviour) -> Element:
+        if isinstance(behaviour, SubTree):
+            return self._subtree(behaviour)
+        name = self._registry.name_of(type(behaviour))
+        if name is None and isinstance(behaviour, Node) and behaviour.registration:
+            known = behaviour.registration in self._registry
+            name = behaviour.registration if known else None
+        if name is None or not isinstance(behaviour, Node):
+            self.problems.append(
+                f"'{_path(behaviour)}': {type(behaviour).__module__}.{type(behaviour).__name__} "
+                "is not registered"
+            )
+            name = type(behaviour).__name__
+        element = _element(name, {})
+        if not isinstance(behaviour, Node):
+            element.content += [self._node(child) for child in behaviour.children]
+            return element
+        if behaviour.tag is not None:
+            element.name = behaviour.tag
+            _set(element, "ID", name)
+        if behaviour.is_named:
+            _set(element, "name", behaviour.name)
+        for key in behaviour.given:
+            self._port(element, behaviour, key)
+        self._finish(element, behaviour)
+        if isinstance(behaviour, Parent):
+            element.content += [self._node(child) for child in behaviour.children]
+        _insert_remarks(element, behaviour)
+        return element
+
+    def _port(self, element: Element, node: Node, key: str) -> None:
+        try:
+            text = node.port_text(key)
+        except Exception as error:  # a format function of a behaviour's own may raise anything
+            self.problems.append(f"'{_path(node)}': port '{key}': {error}")
+            return
+        value = node.given[key]
+        port = node.ports[key]
+        if not isinstance(value, str) and port.type.strong and port.type.format is None:
+            self.problems.append(
+                f"'{_path(node)}': port '{key}': a {port.type.name} cannot be written as text"
+            )
+        _set(element, key, text or "")
+
+    def _finish(self, element: Element, node: Node) -> None:
+        for key, text in {**node.conditions, **node.attributes}.items():
+            _set(element, key, text)
+
+    def _subtree(self, node: SubTree) -> Element:
+        element = _element("SubTree", {"ID": node.tree_id})
+        if not node.is_unnamed:
+            _set(element, "name", node.name)
+        for key, text in node.remaps.items():
+            _set(element, key, text)
+        if node.autoremap_text:
+            _set(element, "_autoremap", node.autoremap_text)
+        self._finish(element, node)
+        if node.children:
+            self._subtrees.append(node)
+        _insert_remarks(element, node)
+        return element
+
+
+def _insert_remarks(element: Element, node: Node) -> None:
+    for index, comment in reversed(node.remarks):
+        element.content.insert(index, _remark(comment))
+
+
+def _element(name: str, attributes: Mapping[str, str]) -> Element:
+    element = Element(name, _NOWHERE)
+    for key, value in attributes.items():
+        _set(element, key, value)
+    return element
+
+
+def _set(element: Element, name: str, value: str) -> None:
+    element.attributes[name] = Attribute(name, value, _NOWHERE, _NOWHERE)
+
+
+def _path(behaviour: Any) -> str:
+    return getattr(behaviour, "path", "") or behaviour.name

@@ -1,0 +1,281 @@
+"""Writing a document as Python source that builds the same document."""
+
+import keyword
+import re
+from typing import Any
+
+from bt_manip.bt.nodes.node import CONDITIONS, Node
+from bt_manip.bt.nodes.subtree import SubTree
+from bt_manip.bt.ports import Port
+from bt_manip.bt.registry import BehaviourRegistry
+from bt_manip.bt.xml.builder import EXPLICIT
+from bt_manip.bt.xml.document import Document, is_port_name
+from bt_manip.bt.xml.source import Comment, Element, Text
+from bt_manip.bt.xml.writer import write_element
+from bt_manip.exceptions import TreeError
+
+_WIDTH = 100
+_PYTHON_OF = {attribute: name for name, attribute in CONDITIONS.items()}
+
+
+def to_python(document: Document, registry: BehaviourRegistry) -> str:
+    """Write a document as a Python module.
+
+    The module has a function for each tree, and ``document()``, from which
+    `bt_manip.bt.tree_to_xml` makes the same document again.
+
+    Args:
+        document: A document that was read without errors.
+        registry: The behaviours that it names.
+
+    Returns:
+        The source of the module.
+
+    Raises:
+        TreeError: If a behaviour's class cannot be imported by its name.
+    """
+    return _Writer(document, registry).module()
+
+
+class _Writer:
+    def __init__(self, document: Document, registry: BehaviourRegistry) -> None:
+        self._document = document
+        self._registry = registry
+        self._imports: dict[str, set[str]] = {}
+        self._functions = self._function_names()
+
+    def _function_names(self) -> dict[str, str]:
+        names: dict[str, str] = {}
+        for tree_id in self._document.trees:
+            base = re.sub(r"\W", "_", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", tree_id)).lower()
+            base = base if base[:1].isalpha() and base.isascii() else f"tree_{base}"
+            base = re.sub(r"[^a-z0-9_]", "_", base)
+            if keyword.iskeyword(base) or base in ("document", "as_written"):
+                base += "_tree"
+            name, count = base, 2
+            while name in names.values():
+                name, count = f"{base}_{count}", count + 1
+            names[tree_id] = name
+        return names
+
+    def module(self) -> str:
+        functions = [
+            self._function(tree_id, element) for tree_id, element in self._document.trees.items()
+        ]
+        whole = self._document_function()
+        imports = [
+            f"from {module} import {', '.join(sorted(names))}"
+            if len(names) == 1
+            else f"from {module} import (\n"
+            + "".join(f"    {name},\n" for name in sorted(names))
+            + ")"
+            for module, names in sorted(self._imports.items())
+        ]
+        main = self._document.main_tree()
+        title = f"The tree {main}." if main else "Trees."
+        return "\n\n\n".join(
+            [f'"""{title}"""\n\n' + "\n".join(imports), *functions, whole]
+        ) + "\n"  # fmt: skip
+
+    def _use(self, name: str, module: str = "bt_manip.bt") -> str:
+        self._imports.setdefault(module, set()).add(name)
+        return name
+
+    def _function(self, tree_id: str, element: Element) -> str:
+        node = self._use("Node")
+        call = _layout(self._node(element.children[0]), 1)
+        return (
+            f"def {self._functions[tree_id]}() -> {node}:\n"
+            f'    """Build the tree {tree_id}."""\n'
+            f"    return {call}"
+        )
+
+    def _document_function(self) -> str:
+        source = self._document.source
+        ids = {id(element): tree_id for tree_id, element in self._document.trees.items()}
+        content: list[Any] = []
+        for item in source.root.content:
+            if isinstance(item, Element) and id(item) in ids:
+                content.append(self._definition(ids[id(item)], item))
+            elif isinstance(item, Element):
+                content.append(_Call(self._use("Raw"), [_text(write_element(item))]))
+            else:
+                content.append(self._remark(item))
+        arguments: list[Any] = [_List(content)]
+        attributes = {a.name: a.value for a in source.root.attributes.values()}
+        arguments.append(("attributes", _text(attributes)))
+        for name, items in (("before", source.prologue), ("after", source.epilogue)):
+            remarks = [self._prologue(item) for item in items]
+            if remarks:
+                arguments.append((name, _List(remarks)))
+        call = _layout(_Call(self._use("TreeDocument"), arguments), 1)
+        return (
+            "def document() -> TreeDocument:\n"
+            '    """Build the whole document."""\n'
+            f"    return {call}"
+        )
+
+    def _prologue(self, item: Comment | Text) -> Any:
+        if isinstance(item, Comment) and item.kind == "instruction":
+            return _Call(self._use("Raw"), [_text(item.text)])
+        return self._remark(item)
+
+    def _definition(self, tree_id: str, element: Element) -> Any:
+        named = element.get("ID") is not None
+        arguments: list[Any] = [
+            _text(tree_id if named else ""),
+            f"{self._functions[tree_id]}()",
+        ]
+        others = {a.name: a.value for a in element.attributes.values() if a.name != "ID"}
+        if others:
+            arguments.append(("attributes", _text(others)))
+        index = element.content.index(element.children[0])
+        for name, items in (
+            ("before", element.content[:index]),
+            ("after", element.content[index + 1 :]),
+        ):
+            if items:
+                arguments.append((name, _List([self._remark(item) for item in items])))
+        return _Call(self._use("TreeDefinition"), arguments)
+
+    def _remark(self, item: Any) -> Any:
+        kind = [("kind", _text("text"))] if isinstance(item, Text) else []
+        return _Call(self._use("Comment"), [_text(item.text), *kind])
+
+    def _node(self, element: Element) -> Any:
+        arguments: list[Any] = []
+        name = element.get("name")
+        if name is not None:
+            arguments.append(_text(name))
+        if element.name == "SubTree":
+            call = self._subtree(element, arguments)
+        else:
+            explicit = element.name in EXPLICIT
+            registered = (element.get("ID") or "") if explicit else element.name
+            cls = self._registry.get(registered)
+            children: list[Any] = []
+            inside = bool(element.children)
+            for item in element.content if inside else ():
+                children.append(
+                    self._node(item) if isinstance(item, Element) else self._remark(item)
+                )
+            if len(children) == 1:
+                arguments.append(children[0])
+            elif children:
+                arguments.append(_List(children))
+            arguments += self._ports(element, cls)
+            call = _Call(self._class(registered, cls), arguments)
+        return self._written(element, call)
+
+    def _written(self, element: Element, call: Any) -> Any:
+        extra: list[Any] = []
+        if element.name in EXPLICIT:
+            extra.append(("tag", _text(element.name)))
+        others = {
+            a.name: a.value
+            for a in element.attributes.values()
+            if a.name not in ("ID", "name", "_autoremap")
+            and a.name not in _PYTHON_OF
+            and not is_port_name(a.name)
+        }
+        if others:
+            extra.append(("attributes", _text(others)))
+        if not element.children and element.content:
+            extra.append(("comments", _List([self._remark(item) for item in element.content])))
+        if not extra:
+            return call
+        return _Call(self._use("as_written"), [call, *extra])
+
+    def _subtree(self, element: Element, arguments: list[Any]) -> Any:
+        tree_id = element.get("ID") or ""
+        if tree_id in self._functions:
+            arguments.append(f"{self._functions[tree_id]}()")
+        arguments.append(("tree_id", _text(tree_id)))
+        remaps = {a.name: a.value for a in element.attributes.values() if is_port_name(a.name)}
+        if remaps:
+            arguments.append(("remap", _text(remaps)))
+        autoremap = element.get("_autoremap")
+        if autoremap is not None:
+            arguments.append(("autoremap", _text(autoremap)))
+        arguments += self._scripts(element)
+        return _Call(self._use("SubTree"), arguments)
+
+    def _ports(self, element: Element, cls: type[Node]) -> list[Any]:
+        found: list[Any] = []
+        for attribute in element.attributes.values():
+            port = cls.ports.get(attribute.name)
+            if port is not None and is_port_name(attribute.name):
+                found.append((port.attribute, _value(port, attribute.value)))
+        return found + self._scripts(element)
+
+    def _scripts(self, element: Element) -> list[Any]:
+        return [
+            (_PYTHON_OF[a.name], _text(a.value))
+            for a in element.attributes.values()
+            if a.name in _PYTHON_OF
+        ]
+
+    def _class(self, name: str, cls: type[Node]) -> str:
+        module = cls.__module__
+        if module.startswith("bt_manip.bt.nodes."):
+            module = "bt_manip.bt"
+        if cls is SubTree or "<" in cls.__qualname__ or "." in cls.__qualname__:
+            raise TreeError(f"the class of '{name}' cannot be imported: {cls.__qualname__}")
+        return self._use(cls.__name__, module)
+
+
+class _Call:
+    def __init__(self, name: str, arguments: list[Any]) -> None:
+        self.opening, self.closing = f"{name}(", ")"
+        self.arguments = arguments
+
+
+class _List(_Call):
+    def __init__(self, items: list[Any]) -> None:
+        self.opening, self.closing = "[", "]"
+        self.arguments = items
+
+
+def _value(port: Port, text: str) -> str:
+    """Write a literal as a Python number or truth value, where that gives the same text again."""
+    kind = port.type
+    if kind.python in (int, float, bool) and kind.parse is not None and kind.format is not None:
+        try:
+            value = kind.parse(text)
+        except ValueError:
+            return _text(text)
+        if kind.format(value) == text:
+            return repr(value)
+    return _text(text)
+
+
+def _text(value: str | dict[str, str]) -> str:
+    """Write a text, or texts by name, with double quotes where they do not need escaping."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{_text(k)}: {_text(v)}" for k, v in value.items()) + "}"
+    plain = repr(value)
+    if plain[0] == "'" and '"' not in value:
+        return '"' + plain[1:-1].replace("\\'", "'") + '"'
+    return plain
+
+
+def _flat(item: Any) -> str:
+    if isinstance(item, tuple):
+        return f"{item[0]}={_flat(item[1])}"
+    if isinstance(item, _Call):
+        return item.opening + ", ".join(map(_flat, item.arguments)) + item.closing
+    return str(item)
+
+
+def _layout(item: Any, depth: int) -> str:
+    """Write a call on one line, or with an argument a line where it is too long."""
+    flat = _flat(item)
+    if len(flat) + 4 * depth + 8 <= _WIDTH and "\n" not in flat:
+        return flat
+    if isinstance(item, tuple):
+        return f"{item[0]}={_layout(item[1], depth)}"
+    if not isinstance(item, _Call) or not item.arguments:
+        return flat
+    indent = "    " * (depth + 1)
+    lines = [f"{indent}{_layout(argument, depth + 1)}," for argument in item.arguments]
+    return "\n".join([item.opening, *lines, "    " * depth + item.closing])

@@ -1,0 +1,97 @@
+"""Writing documents: the same content in one clean form."""
+
+import re
+from typing import Final
+
+from bt_manip.bt.xml.source import Comment, Element, Source, Text
+
+WIDTH: Final = 100
+"""Tags that would be longer have one attribute a line."""
+
+_INDENT: Final = "  "
+_SPECIAL: Final = {
+    "&": "&amp;",
+    "<": "&lt;",
+    ">": "&gt;",
+    '"': "&quot;",
+    "\n": "&#10;",
+    "\r": "&#13;",
+    "\t": "&#9;",
+}
+
+
+def write_source(source: Source) -> str:
+    """Write a document, with its comments and its order, indented by two spaces.
+
+    Args:
+        source: The document.
+
+    Returns:
+        Its text, ending in a line break; any XML reader finds the same values in it.
+    """
+    lines: list[str] = []
+    if not any(_is_declaration(item) for item in source.prologue):
+        lines.append('<?xml version="1.0" encoding="UTF-8"?>')
+    for item in source.prologue:
+        _write_item(item, 0, lines)
+    _write_element(source.root, 0, lines)
+    for item in source.epilogue:
+        _write_item(item, 0, lines)
+    return "\n".join(lines) + "\n"
+
+
+def write_element(element: Element) -> str:
+    """Write one element by itself."""
+    lines: list[str] = []
+    _write_element(element, 0, lines)
+    return "\n".join(lines)
+
+
+def _is_declaration(item: Comment | Text) -> bool:
+    return isinstance(item, Comment) and item.text.startswith("<?xml")
+
+
+def _write_item(item: Comment | Text | Element, depth: int, lines: list[str]) -> None:
+    if isinstance(item, Element):
+        _write_element(item, depth, lines)
+    elif isinstance(item, Text):
+        lines.append(_INDENT * depth + escape(item.text.strip(), quotes=False))
+    elif item.kind == "instruction":
+        lines.append(_INDENT * depth + item.text)
+    else:
+        lines.append(_INDENT * depth + f"<!--{item.text}-->")
+
+
+def _write_element(element: Element, depth: int, lines: list[str]) -> None:
+    indent = _INDENT * depth
+    attributes = [f'{a.name}="{escape(a.value)}"' for a in element.attributes.values()]
+    content = [item for item in element.content if not _is_blank(item)]
+    end = ">" if content else "/>"
+    tag = indent + " ".join([f"<{element.name}", *attributes]) + end
+    if len(tag) > WIDTH and len(attributes) > 1:
+        inner = "\n" + indent + _INDENT * 2
+        tag = indent + inner.join([f"<{element.name}", *attributes]) + end
+    if len(content) == 1 and isinstance(content[0], Text):
+        text = escape(content[0].text.strip(), quotes=False)
+        lines.append(f"{tag}{text}</{element.name}>")
+        return
+    lines.append(tag)
+    for item in content:
+        _write_item(item, depth + 1, lines)
+    if content:
+        lines.append(f"{indent}</{element.name}>")
+
+
+def _is_blank(item: Comment | Text | Element) -> bool:
+    return isinstance(item, Text) and not item.text.strip()
+
+
+def escape(text: str, *, quotes: bool = True) -> str:
+    """Write characters that mean something in XML as references.
+
+    Args:
+        text: The text.
+        quotes: Whether it stands in an attribute: quotes and line breaks are written so too.
+    """
+    pattern = '[&<>"\n\r\t]' if quotes else "[&<>]"
+    return re.sub(pattern, lambda found: _SPECIAL[found[0]], text)
