@@ -26,6 +26,7 @@ from .trajectory import (
 )
 
 MARGIN = 0.05  # [rad] that chosen configurations keep from the limits where they can
+STANDSTILL = 1e-10  # [rad] below which there is nothing to move; Ruckig gives up below 1e-12
 
 
 class Arm:
@@ -238,7 +239,7 @@ class Arm:
         return first if then is None else SequenceTrajectory([first, then])
 
     def _straight(self, start: np.ndarray, end: np.ndarray, speed: float) -> Trajectory | None:
-        if np.array_equal(start, end):
+        if np.abs(end - start).max() < STANDSTILL:
             return None
         return drive_straight(start, end, self.model, speed)
 

@@ -120,6 +120,12 @@ def test_no_motion_is_needed_to_where_it_is(arm):
     assert not arm.moving
 
 
+@pytest.mark.parametrize("distance", [1e-16, 1e-13, 1e-11])  # [rad]
+def test_next_to_nothing_is_no_motion_either(arm, distance):
+    arm.move_to_configuration(arm.q + distance)
+    assert not arm.moving
+
+
 def test_a_pose_is_reached_at_the_tool(arm, watch):
     T = down(0.45, -0.2, 0.25, 0.7)
     arm.move_to_pose(T)
