@@ -1,12 +1,14 @@
 """A cell with its robot under control: what trees run in and scripts work with."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from dm_control import composer
+from py_trees.behaviour import Behaviour
 
+from bt_manip.bt import NodeStatus, Tree
 from bt_manip.cell import Cell
 from bt_manip.control import Controller, GripperController
 from bt_manip.motion import Arm
@@ -48,6 +50,56 @@ class Station:
             "rng": self.rng,
             "models": self.models,
         }
+
+    def clock(self) -> float:
+        """Give simulated time, for trees that run here [s]."""
+        return self.cell.time
+
+    def step_until(self, condition: Callable[[], bool], timeout: float = 10.0) -> None:
+        """Make control steps until something has happened.
+
+        Args:
+            condition: Tells whether it has; asked before each step.
+            timeout: Longest simulated time to wait [s].
+
+        Raises:
+            TimeoutError: When it has not happened within that time.
+        """
+        for _ in range(round(timeout / self.cell.dt)):
+            if condition():
+                return
+            self.cell.step()
+        if not condition():
+            raise TimeoutError(f"what was waited for has not happened within {timeout:g} s")
+
+    def run(
+        self, tree: Tree | Behaviour, *, tick: float = 0.010, timeout: float = 60.0
+    ) -> NodeStatus:
+        """Run a tree once, from idle to its end.
+
+        Args:
+            tree: A tree whose clock is that of this station, or the root of one.
+            tick: Simulated time between two ticks [s].
+            timeout: Longest simulated time that it may take [s].
+
+        Returns:
+            How it ended: ``SUCCESS``, ``FAILURE``, or ``SKIPPED`` when there was nothing to do.
+
+        Raises:
+            TimeoutError: When it takes longer; the tree has been halted then.
+        """
+        if not isinstance(tree, Tree):
+            tree = Tree(tree, clock=self.clock)
+        tree.setup(**self.infrastructure)
+        steps = max(1, round(tick / self.cell.dt))
+        end = self.cell.time + timeout
+        while (status := tree.tick()) is NodeStatus.RUNNING:
+            if self.cell.time >= end:
+                running = [n.path for n in tree.nodes if n.engine_status is NodeStatus.RUNNING]
+                tree.halt()
+                raise TimeoutError(f"after {timeout:g} s the tree is still at '{running[-1]}'")
+            self.cell.step(steps)
+        return status
 
     def get_state(self) -> dict[str, Any]:
         """Give everything that goes on with time, as plain data."""

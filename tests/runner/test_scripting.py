@@ -1,0 +1,75 @@
+"""A station steps until something has happened, and runs a tree to its end."""
+
+import pytest
+
+from bt_manip.behaviours import MoveHome, ObjectExists
+from bt_manip.bt import Delay, NodeStatus, Precondition, Sequence, Sleep, Tree
+from bt_manip.runner import Station, build_station
+
+
+@pytest.fixture(scope="module")
+def built() -> Station:
+    return build_station()
+
+
+@pytest.fixture
+def station(built: Station) -> Station:
+    built.arm.reset()
+    return built
+
+
+def test_it_steps_until_the_condition_holds_and_no_further(station):
+    start = station.cell.time
+    station.step_until(lambda: station.cell.time > start + 0.0495)
+    assert station.cell.time == pytest.approx(start + 0.050)
+
+
+def test_it_makes_no_step_when_the_condition_holds_already(station):
+    before = station.cell.state_bytes()
+    station.step_until(lambda: True)
+    assert station.cell.state_bytes() == before
+
+
+def test_a_condition_that_never_holds_is_an_error_after_the_timeout(station):
+    start = station.cell.time
+    with pytest.raises(TimeoutError, match="within 0.02 s"):
+        station.step_until(lambda: False, timeout=0.02)
+    assert station.cell.time == pytest.approx(start + 0.020)
+
+
+def test_a_tree_runs_to_its_end_by_simulated_time(station):
+    start = station.cell.time
+    tree = Tree(Sequence("wait", Sleep("rest", msec=40), ObjectExists(object="table")),
+                clock=station.clock)  # fmt: skip
+    assert station.run(tree) is NodeStatus.SUCCESS
+    assert station.cell.time == pytest.approx(start + 0.040)
+
+
+def test_a_behaviour_runs_as_a_tree_of_its_own(station):
+    start = station.cell.time
+    assert station.run(Delay("wait", MoveHome(), delay_msec=30)) is NodeStatus.SUCCESS
+    assert station.cell.time == pytest.approx(start + 0.030, abs=0.011)
+
+
+def test_a_tree_that_fails_says_so_and_why(station):
+    tree = Tree(ObjectExists("look", object="tabel"), clock=station.clock)
+    assert station.run(tree) is NodeStatus.FAILURE
+    assert "look" in tree.failure_reason() and "tabel" in tree.failure_reason()
+
+
+def test_a_tree_with_nothing_to_do_is_skipped(station):
+    root = Precondition("never", ObjectExists(object="table"), **{"if": "false", "else": "SKIPPED"})
+    assert station.run(root) is NodeStatus.SKIPPED
+
+
+def test_a_tick_takes_as_many_steps_as_asked(station):
+    start = station.cell.time
+    station.run(Tree(Sleep("rest", msec=30), clock=station.clock), tick=0.020)
+    assert station.cell.time == pytest.approx(start + 0.040)
+
+
+def test_a_tree_that_takes_too_long_is_halted(station):
+    tree = Tree(Sleep("long nap", msec=10_000), clock=station.clock)
+    with pytest.raises(TimeoutError, match="after 0.05 s the tree is still at 'long nap'"):
+        station.run(tree, timeout=0.05)
+    assert tree.statuses() == bytes([NodeStatus.IDLE])
