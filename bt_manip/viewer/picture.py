@@ -1,5 +1,7 @@
 """Pictures of a cell, drawn without a window."""
 
+import os
+
 import mujoco
 import numpy as np
 
@@ -52,7 +54,8 @@ def _renderer(model: mujoco.MjModel, width: int, height: int) -> mujoco.Renderer
         return mujoco.Renderer(model, height, width)
     except Exception as error:  # each backend raises an error of its own
         text = " ".join(str(error).split()) or type(error).__name__
+        backend = os.environ.get("MUJOCO_GL") or "unset"
         raise NoOpenGLError(
-            f"nothing can be drawn here ({text}); without a display, set MUJOCO_GL=egl or "
-            "MUJOCO_GL=osmesa, whichever is installed"
+            f"nothing can be drawn with MUJOCO_GL {backend} ({text}); without a display, "
+            "MUJOCO_GL=egl or MUJOCO_GL=osmesa draws where one of them is installed"
         ) from error

@@ -1,0 +1,51 @@
+"""Draw the picture of the README anew.
+
+    python docs/images/render.py [FILE.png]
+
+Where there is no display, MUJOCO_GL=egl or MUJOCO_GL=osmesa says what to draw with.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from bt_manip.models import bundled_path
+from bt_manip.plugins import load_plugins
+from bt_manip.runner import RunRequest, Station, find_tree, prepare
+from bt_manip.viewer.picture import NoOpenGLError, render
+from bt_manip.viewer.png import write_png
+
+HERE = Path(__file__).resolve().parent
+SEED = 3  # the cube lies on the near side, and its shadow falls on the table
+
+
+def pick_place_in_the_middle(seed: int = SEED) -> Station:
+    """Run pick_place until the cube is on its way, a hand's breadth from the basket's rim."""
+    tree = find_tree(str(bundled_path("pick_place.xml", "trees")), {})
+    run = prepare(RunRequest(tree, seed=seed), load_plugins().parts)
+    cell, gripper = run.station.cell, run.station.gripper
+
+    def on_its_way() -> bool:
+        if "cube" not in gripper.held:
+            return False
+        way = cell.pose("basket").translation - cell.pose("cube").translation
+        return bool(np.linalg.norm(way[:2]) < 0.21)
+
+    run.execute(stop=on_its_way)
+    return run.station
+
+
+def main() -> None:
+    """Draw it."""
+    file = Path(sys.argv[1]) if len(sys.argv) > 1 else HERE / "pick_place.png"
+    try:
+        picture = render(pick_place_in_the_middle().cell)
+    except NoOpenGLError as error:
+        sys.exit(f"Error: {error}")
+    write_png(file, picture)
+    print(f"{file}: {file.stat().st_size / 1000:.0f} kB")
+
+
+if __name__ == "__main__":
+    main()

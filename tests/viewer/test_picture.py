@@ -1,0 +1,84 @@
+"""A picture shows what stands in the cell, where the camera's geometry says."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from bt_manip import spatial
+from bt_manip.cell import Cell, Cube, Table
+from bt_manip.exceptions import BtManipError
+from bt_manip.viewer.picture import NoOpenGLError, render
+
+WIDTH, HEIGHT = 160, 100
+BLUE = (0.05, 0.15, 0.9)
+
+
+def cell_with_cube(x: float, y: float) -> Cell:
+    cell = Cell()
+    cell.add(Table())
+    cell.add(Cube(size=0.1, colour=BLUE), spatial.pose((x, y, 1.3)), name="cube")
+    return cell
+
+
+def project(cell: Cell, camera: str, point: np.ndarray) -> tuple[int, int]:
+    """Give row and column of a point, for an ideal pinhole camera."""
+    camera_id = cell.model.camera(camera).id
+    axes = cell.data.cam_xmat[camera_id].reshape(3, 3)  # it looks along -z, y is up
+    x, y, z = axes.T @ (point - cell.data.cam_xpos[camera_id])
+    focal = 0.5 * HEIGHT / np.tan(0.5 * np.deg2rad(cell.model.cam_fovy[camera_id]))
+    return round(0.5 * HEIGHT + focal * y / z - 0.5), round(0.5 * WIDTH - focal * x / z - 0.5)
+
+
+def blue(picture: np.ndarray) -> np.ndarray:
+    """Tell which pixels are much bluer than red."""  # (height, width)
+    return picture[..., 2].astype(int) - picture[..., 0] > 60
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.3, 0.2), (0.5, -0.2)])
+def test_the_cube_is_seen_where_the_camera_projects_it(opengl, x, y):
+    cell = cell_with_cube(x, y)
+    picture = render(cell, width=WIDTH, height=HEIGHT)
+    assert picture.shape == (HEIGHT, WIDTH, 3)
+    rows, columns = np.nonzero(blue(picture))
+    row, column = project(cell, "overview", np.array([x, y, 1.3]))
+    assert (rows.mean(), columns.mean()) == pytest.approx((row, column), abs=1.0)
+    # 0.1 m wide, some 2.3 m away, seen over an edge
+    assert 20 < rows.size < 120
+
+
+def test_the_picture_is_of_the_state_after_the_step(opengl):
+    cell = cell_with_cube(0.3, 0.2)
+    free = cell.model.joint("cube/").qposadr[0]
+    cell.data.qpos[free : free + 2] = 0.5, -0.2
+    rows, columns = np.nonzero(blue(render(cell, width=WIDTH, height=HEIGHT)))
+    row, column = project(cell, "overview", np.array([0.5, -0.2, 1.3]))
+    assert (rows.mean(), columns.mean()) == pytest.approx((row, column), abs=1.0)
+
+
+def test_drawing_changes_nothing(opengl):
+    cell, undrawn = cell_with_cube(0.3, 0.2), cell_with_cube(0.3, 0.2)
+    cell.step(5)
+    render(cell, width=16, height=10)
+    cell.step(5)
+    undrawn.step(10)
+    assert cell.state_bytes() == undrawn.state_bytes()
+
+
+def test_an_unknown_camera_is_refused_with_the_nearest_name():
+    with pytest.raises(BtManipError, match="no camera 'overveiw'.*'overview'"):
+        render(Cell(), "overveiw")
+
+
+@pytest.mark.parametrize("size", [(0, 10), (10, 5000)])
+def test_an_impossible_size_is_refused(size):
+    with pytest.raises(BtManipError, match="up to 1920 x 1200 pixels"):
+        render(Cell(), width=size[0], height=size[1])
+
+
+def test_without_opengl_it_says_what_would_help(monkeypatch):
+    def fail(*_):
+        raise mujoco.FatalError("no context")
+
+    monkeypatch.setattr(mujoco, "Renderer", fail)
+    with pytest.raises(NoOpenGLError, match=r"\(no context\).*MUJOCO_GL=egl"):
+        render(Cell())
