@@ -1,0 +1,41 @@
+"""The same pick as a behaviour tree: behaviours in a sequence, tied by a blackboard key.
+
+Run it as a script, or let the command line show it: bt-manip run examples/2_first_tree.py:pick
+"""
+
+from bt_manip.behaviours import Drop, Grasp, Hover, Lift, Reach, SpawnObject
+from bt_manip.bt import RetryUntilSuccessful, Sequence, Tree
+from bt_manip.runner import build_station
+
+
+def pick(force: float = 50.0) -> Sequence:
+    """Put a cube on the table and pick it; bt-manip run ... --set force=30 sets the argument."""
+    return Sequence(
+        "pick and drop",
+        SpawnObject(object="{cube}"),  # writes the name that the object got under the key "cube"
+        RetryUntilSuccessful(
+            "try twice",
+            Sequence(
+                "pick",
+                Hover(object="{cube}", height=0.15),  # reads it
+                Reach(object="{cube}"),
+                Grasp(object="{cube}", force=force),
+                Lift(height=0.3),
+            ),
+            num_attempts=2,
+        ),
+        Drop(container="basket"),
+    )
+
+
+def main() -> None:
+    """Run the tree twice: once as it is, once with a force that the gripper does not have."""
+    station = build_station(seed=0)
+    for force in (50.0, 500.0):
+        tree = Tree(pick(force), clock=station.clock)
+        status = station.run(tree)
+        print(f"{force:.0f} N: {status.name} at {station.cell.time:.2f} s {tree.failure_reason()}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,37 @@
+"""The same tree in the XML of BehaviorTree.CPP; change the file, and the task has changed.
+
+Or without Python: bt-manip run examples/3_first_tree.xml
+"""
+
+from pathlib import Path
+
+from bt_manip.behaviours import Drop, Grasp, Hover, Lift, Reach, SpawnObject
+from bt_manip.bt import BehaviourRegistry, load_tree, parse_tree
+from bt_manip.exceptions import TreeError
+from bt_manip.runner import build_station
+
+FILE = Path(__file__).with_name("3_first_tree.xml")
+
+
+def main() -> None:
+    """Run the file as it is, then with a gentler grasp, then with a slip of the pen."""
+    station = build_station(seed=0)
+    # The behaviours that a file may name; those of the language come with every registry.
+    behaviours = BehaviourRegistry([SpawnObject, Hover, Reach, Grasp, Lift, Drop])
+
+    tree = load_tree(FILE, behaviours, clock=station.clock)
+    print(f"as it is: {station.run(tree).name}, after {station.cell.time:.2f} s simulated")
+
+    text = FILE.read_text()
+    gentle = text.replace('force="50.0"', 'force="20.0"')
+    tree = parse_tree(gentle, behaviours, clock=station.clock)
+    print(f"with 20 N: {station.run(tree).name}")
+
+    try:
+        parse_tree(text.replace("<Reach", "<Raech"), behaviours, file=FILE.name)
+    except TreeError as error:
+        print(f"with a slip: {error}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,96 @@
+"""A behaviour of one's own: weigh what the gripper holds; and its unit tests.
+
+Run the tests: pytest examples/4_own_behaviour.py
+"""
+
+from typing import Any
+
+import pytest
+
+from bt_manip.behaviours import Grasp, Hover, Lift, Reach
+from bt_manip.bt import Action, Input, NodeStatus, Output, Sequence, Status, Tree
+from bt_manip.cell import Cell, Cube
+from bt_manip.control import GripperController
+from bt_manip.runner import build_station
+from bt_manip.runner.station import Station
+from bt_manip.spatial import pose
+
+GRAVITY = 9.81  # [m/s2]
+
+
+class Weigh(Action):
+    """Weigh an object by the force with which the fingers hold it up."""
+
+    object = Input(str, doc="Name of the object.")
+    duration = Input(float, default=0.2, doc="Simulated time to average over [s].")
+    mass = Output(float, doc="What it weighs [kg].")
+
+    def setup(self, *, cell: Cell, gripper: GripperController, **_: Any) -> None:
+        """Keep what is needed; a tree can be made, drawn and checked without it."""
+        self.cell, self.gripper = cell, gripper
+
+    def initialise(self) -> None:
+        """Begin, or fail with a reason."""
+        self.readings: list[float] = []  # [N], one a tick
+        self.end = self.cell.time + self.duration
+        if self.object not in self.gripper.held:
+            self.fail(f"the gripper does not hold '{self.object}'")
+
+    def update(self) -> Status:
+        """Look once per tick; never wait here."""
+        self.readings.append(self.cell.contacts.wrench(self.object).force[2])
+        if self.cell.time < self.end:
+            return Status.RUNNING
+        self.mass = mass = sum(self.readings) / len(self.readings) / GRAVITY
+        self.feedback_message = f"{1e3 * mass:.1f} g"
+        return Status.SUCCESS
+
+    def get_state(self) -> dict[str, Any]:
+        """Give what a snapshot must hold to go on from the middle."""
+        return {**super().get_state(), "readings": list(self.readings), "end": self.end}
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Take it back."""
+        super().set_state(state)
+        self.readings, self.end = list(state["readings"]), state["end"]
+
+
+def station_with_a_cube(mass: float = 0.0565) -> Station:
+    """Put a cube on the table."""
+    station = build_station()
+    station.cell.add(Cube(mass=mass), pose((0.35, 0.1, 1.04)), name="cube")
+    return station
+
+
+def hold(name: str) -> list[Action]:
+    """Give the behaviours after which the gripper holds an object in the air."""
+    return [Hover(object=name), Reach(object=name), Grasp(object=name), Lift()]
+
+
+@pytest.mark.parametrize("mass", [0.05, 0.2])  # [kg]
+def test_it_weighs_what_the_fingers_hold(mass):
+    """Success: hold a cube of a known mass and compare."""
+    station = station_with_a_cube(mass)
+    assert station.run(Sequence(*hold("cube"))) is NodeStatus.SUCCESS
+    tree = Tree(Weigh(object="cube", mass="{mass}"), clock=station.clock)
+    assert station.run(tree) is NodeStatus.SUCCESS
+    assert tree.blackboard["mass"] == pytest.approx(mass, rel=0.02)
+
+
+def test_it_fails_when_the_object_is_not_held():
+    """Failure: the cube still lies on the table."""
+    weigh = Weigh(object="cube", mass="{mass}")
+    assert station_with_a_cube().run(weigh) is NodeStatus.FAILURE
+    assert weigh.feedback_message == "the gripper does not hold 'cube'"
+
+
+def main() -> None:
+    """Pick a cube and weigh it."""
+    station = station_with_a_cube()
+    weigh = Weigh(object="cube", mass="{mass}")
+    status = station.run(Sequence("pick and weigh", *hold("cube"), weigh))
+    print(f"{status.name}: {weigh.feedback_message}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,69 @@
+"""An object of one's own: a can, which then every behaviour and tree can use by its name."""
+
+from typing import Any
+
+from dm_control import composer, mjcf
+
+from bt_manip.behaviours import Drop, Grasp, Hover, Lift, Reach, SpawnObject
+from bt_manip.bt import Sequence, Tree
+from bt_manip.plugins import load_plugins
+from bt_manip.runner import build_station
+
+
+class Can(composer.Entity):
+    """A can, as a composer entity: it works in any dm_control environment too."""
+
+    kind = "can"  # the name that it is registered by
+    category = "graspable"
+    free = True  # it moves freely, unless it is placed as a fixture
+
+    def _build(self, name: str = "can", radius: float = 0.03, mass: float = 0.2) -> None:
+        self._mjcf_root = mjcf.RootElement(model=name)
+        self._height = 0.08  # [m]
+        # The fingers press on lines here, not on faces: stiff contacts keep them from sinking in.
+        self._mjcf_root.worldbody.add(
+            "geom", name="can", type="cylinder", size=(radius, self._height / 2), mass=mass,
+            solref=(0.004, 1), friction=(0.8,), rgba=(0.75, 0.15, 0.12, 1),
+        )  # fmt: skip
+        self._parameters = {"radius": radius, "mass": mass}
+
+    @property
+    def mjcf_model(self) -> mjcf.RootElement:
+        """The model that composer attaches."""
+        return self._mjcf_root
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """What it was made with, so that a snapshot can make it again."""
+        return self._parameters
+
+    @property
+    def rest_height(self) -> float:
+        """Height of its centre over what it stands on [m]."""
+        return self._height / 2
+
+
+def main() -> None:
+    """Let the Panda pick the can."""
+    parts = load_plugins().parts  # all that is built in or installed
+    parts.objects.add("can", Can, owner="this example")
+    station = build_station(parts, seed=1)
+    tree = Tree(
+        Sequence(
+            "pick a can",
+            SpawnObject(model="can", object="{can}"),
+            Hover(object="{can}", height=0.15),
+            Reach(object="{can}"),
+            Grasp(object="{can}", force=40.0),
+            Lift(height=0.3),
+            Drop(container="basket"),
+        ),
+        clock=station.clock,
+    )
+    status = station.run(tree)
+    print(f"{status.name} after {station.cell.time:.2f} s {tree.failure_reason()}")
+    # To let others have it, register it in a plugin instead: ../plugins/bt-manip-impedance does.
+
+
+if __name__ == "__main__":
+    main()

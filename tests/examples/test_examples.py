@@ -1,0 +1,73 @@
+"""Every example is listed, runs, and does what it says."""
+
+import re
+import runpy
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from bt_manip.cli.app import run_app
+from bt_manip.cli.interrupt import Interrupt
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = ROOT / "examples"
+LISTING = (EXAMPLES / "README.md").read_text()
+
+SAYS = {
+    "1_pick_without_a_tree.py": (
+        r"hold \('cube',\) with (4[89]|5\d)\.\d and (4[89]|5\d)\.\d N",
+        r"joints within [01]\.\d+ mrad",
+        r"'cube' has landed in the basket after [2-4]\.\d+ s",
+    ),
+    "2_first_tree.py": (
+        r"50 N: SUCCESS",
+        r"500 N: FAILURE .* Grasp::\d+: the gripper presses with up to 140 N, not 500 N",
+    ),
+    "3_the_same_in_xml.py": (
+        r"as it is: SUCCESS",
+        r"with 20 N: SUCCESS",
+        r"with a slip: 3_first_tree\.xml:17:7: .*'Raech'; did you mean 'Reach'",
+    ),
+    "4_own_behaviour.py": (r"SUCCESS: 5[67]\.\d g",),
+    "5_own_object.py": (r"SUCCESS after [2-4]\.\d+ s",),
+}
+"""What each example prints, line by line."""
+
+
+def test_every_example_has_something_to_say():
+    assert sorted(SAYS) == sorted(path.name for path in EXAMPLES.glob("*.py"))
+
+
+def test_every_example_is_listed_and_nothing_else():
+    linked = re.findall(r"\]\(([^)/]+)\)", LISTING)
+    files = [path.name for path in EXAMPLES.iterdir() if path.suffix in (".py", ".xml")]
+    assert sorted(linked) == sorted(files)
+
+
+@pytest.mark.parametrize("name", sorted(SAYS))
+def test_an_example_runs_and_says(name, capsys):
+    runpy.run_path(str(EXAMPLES / name), run_name="__main__")
+    out = capsys.readouterr().out
+    for says in SAYS[name]:
+        assert re.search(says, out), out
+
+
+def commands(program: str) -> list[str]:
+    return re.findall(rf"^\.venv/bin/{program} (.+)$", LISTING, re.MULTILINE)
+
+
+@pytest.mark.parametrize("command", commands("bt-manip"))
+def test_a_tree_runs_by_the_command_line_as_listed(command, monkeypatch, capfd):
+    monkeypatch.chdir(ROOT)
+    assert run_app(Interrupt(), [*shlex.split(command), "--quiet"]) == 0
+
+
+@pytest.mark.parametrize("command", commands("pytest"))
+def test_an_examples_own_tests_pass(command):
+    pytest_as_listed = [sys.executable, "-m", "pytest", *shlex.split(command)]
+    done = subprocess.run(pytest_as_listed, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+    assert "3 passed" in done.stdout
