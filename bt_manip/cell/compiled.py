@@ -26,13 +26,15 @@ class Compiled:
         """Compile the arena.
 
         Raises:
-            ValueError: When MuJoCo or PyMJCF refuses the model.
+            ValueError: When MuJoCo or PyMJCF refuses the model, or the time step is too long for
+                the contacts of a geom.
         """
         self.physics = mjcf.Physics.from_mjcf_model(arena.mjcf_model)
         self.physics.legacy_step = False
         self.model: mujoco.MjModel = self.physics.model.ptr
         self.data: mujoco.MjData = self.physics.data.ptr
         self.labels = Labels(self.model)
+        _check_contact_damping(self.model)
         self.contacts = Contacts(self.model, self.data, self.labels)
         entities = list(arena.iter_entities())
         self.touch = TouchMonitor(self.data, self.labels, _fingers(entities))
@@ -85,3 +87,21 @@ def _fingers(entities: Iterable[composer.Entity]) -> list[str]:
         for entity in entities
         for body in getattr(entity, "finger_bodies", ())
     ]
+
+
+def _check_contact_damping(model: mujoco.MjModel) -> None:
+    """Refuse contacts that would swing up: ``solref`` as stiffness and damping is not checked.
+
+    A step changes the contact velocity v by ``-b v dt``, with b the damping over ``dmax``.
+    """
+    stiffness, damping = model.geom_solref.T
+    direct = (stiffness <= 0) & (damping < 0)
+    decay = np.where(direct, -damping / model.geom_solimp[:, 1], 0.0) * model.opt.timestep
+    if decay.max(initial=0.0) >= 2.0:
+        geom = int(decay.argmax())
+        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM, geom)
+        most = 2.0 / decay[geom] * model.opt.timestep
+        raise ValueError(
+            f"the contacts of geom '{name}' (solref {model.geom_solref[geom]}) need a time step "
+            f"below {most:.2g} s, got {model.opt.timestep:g} s"
+        )
