@@ -1,0 +1,165 @@
+"""Motion: inverse kinematics and planning of the Panda, one core, times in ms.
+
+``python -m benchmarks motion``, or ``python benchmarks/bench_motion.py 10000`` for more poses. The
+column beside it holds what is asked for, or what the same measurement gave for others.
+"""
+
+import sys
+import time
+from collections.abc import Callable, Iterable
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip import spatial
+from bt_manip.motion import Arm, IKResult, InverseKinematics, MotionError
+from bt_manip.robots import Robot, RobotModel, compile_alone, panda
+
+POSES = 2000
+Row = tuple[str, str, str]
+
+
+def rows(poses: int = POSES) -> list[Row]:
+    """Measure everything.
+
+    Args:
+        poses: How many of them inverse kinematics is asked for.
+    """
+    robot = Robot(panda())
+    compile_alone(robot)
+    return [*inverse_kinematics_rows(robot.make_model(), poses), *planning_rows(Arm(robot))]
+
+
+def inverse_kinematics_rows(model: RobotModel, poses: int) -> Iterable[Row]:
+    """Measure success and time of inverse kinematics, at 1e-6 m and 1e-6 rad."""
+    begun = time.perf_counter()
+    ik = InverseKinematics(model)
+    yield "IK: preparing", f"{1e3 * (time.perf_counter() - begun):.1f}", ""
+
+    rng = np.random.default_rng(77)
+    lower, upper = model.limits.lower, model.limits.upper
+    goals = rng.uniform(lower, upper, (poses, model.nq))
+    starts = rng.uniform(lower, upper, goals.shape)
+    targets = [model.pose(q) for q in goals]
+
+    found, times = timed(lambda T: ik.solve(T, model.home), targets)
+    yield _solved("IK from home", model, found, times, "100 %, 0.30 / 3; prototype 0.41 / 3.5")
+    found, times = timed(ik.solve, targets, starts)
+    yield _solved("IK from random starts", model, found, times, "100 %")
+
+    near = np.clip(goals + rng.uniform(-0.1, 0.1, goals.shape), lower, upper)
+    found, times = timed(ik.follow, [model.pose(q) for q in near], goals)
+    yield _solved("IK following", model, found, times, "100 %, 0.15")
+    step = max(np.abs(r.q - q).max() for r, q in zip(found, goals, strict=True))
+    yield "IK following: largest joint step", f"{step:.3f} rad", "0.2 rad"
+
+    beyond = [pin.SE3(T.rotation, 3.0 * T.translation + np.array([0.0, 0.0, 1.0])) for T in targets]
+    found, times = timed(lambda T: ik.solve(T, model.home), beyond)
+    refused = np.array([not r.solved and r.iterations == 0 for r in found])
+    times = times[refused] if refused.any() else times
+    yield "IK beyond the reach: refused", _times(times), "1 at most"
+    folded = [pin.SE3(T.rotation, 0.1 * T.translation) for T in targets[: poses // 10]]
+    found, times = timed(lambda T: ik.solve(T, model.home), folded)
+    unsolved = times[[not r.solved for r in found]]
+    yield "IK unsolved otherwise: longest", f"{unsolved.max(initial=0.0):.1f}", "40 at most"
+
+    places = rng.uniform([0.3, -0.3, 0.05], [0.6, 0.3, 0.5], (poses // 10, 3))
+    turns = 0.5 * np.pi * np.arange(4)
+    yaws = rng.uniform(-np.pi, np.pi, len(places))
+    grips = [
+        [spatial.pointing_down(p, yaw + turn) for turn in turns]
+        for p, yaw in zip(places, yaws, strict=True)
+    ]
+    found, times = timed(lambda Ts: ik.nearest(Ts, model.home, margin=0.05), grips)
+    yield _solved("IK nearest of four grips", model, found, times, "")
+
+
+def planning_rows(arm: Arm, moves: int = 100) -> Iterable[Row]:
+    """Measure planning from request to checked trajectory, and following it."""
+    rng = np.random.default_rng(5)
+    limits = arm.model.limits
+
+    def plan(ask: Callable[[], None], settle: bool = True) -> tuple[float, float] | None:
+        begun = time.perf_counter()
+        try:
+            ask()
+        except MotionError:
+            return None
+        taken, duration = time.perf_counter() - begun, arm.remaining
+        while settle and arm.moving:
+            arm.advance(1e-3)
+        return 1e3 * taken, duration
+
+    def row(what: str, planned: list[tuple[float, float] | None]) -> Row:
+        done = np.array([p for p in planned if p is not None])
+        moved = f"moves of {done[:, 1].mean():.2f} s"
+        if len(done) < len(planned):
+            moved += f", {len(planned) - len(done)} of {len(planned)} refused"
+        return what, _times(done[:, 0]), moved
+
+    yield row(
+        "plan: to a random configuration",
+        [
+            plan(lambda q=q: arm.move_to_configuration(q))
+            for q in rng.uniform(limits.lower, limits.upper, (moves, arm.model.nq))
+        ],
+    )
+    hovers, lines, lifts = [], [], []
+    for x, y, yaw in rng.uniform([0.3, -0.3, -3.1], [0.5, 0.3, 3.1], (moves, 3)):
+        above = [spatial.pointing_down([x, y, 0.44], yaw + 0.5 * np.pi * k) for k in range(4)]
+        hovers.append(plan(lambda above=above: arm.move_to_pose(above, approach=0.385)))
+        T = arm.model.pose(arm.q)
+        T_grip = T * pin.SE3(np.eye(3), np.array([0.0, 0.0, 0.385]))
+        lines.append(plan(lambda T=T_grip: arm.move_linear(T)))
+        lifts.append(plan(lambda T=T: arm.move_linear(T)))
+        arm.move_to_pose(spatial.pointing_down([0.6, 0.0, 0.3], yaw))
+        while arm.moving:
+            arm.advance(1e-3)
+    yield row("plan: over a cube, four grips, way down clear", hovers)
+    yield row("plan: tool line of 0.385 m, down", lines)
+    yield row("plan: tool line of 0.385 m, up", lifts)
+
+    turned, stopped = [], []
+    for q in rng.uniform(limits.lower, limits.upper, (moves, arm.model.nq)):
+        turned.append(plan(lambda q=q: arm.move_to_configuration(q), settle=False))
+        for _ in range(150):
+            arm.advance(1e-3)
+        if rng.random() < 0.5:
+            stopped.append(plan(arm.stop))
+    yield row("plan: redirect in the middle of a motion", turned)
+    yield row("plan: stop", stopped)
+
+    arm.reset()
+    arm.move_to_configuration(arm.model.home + 0.5)
+    steps = int(arm.remaining / 1e-3) - 1
+    begun = time.perf_counter()
+    for _ in range(steps):
+        arm.advance(1e-3)
+    microseconds = 1e6 * (time.perf_counter() - begun) / steps
+    yield "advance the reference by one step", f"{microseconds:.2f} us", "2 us at most"
+
+
+def timed(ask: Callable[..., IKResult], *inputs: Iterable) -> tuple[list[IKResult], np.ndarray]:
+    """Ask for each input; give the answers and the times [ms]."""
+    found, times = [], []
+    for arguments in zip(*inputs, strict=True):
+        begun = time.perf_counter()
+        found.append(ask(*arguments))
+        times.append(1e3 * (time.perf_counter() - begun))
+    return found, np.array(times)
+
+
+def _solved(
+    what: str, model: RobotModel, found: list[IKResult], times: np.ndarray, beside: str
+) -> Row:
+    good = sum(r.solved and model.limits.contain(r.q) for r in found)
+    return what, f"{good} of {len(found)}, {_times(times)}", beside
+
+
+def _times(times: np.ndarray) -> str:
+    return f"{np.median(times):.3f} / {np.percentile(times, 99):.2f} (median / p99)"
+
+
+if __name__ == "__main__":
+    for what, measured, beside in rows(int(sys.argv[1]) if len(sys.argv) > 1 else POSES):
+        print(f"{what:48} {measured:42} {beside}")
