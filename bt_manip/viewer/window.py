@@ -1,5 +1,6 @@
 """MuJoCo's own window onto a run."""
 
+import threading
 import time
 from typing import Any
 
@@ -10,6 +11,9 @@ from bt_manip.viewer.display import require_display
 
 REFRESH = 1.0 / 60.0
 """Wall time between two pictures [s]."""
+
+CLOSING = 5.0
+"""Wall time that the window may take to close [s]."""
 
 
 class Window(RunObserver):
@@ -36,9 +40,11 @@ class Window(RunObserver):
 
         self._cell = run.station.cell
         self._data = _copy(self._cell)
+        before = set(threading.enumerate())
         self._handle = mujoco.viewer.launch_passive(
             self._cell.model, self._data, show_left_ui=False, show_right_ui=False
         )
+        self._threads = set(threading.enumerate()) - before
 
     def model_changed(self) -> None:
         """Hand the new model to the window that is open."""
@@ -63,8 +69,12 @@ class Window(RunObserver):
     def run_ended(self) -> None:
         """Close the window."""
         handle, self._handle = self._handle, None
-        if handle is not None:
-            handle.close()
+        if handle is None:
+            return
+        handle.close()
+        # A thread that still draws while Python shuts down brings the process to a fall.
+        for thread in self._threads:
+            thread.join(CLOSING)
 
 
 def _copy(cell: Any) -> mujoco.MjData:
