@@ -228,7 +228,9 @@ def _read(
         if strict:
             check_unused(document, main, builder.built, problems)
             if tree is not None and not problems.errors:
-                check_keys(tree.nodes, builder.places, problems)
+                model = document.models.get(main)
+                given = () if model is None else model.ports
+                check_keys(tree.nodes, builder.places, problems, given)
         built = builder.built
     else:
         built = {}

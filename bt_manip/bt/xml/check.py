@@ -1,6 +1,6 @@
 """What the engine finds only at a tick, or never: errors and warnings beyond its own."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 from bt_manip.bt.blackboard import EMPTY, Blackboard
@@ -130,15 +130,20 @@ def check_unused(document: Document, main: str, built: Mapping[str, None], found
             )
 
 
-def check_keys(nodes: list[Any], places: Mapping[int, Element], found: Problems) -> None:
+def check_keys(
+    nodes: list[Any], places: Mapping[int, Element], found: Problems, given: Iterable[str] = ()
+) -> None:
     """Warn of blackboard keys that are read and that nothing writes.
 
     Args:
         nodes: The nodes of a bound tree.
         places: The elements of the nodes.
         found: Takes the warnings.
+        given: Keys of the root that are written before the tree runs.
     """
     written: set[tuple[int, str]] = set()
+    if nodes and isinstance(nodes[0], Node):
+        written.update((id(nodes[0].scope), key) for key in given)
     read: list[tuple[tuple[int, str], str, Place]] = []
     for node in nodes:
         element = places.get(id(node))

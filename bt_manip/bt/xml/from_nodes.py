@@ -147,6 +147,7 @@ class _Writer:
             element = self._tree(node.tree_id, node.children[0])
             known = self._written.setdefault(node.tree_id, element)
             if known is element:
+                element.spaced = True
                 root.content.append(element)
             elif write_element(known) != write_element(element):
                 self.problems.append(

@@ -2,6 +2,7 @@
 
 import keyword
 import re
+import sys
 from typing import Any
 
 from bt_manip.bt.nodes.node import CONDITIONS, Node
@@ -216,12 +217,19 @@ class _Writer:
         ]
 
     def _class(self, name: str, cls: type[Node]) -> str:
-        module = cls.__module__
-        if module.startswith("bt_manip.bt.nodes."):
-            module = "bt_manip.bt"
         if cls is SubTree or "<" in cls.__qualname__ or "." in cls.__qualname__:
             raise TreeError(f"the class of '{name}' cannot be imported: {cls.__qualname__}")
-        return self._use(cls.__name__, module)
+        return self._use(cls.__name__, _shortest_module(cls))
+
+
+def _shortest_module(cls: type[Node]) -> str:
+    """Give the shortest of the packages around a class that hands the class on."""
+    names = cls.__module__.split(".")
+    for count in range(1, len(names)):
+        package = sys.modules.get(".".join(names[:count]))
+        if getattr(package, cls.__name__, None) is cls:
+            return ".".join(names[:count])
+    return cls.__module__
 
 
 class _Call:

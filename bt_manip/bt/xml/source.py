@@ -43,11 +43,15 @@ class Attribute:
 
 @dataclass
 class Comment:
-    """A comment; also a processing instruction, with ``<?`` and ``?>`` around it."""
+    """A comment; also a processing instruction, with ``<?`` and ``?>`` around it.
+
+    ``spaced`` tells that an empty line stands before it, here and in an element.
+    """
 
     text: str
     place: Place
     kind: str = "comment"
+    spaced: bool = False
 
 
 @dataclass
@@ -66,6 +70,7 @@ class Element:
     place: Place
     attributes: dict[str, Attribute] = field(default_factory=dict)
     content: "list[Element | Comment | Text]" = field(default_factory=list)
+    spaced: bool = False
 
     @property
     def children(self) -> "list[Element]":
@@ -155,6 +160,7 @@ class _Parser:
     def __init__(self, text: str, file: str) -> None:
         self._text = text
         self._file = file
+        self._spaced = False
         self._lines = [0]
         self._lines += [found.end() for found in re.finditer("\n", text)]
 
@@ -179,13 +185,15 @@ class _Parser:
         while position < length:
             start = text.find("<", position)
             end = length if start < 0 else start
+            self._spaced = False
             if end > position:
                 self._add_text(source, stack, done, position, end)
             if start < 0:
                 break
             if text.startswith("<!--", start):
                 position = self._close(start, "-->", "the comment is not closed")
-                comment = Comment(text[start + 4 : position - 3], self._place(start))
+                body = text[start + 4 : position - 3]
+                comment = Comment(body, self._place(start), spaced=self._spaced)
                 self._add(source, stack, done, comment)
             elif text.startswith("<![CDATA[", start):
                 if not stack:
@@ -242,6 +250,7 @@ class _Parser:
     ) -> None:
         piece = self._text[start:end]
         if piece.isspace():
+            self._spaced = piece.count("\n") > 1
             return
         first = start + len(piece) - len(piece.lstrip())
         if not stack:
@@ -275,7 +284,7 @@ class _Parser:
 
     def _start_tag(self, name: str, start: int, position: int) -> tuple[Element, int, bool]:
         text = self._text
-        element = Element(name, self._place(start))
+        element = Element(name, self._place(start), spaced=self._spaced)
         while True:
             end = _TAG_END.match(text, position)
             if end is not None:

@@ -27,15 +27,11 @@ def write_source(source: Source) -> str:
         source: The document.
 
     Returns:
-        Its text, ending in a line break; any XML reader finds the same values in it.
+        Its text, ending in a line break; any XML reader finds the same values in it. Empty lines
+        stay, one of each group.
     """
     lines: list[str] = []
-    if not any(_is_declaration(item) for item in source.prologue):
-        lines.append('<?xml version="1.0" encoding="UTF-8"?>')
-    for item in source.prologue:
-        _write_item(item, 0, lines)
-    _write_element(source.root, 0, lines)
-    for item in source.epilogue:
+    for item in (*source.prologue, source.root, *source.epilogue):
         _write_item(item, 0, lines)
     return "\n".join(lines) + "\n"
 
@@ -47,11 +43,9 @@ def write_element(element: Element) -> str:
     return "\n".join(lines)
 
 
-def _is_declaration(item: Comment | Text) -> bool:
-    return isinstance(item, Comment) and item.text.startswith("<?xml")
-
-
 def _write_item(item: Comment | Text | Element, depth: int, lines: list[str]) -> None:
+    if not isinstance(item, Text) and item.spaced and lines:
+        lines.append("")
     if isinstance(item, Element):
         _write_element(item, depth, lines)
     elif isinstance(item, Text):

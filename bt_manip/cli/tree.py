@@ -1,0 +1,303 @@
+"""``bt-manip tree``: check, show, format and convert trees; models and schemas for editors."""
+
+import importlib
+import importlib.util
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bt_manip.exceptions import BtManipError
+
+if TYPE_CHECKING:
+    from bt_manip.bt import BehaviourRegistry, Tree
+    from bt_manip.bt.loading import Reading
+    from bt_manip.registry import Parts
+    from bt_manip.runner.tree_source import TreeSource
+
+BAD_INPUT = 2
+
+_dialect = click.option(
+    "--dialect",
+    type=click.Choice(["auto", "btcpp", "moveit-pro"]),
+    default="auto",
+    show_default=True,
+    help="How the document is written.",
+)
+_libraries = click.option(
+    "--with",
+    "libraries",
+    multiple=True,
+    type=click.Path(exists=True, dir_okay=False),
+    metavar="FILE",
+    help="A file whose trees may be named as sub-trees; may be given more than once.",
+)
+_output = click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Write to a file instead of the terminal.",
+)
+
+
+@click.group()
+def tree() -> None:
+    """Check, show, format and convert trees."""
+
+
+@tree.command()
+@click.argument("files", nargs=-1, required=True, metavar="TREE...")
+@_dialect
+@_libraries
+@click.option("--engine", is_flag=True, help="Find only what BehaviorTree.CPP rejects itself.")
+def check(files: tuple[str, ...], dialect: str, libraries: tuple[str, ...], engine: bool) -> int:
+    """Print all that is wrong with trees, each finding with file, line and column.
+
+    Exits with 2 if there are errors; warnings alone are no reason.
+    """
+    parts, registry = _registered()
+    errors = warnings = 0
+    for text in files:
+        for problem in _findings(text, parts, registry, dialect, libraries, not engine):
+            click.echo(str(problem))
+            errors += problem.is_error
+            warnings += not problem.is_error
+    click.echo(
+        f"{_count(len(files), 'tree')}: {_count(errors, 'error')}, {_count(warnings, 'warning')}",
+        err=True,
+    )
+    return BAD_INPUT if errors else 0
+
+
+@tree.command()
+@click.argument("name", metavar="TREE")
+@click.option(
+    "--as",
+    "form",
+    type=click.Choice(["text", "dot", "svg"]),
+    default="text",
+    show_default=True,
+    help="What to draw.",
+)
+@click.option("--ports/--no-ports", default=True, help="Write the ports of each node.")
+@click.option("--docs/--no-docs", default=False, help="Write what each leaf does.")
+@_dialect
+@_libraries
+@_output
+def show(
+    name: str,
+    form: str,
+    ports: bool,
+    docs: bool,
+    dialect: str,
+    libraries: tuple[str, ...],
+    output: Path | None,
+) -> None:
+    """Draw a tree, with the ports and the documentation of its nodes."""
+    from bt_manip.bt.drawing import draw_dot, draw_svg, draw_text
+
+    parts, registry = _registered()
+    draw = {"text": draw_text, "dot": draw_dot, "svg": draw_svg}[form]
+    loaded = _load(name, parts, registry, dialect, libraries)
+    _write(draw(loaded, ports=ports, docs=docs), output)
+
+
+@tree.command("format")
+@click.argument(
+    "files", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path)
+)
+@click.option("--check", "only_check", is_flag=True, help="Only tell which files would change.")
+def format_(files: tuple[Path, ...], only_check: bool) -> int:
+    """Rewrite documents in one clean form; comments, order and unknown attributes stay.
+
+    With --check, exits with 2 if a file would change.
+    """
+    from bt_manip.bt.xml.source import decode, parse_source
+    from bt_manip.bt.xml.writer import write_source
+
+    changed = 0
+    for file in files:
+        text = decode(file.read_bytes(), str(file))
+        written = write_source(parse_source(text, str(file)))
+        if written == text:
+            continue
+        changed += 1
+        click.echo(f"{file}: {'would change' if only_check else 'formatted'}")
+        if not only_check:
+            file.write_text(written, encoding="utf-8")
+    return BAD_INPUT if changed and only_check else 0
+
+
+@tree.command()
+@click.argument("name", metavar="TREE")
+@click.option(
+    "--to",
+    "form",
+    type=click.Choice(["xml", "python"]),
+    help="What to write; by default the other one.",
+)
+@click.option("--model", is_flag=True, help="Add the models of all behaviours, for Groot2.")
+@_dialect
+@_libraries
+@_output
+def convert(
+    name: str,
+    form: str | None,
+    model: bool,
+    dialect: str,
+    libraries: tuple[str, ...],
+    output: Path | None,
+) -> None:
+    """Turn a document into Python, or a tree made in Python into a document."""
+    from bt_manip.bt.xml.from_nodes import tree_to_xml
+    from bt_manip.bt.xml.python_source import to_python
+
+    parts, registry = _registered()
+    source = _find(name, parts)
+    if source.kind == "python":
+        if form == "python":
+            raise BtManipError(f"'{name}' is Python already")
+        _write(tree_to_xml(_made(source), registry, model=model), output)
+        return
+    reading = _read(source, registry, dialect, libraries, strict=True, library=True)
+    _raise_errors(reading)
+    assert reading.document is not None
+    if form == "xml":
+        made: Any = reading.tree
+        if made is None:
+            raise BtManipError(f"'{name}' does not say which of its trees runs")
+        _write(tree_to_xml(made, registry, model=model), output)
+    else:
+        _write(to_python(reading.document, registry), output)
+
+
+@tree.command()
+@click.option("--all", "built_in", is_flag=True, help="The nodes of the language too.")
+@_output
+def model(built_in: bool, output: Path | None) -> None:
+    """Write the models of all behaviours, plugins' too, for the palette of Groot2."""
+    from bt_manip.bt.xml.model import models_document
+    from bt_manip.bt.xml.source import Source
+    from bt_manip.bt.xml.writer import write_source
+
+    _, registry = _registered()
+    _write(write_source(Source(models_document(registry, built_in=built_in))), output)
+
+
+@tree.command()
+@_output
+def schema(output: Path | None) -> None:
+    """Write an XML schema of all behaviours, plugins' too, for the completion of editors."""
+    from bt_manip.bt.xml.schema import tree_schema
+
+    _, registry = _registered()
+    _write(tree_schema(registry), output)
+
+
+def _registered() -> tuple["Parts", "BehaviourRegistry"]:
+    from bt_manip.bt import BehaviourRegistry
+    from bt_manip.plugins import load_plugins
+
+    parts = load_plugins(warn=lambda text: click.echo(f"Warning: {text}", err=True)).parts
+    registry = BehaviourRegistry()
+    for name in parts.behaviours.names():
+        registry.register(parts.behaviours.get(name), name)
+    return parts, registry
+
+
+def _find(text: str, parts: "Parts") -> "TreeSource":
+    from bt_manip.runner.tree_source import TreeSource, find_tree
+
+    if Path(text).is_file() and not text.endswith(".py"):
+        return TreeSource(text, "xml", path=Path(text))
+    return find_tree(text, {name: parts.trees.get(name) for name in parts.trees.names()})
+
+
+def _findings(
+    text: str,
+    parts: "Parts",
+    registry: "BehaviourRegistry",
+    dialect: str,
+    libraries: tuple[str, ...],
+    strict: bool,
+) -> list[Any]:
+    source = _find(text, parts)
+    if source.kind == "python":
+        _made(source)
+        return []
+    return list(_read(source, registry, dialect, libraries, strict, library=True).problems)
+
+
+def _read(
+    source: "TreeSource",
+    registry: "BehaviourRegistry",
+    dialect: str,
+    libraries: tuple[str, ...],
+    strict: bool,
+    library: bool,
+) -> "Reading":
+    from bt_manip.bt.loading import read_tree
+
+    assert source.path is not None
+    return read_tree(
+        source.path, registry, dialect=dialect, libraries=libraries, strict=strict, library=library
+    )
+
+
+def _load(
+    text: str,
+    parts: "Parts",
+    registry: "BehaviourRegistry",
+    dialect: str,
+    libraries: tuple[str, ...],
+) -> "Tree":
+    source = _find(text, parts)
+    if source.kind == "python":
+        from bt_manip.bt import Tree
+
+        made = _made(source)
+        return made if isinstance(made, Tree) else Tree(made, tree_id=source.function)
+    reading = _read(source, registry, dialect, libraries, strict=False, library=False)
+    _raise_errors(reading)
+    assert reading.tree is not None
+    return reading.tree
+
+
+def _raise_errors(reading: "Reading") -> None:
+    from bt_manip.exceptions import TreeError
+
+    if reading.errors:
+        raise TreeError("\n".join(map(str, reading.errors)), reading.errors)
+
+
+def _made(source: "TreeSource") -> Any:
+    """Call the function that makes a tree, with the defaults of its arguments."""
+    try:
+        if source.path is not None:
+            spec = importlib.util.spec_from_file_location(source.path.stem, source.path)
+            assert spec is not None and spec.loader is not None
+            module = importlib.util.module_from_spec(spec)
+            spec.loader.exec_module(module)
+        else:
+            assert source.module is not None
+            sys.path.insert(0, "")
+            module = importlib.import_module(source.module)
+        return getattr(module, source.function)()
+    except Exception as error:
+        raise BtManipError(f"tree '{source.name}': {type(error).__name__}: {error}") from error
+
+
+def _write(text: str, output: Path | None) -> None:
+    if output is None:
+        click.echo(text, nl=False)
+        return
+    try:
+        output.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise BtManipError(f"{output}: cannot be written: {error.strerror}") from None
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
