@@ -8,25 +8,15 @@ import pinocchio as pin
 
 from bt_manip.robots import Payload, Robot, RobotModel
 
-from .bounds import Bounds
-from .braking import brake
-from .driving import drive, drive_straight
-from .effort import within_effort
+from .checks import check_configuration, check_inside, check_pose, check_speed
 from .errors import MotionError
 from .goal_choice import choose_configuration
 from .inverse_kinematics import InverseKinematics
-from .jerk_profile import joint_profiles
 from .limit_check import limit_use, step_times
-from .tool_line import ToolLine, line_path
-from .trajectory import (
-    JointTrajectory,
-    SequenceTrajectory,
-    Trajectory,
-    trajectory_from_state,
-)
+from .move_planning import Present, plan_line, plan_stop, plan_to_configuration
+from .trajectory import Trajectory, trajectory_from_state
 
 MARGIN = 0.05  # [rad] that chosen configurations keep from the limits where they can
-STANDSTILL = 1e-10  # [rad] below which there is nothing to move; Ruckig gives up below 1e-12
 
 
 class Arm:
@@ -129,8 +119,10 @@ class Arm:
         Raises:
             MotionError: When the target is none, is outside the limits, or asks too much effort.
         """
-        target = self._check_target(q)
-        self._begin(self._to_configuration(target, _check_speed(speed)))
+        speed = check_speed(speed)
+        target = check_configuration(q, self.model.nq)
+        check_inside(target, self.model.limits)
+        self._begin(plan_to_configuration(self._present, target, self.model, speed))
 
     def move_to_pose(
         self,
@@ -152,7 +144,7 @@ class Arm:
         Raises:
             MotionError: When no pose can be reached, or the motion asks too much effort.
         """
-        speed = _check_speed(speed)
+        speed = check_speed(speed)
         found = choose_configuration(self.ik, T_wt, self._q, margin=margin, approach=approach)
         if not found.solved:
             raise MotionError(
@@ -160,7 +152,7 @@ class Arm:
                 f"{1e3 * found.position_error:.1f} mm and {found.rotation_error:.3f} rad away",
                 reason="unreachable",
             )
-        self._begin(self._to_configuration(found.q, speed))
+        self._begin(plan_to_configuration(self._present, found.q, self.model, speed))
 
     def move_linear(self, T_wt: pin.SE3, speed: float = 1.0) -> None:
         """Move the tool to a pose on a straight line, turning evenly on the way.
@@ -175,23 +167,12 @@ class Arm:
             MotionError: When the line cannot be followed to its end (the message says how far),
                 or asks too much effort.
         """
-        speed = _check_speed(speed)
-        self.ik.check_pose(T_wt)
-        parts: list[Trajectory] = []
-        start = self._q
-        if self._trajectory is not None:
-            parts.append(self._brake())
-            start = parts[0].end
-        line = self._line(start, T_wt, speed)
-        if line is not None:
-            parts.append(line)
-        if parts:
-            self._begin(parts[0] if len(parts) == 1 else SequenceTrajectory(parts))
+        speed = check_speed(speed)
+        self._begin(plan_line(self._present, check_pose(T_wt), self.model, self.ik, speed))
 
     def stop(self) -> None:
         """Come to rest as soon as the limits allow, on the planned path where there is one."""
-        if self._trajectory is not None:
-            self._begin(self._brake())
+        self._begin(plan_stop(self._present, self.model))
 
     def advance(self, dt: float) -> None:
         """Move the reference on by a control step [s]."""
@@ -211,48 +192,9 @@ class Arm:
 
     # Planning
 
-    def _to_configuration(self, target: np.ndarray, speed: float) -> Trajectory | None:
-        if self._trajectory is None:
-            return self._straight(self._q, target, speed)
-        limits = self.model.limits
-        state = (self._q, self._v, self._a)
-
-        def turn(factor: float) -> JointTrajectory:
-            return JointTrajectory(
-                joint_profiles(
-                    state,
-                    target,
-                    speed * limits.velocity,
-                    factor * limits.acceleration,
-                    factor * limits.jerk,
-                )
-            )
-
-        try:
-            turned = within_effort(turn, self.model)
-            if limit_use(turned, limits).inside:
-                return turned
-        except MotionError:
-            pass
-        first = self._brake()
-        then = self._straight(first.end, target, speed)
-        return first if then is None else SequenceTrajectory([first, then])
-
-    def _straight(self, start: np.ndarray, end: np.ndarray, speed: float) -> Trajectory | None:
-        if np.abs(end - start).max() < STANDSTILL:
-            return None
-        return drive_straight(start, end, self.model, speed)
-
-    def _line(self, start: np.ndarray, T_wt: pin.SE3, speed: float) -> Trajectory | None:
-        line = ToolLine(self.model.pose(start), T_wt)
-        if line.length < 1e-9 and line.angle < 1e-9:
-            return None
-        bounds = line.bounds(Bounds.of_joints(self.model.limits), self.model.tool_limits)
-        return drive(line_path(self.ik, start, line), bounds, self.model, speed)
-
-    def _brake(self) -> Trajectory:
-        assert self._trajectory is not None
-        return brake(self._trajectory, self._time, (self._q, self._v, self._a), self.model)
+    @property
+    def _present(self) -> Present:
+        return Present(self._q, self._v, self._a, self._trajectory, self._time)
 
     def _begin(self, trajectory: Trajectory | None) -> None:
         """Take a planned trajectory, once it is proven to be inside the limits."""
@@ -282,25 +224,6 @@ class Arm:
     def _time(self) -> float:
         return self._start + self._step * self._dt
 
-    def _check_target(self, q: Sequence[float] | np.ndarray) -> np.ndarray:
-        try:
-            target = np.array(q, dtype=float)
-        except (TypeError, ValueError):
-            raise MotionError(
-                f"a configuration is numbers [rad], got {q!r}", reason="target"
-            ) from None
-        self.ik.check_configuration(target)
-        limits = self.model.limits
-        outside = (target < limits.lower) | (target > limits.upper)
-        if outside.any():
-            i = int(np.flatnonzero(outside)[0])
-            raise MotionError(
-                f"joint {i + 1} cannot go to {target[i]:.4f} rad: its limits are "
-                f"{limits.lower[i]:.4f} to {limits.upper[i]:.4f} rad",
-                reason="target",
-            )
-        return target
-
     # State
 
     def get_state(self) -> dict[str, Any]:
@@ -327,9 +250,3 @@ class Arm:
         if self._trajectory is not None:
             self._tabulate()
         self._step = state["step"]
-
-
-def _check_speed(speed: float) -> float:
-    if not isinstance(speed, int | float) or not 0.0 < speed <= 1.0:
-        raise MotionError(f"a speed is above 0 and at most 1, got {speed!r}", reason="target")
-    return float(speed)

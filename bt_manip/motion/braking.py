@@ -5,6 +5,7 @@ import numpy as np
 from bt_manip.robots import RobotModel
 
 from .effort import ALLOWED
+from .errors import MotionError
 from .jerk_profile import brake_profile, joint_profiles
 from .limit_check import effort_use, limit_use
 from .trajectory import (
@@ -46,10 +47,13 @@ def brake(
     least = np.inf
     for factor in _FACTORS:
         trial: Trajectory | None
-        if isinstance(trajectory, PathTrajectory):
-            trial = _on_path(trajectory, t, factor)
-        else:
-            trial = _all_joints(state, model, factor)
+        try:
+            if isinstance(trajectory, PathTrajectory):
+                trial = _on_path(trajectory, t, factor)
+            else:
+                trial = _all_joints(state, model, factor)
+        except MotionError:
+            continue
         if trial is None or trial.duration >= tail.duration:
             continue
         if not limit_use(trial, model.limits).inside:

@@ -1,24 +1,20 @@
 """Inverse kinematics: configurations for poses of the tool."""
 
 from collections.abc import Sequence
-from math import isfinite
 
 import numpy as np
 import pinocchio as pin
 
 from bt_manip.robots import RobotModel
 
+from .checks import check_configuration, check_pose, check_poses
 from .descent import Descended, Descent
-from .errors import MotionError
 from .ik_result import IKResult
-from .least_squares import damped_step
 from .reach import Reach
+from .self_motion import PULLS, SelfMotion
 
 STORED = 2000  # configurations to restart from
 PATIENCE = 15  # steps without progress, where there is no restart
-_LEASH = 0.4  # [s] at full speed that a joint is pulled by in one step
-_EVASION = 3  # odd power of the place between the limits, -1 to 1
-PULLS = 12  # steps along the self-motion towards the start
 
 
 class InverseKinematics:
@@ -54,12 +50,12 @@ class InverseKinematics:
         self.restarts = restarts
         self.position_tolerance = position_tolerance
         self.rotation_tolerance = rotation_tolerance
+        self.self_motion = SelfMotion(self.model)
         self._descent = Descent(self.model, iterations=iterations)
         limits = model.limits
         self._inverse_speed = 1.0 / limits.velocity
         rng = np.random.default_rng(seed)
         lower, upper = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
-        self._middle, self._half = 0.5 * (lower + upper), 0.5 * (upper - lower)
         self._stored = rng.uniform(lower, upper, (max(STORED, restarts), model.nq))
         self._reach = Reach(self.model, self._stored)
         poses = [self.model.pose(q) for q in self._stored]
@@ -77,8 +73,8 @@ class InverseKinematics:
         Raises:
             MotionError: When the pose or the start is not one.
         """
-        q0 = self.check_configuration(q0)
-        self.check_pose(T_wt)
+        q0 = self._start(q0)
+        check_pose(T_wt)
         refused = self._reach.refuse(T_wt)
         if refused:
             return self._result(self._measure(T_wt, q0), reason=refused)
@@ -138,18 +134,6 @@ class InverseKinematics:
                 reason = "out of reach, or singular"
         return self._result(found, iterations=found.iterations, reason=reason)
 
-    def away_from_limits(self, q: np.ndarray) -> np.ndarray:
-        """Give a self-motion away from the joint limits: no tool motion, zero amid the limits.
-
-        To be followed per length of travel [rad/m].
-        """  # (nq,)
-        if self.model.nq <= 6:
-            return np.zeros(self.model.nq)
-        model, data = self.model.model, self.model.data
-        wish = -(((q - self._middle) / self._half) ** _EVASION)
-        jacobian = pin.computeFrameJacobian(model, data, q, self.model.tool_frame_id, pin.LOCAL)
-        return wish - damped_step(jacobian, jacobian.dot(wish), 1e-4)
-
     def solutions(
         self,
         targets: pin.SE3 | Sequence[pin.SE3],
@@ -174,13 +158,11 @@ class InverseKinematics:
         Raises:
             MotionError: When a pose or the start is not one.
         """
-        q0 = self.check_configuration(q0)
-        poses = [targets] if isinstance(targets, pin.SE3) else list(targets)
+        q0, poses = self._start(q0), check_poses(targets)
         limits = self.model.limits
         lower, upper = limits.lower + margin, limits.upper - margin
         found: list[IKResult] = []
         for i, T in enumerate(poses):
-            self.check_pose(T)
             if self._reach.refuse(T):
                 continue
             near = self._nearest_stored(T, 8 * starts)
@@ -210,9 +192,7 @@ class InverseKinematics:
         Raises:
             MotionError: When a pose or the start is not one, or there is no pose at all.
         """
-        poses = [targets] if isinstance(targets, pin.SE3) else list(targets)
-        if not poses:
-            raise MotionError("no target pose was given", reason="target")
+        poses = check_poses(targets)
         for bound in (margin, 0.0) if margin > 0.0 else (0.0,):
             found = self.solutions(poses, q0, starts=max(2, 8 // len(poses)), margin=bound)
             if found:
@@ -240,40 +220,9 @@ class InverseKinematics:
         weighted = (q - q0) * self._inverse_speed
         return float(np.sqrt(weighted.dot(weighted) / len(weighted)))
 
-    def check_pose(self, T_wt: pin.SE3) -> None:
-        """Refuse what is not a pose.
-
-        Raises:
-            MotionError: When it is no `pin.SE3`, not finite, or its rotation is none.
-        """
-        if not isinstance(T_wt, pin.SE3):
-            raise MotionError(f"a pose is a pin.SE3, got {type(T_wt).__name__}", reason="target")
-        if not isfinite(T_wt.homogeneous.sum()):
-            raise MotionError(f"the pose is not finite:\n{T_wt}", reason="target")
-        # Plain numbers are faster here than arrays: two unit rows at right angles, and the third
-        # their product.
-        (a, b, c), (d, e, f), third = T_wt.rotation.tolist()
-        product = (b * f - c * e, c * d - a * f, a * e - b * d)
-        off = [a * a + b * b + c * c - 1.0, d * d + e * e + f * f - 1.0, a * d + b * e + c * f]
-        off += [x - y for x, y in zip(third, product, strict=True)]
-        if max(off) > 1e-6 or min(off) < -1e-6:
-            raise MotionError(
-                f"the pose's rotation is not a rotation:\n{T_wt.rotation}", reason="target"
-            )
-
-    def check_configuration(self, q: np.ndarray) -> np.ndarray:
-        """Bring a configuration inside the limits, or refuse what is none.
-
-        Raises:
-            MotionError: When it has the wrong shape or is not finite.
-        """
-        q = np.asarray(q, dtype=float)
-        if q.shape != (self.model.nq,) or not np.isfinite(q).all():
-            raise MotionError(
-                f"a configuration is {self.model.nq} finite numbers [rad], got {q}",
-                reason="target",
-            )
-        return np.clip(q, self.model.limits.lower, self.model.limits.upper)
+    def _start(self, q: np.ndarray) -> np.ndarray:
+        q = check_configuration(q, self.model.nq)
+        return np.minimum(np.maximum(q, self.model.limits.lower), self.model.limits.upper)
 
     def _joint_name(self, i: int) -> str:
         return str(self.model.model.names[i + 1])
@@ -313,31 +262,13 @@ class InverseKinematics:
         self, T: pin.SE3, start: Descended, q0: np.ndarray, lower: np.ndarray, upper: np.ndarray
     ) -> Descended:
         """Move a solution along its self-motion towards `q0`, then onto the pose again."""
-        if self.model.nq <= 6:
+        pulled = self.self_motion.towards(q0, T, start.q, lower, upper)
+        if pulled is start.q:
             return start
-        model, data, frame = self.model.model, self.model.data, self.model.tool_frame_id
-        weight = 1.0 / self._inverse_speed  # in units of weight the distance is the 2-norm
-        best, q = start, start.q
-        for _ in range(PULLS):
-            pin.computeJointJacobians(model, data, q)
-            T_td = pin.updateFramePlacement(model, data, frame).actInv(T)
-            jacobian = pin.getFrameJacobian(model, data, frame, pin.LOCAL) * weight
-            wish = (q0 - q) * self._inverse_speed
-            wish *= min(1.0, _LEASH / float(np.abs(wish).max(initial=1e-12)))
-            missing = pin.log6(T_td).np - jacobian.dot(wish)
-            dq = weight * (wish + damped_step(jacobian, missing, 1e-8))
-            held = ((q <= lower) & (dq < 0.0)) | ((q >= upper) & (dq > 0.0))
-            if held.any():
-                free = ~held
-                missing = pin.log6(T_td).np - jacobian.dot(wish * free)
-                dq = weight * (wish * free + damped_step(jacobian * free, missing, 1e-8))
-            q = np.minimum(np.maximum(q + dq, lower), upper)
-            if np.abs(dq).max() < 1e-3:
-                break
-        end = self._descend(T, q, lower=lower, upper=upper)
-        if end.solved and self.distance(end.q, q0) < self.distance(best.q, q0):
-            return end._replace(iterations=start.iterations + PULLS + end.iterations)
-        return best
+        end = self._descend(T, pulled, lower=lower, upper=upper)
+        if not end.solved or self.distance(end.q, q0) >= self.distance(start.q, q0):
+            return start
+        return end._replace(iterations=start.iterations + PULLS + end.iterations)
 
     def _result(
         self,

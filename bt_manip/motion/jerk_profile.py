@@ -76,6 +76,11 @@ class JerkProfile:
         acceleration = np.where(done, 0.0, a + x * j)
         return position, velocity, acceleration
 
+    def times(self, factor: float, end: float | None = None) -> "JerkProfile":
+        """Do the same in another unit; where it ends exactly may be known better."""
+        segments = [[segment[0], *(factor * x for x in segment[1:])] for segment in self._segments]
+        return JerkProfile(segments, self.duration, factor * self.end if end is None else end)
+
     def slowed(self, factor: float) -> "JerkProfile":
         """Do the same in a time longer by a factor."""
         c = factor
@@ -104,20 +109,23 @@ def reach_profile(
         target: Position at the end.
         limits: Of velocity, acceleration, jerk.
     """
-    motion = _input(1, ([start[0]], [start[1]], [start[2]]), *([limit] for limit in limits))
-    motion.target_position = [target]
+    unit = limits[1]
+    motion = _scalar_input(start, limits, unit)
+    motion.target_position = [target / unit]
     trajectory = calculate(motion)
-    return JerkProfile.from_ruckig(trajectory.profiles[0][0], trajectory.duration, target)
+    profile = JerkProfile.from_ruckig(trajectory.profiles[0][0], trajectory.duration)
+    return profile.times(unit, target)
 
 
 def brake_profile(
     start: tuple[float, float, float], limits: tuple[float, float, float]
 ) -> JerkProfile:
     """Plan the fastest motion to rest, wherever that is."""
-    motion = _input(1, ([start[0]], [start[1]], [start[2]]), *([limit] for limit in limits))
+    unit = limits[1]
+    motion = _scalar_input(start, limits, unit)
     motion.control_interface = ruckig.ControlInterface.Velocity
     trajectory = calculate(motion)
-    return JerkProfile.from_ruckig(trajectory.profiles[0][0], trajectory.duration)
+    return JerkProfile.from_ruckig(trajectory.profiles[0][0], trajectory.duration).times(unit)
 
 
 def joint_profiles(
@@ -150,6 +158,14 @@ def joint_profiles(
     ]
 
 
+def _scalar_input(
+    start: tuple[float, float, float], limits: tuple[float, float, float], unit: float
+) -> Any:
+    """Measure in units of the acceleration limit: Ruckig's tolerances are absolute."""
+    state = tuple([x / unit] for x in start)
+    return _input(1, state, *([limit / unit] for limit in limits))
+
+
 def _input(n: int, start: Any, velocity: Any, acceleration: Any, jerk: Any) -> Any:
     # Never set intermediate_positions: Ruckig would ask a service on the network.
     motion = ruckig.InputParameter(n)
@@ -170,7 +186,10 @@ def calculate(motion: Any) -> Any:
         MotionError: When it finds no trajectory.
     """
     trajectory = ruckig.Trajectory(motion.degrees_of_freedom)
-    result = ruckig.Ruckig(motion.degrees_of_freedom).calculate(motion, trajectory)
+    try:
+        result = ruckig.Ruckig(motion.degrees_of_freedom).calculate(motion, trajectory)
+    except ruckig.RuckigError as error:
+        raise MotionError(f"no trajectory was found: {error}", reason="limits") from error
     if result not in (ruckig.Result.Working, ruckig.Result.Finished):
-        raise MotionError(f"no trajectory inside the limits: {result}", reason="limits")
+        raise MotionError(f"no trajectory was found: {result}", reason="limits")
     return trajectory

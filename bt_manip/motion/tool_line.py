@@ -88,7 +88,7 @@ def _follow(ik: InverseKinematics, q0: np.ndarray, line: ToolLine, intervals: in
     travel = max(line.length, ARM_LENGTH * line.angle) / intervals
     knots = [np.array(q0)]
     for done, fraction in zip(fractions, fractions[1:], strict=False):
-        start = knots[-1] + travel * ik.away_from_limits(knots[-1])
+        start = knots[-1] + travel * ik.self_motion.away_from_limits(knots[-1])
         found = ik.follow(line.pose(fraction), start, margin=MARGIN, tolerance=NODE_TOLERANCE)
         for part in np.linspace(done, fraction, SUBSTEPS + 1)[1:] if not found.solved else ():
             found = ik.follow(line.pose(part), start, margin=MARGIN, tolerance=NODE_TOLERANCE)

@@ -1,0 +1,96 @@
+"""Refuse what is not a pose, a configuration or a speed, before anything is planned with it."""
+
+from math import isfinite
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.robots import JointLimits
+
+from .errors import MotionError
+
+_RIGHT = 1e-6  # that a rotation matrix may be off
+
+
+def check_pose(T_wt: Any) -> pin.SE3:
+    """Give a pose back.
+
+    Raises:
+        MotionError: When it is no `pin.SE3`, not finite, or its rotation is none.
+    """
+    if not isinstance(T_wt, pin.SE3):
+        raise MotionError(f"a pose is a pin.SE3, got {type(T_wt).__name__}", reason="target")
+    if not isfinite(T_wt.homogeneous.sum()):
+        raise MotionError(f"the pose is not finite:\n{T_wt}", reason="target")
+    # Plain numbers are faster here than arrays: two unit rows at right angles, and the third
+    # their product.
+    (a, b, c), (d, e, f), third = T_wt.rotation.tolist()
+    product = (b * f - c * e, c * d - a * f, a * e - b * d)
+    off = [a * a + b * b + c * c - 1.0, d * d + e * e + f * f - 1.0, a * d + b * e + c * f]
+    off += [x - y for x, y in zip(third, product, strict=True)]
+    if max(off) > _RIGHT or min(off) < -_RIGHT:
+        raise MotionError(f"the pose's rotation is none:\n{T_wt.rotation}", reason="target")
+    return T_wt
+
+
+def check_poses(targets: Any) -> list[pin.SE3]:
+    """Give one pose or several equivalent ones as a list.
+
+    Raises:
+        MotionError: When there is none, or one is no pose.
+    """
+    poses = [targets] if isinstance(targets, pin.SE3) or not _is_many(targets) else list(targets)
+    if not poses:
+        raise MotionError("no target pose was given", reason="target")
+    return [check_pose(pose) for pose in poses]
+
+
+def check_configuration(q: Any, n: int) -> np.ndarray:
+    """Give a configuration as a new array.
+
+    Raises:
+        MotionError: When it has another shape than (n,), or is not finite.
+    """
+    try:
+        array = np.array(q, dtype=float)
+    except (TypeError, ValueError):
+        array = np.array(np.nan)
+    if array.shape != (n,) or not isfinite(array.sum()):
+        raise MotionError(f"a configuration is {n} finite numbers [rad], got {q}", reason="target")
+    return array
+
+
+def check_inside(q: np.ndarray, limits: JointLimits) -> None:
+    """Refuse a configuration outside the position limits.
+
+    Raises:
+        MotionError: Naming the first such joint.
+    """
+    outside = (q < limits.lower) | (q > limits.upper)
+    if outside.any():
+        i = int(np.flatnonzero(outside)[0])
+        raise MotionError(
+            f"joint {i + 1} cannot go to {q[i]:.4f} rad: its limits are "
+            f"{limits.lower[i]:.4f} to {limits.upper[i]:.4f} rad",
+            reason="target",
+        )
+
+
+def check_speed(speed: Any) -> float:
+    """Give a speed as a number.
+
+    Raises:
+        MotionError: When it is not above 0 and at most 1.
+    """
+    try:
+        number = float(speed)
+    except (TypeError, ValueError):
+        number = 0.0
+    if not 0.0 < number <= 1.0:
+        raise MotionError(f"a speed is above 0 and at most 1, got {speed!r}", reason="target")
+    return number
+
+
+def _is_many(targets: Any) -> bool:
+    return isinstance(targets, list | tuple)
