@@ -1,0 +1,87 @@
+"""What the README shows works as it stands there."""
+
+import importlib.util
+import re
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from bt_manip.cli.app import run_app
+from bt_manip.cli.interrupt import Interrupt
+from bt_manip.viewer.picture import render
+
+ROOT = Path(__file__).resolve().parents[2]
+README = (ROOT / "README.md").read_text()
+
+
+def block(language: str, mark: str) -> str:
+    """Give the one block of code in a language that has something in it."""
+    blocks = re.findall(rf"^```{language}\n(.*?)^```", README, re.DOTALL | re.MULTILINE)
+    (found,) = (text for text in blocks if mark in text)
+    return found
+
+
+@pytest.fixture
+def tree(tmp_path) -> Path:
+    path = tmp_path / "pick.xml"
+    path.write_text(block("xml", "BehaviorTree"))
+    return path
+
+
+def test_the_first_tree_runs(tree):
+    assert run_app(Interrupt(), ["run", str(tree), "--quiet"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code", "quote"),
+    [
+        ('force="30"', 'force="300"', 1, "the gripper presses with up to 140 N, not 300 N"),
+        ("<Grasp", "<Graps", 2, "no node is named 'Graps'; did you mean 'Grasp'?"),
+    ],
+)
+def test_what_is_wrong_with_it_is_said_as_quoted(tree, old, new, code, quote, capfd):
+    assert f"`{quote}`" in README
+    assert old in tree.read_text()
+    tree.write_text(tree.read_text().replace(old, new))
+    assert run_app(Interrupt(), ["run", str(tree)]) == code
+    assert quote in "".join(capfd.readouterr())
+
+
+def test_the_first_tree_in_python_is_the_same(capsys):
+    exec(block("python", "station.run(pick)"), {})
+    assert capsys.readouterr().out == "SUCCESS\n"
+
+
+def test_the_first_behaviours_test_passes():
+    names: dict = {"__name__": "readme"}
+    exec(block("python", "class TurnTool"), names)
+    (test,) = (value for name, value in names.items() if name.startswith("test_"))
+    test()
+
+
+def test_every_file_that_it_links_exists():
+    links = [link for link in re.findall(r"\]\(([^)]+)\)", README) if "://" not in link]
+    assert len(links) > 5
+    assert [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_its_picture_is_what_the_project_draws(opengl):
+    """A driver may differ in a shade and a planner by a step; a view of its own differs by far."""
+    path = ROOT / "docs" / "images" / "render.py"
+    spec = importlib.util.spec_from_file_location("render_picture", path)
+    assert spec is not None and spec.loader is not None
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    drawn = render(script.pick_place_in_the_middle().cell).astype(int)
+    shown = read_png(path.with_name("pick_place.png"))
+    differs = np.abs(drawn - shown).max(axis=2) > 40
+    assert differs.mean() < 0.02, f"draw it anew: python {path.relative_to(ROOT)}"
+
+
+def read_png(path: Path) -> np.ndarray:
+    """Read a picture as MuJoCo reads textures."""  # (height, width, 3)
+    xml = f'<mujoco><asset><texture name="t" type="2d" file="{path}"/></asset></mujoco>'
+    model = mujoco.MjModel.from_xml_string(xml)
+    return model.tex_data.reshape(model.tex_height[0], model.tex_width[0], 3).astype(int)
