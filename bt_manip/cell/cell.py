@@ -1,7 +1,7 @@
 """The cell: an arena whose entities come and go while the physics runs."""
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -49,6 +49,8 @@ class Cell:
         self.random_state = random_state or np.random.RandomState(0)
         self.generation = 0
         """Counts the compiles; whoever keeps views of the data looks here whether they are old."""
+        self.before_remove: list[Callable[[str], None]] = []
+        """Called with the name of an entity that is about to be taken out."""
         self._editing = False
         self._now: Compiled | None = None
         self._compile()
@@ -124,6 +126,8 @@ class Cell:
     def remove(self, name: str) -> composer.Entity:
         """Take an entity out while everything else keeps its exact state.
 
+        Whoever listens in ``before_remove`` is told first, while the physics is still whole.
+
         Returns:
             The entity, which can be added again.
 
@@ -131,6 +135,8 @@ class Cell:
             CellError: When there is none of that name; the cell is unchanged.
         """
         entity = self.find(name)
+        for listener in tuple(self.before_remove):
+            listener(name)
         with self._change(f"'{name}' cannot be removed"):
             self._inventory.detach(name)
         return entity

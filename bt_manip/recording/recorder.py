@@ -46,7 +46,6 @@ class Recorder(RunObserver):
         self._time_start = self._time_now = 0.0
         self._object: str | None = None
         self._placed: bool | None = None
-        self._rested = False  # what the last tick showed of the object
         self._grip: float | None = None
         self._unexpected: dict[tuple[str, str], None] = {}  # a set that keeps its order
 
@@ -65,6 +64,7 @@ class Recorder(RunObserver):
         run.tree.observers.append(self._phases)
         self._places = any(node.registration == REMOVE_OBJECT for node in run.tree.nodes)
         self._placement = Placement(self._cell)
+        self._cell.before_remove.append(self._judge)
         self._begin_cycle()
         self._wall_start = time.perf_counter()
 
@@ -78,9 +78,6 @@ class Recorder(RunObserver):
         for name in after:
             if before.get(name) is not after[name]:
                 self._object, self._placed = name, None
-        if self._object in before and self._object not in after:
-            # What the last step before it went was judged to be is what counts.
-            self._placed = self._rested
 
     def cycle_started(self, cycle: int) -> None:
         """Begin a cycle."""
@@ -94,13 +91,10 @@ class Recorder(RunObserver):
             self._flush()
 
     def after_tick(self) -> None:
-        """Take the state into the digest, and judge the object that may be removed next."""
+        """Take the state into the digest."""
         cell = self._cell
         self._time_now = cell.time
         self._digest.update(cell.model, cell.data, self._run.tree.statuses())
-        name = self._object
-        if self._places and name is not None and name in self._placement.objects:
-            self._rested = self._placement.placed(name)
 
     def cycle_ended(self, status: str, reason: str) -> None:
         """Keep the cycle."""
@@ -115,6 +109,8 @@ class Recorder(RunObserver):
         self._flush()
         self._time_now = self._cell.time
         self._wall = time.perf_counter() - self._wall_start
+        if self._judge in self._cell.before_remove:
+            self._cell.before_remove.remove(self._judge)
         if self._phases in self._run.tree.observers:
             self._run.tree.observers.remove(self._phases)
 
@@ -161,7 +157,6 @@ class Recorder(RunObserver):
         self._cycle_start = self._cell.time
         self._object = None
         self._placed = None
-        self._rested = False
         self._grip = None
         self._unexpected = {}
         self._saturated_before = self._station.controller.saturated_steps
@@ -187,6 +182,14 @@ class Recorder(RunObserver):
                 (block.q, block.v, block.q_ref, block.v_ref, block.a_ref, block.tau),
             )
 
+    def _judge(self, name: str) -> None:
+        """Judge the object of the cycle in the step before it is taken out."""
+        if name == self._object:
+            self._placed = self._is_placed(name)
+
+    def _is_placed(self, name: str) -> bool:
+        return name in self._placement.objects and self._placement.placed(name)
+
     def _phase_ended(self, node: Any, phase: Phase) -> None:
         if phase.behaviour == GRASP and phase.status == "SUCCESS":
             self._grip = float(min(self._station.gripper.finger_forces))
@@ -195,7 +198,7 @@ class Recorder(RunObserver):
         placed = self._placed
         if self._places and placed is None:
             # It was never removed: it counts where it is.
-            placed = self._rested
+            placed = self._object is not None and self._is_placed(self._object)
         return CycleReport(
             status=status,
             reason=reason,
