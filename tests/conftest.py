@@ -8,35 +8,36 @@ from pathlib import Path
 import pytest
 
 _REPOSITORY = Path(__file__).resolve().parent.parent
-_PROBE = "import mujoco; mujoco.GLContext(16, 16).free()"
+_PROBE = "import mujoco as m; m.Renderer(m.MjModel.from_xml_string('<mujoco/>'), 16, 16).close()"
 
 
-def _drawing_backend() -> str:
-    """Find out, in a process of its own, which way of drawing without a display works here.
+def _draws(backend: str) -> bool:
+    """Find out, in a process of its own, whether a way of drawing works here.
 
     mujoco and dm_control read MUJOCO_GL when they are imported, and with a backend that does not
     work dm_control does not import at all.
     """
-    for backend in ("egl", "osmesa"):
-        environment = {**os.environ, "MUJOCO_GL": backend}
-        probe = subprocess.run(
-            [sys.executable, "-c", _PROBE], env=environment, capture_output=True, check=False
-        )
-        if probe.returncode == 0:
-            return backend
-    return "disable"
+    environment = {**os.environ, "MUJOCO_GL": backend}
+    probe = subprocess.run(
+        [sys.executable, "-c", _PROBE], env=environment, capture_output=True, check=False
+    )
+    return probe.returncode == 0
 
 
 if "MUJOCO_GL" not in os.environ:
-    os.environ["MUJOCO_GL"] = _drawing_backend()
+    os.environ["MUJOCO_GL"] = next(filter(_draws, ("egl", "osmesa")), "disable")
 
 
 @pytest.fixture(scope="session")
 def opengl() -> str:
-    """Give the backend that draws, or skip the test where nothing can."""
+    """Give the backend that draws, or skip the test where it does not."""
     backend = os.environ["MUJOCO_GL"]
-    if backend == "disable":
-        pytest.skip("no OpenGL without a display here: neither EGL nor OSMesa can be loaded")
+    if not _draws(backend):
+        pytest.skip(
+            "no OpenGL to draw with here: neither EGL nor OSMesa works"
+            if backend == "disable"
+            else f"no OpenGL to draw with here: MUJOCO_GL={backend} does not work"
+        )
     return backend
 
 
