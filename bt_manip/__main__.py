@@ -9,17 +9,17 @@ def main() -> None:
         found = ".".join(str(part) for part in sys.version_info[:3])
         print(f"bt-manip needs Python 3.11 or 3.12, this is {found}", file=sys.stderr)
         sys.exit(2)
-    from bt_manip.cli.interrupt import INTERRUPTED, Interrupt
-
-    interrupt = Interrupt()
-    interrupt.install()
     try:
         # Importing takes a while, so whoever presses Ctrl-C during it is heard too.
-        from bt_manip.cli.app import run_app
+        from bt_manip.cli.interrupt import Interrupt
 
-        code = run_app(interrupt)
+        interrupt = Interrupt()
+        interrupt.install()
     except KeyboardInterrupt:
-        code = INTERRUPTED
+        sys.exit(130)
+    from bt_manip.cli.app import run_app
+
+    code = run_app(interrupt)
     interrupt.close()
     sys.exit(interrupt.exit_code or code)
 

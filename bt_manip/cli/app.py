@@ -46,8 +46,11 @@ class LazyGroup(click.Group):
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="bt-manip")
-def app() -> None:
+@click.pass_context
+def app(ctx: click.Context) -> None:
     """Run manipulation tasks, written as behaviour trees, on a simulated robot cell."""
+    if ctx.invoked_subcommand != "run":  # which has a report to write, whenever it is interrupted
+        ctx.with_resource(ctx.obj.raised())
 
 
 def run_app(interrupt: Interrupt, arguments: list[str] | None = None) -> int:

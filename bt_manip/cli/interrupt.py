@@ -15,15 +15,16 @@ PATIENCE = 2.0
 class Interrupt:
     """Turns the first Ctrl-C (or SIGTERM) into the end of what is going on.
 
-    What it does depends on what is going on: see `raised`, `held` and `patient`. Every further
-    one is ignored: it cannot break what the first one has to finish.
+    What it does depends on what is going on: see `raised`, `held` and `patient`. At first it is
+    held, until whoever knows what has to be finished says otherwise. Every further one is
+    ignored: it cannot break what the first one has to finish.
     """
 
     def __init__(self) -> None:
         """Begin uninterrupted, without listening yet."""
         self.requested = False
         self.exit_code = 0
-        self._mode = "raised"
+        self._mode = "held"
 
     def install(self) -> None:
         """Listen to the signals."""
@@ -37,7 +38,7 @@ class Interrupt:
 
     @contextmanager
     def raised(self) -> Iterator[None]:
-        """Raise KeyboardInterrupt where the program is; the mode at the beginning.
+        """Raise KeyboardInterrupt where the program is.
 
         Raises:
             KeyboardInterrupt: Also when the interrupt came before the block.

@@ -203,14 +203,18 @@ class _Job:
         report = self._report(status)
         if code == 0 and report.status != "SUCCESS":
             code = CYCLE_FAILED
-        with ExitStack() as stack:
-            # In this order from the last to the first, each even when another one fails.
-            if self._recorder is not None:
-                stack.callback(self._print_cycles, report)
-            if self._options.report is not None:
-                stack.callback(report.write, self._options.report)
-            if self._trace is not None:
-                stack.callback(self._trace.close)
+        try:
+            with ExitStack() as stack:
+                # In this order from the last to the first, each even when another one fails.
+                if self._recorder is not None:
+                    stack.callback(self._print_cycles, report)
+                if self._options.report is not None:
+                    stack.callback(report.write, self._options.report)
+                if self._trace is not None:
+                    stack.callback(self._trace.close)
+        except OSError as error:  # a disk that is full, a folder that has gone meanwhile
+            click.echo(f"Error: {error}", err=True)
+            return FAULT
         return code
 
     def _report(self, status: str | None) -> "RunReport":

@@ -1,9 +1,12 @@
 """bt-manip run: what it prints, writes and returns."""
 
 import json
+import textwrap
 
 import numpy as np
 import pytest
+
+from bt_manip.runner.run import Run
 
 
 def test_a_tree_that_succeeds_is_0_and_ends_with_a_table(bt_manip, trees):
@@ -94,3 +97,77 @@ def test_without_a_display_the_window_is_missed_and_the_run_goes_on(bt_manip, tr
 def test_a_module_can_hold_the_tree(bt_manip, trees, monkeypatch):
     monkeypatch.syspath_prepend(trees.parent)
     assert bt_manip("run", "small_trees:quick", "--quiet").code == 0
+
+
+NOISY = """
+    from bt_manip import hookimpl
+    from bt_manip.bt import Action
+
+
+    class Shout(Action):
+        def update(self):
+            raise ValueError("so loud")
+
+
+    @hookimpl
+    def register_behaviours(register):
+        register(Shout)
+"""
+
+SHOUTING = """
+<root BTCPP_format="4"><BehaviorTree ID="Main"><Shout/></BehaviorTree></root>
+"""
+
+
+@pytest.fixture
+def install(tmp_path, monkeypatch):
+    """Install a plugin of one file."""
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def put(name: str, source: str) -> None:
+        (tmp_path / f"{name}.py").write_text(textwrap.dedent(source))
+        installed = tmp_path / f"{name}-2.5.dist-info"
+        installed.mkdir()
+        (installed / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 2.5\n")
+        (installed / "entry_points.txt").write_text(f"[bt_manip]\n{name} = {name}\n")
+
+    return put
+
+
+def test_a_plugin_whose_behaviour_raises_is_named(bt_manip, install, tmp_path):
+    install("noisy", NOISY)
+    tree, report = tmp_path / "shout.xml", tmp_path / "report.json"
+    tree.write_text(SHOUTING)
+    code, _, err = bt_manip("run", tree, "--report", report)
+    assert code == 3
+    assert "plugin 'noisy' 2.5" in err.splitlines()[-1]
+    assert "plugin 'noisy' 2.5" in json.loads(report.read_text())["error"]
+
+
+def test_a_broken_plugin_is_one_warning_and_the_run_goes_on(bt_manip, install, trees):
+    install("broken", "raise OSError('out of order')")
+    code, _, err = bt_manip("run", f"{trees}:quick")
+    assert code == 0
+    (line,) = err.splitlines()
+    assert line.startswith("Warning: plugin 'broken' 2.5")
+    assert "OSError: out of order" in line
+
+
+def test_a_part_that_is_missing_with_a_broken_plugin_is_explained(bt_manip, install, trees):
+    install("broken", "raise OSError('out of order')")
+    code, _, err = bt_manip("run", f"{trees}:quick", "--robot", "arm_of_broken")
+    assert code == 2
+    assert "left out because broken: plugin 'broken'" in err.splitlines()[-1]
+
+
+def test_a_folder_that_goes_away_meanwhile_is_an_error_and_no_traceback(
+    bt_manip, trees, tmp_path, monkeypatch
+):
+    folder = tmp_path / "reports"
+    folder.mkdir()
+    execute = Run.execute
+    monkeypatch.setattr(Run, "execute", lambda *a, **k: (execute(*a, **k), folder.rmdir()))
+    code, _, err = bt_manip("run", f"{trees}:quick", "--report", folder / "report.json")
+    assert code == 3
+    assert str(folder) in err
+    assert "Traceback" not in err
