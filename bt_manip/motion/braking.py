@@ -80,7 +80,7 @@ def _on_path(trajectory: PathTrajectory, t: float, factor: float) -> PathTraject
     if not 0.0 <= profile.end <= 1.0:
         return None
     braked = PathTrajectory(path, profile, bounds)
-    return braked if max(braked.use(1e-3)) <= 1.0 + 1e-9 else None
+    return braked if max(braked.use()) <= 1.0 + 1e-9 else None
 
 
 def _all_joints(

@@ -79,12 +79,8 @@ class PathTrajectory:
         x, dx, ddx = self.path.evaluate(s[:, 0])
         return x, dx * ds, ddx * (ds * ds) + dx * dds
 
-    def use(self, step: float = 2.5e-4) -> tuple[float, float, float]:
-        """Give the largest fractions of velocity, acceleration and jerk, behind the joints too.
-
-        The step is finer than that of control, so that the jerk is seen whatever the phase of
-        the control steps.
-        """
+    def use(self, step: float = 1e-3) -> tuple[float, float, float]:
+        """Give the largest fractions of velocity, acceleration and jerk, behind the joints too."""
         _, v, a = self.coordinates(np.arange(0.0, self.duration + 2 * step, step))
         return (
             float((np.abs(v) / self.bounds.velocity).max()),
