@@ -32,11 +32,6 @@ class PhaseLog:
         """Give the phases that have ended in this cycle."""
         return tuple(self._phases)
 
-    @property
-    def running(self) -> tuple[Any, ...]:
-        """Give the action leaves that run now, the one that began last at the end."""
-        return tuple(self._running)
-
     def __call__(self, node: Any, old: Any, new: Any) -> None:
         """Note that a node has another status."""
         if node.kind is not NodeKind.ACTION:

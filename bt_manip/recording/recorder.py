@@ -94,7 +94,7 @@ class Recorder(RunObserver):
         """Take the state into the digest."""
         cell = self._cell
         self._time_now = cell.time
-        self._digest.update(cell.model, cell.data, self._run.tree.statuses())
+        self._digest.update(cell.state_bytes(), self._run.tree.statuses())
 
     def cycle_ended(self, status: str, reason: str) -> None:
         """Keep the cycle."""
@@ -115,11 +115,6 @@ class Recorder(RunObserver):
             self._run.tree.observers.remove(self._phases)
 
     # What others ask
-
-    @property
-    def cycles(self) -> tuple[CycleReport, ...]:
-        """Give the cycles that have ended."""
-        return tuple(self._cycles)
 
     def report(self, status: str | None = None, error: str = "") -> RunReport:
         """Put together what there is.

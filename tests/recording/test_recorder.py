@@ -230,8 +230,7 @@ class DigestOnly(RunObserver):
         self.run, self.digest = run, StateDigest()
 
     def after_tick(self) -> None:
-        cell = self.run.station.cell
-        self.digest.update(cell.model, cell.data, self.run.tree.statuses())
+        self.digest.update(self.run.station.cell.state_bytes(), self.run.tree.statuses())
 
 
 def hover() -> Node:
