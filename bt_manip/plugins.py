@@ -12,7 +12,6 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from types import ModuleType
 from typing import Any, Protocol
 
@@ -20,6 +19,7 @@ import pluggy
 
 from bt_manip import hookspecs
 from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.plugin_stage import Stage
 from bt_manip.registry import Parts
 
 BUILTIN = "builtin"
@@ -172,7 +172,7 @@ def _load(point: EntryPoint, parts: Parts, taken: list[str]) -> Plugin:
 
 def _collect(plugin: object, owner: str, parts: Parts) -> dict[str, tuple[str, ...]]:
     """Call the hooks of one plugin and merge what it brings when all have returned."""
-    stage = _Stage(owner, parts)
+    stage = Stage(owner, parts)
     for name, function, arguments in _implementations(plugin):
         kind = name.removeprefix("register_")
         function(**{argument: stage.register(kind) for argument in arguments})
@@ -209,75 +209,6 @@ def _implementations(plugin: object) -> list[tuple[str, Callable[..., Any], tupl
     if not found:
         raise BtManipError("it implements no hook; mark its functions with bt_manip.hookimpl")
     return found
-
-
-class _Stage:
-    """Keeps what one plugin registers apart until all of its hooks have returned."""
-
-    def __init__(self, owner: str, parts: Parts) -> None:
-        self._owner = owner
-        self._parts = parts.by_kind()
-        self._items: dict[str, dict[str, Any]] = {kind: {} for kind in self._parts}
-        self._open = True
-
-    def register(self, kind: str) -> Callable[..., None]:
-        """Give the function that a hook of this kind is called with."""
-        return getattr(self, f"_register_{kind}")
-
-    def merge(self) -> dict[str, tuple[str, ...]]:
-        """Hand everything over; nothing can be registered from then on."""
-        self._open = False
-        for kind, items in self._items.items():
-            for name, item in items.items():
-                self._parts[kind].add(name, item, self._owner)
-        return {kind: tuple(sorted(items)) for kind, items in self._items.items() if items}
-
-    def _add(self, kind: str, name: object, item: object) -> None:
-        if not self._open:
-            raise BtManipError("'register' is to be called inside the hook, not later")
-        registry = self._parts[kind]
-        registry.check(name)
-        assert isinstance(name, str)  # check() saw to it
-        if name in self._items[kind]:
-            raise BtManipError(f"it registers {registry.kind} '{name}' twice")
-        self._items[kind][name] = item
-
-    def _add_factory(self, kind: str, name: str, factory: Callable[..., Any]) -> None:
-        if not callable(factory):
-            raise BtManipError(f"'{name}' among its {kind} is not callable: {factory!r}")
-        self._add(kind, name, factory)
-
-    def _register_objects(self, name: str, factory: Callable[..., Any]) -> None:
-        self._add_factory("objects", name, factory)
-
-    def _register_controllers(self, name: str, factory: Callable[..., Any]) -> None:
-        self._add_factory("controllers", name, factory)
-
-    def _register_robots(self, description: Any) -> None:
-        if not hasattr(description, "name") or not hasattr(description, "arm_joints"):
-            raise BtManipError(f"a robot is a RobotDescription, got {description!r}")
-        self._add("robots", description.name, description)
-
-    def _register_behaviours(self, cls: type, name: str | None = None) -> None:
-        if not isinstance(cls, type):
-            raise BtManipError(f"a behaviour is registered as a class, got {cls!r}")
-        from bt_manip.bt import BehaviourRegistry
-
-        # A fresh registry has the nodes of the language: it refuses their names, and whatever
-        # is no node.
-        BehaviourRegistry().register(cls, name)
-        self._add("behaviours", name or cls.__name__, cls)
-
-    def _register_trees(self, name: str, place: str | Path) -> None:
-        text = str(place)
-        path, _, function = text.rpartition(":")
-        is_xml = text.endswith(".xml") and Path(text).is_file()
-        is_python = path.endswith(".py") and Path(path).is_file() and function.isidentifier()
-        if not is_xml and not is_python:
-            raise BtManipError(
-                f"tree '{name}': '{text}' is neither a path.xml nor a path.py:function that exists"
-            )
-        self._add("trees", name, text)
 
 
 def _file_of(plugin: object) -> str:

@@ -25,7 +25,7 @@ FLOORS = (
 BESIDE = {("registry", "exceptions")}
 """Imports inside a floor: whose room, and whose room it may know."""
 
-TOP = {"plugins", "builtin", "__main__", "__init__"}
+TOP = {"plugins", "plugin_stage", "builtin", "__main__", "__init__"}
 """Modules that stand at the top of the package, beside the floors: they bring it together."""
 
 
@@ -117,7 +117,7 @@ def loaded_after(code: str) -> list[str]:
     return ast.literal_eval(done.stdout.splitlines()[-1])
 
 
-@pytest.mark.parametrize("arguments", [[], ["run"], ["list"]], ids=" ".join)
+@pytest.mark.parametrize("arguments", [[], ["run"], ["list"], ["tree"]], ids=" ".join)
 def test_help_loads_nothing_heavy(arguments):
     code = (
         "from bt_manip.cli.app import run_app\n"

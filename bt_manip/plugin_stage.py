@@ -1,0 +1,90 @@
+"""What one plugin registers, kept apart until it is certain that all of it is right."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from bt_manip.exceptions import BtManipError
+from bt_manip.registry import Parts
+
+
+class Stage:
+    """Keeps what one plugin registers apart until all of its hooks have returned."""
+
+    def __init__(self, owner: str, parts: Parts) -> None:
+        """Begin with nothing.
+
+        Args:
+            owner: Name of the plugin.
+            parts: The parts of all plugins, which its own will be added to.
+        """
+        self._owner = owner
+        self._parts = parts.by_kind()
+        self._items: dict[str, dict[str, Any]] = {kind: {} for kind in self._parts}
+        self._open = True
+
+    def register(self, kind: str) -> Callable[..., None]:
+        """Give the function that the hook of a kind is called with.
+
+        What it is given and cannot take, it refuses with a `BtManipError`.
+        """
+        return getattr(self, f"_register_{kind}")
+
+    def merge(self) -> dict[str, tuple[str, ...]]:
+        """Hand everything over; nothing can be registered from then on.
+
+        Returns:
+            Names of what was registered, by kind.
+        """
+        self._open = False
+        for kind, items in self._items.items():
+            for name, item in items.items():
+                self._parts[kind].add(name, item, self._owner)
+        return {kind: tuple(sorted(items)) for kind, items in self._items.items() if items}
+
+    def _add(self, kind: str, name: object, item: object) -> None:
+        if not self._open:
+            raise BtManipError("'register' is to be called inside the hook, not later")
+        registry = self._parts[kind]
+        registry.check(name)
+        assert isinstance(name, str)  # check() saw to it
+        if name in self._items[kind]:
+            raise BtManipError(f"it registers {registry.kind} '{name}' twice")
+        self._items[kind][name] = item
+
+    def _add_factory(self, kind: str, name: str, factory: Callable[..., Any]) -> None:
+        if not callable(factory):
+            raise BtManipError(f"'{name}' among its {kind} is not callable: {factory!r}")
+        self._add(kind, name, factory)
+
+    def _register_objects(self, name: str, factory: Callable[..., Any]) -> None:
+        self._add_factory("objects", name, factory)
+
+    def _register_controllers(self, name: str, factory: Callable[..., Any]) -> None:
+        self._add_factory("controllers", name, factory)
+
+    def _register_robots(self, description: Any) -> None:
+        if not hasattr(description, "name") or not hasattr(description, "arm_joints"):
+            raise BtManipError(f"a robot is a RobotDescription, got {description!r}")
+        self._add("robots", description.name, description)
+
+    def _register_behaviours(self, cls: type, name: str | None = None) -> None:
+        if not isinstance(cls, type):
+            raise BtManipError(f"a behaviour is registered as a class, got {cls!r}")
+        from bt_manip.bt import BehaviourRegistry
+
+        # A fresh registry has the nodes of the language: it refuses their names, and whatever
+        # is no node.
+        BehaviourRegistry().register(cls, name)
+        self._add("behaviours", name or cls.__name__, cls)
+
+    def _register_trees(self, name: str, place: str | Path) -> None:
+        text = str(place)
+        path, _, function = text.rpartition(":")
+        is_xml = text.endswith(".xml") and Path(text).is_file()
+        is_python = path.endswith(".py") and Path(path).is_file() and function.isidentifier()
+        if not is_xml and not is_python:
+            raise BtManipError(
+                f"tree '{name}': '{text}' is neither a path.xml nor a path.py:function that exists"
+            )
+        self._add("trees", name, text)
