@@ -1,6 +1,6 @@
-"""Motion: inverse kinematics and planning of the Panda, one core, times in ms.
+"""Motion: inverse kinematics and planning of the Panda, processor time in ms.
 
-``python -m benchmarks motion``, or ``python benchmarks/bench_motion.py 10000`` for more poses. The
+``python -m benchmarks motion``, or ``python -m benchmarks.bench_motion 10000`` for more poses. The
 column beside it holds what is asked for, or what the same measurement gave for others.
 """
 
@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import pinocchio as pin
 
+from benchmarks import ik_peers
 from bt_manip import spatial
 from bt_manip.motion import Arm, IKResult, InverseKinematics, MotionError
 from bt_manip.robots import Robot, RobotModel, compile_alone, panda
@@ -27,14 +28,18 @@ def rows(poses: int = POSES) -> list[Row]:
     """
     robot = Robot(panda())
     compile_alone(robot)
-    return [*inverse_kinematics_rows(robot.make_model(), poses), *planning_rows(Arm(robot))]
+    return [
+        *inverse_kinematics_rows(robot.make_model(), poses),
+        *peer_rows(robot),
+        *planning_rows(Arm(robot)),
+    ]
 
 
 def inverse_kinematics_rows(model: RobotModel, poses: int) -> Iterable[Row]:
     """Measure success and time of inverse kinematics, at 1e-6 m and 1e-6 rad."""
-    begun = time.perf_counter()
+    begun = time.thread_time()
     ik = InverseKinematics(model)
-    yield "IK: preparing", f"{1e3 * (time.perf_counter() - begun):.1f}", ""
+    yield "IK: preparing", f"{1e3 * (time.thread_time() - begun):.1f}", ""
 
     rng = np.random.default_rng(77)
     lower, upper = model.limits.lower, model.limits.upper
@@ -74,18 +79,29 @@ def inverse_kinematics_rows(model: RobotModel, poses: int) -> Iterable[Row]:
     yield _solved("IK nearest of four grips", model, found, times, "")
 
 
+def peer_rows(robot: Robot, poses: int = 200) -> Iterable[Row]:
+    """Measure other packages, where they are installed, from home."""
+    model = robot.make_model()
+    rng = np.random.default_rng(77)
+    goals = rng.uniform(model.limits.lower, model.limits.upper, (poses, model.nq))
+    targets = [model.pose(q) for q in goals]
+    for name, solve in ik_peers.peers(robot):
+        solved, times = ik_peers.measure(robot, solve, targets, [model.home] * poses)
+        yield f"IK from home by {name}", f"{solved} of {poses}, {_times(times)}", ""
+
+
 def planning_rows(arm: Arm, moves: int = 100) -> Iterable[Row]:
     """Measure planning from request to checked trajectory, and following it."""
     rng = np.random.default_rng(5)
     limits = arm.model.limits
 
     def plan(ask: Callable[[], None], settle: bool = True) -> tuple[float, float] | None:
-        begun = time.perf_counter()
+        begun = time.thread_time()
         try:
             ask()
         except MotionError:
             return None
-        taken, duration = time.perf_counter() - begun, arm.remaining
+        taken, duration = time.thread_time() - begun, arm.remaining
         while settle and arm.moving:
             arm.advance(1e-3)
         return 1e3 * taken, duration
@@ -132,10 +148,10 @@ def planning_rows(arm: Arm, moves: int = 100) -> Iterable[Row]:
     arm.reset()
     arm.move_to_configuration(arm.model.home + 0.5)
     steps = int(arm.remaining / 1e-3) - 1
-    begun = time.perf_counter()
+    begun = time.thread_time()
     for _ in range(steps):
         arm.advance(1e-3)
-    microseconds = 1e6 * (time.perf_counter() - begun) / steps
+    microseconds = 1e6 * (time.thread_time() - begun) / steps
     yield "advance the reference by one step", f"{microseconds:.2f} us", "2 us at most"
 
 
@@ -143,9 +159,9 @@ def timed(ask: Callable[..., IKResult], *inputs: Iterable) -> tuple[list[IKResul
     """Ask for each input; give the answers and the times [ms]."""
     found, times = [], []
     for arguments in zip(*inputs, strict=True):
-        begun = time.perf_counter()
+        begun = time.thread_time()
         found.append(ask(*arguments))
-        times.append(1e3 * (time.perf_counter() - begun))
+        times.append(1e3 * (time.thread_time() - begun))
     return found, np.array(times)
 
 

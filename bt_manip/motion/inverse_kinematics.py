@@ -100,6 +100,7 @@ class InverseKinematics:
         max_step: float = 0.2,
         margin: float = 0.0,
         tolerance: float | None = None,
+        detours: bool = True,
     ) -> IKResult:
         """Find the configuration for a pose near that of `q0`, without jumping.
 
@@ -109,19 +110,29 @@ class InverseKinematics:
             max_step: How far a joint may go from it [rad].
             margin: How far to stay from the limits, once away from them [rad].
             tolerance: Of position [m] and rotation [rad]; by default as constructed.
+            detours: Whether to try again from elsewhere inside `max_step`.
         """
         limits = self.model.limits
         lower = np.minimum(limits.lower + margin, q0)
         upper = np.maximum(limits.upper - margin, q0)
-        found = self._descent(
-            T_wt,
-            q0,
-            position_tolerance=self.position_tolerance if tolerance is None else tolerance,
-            rotation_tolerance=self.rotation_tolerance if tolerance is None else tolerance,
-            lower=np.maximum(lower, q0 - max_step),
-            upper=np.minimum(upper, q0 + max_step),
-            patience=PATIENCE,
-        )
+        least, most = np.maximum(lower, q0 - max_step), np.minimum(upper, q0 + max_step)
+        iterations = 0
+        # Joints that run into a limit together can hold each other there; from the middle of where
+        # they may go the way is another.
+        middle = 0.5 * (least + most)
+        for start in (q0, middle, 0.5 * (middle + q0)) if detours else (q0,):
+            found = self._descent(
+                T_wt,
+                start,
+                position_tolerance=self.position_tolerance if tolerance is None else tolerance,
+                rotation_tolerance=self.rotation_tolerance if tolerance is None else tolerance,
+                lower=least,
+                upper=most,
+                patience=PATIENCE,
+            )
+            iterations += found.iterations
+            if found.solved:
+                break
         reason = ""
         if not found.solved:
             at_limit = (found.q <= lower) | (found.q >= upper)
@@ -132,7 +143,7 @@ class InverseKinematics:
                 reason = f"a joint would have to jump by more than {max_step:g} rad"
             else:
                 reason = "out of reach, or singular"
-        return self._result(found, iterations=found.iterations, reason=reason)
+        return self._result(found, iterations=iterations, reason=reason)
 
     def solutions(
         self,

@@ -7,6 +7,7 @@ from bt_manip.robots import ToolLimits
 
 from .bounds import Bounds
 from .errors import MotionError
+from .ik_result import IKResult
 from .inverse_kinematics import InverseKinematics
 from .paths import SplinePath
 
@@ -87,11 +88,18 @@ def _follow(ik: InverseKinematics, q0: np.ndarray, line: ToolLine, intervals: in
     fractions = np.arange(intervals + 1) / intervals
     travel = max(line.length, ARM_LENGTH * line.angle) / intervals
     knots = [np.array(q0)]
+
+    def follow(fraction: float, start: np.ndarray) -> IKResult:
+        return ik.follow(
+            line.pose(fraction), start, margin=MARGIN, tolerance=NODE_TOLERANCE, detours=False
+        )
+
     for done, fraction in zip(fractions, fractions[1:], strict=False):
         start = knots[-1] + travel * ik.self_motion.away_from_limits(knots[-1])
-        found = ik.follow(line.pose(fraction), start, margin=MARGIN, tolerance=NODE_TOLERANCE)
+        start = np.clip(start, ik.model.limits.lower, ik.model.limits.upper)
+        found = follow(fraction, start)
         for part in np.linspace(done, fraction, SUBSTEPS + 1)[1:] if not found.solved else ():
-            found = ik.follow(line.pose(part), start, margin=MARGIN, tolerance=NODE_TOLERANCE)
+            found = follow(part, start)
             start = found.q
         if not found.solved:
             raise MotionError(
