@@ -40,13 +40,17 @@ class PortAccess:
         self.given = given
         self._readers: dict[str, Callable[[], Any]] = {}
         for name, value in given.items():
-            if not isinstance(value, str):
-                self._check_value(self.ports[name], value)
+            self._check_value(self.ports[name], value)
 
     def _check_value(self, port: Port, value: Any) -> None:
+        type = port.type
+        if not type.strong:
+            return
         try:
-            if port.type.strong:
-                self.given[port.name] = _fit(value, port.type)
+            if not isinstance(value, str):
+                self.given[port.name] = _fit(value, type)
+            elif type.converter is not None and pointed_key(port.name, value) is None:
+                type.converter(value)
         except (ValueError, TypeError) as error:
             raise PortError(f"port '{port.name}' of {self.name}: {error}") from None
 

@@ -1,0 +1,177 @@
+"""Scopes, remaps and types of the blackboard."""
+
+import pytest
+
+from bt_manip.bt import Blackboard
+from bt_manip.bt.blackboard import EMPTY
+from bt_manip.bt.port_types import BOOL, DOUBLE, INT, INT64, STRING, UNTYPED
+from bt_manip.exceptions import BlackboardError
+
+
+def test_what_was_written_is_read():
+    scope = Blackboard()
+    scope["x"] = 3
+
+    assert scope["x"] == 3 and "x" in scope and scope.get("y", 7) == 7
+
+
+def test_a_missing_key_offers_the_nearest_one():
+    scope = Blackboard()
+    scope["target"] = 1
+
+    with pytest.raises(BlackboardError, match="no entry 'targte'; did you mean 'target'"):
+        scope["targte"]
+
+
+def test_a_declared_entry_is_not_yet_written():
+    scope = Blackboard()
+    scope.declare("x", INT)
+
+    assert scope.entry("x").value is EMPTY and "x" not in scope
+    with pytest.raises(BlackboardError, match="never written"):
+        scope["x"]
+
+
+def test_the_first_write_declares_the_type_but_a_string_leaves_it_open():
+    scope = Blackboard()
+    scope.write("i", 1, INT)
+    scope.write("s", "a", STRING)
+
+    assert scope.entry("i").declared is INT
+    assert scope.entry("s").declared is UNTYPED
+
+
+@pytest.mark.parametrize(
+    ("declared", "first", "second", "type", "kept"),
+    [
+        (INT, 1, 7, INT64, 7),
+        (INT, 1, "12", STRING, 12),
+        (DOUBLE, 1.0, 3, INT, 3.0),
+        (INT, 1, True, BOOL, 1),
+        (INT, 1, 2.0, DOUBLE, 2),
+    ],
+)
+def test_a_later_write_is_cast_to_the_declared_type(declared, first, second, type, kept):
+    scope = Blackboard()
+    scope.write("x", first, declared)
+    scope.write("x", second, type)
+
+    assert scope["x"] == kept and isinstance(scope["x"], declared.python)
+
+
+@pytest.mark.parametrize(
+    ("declared", "first", "second", "type"),
+    [
+        (INT, 1, 2.5, DOUBLE),
+        (INT, 1, 1 << 40, INT64),
+        (INT, 1, "abc", STRING),
+        (BOOL, True, 1, INT),
+        (DOUBLE, 1.0, (1 << 60) + 1, INT64),
+    ],
+)
+def test_a_write_that_would_lose_something_is_refused(declared, first, second, type):
+    scope = Blackboard()
+    scope.write("x", first, declared)
+
+    with pytest.raises(BlackboardError, match="entry 'x' does not take"):
+        scope.write("x", second, type)
+    assert scope["x"] == first
+
+
+def test_a_type_cannot_change_once_it_is_declared():
+    scope = Blackboard()
+    scope.declare("x", INT)
+
+    with pytest.raises(BlackboardError, match="holds int; it cannot become double"):
+        scope.declare("x", DOUBLE)
+
+
+def test_each_write_counts():
+    scope = Blackboard()
+    for value in range(3):
+        scope["x"] = value
+
+    assert scope.entry("x").sequence == 3
+
+
+class TestScopes:
+    """A sub-tree sees only what is handed to it."""
+
+    @pytest.fixture
+    def outer(self):
+        outer = Blackboard()
+        outer["x"] = 1
+        return outer
+
+    def test_an_inner_scope_is_isolated(self, outer):
+        inner = Blackboard(outer)
+
+        assert inner.entry("x") is None
+        inner["x"] = 5
+        assert outer["x"] == 1
+
+    def test_a_remap_leads_to_the_parents_key(self, outer):
+        inner = Blackboard(outer)
+        inner.remap("p", "x")
+
+        assert inner["p"] == 1
+        inner["p"] = 2
+        assert outer["x"] == 2 and inner.entries == {}
+
+    def test_remaps_lead_through_several_levels(self, outer):
+        middle = Blackboard(outer)
+        middle.remap("m", "new")
+        inner = Blackboard(middle)
+        inner.remap("i", "m")
+        inner["i"] = "made"
+
+        assert outer["new"] == "made" and middle.entries == {}
+
+    def test_autoremap_leads_to_the_same_key_but_not_for_private_ones(self, outer):
+        inner = Blackboard(outer)
+        inner.autoremap = True
+        outer["_private"] = 1
+        inner["y"] = 2
+        inner["_own"] = 3
+
+        assert inner["x"] == 1 and outer["y"] == 2
+        assert inner.entry("_private") is None and outer.entry("_own") is None
+
+    def test_an_at_sign_always_means_the_root(self, outer):
+        inner = Blackboard(Blackboard(outer))
+        inner["@x"] = 9
+
+        assert outer["x"] == 9 and inner["@x"] == 9
+        with pytest.raises(BlackboardError, match="more than once"):
+            inner.declare("@@x")
+
+    def test_unset_removes_only_the_own_entry(self, outer):
+        inner = Blackboard(outer)
+        inner.remap("p", "x")
+        inner.unset("p")
+        outer.unset("x")
+
+        assert "x" not in outer and inner.entry("p") is None
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("5", 5),
+        ("-3", -3),
+        ("2.5", 2.5),
+        ("1e3", 1000.0),
+        ("9999999999", 9999999999),
+        ("true", "true"),
+        ("1;2", "1;2"),
+        ("", ""),
+        ("12abc", "12abc"),
+        ("+1", "+1"),
+        ("99999999999999999999", 1e20),
+    ],
+)
+def test_a_constant_given_as_text_is_a_number_if_all_of_it_is(text, value):
+    scope = Blackboard()
+    scope.set_text("c", text)
+
+    assert scope["c"] == value and type(scope["c"]) is type(value)

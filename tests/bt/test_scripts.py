@@ -1,0 +1,209 @@
+"""The scripting language: what it reads, what it calculates, and what it refuses."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bt_manip.bt.blackboard import EMPTY, Blackboard
+from bt_manip.bt.port_types import BOOL, DOUBLE, INT, INT64, STRING
+from bt_manip.bt.script import parse_script
+from bt_manip.bt.script.evaluation import Environment, is_true
+from bt_manip.exceptions import ScriptError
+
+ENUMS = {"RED": 1, "GREEN": 2}
+
+
+@pytest.fixture
+def scope():
+    scope = Blackboard()
+    scope.write("i", 5, INT)
+    scope.write("d", 1.5, DOUBLE)
+    scope.write("b", True, BOOL)
+    scope.write("s", "text", STRING)
+    return scope
+
+
+def evaluate(text, scope=None):
+    return parse_script(text).evaluate(Environment(scope or Blackboard(), ENUMS))
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("7 + 2", 9.0),
+        ("7", 7),
+        ("0x1F", 31),
+        ("1.5e2", 150.0),
+        ("2e-1", 0.2),
+        ("1 + 2 * 3", 7.0),
+        ("(1 + 2) * 3", 9.0),
+        ("10 - 4 - 3", 3.0),
+        ("-2 * -3", 6.0),
+        ("!0", 1.0),
+        ("~5", -6.0),
+        ("6 & 3", 2.0),
+        ("6 | 3 ^ 1", 6.0),
+        ("1 < 2 < 3", 1.0),
+        ("3 > 2 > 2", 0.0),
+        ("1 == 1.00000001", 1.0),
+        ("1 != 1.0001", 1.0),
+        ("'a' < 'b'", 1.0),
+        ("'RED' == 1", 1.0),
+        ("'true' == 1", 1.0),
+        ("2 == '2.0'", 1.0),
+        ("'a' + 'b'", "ab"),
+        ("'n' .. 5", "n5"),
+        ("2.5 .. 'x'", "2.500000x"),
+        ("RED + GREEN", 3.0),
+        ("true", 1.0),
+        ("1 ? 'yes' : 'no'", "yes"),
+        ("0 ? 1 : 0 ? 2 : 3", 3),
+        ("1 / 0", math.inf),
+        ("-1 / 0", -math.inf),
+        ("1; 2; 3", 3),
+        ("1 2", 2),
+        ("9223372036854775808", 0),
+    ],
+)
+def test_an_expression_has_a_value(text, value):
+    result, _ = evaluate(text)
+
+    assert result == value and type(result) is type(value)
+
+
+def test_zero_by_zero_is_no_number():
+    assert math.isnan(evaluate("0 / 0")[0])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "the script is empty"),
+        ("x ==", "expected an operand at position 4"),
+        ("(1", r"expected '\)' at position 2"),
+        ("1 ? 2", "expected ':' at position 5"),
+        ('x := "a"', "invalid token '\"' at position 5; strings stand between single quotes"),
+        ("x := 'a", "the closing quote is missing"),
+        ("5 % 2", "no such operator"),
+        ("65.", r"invalid token '65\.'"),
+        ("3foo", "invalid token '3foo'"),
+        ("0x", "invalid token '0x'"),
+        ("1.5.2", "invalid token"),
+        (".5", r"invalid token '\.'"),
+        ("1e999", "does not fit a double"),
+        ("(" * 100, "nested deeper than 64 levels"),
+        ("-" * 100 + "1", "nested deeper than 64 levels"),
+    ],
+)
+def test_what_is_no_script_is_refused_with_its_position(text, message):
+    with pytest.raises(ScriptError, match=message):
+        parse_script(text)
+
+
+def test_a_long_chain_of_operators_is_no_nesting():
+    assert evaluate(" + ".join(["1"] * 5000))[0] == 5000.0
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("nope", "variable not found: nope"),
+        ("nope = 1", r"does not exist; \[:=\] would create it"),
+        ("1 + 'a'", r"operator \[\+\] does not take"),
+        ("1 .. 2", "at least one operand must be a text"),
+        ("'a' && 1", "does not take"),
+        ("!'a'", "needs a number"),
+        ("2 && 1", "no truth value"),
+        ("1.5 & 1", "needs integers"),
+        ("'abc' == 1", "is not a number"),
+        ("'abc' ? 1 : 2", "is not a number"),
+        ("9007199254740993 + 1", "too large for a double"),
+        ("1 + 1 := 3", "left operand of .* is not a blackboard entry"),
+        ("s -= 'x'", "does not take a text"),
+        ("i = 2.5", "is not an integer"),
+        ("s = 3", "does not become"),
+        ("s += 3", "needs a number on its left"),
+        ("i = 'abc'", "is not an integer"),
+    ],
+)
+def test_what_cannot_be_evaluated_says_why(scope, text, message):
+    with pytest.raises(ScriptError, match=message):
+        evaluate(text, scope)
+
+
+def test_an_assignment_creates_an_entry_and_keeps_its_value_type():
+    scope = Blackboard()
+    evaluate("a := 5; b := a; c := a + 1; e := f := 'x'", scope)
+
+    assert [scope[key] for key in "abcef"] == [5, 5, 6.0, "x", "x"]
+    assert scope.entry("b").type is INT64 and scope.entry("c").type is DOUBLE
+
+
+def test_an_assignment_to_a_typed_entry_keeps_the_type(scope):
+    evaluate("i = 7.0; d = 2; b = 0; i += 1", scope)
+
+    assert (scope["i"], scope["d"], scope["b"]) == (8, 2.0, False)
+    assert type(scope["i"]) is int and type(scope["d"]) is float
+
+
+def test_a_text_is_converted_for_a_typed_entry(scope):
+    evaluate("i = '12'; d = '2.5'", scope)
+
+    assert (scope["i"], scope["d"]) == (12, 2.5)
+
+
+def test_a_failed_right_side_still_creates_the_entry():
+    scope = Blackboard()
+    with pytest.raises(ScriptError):
+        evaluate("a := nope", scope)
+
+    assert scope.entry("a").value is EMPTY
+
+
+def test_both_operands_are_always_evaluated():
+    scope = Blackboard()
+    evaluate("0 && (a := 1)", scope)
+
+    assert scope["a"] == 1
+
+
+def test_an_enumeration_comes_before_a_variable_of_the_same_name(scope):
+    scope.write("RED", 7, INT)
+
+    assert evaluate("RED", scope)[0] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("text", "true"), [("1", True), ("0.5", True), ("0", False), ("b", True), ("'a' == 'a'", True)]
+)
+def test_a_condition_is_a_truth_value(scope, text, true):
+    assert is_true(evaluate(text, scope)) is true
+
+
+@pytest.mark.parametrize("text", ["2", "-1.0", "'true'", "-1"])
+def test_other_values_are_no_condition(text):
+    with pytest.raises(ScriptError):
+        is_true(evaluate(text))
+
+
+def test_a_script_knows_what_it_reads_and_writes():
+    script = parse_script("a := b + c; d += 1; (e)")
+
+    assert script.reads == {"b", "c", "d", "e"}
+    assert script.writes == {"a", "d"}
+
+
+def test_double_quotes_are_strings_only_where_the_dialect_has_them():
+    script = parse_script("\"it's \" .. 'x'", double_quotes=True)
+
+    assert script.evaluate(Environment(Blackboard(), {}))[0] == "it's x"
+
+
+@given(st.text(alphabet="ab1.5'\"+-*/&|^~!<>=?:();, \n@_xe{}", max_size=40))
+def test_no_text_raises_anything_but_a_script_error(text):
+    try:
+        parse_script(text).evaluate(Environment(Blackboard(), ENUMS))
+    except ScriptError:
+        pass
