@@ -76,6 +76,10 @@ class JerkProfile:
         acceleration = np.where(done, 0.0, a + x * j)
         return position, velocity, acceleration
 
+    def corners(self) -> np.ndarray:
+        """Give the times when the jerk changes."""
+        return np.append(self._table[:, 0], self.duration)
+
     def times(self, factor: float, end: float | None = None) -> "JerkProfile":
         """Do the same in another unit; where it ends exactly may be known better."""
         segments = [[segment[0], *(factor * x for x in segment[1:])] for segment in self._segments]

@@ -52,7 +52,8 @@ def effort_use(trajectory: Trajectory, model: RobotModel, step: float = EFFORT_S
 
     Rigid bodies, rotors, payload, damping and dry friction are counted.
     """
-    q, v, a = trajectory.table(step_times(trajectory.duration, step))
+    times = np.concatenate([step_times(trajectory.duration, step), trajectory.corners()])
+    q, v, a = trajectory.table(times)
     tau = np.array([model.rnea(*row) for row in zip(q, v, a, strict=True)])
     tau += model.damping * v + model.friction * np.sign(v)
     return float((np.abs(tau) / model.limits.effort).max())

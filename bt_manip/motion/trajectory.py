@@ -24,6 +24,9 @@ class Trajectory(Protocol):
     def sample(self, t: float, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> None:
         """Write q, v and a at a time into arrays."""
 
+    def corners(self) -> np.ndarray:
+        """Give the times when the jerk changes; in between the acceleration has no extreme."""
+
     def get_state(self) -> dict[str, Any]:
         """Give the trajectory as plain data."""
 
@@ -47,6 +50,10 @@ class JointTrajectory:
         """Write q, v and a at a time into arrays."""
         for i, profile in enumerate(self._profiles):
             q[i], v[i], a[i] = profile.sample(t)
+
+    def corners(self) -> np.ndarray:
+        """Give the times when the jerk changes."""
+        return np.unique(np.concatenate([profile.corners() for profile in self._profiles]))
 
     def get_state(self) -> dict[str, Any]:
         """Give the trajectory as plain data."""
@@ -99,6 +106,10 @@ class PathTrajectory:
         rows = self.table(np.array([t]))
         q[:], v[:], a[:] = rows[0][0], rows[1][0], rows[2][0]
 
+    def corners(self) -> np.ndarray:
+        """Give the times when the jerk changes."""
+        return self.profile.corners()
+
     def get_state(self) -> dict[str, Any]:
         """Give the trajectory as plain data."""
         return {
@@ -139,6 +150,11 @@ class SequenceTrajectory:
         part, since = self.active(t)
         part.sample(since, q, v, a)
 
+    def corners(self) -> np.ndarray:
+        """Give the times when the jerk changes."""
+        shifted = zip(self.parts, self.starts, strict=False)
+        return np.concatenate([part.corners() + start for part, start in shifted])
+
     def get_state(self) -> dict[str, Any]:
         """Give the trajectory as plain data."""
         return {"kind": "sequence", "parts": [part.get_state() for part in self.parts]}
@@ -160,6 +176,11 @@ class TailTrajectory:
     def sample(self, t: float, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> None:
         """Write q, v and a at a time into arrays."""
         self.whole.sample(t + self.since, q, v, a)
+
+    def corners(self) -> np.ndarray:
+        """Give the times when the jerk changes."""
+        left = self.whole.corners() - self.since
+        return left[left > 0.0]
 
     def get_state(self) -> dict[str, Any]:
         """Give the trajectory as plain data."""
