@@ -147,11 +147,13 @@ class Arm:
         speed = check_speed(speed)
         found = choose_configuration(self.ik, T_wt, self._q, margin=margin, approach=approach)
         if not found.solved:
-            raise MotionError(
-                f"the pose is unreachable: {found.reason}; nearest found is "
-                f"{1e3 * found.position_error:.1f} mm and {found.rotation_error:.3f} rad away",
-                reason="unreachable",
-            )
+            message = f"the pose is unreachable: {found.reason}"
+            if found.iterations:
+                message += (
+                    f"; nearest found is {1e3 * found.position_error:.1f} mm and "
+                    f"{found.rotation_error:.3f} rad away"
+                )
+            raise MotionError(message, reason="unreachable")
         self._begin(plan_to_configuration(self._present, found.q, self.model, speed))
 
     def move_linear(self, T_wt: pin.SE3, speed: float = 1.0) -> None:

@@ -16,7 +16,17 @@ from .trajectory import (
     Trajectory,
 )
 
-_FACTORS = (1.0, 0.85, 0.7, 0.5, 0.35, 0.25)  # of acceleration and jerk, the hardest first
+_FACTORS = (
+    1.0,
+    0.9,
+    0.8,
+    0.7,
+    0.6,
+    0.5,
+    0.4,
+    0.3,
+    0.2,
+)  # of acceleration and jerk, the hardest first
 _AHEAD = np.linspace(0.0, 1.0, 20)
 
 
@@ -44,7 +54,7 @@ def brake(
         trajectory = trajectory.whole
     tail = TailTrajectory(trajectory, t)
     best: Trajectory = tail
-    least = np.inf
+    least: float | None = None  # effort of the best; that of the tail is seldom needed
     for factor in _FACTORS:
         trial: Trajectory | None
         try:
@@ -61,6 +71,8 @@ def brake(
         effort = effort_use(trial, model)
         if effort <= ALLOWED:
             return trial
+        if least is None:
+            least = effort_use(tail, model)
         if effort < least:
             best, least = trial, effort
     return best

@@ -14,6 +14,7 @@ from .paths import Path, StraightPath
 from .trajectory import PathTrajectory
 
 PASSES = 10
+BETWEEN = 1.001  # between the steps that are looked at there is a little more
 
 
 def drive_straight(
@@ -60,7 +61,7 @@ def drive(path: Path, bounds: Bounds, model: RobotModel, speed: float = 1.0) -> 
     for _ in range(PASSES):
         trajectory = PathTrajectory(path, profile, bounds)
         velocity, acceleration, jerk = trajectory.use()
-        used = max(velocity, acceleration**0.5, jerk ** (1 / 3))
+        used = BETWEEN * max(velocity, acceleration**0.5, jerk ** (1 / 3))
         effort = effort_use(trajectory, model) / ALLOWED
         if used <= 1.0 and effort <= 1.0:
             return trajectory

@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.robots import ToolLimits
+from bt_manip.robots import JointLimits, ToolLimits
 
 from .bounds import Bounds
 from .errors import MotionError
@@ -15,6 +15,7 @@ SPACING = 0.02  # [m] between the poses that are solved
 TURN = 0.1  # [rad] between them
 LEAST, MOST = 12, 400  # intervals on a line
 STRAIGHTNESS = 5e-5  # [m] and [rad] that the path may leave the line between them
+GRID = 500  # points where the joint limits are looked at
 REFINEMENTS = 4
 SUBSTEPS = 8  # where a step is too long for the solver
 ARM_LENGTH = 0.3  # [m/rad] how a turn counts as travel
@@ -69,6 +70,7 @@ def line_path(ik: InverseKinematics, q0: np.ndarray, line: ToolLine) -> SplinePa
     worst = np.inf
     for _ in range(REFINEMENTS):
         path = SplinePath(_follow(ik, q0, line, intervals), ik.model.nq)
+        _check_limits(path, ik.model.limits)
         between = (np.arange(intervals) + 0.5) / intervals
         worst = 0.0
         for *q, fraction in path.evaluate(between, 0)[0]:
@@ -81,6 +83,17 @@ def line_path(ik: InverseKinematics, q0: np.ndarray, line: ToolLine) -> SplinePa
         f"the line cannot be followed smoothly: it would be left by {1e3 * worst:.2f} mm",
         reason="line",
     )
+
+
+def _check_limits(path: SplinePath, limits: JointLimits) -> None:
+    """Refuse a path that swings beyond a limit which the arm already stands at."""
+    q = path.evaluate(np.linspace(0.0, 1.0, GRID), 0)[0][:, : path.nq]
+    beyond = ((q < limits.lower - 1e-9) | (q > limits.upper + 1e-9)).any(axis=0)
+    if beyond.any():
+        joint = int(np.flatnonzero(beyond)[0]) + 1
+        raise MotionError(
+            f"the line cannot be followed: joint {joint} would leave its limits", reason="line"
+        )
 
 
 def _follow(ik: InverseKinematics, q0: np.ndarray, line: ToolLine, intervals: int) -> np.ndarray:
