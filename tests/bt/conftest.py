@@ -43,8 +43,8 @@ class Clock:
 class Bench:
     """A registry with scripted leaves, the log they write, and a clock.
 
-    ``Scripted``, ``SyncScripted`` and ``ScriptedCondition`` walk a list of outcomes: S, F, R(unning)
-    and K (skipped).
+    ``Scripted``, ``SyncScripted`` and ``ScriptedCondition`` walk a list of outcomes: S, F,
+    R(unning) and K (skipped).
     """
 
     log: list[dict[str, Any]] = field(default_factory=list)

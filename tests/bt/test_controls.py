@@ -144,9 +144,7 @@ def test_try_catch_cleans_up_and_fails(bench, leaf):
 
 @pytest.mark.parametrize(("asked", "cleaned"), [("true", True), ("false", False)])
 def test_try_catch_cleans_up_when_it_is_halted_if_asked_to(bench, leaf, asked, cleaned):
-    tree = bench.tree(
-        node("TryCatch", leaf("a", "R"), leaf("clean", "S"), catch_on_halt=asked)
-    )
+    tree = bench.tree(node("TryCatch", leaf("a", "R"), leaf("clean", "S"), catch_on_halt=asked))
     tree.tick()
     tree.halt()
 
@@ -195,9 +193,7 @@ def test_a_switch_halts_its_child_when_the_variable_changes(bench, leaf):
 
 
 CONTROLS = [
-    name
-    for name in BehaviourRegistry().names()
-    if BehaviourRegistry().get(name).kind == "Control"
+    name for name in BehaviourRegistry().names() if BehaviourRegistry().get(name).kind == "Control"
 ]
 
 

@@ -74,9 +74,7 @@ def test_run_once_can_repeat_its_status_instead_of_skipping(bench, leaf):
 
 
 def test_a_precondition_is_asked_until_it_was_true_once(bench, leaf):
-    tree = bench.tree(
-        node("Precondition", leaf("a", "RRS"), **{"if": "go", "else": "SKIPPED"})
-    )
+    tree = bench.tree(node("Precondition", leaf("a", "RRS"), **{"if": "go", "else": "SKIPPED"}))
     tree.blackboard["go"] = 0
     assert tree.tick() is NodeStatus.SKIPPED
     tree.blackboard["go"] = 1
@@ -127,7 +125,9 @@ def test_a_loop_takes_what_is_no_list_for_an_error(bench):
         tree.tick()
 
 
-@pytest.mark.parametrize(("tag", "otherwise"), [("SkipUnlessUpdated", "K"), ("WaitValueUpdate", "R")])
+@pytest.mark.parametrize(
+    ("tag", "otherwise"), [("SkipUnlessUpdated", "K"), ("WaitValueUpdate", "R")]
+)
 def test_an_entry_that_was_written_lets_the_child_run(bench, leaf, tag, otherwise):
     writer = "<Sequence><Script code='x := 1'/>{}</Sequence>"
     watched = node(tag, leaf("a", "S"), entry="{x}")

@@ -4,8 +4,17 @@ from enum import Enum
 
 import pytest
 
-from bt_manip.bt import Action, BehaviourRegistry, Blackboard, InOut, Input, Output, Status, Tree
-from bt_manip.bt import literals
+from bt_manip.bt import (
+    Action,
+    BehaviourRegistry,
+    Blackboard,
+    InOut,
+    Input,
+    Output,
+    Status,
+    Tree,
+    literals,
+)
 from bt_manip.bt.port_types import INT, STRING, cast, port_type
 from bt_manip.exceptions import PortError
 
@@ -104,7 +113,9 @@ def test_a_missing_entry_says_so():
 
 
 def test_a_value_that_does_not_fit_is_refused_at_once():
-    with pytest.raises(PortError, match="port 'speed' of Move: expected double, found \\(None, None\\)"):
+    with pytest.raises(
+        PortError, match="port 'speed' of Move: expected double, found \\(None, None\\)"
+    ):
         Move(target="0,0", speed=(None, None))
     with pytest.raises(PortError, match="port 'speed' of Move: 'fast' is not a number"):
         Move(target="0,0", speed="fast")

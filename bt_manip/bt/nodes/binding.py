@@ -98,7 +98,7 @@ class _Binder:
             for behaviour in link.children:
                 child = behaviour if isinstance(behaviour, Node) else ForeignNode(behaviour)
                 self._bind(child, scope, prefix, attached)
-            for orphan in getattr(link, "orphans", ()):
+            for orphan in link.orphans if isinstance(link, Node) else ():
                 self._bind(orphan, scope, prefix, False)
 
     def _enter(self, link: SubTree, scope: Blackboard, prefix: str) -> tuple[Blackboard, str]:

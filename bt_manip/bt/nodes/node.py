@@ -86,6 +86,8 @@ class Node(PortAccess, Behaviour):
     _node_guard: "Guard | None" = None
     path: str = ""
     uid: int = 0
+    orphans: "tuple[Behaviour, ...]" = ()
+    """Children of the node that a test replaced by this one: they exist, but nothing ticks them."""
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         """Collect the class's ports.

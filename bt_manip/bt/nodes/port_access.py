@@ -51,7 +51,7 @@ class PortAccess:
                 self.given[port.name] = _fit(value, type)
             elif type.converter is not None and pointed_key(port.name, value) is None:
                 type.converter(value)
-        except (ValueError, TypeError) as error:
+        except Exception as error:  # a parser of a behaviour's own may raise anything
             raise PortError(f"port '{port.name}' of {self.name}: {error}") from None
 
     def port_text(self, name: str) -> str | None:
@@ -127,7 +127,7 @@ class PortAccess:
             if type.parse is None:
                 raise ValueError(f"a text does not become a {type.name}")
             return type.parse(text)
-        except ValueError as error:
+        except Exception as error:  # a parser of a behaviour's own may raise anything
             raise self._port_error(name, str(error)) from None
 
     def is_connected(self, name: str) -> bool:

@@ -24,7 +24,7 @@ from bt_manip.exceptions import BtManipError, ScriptError
 
 SCRIPTS = tuple(CONDITIONS.values())
 EXPLICIT = ("Action", "Condition", "Control", "Decorator")
-MAX_NODES = 100_000
+MAX_NODES = 65_535  # Groot2 counts nodes with 16 bits
 
 
 class Builder:
@@ -142,6 +142,7 @@ class Builder:
             else:
                 if rule is not None:
                     cls = self._registry.get(rule)
+                    given = {key: value for key, value in given.items() if key in cls.ports}
                 name_given = element.get("name")
                 if issubclass(cls, Parent):
                     if cls.kind is NodeKind.DECORATOR and len(children) != 1:
@@ -149,6 +150,7 @@ class Builder:
                     node = cls(name_given, *children, **given)
                 else:
                     node = cls(name_given, **given)
+                    node.orphans = tuple(children)
         except (BtManipError, TypeError) as error:
             self._problems.error(element.place, f"{name}: {error}")
             return None
@@ -199,31 +201,35 @@ class Builder:
                 near = hint(key, [*cls.ports, "name", *SCRIPTS])
                 self._problems.error(attribute.place, f"{name} has no port '{key}'{near}")
                 continue
-            self._check_literal(port, attribute.value, attribute.value_place)
-            given[key] = attribute.value
+            if self._check_literal(port, attribute.value, attribute.value_place):
+                given[key] = attribute.value
         return given
 
-    def _check_literal(self, port: Port, text: str, place: Place) -> None:
+    def _check_literal(self, port: Port, text: str, place: Place) -> bool:
+        """Tell whether a port takes a text; report it if it does not."""
         if len(text) >= 3 and text[0] == "{" and text[-1] == "}":
-            return
+            return True
         type = port.type
         if not type.strong or (type.is_enum and not self._strict):
-            return
+            return True
         if type.is_enum and text in self._registry.enums:
-            return
+            return True
         if type.parse is None:
             self._problems.error(
                 place,
                 f"port '{port.name}' takes no text, only an entry as {{key}}: "
                 f"a {type.name} cannot be written as text",
             )
-            return
+            return False
         try:
             type.parse(text)
         except Exception as error:  # a parser of a behaviour's own may raise anything
             self._problems.error(
-                place, f"port '{port.name}': {error}; expected {type.name}, or an entry as {{key}}"
+                place,
+                f"port '{port.name}': {error}; expected {type.name}, or an entry as {{key}}",
             )
+            return False
+        return True
 
     def _scripts(self, element: Element) -> dict[str, str]:
         scripts: dict[str, str] = {}

@@ -65,9 +65,12 @@ def _write_element(element: Element, depth: int, lines: list[str]) -> None:
     if len(tag) > WIDTH and len(attributes) > 1:
         inner = "\n" + indent + _INDENT * 2
         tag = indent + inner.join([f"<{element.name}", *attributes]) + end
-    if len(content) == 1 and isinstance(content[0], Text):
-        text = escape(content[0].text.strip(), quotes=False)
-        lines.append(f"{tag}{text}</{element.name}>")
+    if content and not any(isinstance(item, Element) for item in content):
+        # On the same line: schemas allow no white space in an element without children.
+        inside: list[str] = []
+        for item in content:
+            _write_item(item, 0, inside)
+        lines.append(f"{tag}{''.join(inside)}</{element.name}>")
         return
     lines.append(tag)
     for item in content:

@@ -1,0 +1,338 @@
+"""Documents that are wrong: all findings at once, each where the user wrote it."""
+
+# ruff: noqa: E501  (a mistake and its finding stand on one line)
+
+import pytest
+
+from bt_manip.bt import Action, BehaviourRegistry, Input, Status, load_tree, parse_tree
+from bt_manip.bt.loading import read_tree, read_tree_text
+from bt_manip.exceptions import TreeError
+
+
+class Reach(Action):
+    """Reach for an object."""
+
+    object = Input(str, doc="name of the object")
+    height = Input(float, default=0.1)
+
+    def update(self):
+        return Status.SUCCESS
+
+
+@pytest.fixture
+def registry():
+    return BehaviourRegistry([Reach])
+
+
+def findings(text, registry, **options):
+    return [str(problem) for problem in read_tree_text(text, registry, **options).problems]
+
+
+def document(body, head='main_tree_to_execute="Main"', rest=""):
+    return (
+        f'<root BTCPP_format="4" {head}>\n'
+        f'  <BehaviorTree ID="Main">\n'
+        f"    {body}\n"
+        f"  </BehaviorTree>{rest}\n</root>\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("body", "finding"),
+    [
+        ("<Reech object='a'/>", "3:5: error: no node is named 'Reech'; did you mean 'Reach'?"),
+        ("<Reach objekt='a' object='b'/>", "3:12: error: Reach has no port 'objekt'; did you mean 'object'?"),
+        ("<Reach object='a' height='high'/>", "3:31: error: port 'height': 'high' is not a number; expected double, or an entry as {key}"),
+        ("<Reach/>", "3:5: error: Reach needs the port 'object' of type std::string (name of the object)"),
+        ("<Action ID='Nope'/>", "3:13: error: no node is named 'Nope'"),
+        ("<Action/>", "3:5: error: <Action> needs the attribute 'ID'"),
+        ("<Sequence/>", "3:5: error: Sequence must have at least 1 child"),
+        ("<Inverter/>", "3:5: error: Inverter must have exactly 1 child, not 0"),
+        ("<Script code='x =='/>", "3:19: error: expected an operand at position 4, found ''"),
+        ("<Reach object='a' _skipIf='1 +'/>", "3:32: error: _skipIf: expected an operand at position 3, found ''"),
+        ("<SubTree ID='Other'/>", "3:14: error: no tree is named 'Other'; known: Main"),
+        ("<SubTree ID='Main'/>", "3:14: error: trees contain each other in a circle: Main -> Main"),
+        ("<SubTree ID='Main' _autoremap='yes'/>", "3:24: error: _autoremap: 'yes' is not a truth value (true, false, 1 or 0)"),
+        ("<Main/>", "3:5: error: no node is named 'Main'; to tick the tree of that name write <SubTree ID=\"Main\"/>"),
+        ("<IfThenElse><AlwaysSuccess/></IfThenElse>", "3:5: error: IfThenElse must have 2 or 3 children: a condition and 1 or 2 branches"),
+        ("<Switch2 variable='1' case_1='1' case_2='2'><AlwaysSuccess/></Switch2>", "3:5: error: Switch2 must have 3 children, one for each case and one for all others; it has 1"),
+        ("<Parallel success_count='3'><AlwaysSuccess/></Parallel>", "3:15: error: Parallel has 1 children: success_count=3 can never be reached"),
+        ("<LoopInt queue='1;x'><AlwaysSuccess/></LoopInt>", "3:21: error: port 'queue' of LoopInt::1: 'x' is not an integer"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_found_where_it_stands(registry, body, finding):
+    assert f"<text>:{finding}" in findings(document(body), registry)
+
+
+def test_all_mistakes_of_a_document_are_found_at_once(registry):
+    body = "<Sequence><Reech/><Reach objekt='a'/><Script code='1 +'/><Nope/></Sequence>"
+
+    with pytest.raises(TreeError) as error:
+        parse_tree(document(body), registry)
+
+    assert len(error.value.problems) == 5
+    columns = [problem.place.column for problem in error.value.problems]
+    assert columns == sorted(columns)
+    assert str(error.value).count("\n") == 4
+
+
+@pytest.mark.parametrize(
+    ("text", "finding"),
+    [
+        ("", "1:1: error: the document is empty; expected <root>"),
+        ("<root>", "1:1: error: <root> is not closed"),
+        ("<root>\n  <a></b></root>", "2:6: error: expected </a> (opened at line 2), found </b>"),
+        ("<root x=1/>", "1:7: error: attribute 'x' has no value in quotes"),
+        ("<root x='1' x='2'/>", "1:13: error: attribute 'x' stands twice in <root>"),
+        ("<root/><root/>", "1:8: error: a document has one root element; found another"),
+        ("<!-- no end", "1:1: error: the comment is not closed"),
+        ("hello", "1:1: error: text stands outside of the root element"),
+        ("<!DOCTYPE a [<!ENTITY b 'c'>]><root/>", "1:1: error: document types and entities are not allowed in tree documents"),
+        ("<tree/>", "1:1: error: the outermost element must be <root>; found <tree>"),
+        ("<root/>", "1:1: error: which tree to run? <root> needs main_tree_to_execute; trees: none"),
+        ("<root>\0</root>", "1:7: error: a NUL character is no part of XML"),
+    ],
+)  # fmt: skip
+def test_what_is_no_document_is_refused(registry, text, finding):
+    assert f"<text>:{finding}" in findings(text, registry)
+
+
+def test_bytes_that_are_no_utf8_are_placed(registry, tmp_path):
+    file = tmp_path / "tree.xml"
+    file.write_bytes(b"<root>\n  \xff</root>")
+
+    with pytest.raises(TreeError, match=r"tree.xml:2:3: error: not UTF-8"):
+        load_tree(file, registry)
+
+
+def test_a_missing_file_is_an_error_of_its_own(registry, tmp_path):
+    with pytest.raises(TreeError, match="nothing.xml: cannot be read: No such file"):
+        load_tree(tmp_path / "nothing.xml", registry)
+
+
+def test_columns_count_characters_and_not_bytes(registry):
+    assert "3:29" in findings(document("<Sequence name='näme 名'><Nope/></Sequence>"), registry)[0]
+
+
+def test_two_sub_trees_cannot_have_the_same_path(registry):
+    body = "<Sequence><SubTree ID='S' name='x'/><SubTree ID='S' name='x'/></Sequence>"
+    rest = "<BehaviorTree ID='S'><AlwaysSuccess/></BehaviorTree>"
+
+    assert findings(document(body, rest=rest), registry) == [
+        "<text>:3:63: error: two sub-trees have the path 'x'; give one of them another name"
+    ]
+
+
+def test_an_entry_cannot_be_wanted_with_two_types(registry):
+    class Count(Action):
+        """Count."""
+
+        number = Input(int)
+
+    registry.register(Count)
+    body = "<Sequence><Count number='{n}'/><Reach object='a' height='{n}'/></Sequence>"
+
+    assert findings(document(body), registry)[0].startswith(
+        "<text>:3:62: error: the entry 'n' holds int, as it was declared first; the port 'height'"
+    )
+
+
+class TestIncludes:
+    """Included files are read too, and their mistakes are shown in them."""
+
+    @pytest.fixture
+    def files(self, tmp_path):
+        def write(**texts):
+            for name, text in texts.items():
+                (tmp_path / f"{name}.xml").write_text(text)
+            return tmp_path / "main.xml"
+
+        return write
+
+    def test_a_mistake_in_an_included_file_is_shown_there(self, registry, files, tmp_path):
+        main = files(
+            main=document("<SubTree ID='Part'/>", rest="\n  <include path='part.xml'/>"),
+            part="<root BTCPP_format='4'>\n<BehaviorTree ID='Part'><Nope/></BehaviorTree></root>",
+        )
+        problems = read_tree(main, registry).problems
+
+        assert [str(p) for p in problems] == [
+            f"{tmp_path / 'part.xml'}:2:25: error: no node is named 'Nope'"
+        ]
+
+    def test_files_that_include_each_other_are_refused(self, registry, files):
+        main = files(
+            main="<root><include path='other.xml'/></root>",
+            other="<root>\n<include path='main.xml'/></root>",
+        )
+
+        assert "other.xml:2:10: error: files include each other in a circle" in str(
+            read_tree(main, registry).problems[0]
+        )
+
+    def test_a_missing_file_is_shown_where_it_is_included(self, registry, files):
+        main = files(main="<root>\n  <include path='nothing.xml'/></root>")
+
+        assert any(
+            "main.xml:2:12: error: the included file" in str(problem)
+            for problem in read_tree(main, registry).problems
+        )
+
+    def test_an_include_needs_a_path(self, registry, files):
+        main = files(main="<root><include/></root>")
+
+        assert any(
+            "1:7: error: <include> needs the attribute 'path'" in str(problem)
+            for problem in read_tree(main, registry).problems
+        )
+
+    def test_a_thousand_files_are_enough(self, registry, files):
+        chain = {
+            f"f{i}": f"<root><include path='f{i + 1}.xml'/><include path='f{i + 1}.xml'/></root>"
+            for i in range(12)
+        }
+        main = files(main="<root><include path='f0.xml'/></root>", f12="<root/>", **chain)
+
+        assert any("more than 1000 files" in str(p) for p in read_tree(main, registry).problems)
+
+    def test_trees_of_other_files_can_be_given_without_an_include(self, registry, files, tmp_path):
+        main = files(
+            main=document("<SubTree ID='Part'/>"),
+            part="<root><BehaviorTree ID='Part'><AlwaysSuccess/></BehaviorTree></root>",
+        )
+        tree = load_tree(main, registry, libraries=[tmp_path / "part.xml"])
+
+        assert tree.tick().name == "SUCCESS"
+
+
+class TestWarnings:
+    """What is strange but not wrong."""
+
+    def warnings(self, registry, body, **options):
+        reading = read_tree_text(document(body, **options), registry)
+        assert reading.errors == () and reading.tree is not None
+        return [str(problem).removeprefix("<text>:") for problem in reading.warnings]
+
+    def test_an_attribute_that_means_nothing(self, registry):
+        assert self.warnings(registry, "<AlwaysSuccess _skipif='true'/>") == [
+            "3:20: warning: the attribute '_skipif' has no meaning; did you mean '_skipIf'?"
+        ]
+
+    def test_attributes_of_editors_mean_something_to_them(self, registry):
+        assert self.warnings(registry, "<AlwaysSuccess _uid='1' _collapsed='true'/>") == []
+
+    def test_a_key_that_nothing_writes(self, registry):
+        assert self.warnings(registry, "<Reach object='{cube}' height='{h}'/>") == [
+            "3:20: warning: nothing writes the blackboard entry 'cube' that is read here",
+            "3:36: warning: nothing writes the blackboard entry 'h' that is read here",
+        ]
+
+    @pytest.mark.parametrize(
+        "body",
+        [
+            "<Sequence><Script code=\"c := 'a'\"/><Reach object='{c}'/></Sequence>",
+            "<Sequence><SetBlackboard value='a' output_key='c'/><Reach object='{c}'/></Sequence>",
+            "<LoopString queue='a' value='{c}'><Reach object='{c}'/></LoopString>",
+            "<Sequence><SubTree ID='S' out='{c}'/><Reach object='{c}'/></Sequence>",
+            "<Sequence><SubTree ID='S' _autoremap='1'/><Reach object='{out}'/></Sequence>",
+        ],
+    )
+    def test_a_key_that_something_writes_is_fine(self, registry, body):
+        rest = "<BehaviorTree ID='S'><Script code=\"out := 'a'\"/></BehaviorTree>"
+        found = self.warnings(registry, body, rest=rest)
+        assert [f for f in found if "nothing writes" in f] == []
+
+    def test_a_tree_that_nothing_uses(self, registry):
+        rest = "\n  <BehaviorTree ID='Spare'><AlwaysSuccess/></BehaviorTree>"
+        assert self.warnings(registry, "<AlwaysSuccess/>", rest=rest) == [
+            "5:17: warning: nothing uses the tree 'Spare' (Main runs)"
+        ]
+
+    def test_a_tree_that_is_defined_twice(self, registry):
+        rest = "\n  <BehaviorTree ID='Main'><AlwaysFailure/></BehaviorTree>"
+        found = self.warnings(registry, "<AlwaysSuccess/>", rest=rest)
+        assert "5:17: warning: tree 'Main' was defined before, at <text>:2:3" in found[0]
+
+    def test_characters_that_other_readers_refuse(self, registry):
+        assert self.warnings(registry, "<Script code='a := 1 < 2 && true'/>") == [
+            "3:19: warning: other XML readers refuse '&' and '<' here; write '&amp;' and '&lt;'"
+        ]
+
+    def test_mistakes_in_trees_that_nothing_uses_are_errors(self, registry):
+        rest = "<BehaviorTree ID='Spare'><Reach object='a' height='x'/></BehaviorTree>"
+        reading = read_tree_text(document("<AlwaysSuccess/>", rest=rest), registry)
+        assert len(reading.errors) == 1
+
+
+class TestEngineMode:
+    """Without the extra checks a document loads as in the engine, and fails at the same tick."""
+
+    @pytest.mark.parametrize(
+        "body",
+        [
+            "<Repeat><AlwaysSuccess/></Repeat>",
+            "<IfThenElse><AlwaysSuccess/></IfThenElse>",
+            "<Parallel success_count='2'><AlwaysSuccess/></Parallel>",
+            "<Precondition if='true' else='NEVER'><AlwaysSuccess/></Precondition>",
+        ],
+    )
+    def test_what_the_engine_finds_at_a_tick_is_found_at_a_tick(self, registry, body):
+        from bt_manip.exceptions import NodeError
+
+        with pytest.raises(TreeError):
+            parse_tree(document(body), registry)
+        tree = parse_tree(document(body), registry, strict=False)
+        with pytest.raises(NodeError):
+            tree.tick()
+
+    def test_which_tree_runs(self, registry):
+        one = "<root><BehaviorTree ID='Only'><AlwaysSuccess/></BehaviorTree></root>"
+        nameless = "<root><BehaviorTree><AlwaysSuccess/></BehaviorTree></root>"
+        two = document(
+            "<AlwaysSuccess/>", rest="<BehaviorTree ID='B'><AlwaysFailure/></BehaviorTree>"
+        )
+
+        assert parse_tree(one, registry).tree_id == "Only"
+        assert parse_tree(nameless, registry).tick().name == "SUCCESS"
+        assert parse_tree(two, registry, main="B").tick().name == "FAILURE"
+        with pytest.raises(TreeError, match="no tree is named 'C'"):
+            parse_tree(two, registry, main="C")
+
+
+class TestMoveItPro:
+    """The dialect of MoveIt Pro."""
+
+    TEXT = """<root BTCPP_format="4" main_tree_to_execute="Pick All Cubes">
+      <BehaviorTree ID="Pick All Cubes" _description="picks" _favorite="true">
+        <Decorator ID="ForEach" vector_in="a;b;c" out="{item}" index="{index}">
+          <SubTree ID="Pick One" item="{item}" index="{index}" _collapsed="true"/>
+        </Decorator>
+      </BehaviorTree>
+      <BehaviorTree ID="Pick One" _subtreeOnly="true">
+        <Script code="@all := &quot;it's &quot; .. item .. index"/>
+      </BehaviorTree>
+      <TreeNodesModel><SubTree ID="Pick One"><MetadataFields><Metadata runnable="false"/>
+      </MetadataFields></SubTree></TreeNodesModel>
+    </root>"""
+
+    @pytest.mark.parametrize("dialect", ["moveit-pro", "auto"])
+    def test_its_documents_run(self, registry, dialect):
+        tree = parse_tree(self.TEXT, registry, dialect=dialect)
+
+        assert [tree.tick().name for _ in range(3)] == ["RUNNING", "RUNNING", "SUCCESS"]
+        assert tree.blackboard["all"] == "it's c2"
+
+    def test_they_give_no_warnings(self, registry):
+        assert read_tree_text(self.TEXT, registry, dialect="auto").problems == ()
+
+    def test_the_engine_refuses_them(self, registry):
+        with pytest.raises(TreeError, match="the tree name 'Pick All Cubes' contains"):
+            parse_tree(self.TEXT, registry)
+
+    def test_an_unknown_dialect_offers_the_nearest(self, registry):
+        with pytest.raises(TreeError, match="did you mean 'moveit-pro'"):
+            parse_tree(self.TEXT, registry, dialect="moveit_pro")
+
+    def test_plain_documents_are_not_taken_for_it(self, registry):
+        with pytest.raises(TreeError, match="single quotes"):
+            parse_tree(document("<Script code='a := \"b\"'/>"), registry, dialect="auto")

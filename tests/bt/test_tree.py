@@ -1,0 +1,476 @@
+"""A tree that runs: ticks, halts, observers, reasons, snapshots and replacing."""
+
+import gc
+import json
+
+import pytest
+
+from bt_manip.bt import (
+    Action,
+    AlwaysSuccess,
+    Blackboard,
+    Condition,
+    Fallback,
+    Input,
+    Inverter,
+    NodeStatus,
+    Output,
+    ParallelAll,
+    RetryUntilSuccessful,
+    Script,
+    Sequence,
+    Status,
+    SubTree,
+    SyncAction,
+    Tree,
+)
+from bt_manip.exceptions import NodeError, TreeError
+
+
+class Work(Action):
+    """Work for some ticks, then end as asked."""
+
+    ticks = Input(int, default=2)
+    ends = Input(str, default="S")
+
+    def setup(self, *, diary=None, **_):
+        self.diary = [] if diary is None else diary
+
+    def initialise(self):
+        self.left = self.ticks
+        self.diary.append("initialise")
+        if self.ends == "at once":
+            self.fail("cannot even start")
+
+    def update(self):
+        self.left -= 1
+        self.diary.append("update")
+        if self.left > 0:
+            return Status.RUNNING
+        return Status.SUCCESS if self.ends == "S" else self.fail("it did not work")
+
+    def terminate(self, new_status):
+        self.diary.append(new_status.name)
+
+    def get_state(self):
+        return {"left": getattr(self, "left", 0)}
+
+    def set_state(self, state):
+        self.left = state["left"]
+
+
+def tree_of(root, **infrastructure):
+    tree = Tree(root, clock=lambda: 0.0)
+    tree.setup(**infrastructure)
+    return tree
+
+
+class TestLifeCycle:
+    """Actions live as py_trees behaviours do."""
+
+    def test_an_action_is_initialised_updated_and_terminated(self):
+        diary = []
+        tree = tree_of(Work(), diary=diary)
+
+        assert [tree.tick().name for _ in range(2)] == ["RUNNING", "SUCCESS"]
+        assert diary == ["initialise", "update", "update", "SUCCESS"]
+
+    def test_a_halted_action_is_terminated_as_invalid(self):
+        diary = []
+        tree = tree_of(Work(), diary=diary)
+        tree.tick()
+        tree.halt()
+
+        assert diary == ["initialise", "update", "INVALID"]
+        assert tree.root.status is Status.INVALID
+        tree.halt()
+        assert diary[-1] == "INVALID" and len(diary) == 3
+
+    def test_an_action_can_fail_before_its_first_update(self):
+        diary = []
+        tree = tree_of(Work(ends="at once"), diary=diary)
+
+        assert tree.tick() is NodeStatus.FAILURE
+        assert diary == ["initialise", "FAILURE"]
+        assert tree.failure_reason() == "Work::1: cannot even start"
+
+    def test_a_skipped_action_leaves_nothing_behind(self):
+        class Skip(Action):
+            """Skip."""
+
+            ended = None
+
+            def update(self):
+                return NodeStatus.SKIPPED
+
+            def terminate(self, new_status):
+                self.ended = new_status
+
+        tree = tree_of(Skip())
+        assert tree.tick() is NodeStatus.SKIPPED
+        assert tree.root.ended is Status.INVALID
+        assert tree.root.engine_status is NodeStatus.IDLE
+
+    def test_a_condition_is_evaluated_at_every_tick(self):
+        class Count(Condition):
+            """Count."""
+
+            calls = 0
+
+            def update(self):
+                self.calls += 1
+                return Status.SUCCESS
+
+        count = Count()
+        tree = tree_of(Sequence(Inverter(Inverter(count)), Work(ticks=5)))
+        tree.tick()
+        tree.tick()
+        assert count.calls == 1
+
+    @pytest.mark.parametrize(
+        ("result", "message"),
+        [(Status.INVALID, "must not return INVALID"), (True, "returned True; expected a Status")],
+    )
+    def test_an_update_must_return_a_status(self, result, message):
+        node = type("Bad", (Action,), {"update": lambda self: result})()
+        with pytest.raises(NodeError, match=message):
+            tree_of(node).tick()
+
+    def test_a_synchronous_action_must_not_run_on(self):
+        node = type("Bad", (SyncAction,), {"update": lambda self: Status.RUNNING})()
+        with pytest.raises(NodeError, match="must not return RUNNING"):
+            tree_of(node).tick()
+
+    def test_a_setup_that_raises_names_its_node(self):
+        class Needy(Action):
+            """Need an arm."""
+
+            def setup(self, *, arm, **_):
+                self.arm = arm
+
+        with pytest.raises(NodeError, match="Needy::1 .*: setup: .*'arm'"):
+            tree_of(Needy())
+
+    def test_a_behaviour_without_update_says_so(self):
+        with pytest.raises(NodeError, match="Empty needs an update"):
+            tree_of(type("Empty", (Action,), {})()).tick()
+
+
+def test_nodes_are_numbered_and_named_by_path():
+    tree = tree_of(
+        Sequence("main", [AlwaysSuccess(), SubTree("sub", Sequence(AlwaysSuccess("leaf")))])
+    )
+
+    assert [(n.uid, n.path, n.registration) for n in tree.nodes] == [
+        (1, "main", "Sequence"),
+        (2, "AlwaysSuccess::2", "AlwaysSuccess"),
+        (3, "sub::3", "SubTree"),
+        (4, "sub/Sequence::4", "Sequence"),
+        (5, "sub/leaf", "AlwaysSuccess"),
+    ]
+    assert tree.node("sub/leaf").uid == 5
+    with pytest.raises(TreeError, match="no node 'sub/laef'; did you mean 'sub/leaf'"):
+        tree.node("sub/laef")
+
+
+def test_statuses_are_a_byte_a_node():
+    tree = tree_of(Sequence(AlwaysSuccess(), Work()))
+
+    assert tree.statuses() == bytes([0, 0, 0])
+    tree.tick()
+    assert tree.statuses() == bytes([1, 2, 1])
+    tree.tick()
+    assert tree.statuses() == bytes([0, 0, 0])
+
+
+def test_what_py_trees_shows_stays_after_completion_and_is_wiped_in_the_next_round():
+    tree = tree_of(Sequence(AlwaysSuccess(), Work(ticks=1)))
+    tree.tick()
+
+    assert [child.status for child in tree.root.children] == [Status.SUCCESS] * 2
+    tree.root.children[0]._tick = lambda: NodeStatus.RUNNING
+    tree.tick()
+    assert [child.status for child in tree.root.children] == [Status.RUNNING, Status.INVALID]
+
+
+def test_observers_hear_of_every_change_also_within_one_tick():
+    tree = tree_of(Sequence("s", [AlwaysSuccess("a")]))
+    heard = []
+    tree.observers.append(lambda node, old, new: heard.append((node.name, old.name, new.name)))
+    tree.tick()
+
+    assert heard == [
+        ("s", "IDLE", "RUNNING"),
+        ("a", "IDLE", "SUCCESS"),
+        ("a", "SUCCESS", "IDLE"),
+        ("s", "RUNNING", "SUCCESS"),
+        ("s", "SUCCESS", "IDLE"),
+    ]
+
+
+def test_observed_trees_run_the_same(bench, leaf):
+    body = f"<Fallback>{leaf('a', 'FRS')}{leaf('b', 'RFS')}</Fallback>"
+    plain, observed = bench.tree(body), bench.tree(body)
+    observed.observers.append(lambda *_: None)
+
+    assert [plain.tick() for _ in range(9)] == [observed.tick() for _ in range(9)]
+
+
+class TestConditionsAroundATick:
+    """Pre- and post-conditions of any node."""
+
+    @pytest.mark.parametrize(
+        ("condition", "status"),
+        [
+            ({"failure_if": "x == 1"}, "FAILURE"),
+            ({"success_if": "x == 1"}, "SUCCESS"),
+            ({"skip_if": "x == 1"}, "SKIPPED"),
+            ({"while_true": "x == 0"}, "SKIPPED"),
+            ({"failure_if": "x == 0", "while_true": "x == 1"}, "RUNNING"),
+            ({"failure_if": "true", "success_if": "true"}, "FAILURE"),
+        ],
+    )
+    def test_a_precondition_replaces_the_tick(self, condition, status):
+        tree = tree_of(Work(**condition))
+        tree.blackboard["x"] = 1
+
+        assert tree.tick().name == status
+
+    def test_while_halts_a_running_node(self):
+        diary = []
+        tree = tree_of(Work(ticks=9, while_true="go", on_halted="halted := 1"), diary=diary)
+        tree.blackboard["go"] = True
+        tree.tick()
+        tree.blackboard["go"] = False
+
+        assert tree.tick() is NodeStatus.SKIPPED
+        assert diary[-1] == "INVALID" and tree.blackboard["halted"] == 1
+
+    @pytest.mark.parametrize(("ends", "seen"), [("S", "S."), ("F", "F.")])
+    def test_postconditions_run_after_completion(self, ends, seen):
+        node = Work(
+            ticks=1, ends=ends, on_success="a = a .. 'S'", on_failure="a = a .. 'F'",
+            post="a = a .. '.'",
+        )  # fmt: skip
+        tree = tree_of(node)
+        tree.blackboard["a"] = ""
+        tree.tick()
+
+        assert tree.blackboard["a"] == seen
+
+    def test_an_exception_in_a_condition_names_its_own_node(self):
+        tree = tree_of(Sequence("s", [AlwaysSuccess("a", skip_if="nope > 1")]))
+
+        with pytest.raises(NodeError, match=r"^a \[AlwaysSuccess\]: .*variable not found: nope"):
+            tree.tick()
+
+    def test_a_bad_script_is_found_before_anything_runs(self):
+        from bt_manip.exceptions import ScriptError
+
+        with pytest.raises(ScriptError):
+            AlwaysSuccess(skip_if="x ==")
+
+    @pytest.mark.parametrize("hook", ["pre_tick", "post_tick"])
+    def test_a_hook_can_replace_the_result_of_a_tick(self, hook):
+        from bt_manip.bt.nodes.guard import Guard
+
+        node = AlwaysSuccess()
+        node._node_guard = Guard({})
+        setattr(node._node_guard, hook, lambda *_: NodeStatus.FAILURE)
+
+        assert tree_of(node).tick() is NodeStatus.FAILURE
+
+
+def test_an_exception_names_the_innermost_node_once():
+    class Boom(Action):
+        """Explode."""
+
+        def update(self):
+            raise ZeroDivisionError("no zero")
+
+    tree = tree_of(SubTree("outer", Sequence(Inverter(Boom("fuse")))))
+
+    with pytest.raises(NodeError, match=r"^outer/fuse \[Boom\]: no zero$") as error:
+        tree.tick()
+    assert isinstance(error.value.__cause__, ZeroDivisionError)
+
+
+class TestReasons:
+    """A failed tree says which node failed, and why."""
+
+    def reason(self, root):
+        tree = tree_of(root)
+        while tree.tick() is NodeStatus.RUNNING:
+            pass
+        return tree.failure_reason()
+
+    def test_the_failing_leaf_is_named(self):
+        root = SubTree("pick", Sequence(AlwaysSuccess(), Work("grasp", ends="F")))
+        assert self.reason(root) == "pick/grasp: it did not work"
+
+    def test_the_last_of_several_attempts_counts(self):
+        root = RetryUntilSuccessful(Work("grasp", ends="F"), num_attempts=2)
+        assert self.reason(root) == "grasp: it did not work"
+
+    def test_a_parallel_remembers_the_reason_of_an_earlier_tick(self):
+        recovery = Fallback(Work("recover", ends="F", ticks=3), AlwaysSuccess())
+        root = ParallelAll(Work("grasp", ends="F", ticks=1), recovery)
+        assert self.reason(root) == "grasp: it did not work"
+
+    def test_a_condition_says_what_was_not_true(self):
+        from bt_manip.bt import ScriptCondition
+
+        assert self.reason(ScriptCondition("ok?", code="1 > 2")) == "ok?: not: 1 > 2"
+        assert self.reason(AlwaysSuccess("a", failure_if="true")) == "a: _failureIf: true"
+        assert self.reason(Inverter("not", AlwaysSuccess("a"))) == "not: a succeeded"
+
+    def test_there_is_none_before_a_failure(self):
+        assert self.reason(AlwaysSuccess()) == ""
+
+
+class TestHalting:
+    """All of a tree is halted, in the engine's order."""
+
+    def test_the_scripts_of_all_nodes_run(self, bench, leaf):
+        tree = bench.tree(
+            "<Sequence _onHalted=\"log = log .. 's'\">"
+            + leaf("a", "R", _onHalted="log = log .. 'a'")
+            + leaf("b", "S", _onHalted="log = log .. 'b'")
+            + "</Sequence>"
+        )
+        tree.blackboard["log"] = ""
+        tree.tick()
+        tree.halt()
+
+        assert tree.blackboard["log"] == "assab"  # as in the engine: running nodes twice
+        assert bench.events == ["a start R", "a halt"]
+
+
+class TestState:
+    """The state of a tree is plain data, and can be taken back in the middle."""
+
+    def root(self):
+        return Sequence(
+            "s",
+            [
+                Script(code="n := 1; name := 'cube'; f := 2.5"),
+                SubTree("sub", Work("w", ticks=3), remap={"n": "{n}", "c": "7"}),
+                Script(code="n += 1"),
+            ],
+        )
+
+    def test_a_tree_goes_on_from_a_snapshot(self):
+        tree = tree_of(self.root())
+        tree.tick()
+        state = json.loads(json.dumps(tree.get_state()))
+        other = tree_of(self.root())
+        other.set_state(state)
+
+        assert other.statuses() == tree.statuses()
+        assert [other.tick() for _ in range(2)] == [tree.tick() for _ in range(2)]
+        assert other.get_state() == tree.get_state()
+        assert other.blackboard["n"] == 2 and other.blackboard["name"] == "cube"
+
+    def test_a_snapshot_of_another_tree_is_refused(self):
+        with pytest.raises(TreeError, match="the state is of another tree"):
+            tree_of(AlwaysSuccess()).set_state(tree_of(self.root()).get_state())
+
+    def test_values_of_own_types_travel_as_text(self):
+        class Point(tuple):
+            """A point."""
+
+        class Make(Action):
+            """Make a point."""
+
+            point = Output(
+                Point,
+                parse=lambda text: Point(map(float, text.split(","))),
+                format=lambda p: ",".join(map(str, p)),
+            )
+
+            def update(self):
+                self.point = Point((1.0, 2.0))
+                return Status.SUCCESS
+
+        tree = tree_of(Make(point="{p}"))
+        tree.tick()
+        other = tree_of(Make(point="{p}"))
+        other.set_state(json.loads(json.dumps(tree.get_state())))
+
+        assert other.blackboard["p"] == (1.0, 2.0) and isinstance(other.blackboard["p"], Point)
+
+
+class TestReplacing:
+    """A running tree is replaced between two ticks."""
+
+    def test_what_runs_is_halted_and_the_blackboard_stays(self):
+        diary = []
+        tree = tree_of(Sequence(Script(code="n := 1"), Work(ticks=9)), diary=diary)
+        tree.tick()
+        tree.replace(Tree(Sequence(Script(code="n += 10"), Work(ticks=1))))
+
+        assert diary[-1] == "INVALID"
+        assert tree.tick() is NodeStatus.SUCCESS
+        assert tree.blackboard["n"] == 11
+        assert diary[-2:] == ["update", "SUCCESS"]
+
+    def test_observers_clock_and_scopes_stay(self):
+        tree = tree_of(SubTree("sub", Script(code="inner := 5")))
+        heard = []
+        tree.observers.append(lambda *change: heard.append(change))
+        tree.tick()
+        tree.replace(Tree(SubTree("sub", Script(code="inner += 1"))))
+        tree.tick()
+
+        assert tree.scopes["sub"]["inner"] == 6 and heard
+        assert tree.clock() == 0.0
+
+    def test_a_tree_whose_setup_fails_does_not_take_over(self):
+        class Broken(Action):
+            """Fail to be set up."""
+
+            def setup(self, **_):
+                raise RuntimeError("no")
+
+        tree = tree_of(AlwaysSuccess())
+        with pytest.raises(NodeError):
+            tree.replace(Tree(Broken()))
+        assert tree.tick() is NodeStatus.SUCCESS
+
+
+def test_a_node_cannot_stand_in_a_tree_twice():
+    node = AlwaysSuccess()
+    Sequence(node)
+
+    with pytest.raises(RuntimeError, match="already has the parent"):
+        Sequence(node)
+
+
+def test_a_blackboard_can_be_prepared():
+    scope = Blackboard()
+    scope["x"] = 5
+    tree = Tree(Script(code="y := x + 1"), blackboard=scope)
+    tree.tick()
+
+    assert scope["y"] == 6
+
+
+def test_nothing_grows_from_tick_to_tick(bench, leaf):
+    body = (
+        "<Parallel failure_count='-1' success_count='-1'><Repeat num_cycles='-1'><Timeout "
+        f"msec='1000'>{leaf('a', 'RS', mode='cycle')}</Timeout></Repeat>"
+        "<KeepRunningUntilFailure><Script code=\"x := x + 1; s := 'a' .. x\"/>"
+        "</KeepRunningUntilFailure></Parallel>"
+    )
+    tree = bench.tree(body)
+    tree.blackboard["x"] = 0
+
+    def objects_after(ticks):
+        for _ in range(ticks):
+            tree.tick()
+            bench.log.clear()
+        gc.collect()
+        return len(gc.get_objects())
+
+    before = objects_after(50)
+    assert objects_after(500) <= before + 5
