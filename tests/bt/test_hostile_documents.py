@@ -30,7 +30,8 @@ SEEDS = [
 PIECES = [
     "<", ">", "/>", "</", '"', "'", "&", "&amp;", "&#0;", "&#xD800;", "&#99999999;", "<!--", "-->",
     "<![CDATA[", "]]>", "<?", "?>", "<!DOCTYPE a [", "\0", "\ud7ff", "\uffff", "é", "{", "}", "{=}",
-    "{@@x}", "=", ";", "Main", "Sub", "root", "ID", ' ID="Main"', ' name=""', "<SubTree ID='Main'/>",
+    "{@@x}", "=", ";", "Main", "Sub", "root", "ID", ' ID="Main"', ' name=""',
+    "<SubTree ID='Main'/>",
     "<Sequence>", "</Sequence>", ' _autoremap="x"', " num_cycles='-1'", "9" * 400, "(" * 200, "\n",
     "json:[[[[", "1e999", "x := y", "inf", "nan", " ", "\t",
 ]  # fmt: skip

@@ -7,7 +7,7 @@ from bt_manip.bt.nodes.test_node import TestNode, TestNodeConfig
 from bt_manip.bt.substitution import matches, substitutions_from_json
 from bt_manip.exceptions import TreeError
 
-BODY = '<Sequence><Scripted name="move_a" outcomes="S"/><Scripted name="move_b" outcomes="S"/></Sequence>'
+BODY = '<Sequence><Scripted name="move_a"/><Scripted name="move_b" outcomes="S"/></Sequence>'
 
 
 @pytest.mark.parametrize(

@@ -184,11 +184,18 @@ def test_statuses_are_a_byte_a_node():
 
 
 def test_what_py_trees_shows_stays_after_completion_and_is_wiped_in_the_next_round():
-    tree = tree_of(Sequence(AlwaysSuccess(), Work(ticks=1)))
-    tree.tick()
+    class Slowing(Action):
+        """Succeed in the first round, run on in the second."""
 
-    assert [child.status for child in tree.root.children] == [Status.SUCCESS] * 2
-    tree.root.children[0]._tick = lambda: NodeStatus.RUNNING
+        rounds = 0
+
+        def update(self):
+            self.rounds += 1
+            return Status.SUCCESS if self.rounds == 1 else Status.RUNNING
+
+    tree = tree_of(Sequence(Slowing(), AlwaysSuccess()))
+    tree.tick()
+    assert [child.status for child in tree.root.children] == [Status.SUCCESS, Status.SUCCESS]
     tree.tick()
     assert [child.status for child in tree.root.children] == [Status.RUNNING, Status.INVALID]
 

@@ -6,6 +6,7 @@ from bt_manip.bt.nodes.node import Node, NodeKind
 from bt_manip.bt.status import (
     FAILURE,
     IDLE,
+    PY_STATUS,
     RUNNING,
     SKIPPED,
     SUCCESS,
@@ -13,6 +14,7 @@ from bt_manip.bt.status import (
     Status,
     node_status,
 )
+from bt_manip.exceptions import NodeError
 
 _RUNNING: Final = Status.RUNNING
 _SUCCESS: Final = Status.SUCCESS
@@ -106,14 +108,43 @@ class Action(Leaf):
 
     kind: ClassVar = NodeKind.ACTION
 
+    def execute(self) -> NodeStatus:
+        """Tick the action, and give the result.
+
+        Raises:
+            NodeError: If the action raised an exception.
+        """
+        if (
+            self._node_status is not IDLE
+            or self._node_starts
+            or self._node_guard is not None
+            or self._node_observers
+        ):
+            return Node.execute(self)
+        # The plain case without detours: this is where big trees spend their time.
+        try:
+            self.feedback_message = ""
+            result = self.update()
+            if result is _SUCCESS and not self._node_ends:
+                self._node_status = SUCCESS
+                self.status = _SUCCESS
+                return SUCCESS
+            state = self._finish(result)
+        except NodeError:
+            raise
+        except Exception as error:
+            raise self._error(error) from error
+        if state is SKIPPED:
+            self.status = _INVALID
+        else:
+            self._node_status = state
+            self.status = PY_STATUS[state]
+        return state
+
     def _tick(self) -> NodeStatus:
         status = self._node_status
         if status is IDLE:
-            if self._node_starts:
-                return self._start()
-            self.feedback_message = ""
-            result = self.update()
-            return SUCCESS if result is _SUCCESS and not self._node_ends else self._finish(result)
+            return self._start()
         if status is RUNNING:
             return self._finish(self.update())
         return status
@@ -126,6 +157,14 @@ class Action(Leaf):
 
 class SyncAction(Action):
     """An action that completes within its tick, and that does its work again at every tick."""
+
+    def execute(self) -> NodeStatus:
+        """Tick the action, and give the result.
+
+        Raises:
+            NodeError: If the action raised an exception.
+        """
+        return Node.execute(self)
 
     def _tick(self) -> NodeStatus:
         state = self._start()

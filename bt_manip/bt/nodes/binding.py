@@ -99,7 +99,8 @@ class _Binder:
                 child = behaviour if isinstance(behaviour, Node) else ForeignNode(behaviour)
                 self._bind(child, scope, prefix, attached)
             for orphan in link.orphans if isinstance(link, Node) else ():
-                self._bind(orphan, scope, prefix, False)
+                if isinstance(orphan, Node):
+                    self._bind(orphan, scope, prefix, False)
 
     def _enter(self, link: SubTree, scope: Blackboard, prefix: str) -> tuple[Blackboard, str]:
         path = link.path if link.is_unnamed else prefix + link.name

@@ -42,11 +42,15 @@ class Control(Parent, Composite):  # type: ignore[misc]  # stop() needs a status
 
     def _enter(self) -> None:
         """Become running; what py_trees shows of an earlier round is wiped."""
-        if self._node_status is not RUNNING:
-            if self._node_status is IDLE:
+        status = self._node_status
+        if status is not RUNNING:
+            if status is IDLE:
                 for child in self.children:
                     child.status = _INVALID
-            self._set_status(RUNNING)
+            if self._node_observers:
+                self._set_status(RUNNING)
+            else:
+                self._node_status = RUNNING
             self.status = _RUNNING
 
     # py_trees' ways to change the children

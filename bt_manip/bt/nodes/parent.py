@@ -48,7 +48,7 @@ class Parent(Node):
     def _reset_children(self) -> None:
         """Halt the children that run, and set all to idle."""
         watched = bool(self._node_observers)
-        for link in self.links:
+        for link in self._links_cache or self.links:
             status = link._node_status
             if status is RUNNING:
                 link.halt()

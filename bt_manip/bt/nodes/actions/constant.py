@@ -1,7 +1,10 @@
 """AlwaysSuccess and AlwaysFailure."""
 
 from bt_manip.bt.nodes.action import SyncAction
-from bt_manip.bt.status import FAILURE, SUCCESS, NodeStatus
+from bt_manip.bt.nodes.node import Node
+from bt_manip.bt.status import FAILURE, SUCCESS, NodeStatus, Status
+
+_SUCCESS = Status.SUCCESS
 
 
 class AlwaysSuccess(SyncAction):
@@ -11,6 +14,14 @@ class AlwaysSuccess(SyncAction):
     |------|---------|
     | halt | nothing |
     """
+
+    def execute(self) -> NodeStatus:
+        """Succeed."""
+        if self._node_guard is not None or self._node_observers:
+            return Node.execute(self)
+        self._node_status = SUCCESS
+        self.status = _SUCCESS
+        return SUCCESS
 
     def _tick(self) -> NodeStatus:
         return SUCCESS

@@ -31,14 +31,17 @@ class Sequence(Control):
             self._enter()
         index = self._index
         count = len(links)
+        yields = self._yields
+        before = IDLE
         try:
             while index < count:
                 link = links[index]
-                before = link._node_status
+                if yields:
+                    before = link._node_status
                 state = link.execute()
                 if state is SUCCESS:
                     index += 1
-                    if self._yields and before is IDLE and index < count:
+                    if yields and before is IDLE and index < count:
                         self.runtime.wake_up = True
                         return RUNNING
                 elif state is RUNNING:
