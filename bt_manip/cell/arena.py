@@ -48,7 +48,7 @@ class Arena(composer.Arena):
         getattr(root.visual, "global").set_attributes(offwidth=1920, offheight=1200)
         root.asset.add(
             "texture", name="sky", type="skybox", builtin="gradient",
-            rgb1=(0.88, 0.92, 0.96), rgb2=(0.60, 0.69, 0.79), width=128, height=768,
+            rgb1=(0.88, 0.92, 0.96), rgb2=(0.60, 0.69, 0.79), width=64, height=384,
         )  # fmt: skip
         texture = root.asset.add(
             "texture", name="tiles", type="2d", builtin="checker", mark="edge",

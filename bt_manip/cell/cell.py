@@ -1,6 +1,7 @@
 """The cell: an arena whose entities come and go while the physics runs."""
 
 import contextlib
+import re
 from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
@@ -145,7 +146,9 @@ class Cell:
     def editing(self) -> Iterator[None]:
         """Compile once for all that is added and removed inside, or leave the cell as it was.
 
-        Inside, the physics is still the old one.
+        Inside, the physics is still the old one. What is edited by hand in the MJCF of the arena
+        or of what stands in it is compiled too; assign whole values (``geom.size = ...``), because
+        a number that is written into an array of an attached model goes unnoticed.
 
         Raises:
             CellError: When the changed cell does not compile.
@@ -320,11 +323,12 @@ class Cell:
         except CellError:
             raise
         except Exception as error:
-            raise CellError(f"{failure}: {_first_line(error)}") from error
+            raise CellError(f"{failure}: {_reason(error)}") from error
 
     def _compile(self) -> None:
         """Compile the arena and carry the state over; only then the old physics goes."""
-        old, new = self._now, Compiled(self.arena, self._inventory.placed)
+        old, model = self._now, self._inventory.compile()
+        new = Compiled(model, self.arena, self._inventory.placed)
         entities = list(self.arena.iter_entities())
         try:
             if old is not None:
@@ -347,8 +351,11 @@ class Cell:
             old.physics.free()
 
 
-def _first_line(error: BaseException) -> str:
-    """Give the line that says most: MuJoCo's own, which PyMJCF wraps."""
+def _reason(error: BaseException) -> str:
+    """Give what says most: MuJoCo's first line, and the name of the element it is about."""
     while error.__cause__ or error.__context__:
         error = error.__cause__ or error.__context__ or error
-    return (str(error).strip() or type(error).__name__).splitlines()[0]
+    text = str(error).strip()
+    element = re.search(r"^Element name '([^']+)'", text, re.MULTILINE)
+    line = (text or type(error).__name__).splitlines()[0].removeprefix("Error: ")
+    return f"{line} (at '{element[1]}')" if element else line

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 import mujoco
 import numpy as np
 from dm_control import composer, mjcf
+from dm_control.mujoco import wrapper
 
 from bt_manip.cell.contacts import Contacts
 from bt_manip.cell.exceptions import PhysicsDiverged
@@ -22,16 +23,22 @@ class Compiled:
     A changed cell gets a new one; nothing in here outlives its physics.
     """
 
-    def __init__(self, arena: composer.Arena, placed: Mapping[str, Placement]):
-        """Compile the arena.
+    def __init__(
+        self, model: mujoco.MjModel, arena: composer.Arena, placed: Mapping[str, Placement]
+    ):
+        """Make a physics of a model.
+
+        Args:
+            model: What the arena was compiled to.
+            arena: The arena.
+            placed: What stands in it.
 
         Raises:
-            ValueError: When MuJoCo or PyMJCF refuses the model, or the time step is too long for
-                the contacts of a geom.
+            ValueError: When the time step is too long for the contacts of a geom.
         """
-        self.physics = mjcf.Physics.from_mjcf_model(arena.mjcf_model)
+        self.physics = mjcf.Physics.from_model(wrapper.MjModel(model))
         self.physics.legacy_step = False
-        self.model: mujoco.MjModel = self.physics.model.ptr
+        self.model = model
         self.data: mujoco.MjData = self.physics.data.ptr
         self.labels = Labels(self.model)
         _check_contact_damping(self.model)

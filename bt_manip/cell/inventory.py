@@ -3,9 +3,11 @@
 import contextlib
 from collections.abc import Iterator
 
+import mujoco
 from dm_control import composer
 
 from bt_manip.cell.exceptions import CellError
+from bt_manip.cell.model_writer import ModelWriter
 from bt_manip.cell.naming import name_elements
 from bt_manip.cell.placement import Placement
 from bt_manip.exceptions import did_you_mean
@@ -18,6 +20,7 @@ class Inventory:
         """Begin with an arena; what it already holds is not listed, but counts as new."""
         self.arena = arena
         self.placed: dict[str, Placement] = {}
+        self._writer = ModelWriter(arena.mjcf_model)
         self.fresh: list[composer.Entity] = list(arena.iter_entities())
         """Entities that have come since the last compile and want to be initialised."""
 
@@ -49,7 +52,17 @@ class Inventory:
 
     def detach(self, name: str) -> None:
         """Take an entity out of the arena."""
-        self.placed.pop(name).entity.detach()
+        entity = self.placed.pop(name).entity
+        self._writer.forget(entity.mjcf_model)
+        entity.detach()
+
+    def compile(self) -> mujoco.MjModel:
+        """Compile the arena.
+
+        Raises:
+            ValueError: When MuJoCo or PyMJCF refuses it.
+        """
+        return self._writer.compile(p.entity.mjcf_model for p in self.placed.values())
 
     @contextlib.contextmanager
     def changing(self) -> Iterator[None]:

@@ -1,0 +1,199 @@
+"""From the MJCF of an arena to MuJoCo's model, without writing again what has not changed."""
+
+import hashlib
+import struct
+from collections.abc import Iterable, Iterator
+from typing import Any, NamedTuple
+from xml.sax.saxutils import quoteattr
+
+import mujoco
+import numpy as np
+from dm_control import mjcf
+from lxml import etree
+
+_PLAIN_MESH = {
+    "name", "class", "vertex", "face", "scale", "inertia", "maxhullvert",
+    "smoothnormal", "refpos", "refquat",
+}  # fmt: skip
+
+
+class _Text(NamedTuple):
+    """What an attached model adds to the text of the whole."""
+
+    key: tuple[Any, ...]
+    """Changes when the model, or the frame that it stands in, is edited."""
+    sections: dict[str, str]
+    assets: dict[str, bytes]
+
+
+class ModelWriter:
+    """Compiles an arena, and keeps the text of each model that stands in it.
+
+    The text is PyMJCF's own, element by element, so names and ids are those of
+    ``mjcf.Physics.from_mjcf_model``. That spends most of its time on writing a text of which one
+    object is new, and on meshes that have not changed. Here models are written once, and meshes
+    that stand in the text go to MuJoCo as files in memory: for files it has a cache.
+
+    What is assigned to an element of a kept model is noticed at the next compile, as are elements
+    that come and go; what is written into an array of one (``geom.size[0] = 1``) is not.
+    """
+
+    def __init__(self, root: mjcf.RootElement):
+        """Begin with nothing written."""
+        self._root = root
+        self._texts: dict[int, _Text] = {}
+
+    def forget(self, model: mjcf.RootElement) -> None:
+        """Write a model anew the next time; needed when it is taken out of the arena."""
+        self._texts.pop(id(model), None)
+
+    def compile(self, models: Iterable[mjcf.RootElement]) -> mujoco.MjModel:
+        """Compile the arena.
+
+        Args:
+            models: The models attached to the arena whose texts are worth keeping.
+
+        Raises:
+            ValueError: When MuJoCo or PyMJCF refuses the model.
+        """
+        text, assets = self.write(models)
+        return mujoco.MjModel.from_xml_string(text, assets)
+
+    def write(self, models: Iterable[mjcf.RootElement]) -> tuple[str, dict[str, bytes]]:
+        """Write the arena as MJCF; give the text, and the files that it names."""
+        kept = {id(model): model for model in models}
+        frames = {id(mjcf.get_attachment_frame(model)): model for model in kept.values()}
+        self._texts = texts = {i: self._text_of(model) for i, model in kept.items()}
+        assets = {file.to_xml_string(): file.get_contents() for file in self._files(kept)}
+        for text in texts.values():
+            assets.update(text.assets)
+        whole = [f"<mujoco model={quoteattr(self._root.model)}>"]
+        for section in self._root.all_children():
+            tag = section.tag
+            if tag == "default":
+                whole.append(self._write_default(texts, kept))
+            elif not any(child.repeated for child in section.spec.children.values()):
+                whole.append(_written(section, self._root, assets))
+            else:
+                parts, done = [], set()
+                for child in section.all_children():
+                    owner = id(frames.get(id(child)) or self._owner(child))
+                    if owner not in kept:
+                        parts.append(_written(child, self._root, assets))
+                    elif owner not in done:
+                        done.add(owner)
+                        parts.append(texts[owner].sections[tag])
+                if parts:
+                    whole += [f"<{tag}>", *parts, f"</{tag}>"]
+        whole.append("</mujoco>")
+        return "".join(whole), assets
+
+    def _write_default(self, texts: dict[int, _Text], kept: dict[int, Any]) -> str:
+        """Write the arena's own defaults, and those of all models beside them."""
+        default = self._root.default
+        own = "".join(_written(child, self._root, {}) for child in default.all_children())
+        name = quoteattr(default.dclass or "/")
+        parts = [f"<default><default class={name}>{own}</default>"]
+        for model in _attached(self._root):
+            known = texts.get(id(model))
+            parts.append(known.sections["default"] if known else self._default_of(model))
+        return "".join([*parts, "</default>"])
+
+    def _default_of(self, model: mjcf.RootElement) -> str:
+        xml = model.default.to_xml(self._root.namescope)
+        return "".join(etree.tostring(child, encoding="unicode") for child in xml)
+
+    def _text_of(self, model: mjcf.RootElement) -> _Text:
+        key = self._key(model)
+        text = self._texts.get(id(model))
+        if text is None or text.key != key:
+            text = self._texts[id(model)] = self._write_model(model, key)
+        return text
+
+    def _write_model(self, model: mjcf.RootElement, key: tuple[Any, ...]) -> _Text:
+        assets: dict[str, bytes] = dict(model.get_assets())
+        sections = {"default": self._default_of(model)}
+        for section in model.all_children():
+            if section.tag == "worldbody":
+                frame = mjcf.get_attachment_frame(model)
+                sections[section.tag] = _written(frame, self._root, assets)
+            elif section.tag != "default":
+                children = (c for c in section.all_children() if c.spec.repeated)
+                sections[section.tag] = "".join(_written(c, self._root, assets) for c in children)
+        return _Text(key, sections, assets)
+
+    def _key(self, model: mjcf.RootElement) -> tuple[Any, ...]:
+        """Give what changes when a model changes.
+
+        A name scope counts its revisions, and those of the scopes around it: the difference to the
+        arena's counts its own.
+        """
+        frame = mjcf.get_attachment_frame(model)
+        joints = [child for child in frame.all_children() if child.root is self._root]
+        around = self._root.namescope.revision
+        return (
+            model.full_identifier,
+            *(part.namescope.revision - around for part in _with_attached(model)),
+            *(_attributes(element) for element in (frame, *joints)),
+        )
+
+    def _owner(self, element: Any) -> Any:
+        """Give the model attached to the arena that an element belongs to, or the arena."""
+        owner = element.root
+        while owner is not self._root and owner.parent_model is not self._root:
+            owner = owner.parent_model
+        return owner
+
+    def _files(self, kept: dict[int, Any]) -> Iterator[Any]:
+        """Give the files of the arena itself, and of attached models whose texts are not kept."""
+        models = [self._root]
+        for model in _attached(self._root):
+            if id(model) not in kept:
+                models += _with_attached(model)
+        for model in models:
+            yield from (file for file in model.namescope.files if file.value)
+
+
+def _attached(model: mjcf.RootElement) -> list[mjcf.RootElement]:
+    # The only way that PyMJCF has to ask for them, if they may be empty.
+    return list(model._attachments.values())
+
+
+def _with_attached(model: mjcf.RootElement) -> Iterator[mjcf.RootElement]:
+    yield model
+    for part in _attached(model):
+        yield from _with_attached(part)
+
+
+def _attributes(element: Any) -> tuple[Any, ...]:
+    values = element.get_attributes().items()
+    return tuple((n, v.tobytes() if isinstance(v, np.ndarray) else v) for n, v in values)
+
+
+def _written(element: Any, root: mjcf.RootElement, assets: dict[str, bytes]) -> str:
+    """Write an element, or nothing where PyMJCF leaves it out; add the meshes it has inside."""
+    xml = element.to_xml(root.namescope)
+    spec = element.spec
+    if not (xml.attrib or len(xml) or spec.repeated or spec.on_demand):
+        return ""
+    if xml.tag == "mesh":
+        _into_file(xml, assets)
+    return etree.tostring(xml, encoding="unicode")
+
+
+def _into_file(mesh: Any, assets: dict[str, bytes]) -> None:
+    """Put the vertices and faces of a mesh into a file in MuJoCo's MSH format.
+
+    The format: numbers of vertices, normals, texture coordinates and faces as int32, then the
+    arrays themselves, float32 and int32
+    (https://mujoco.readthedocs.io/en/stable/XMLreference.html#asset-mesh).
+    """
+    if "vertex" not in mesh.attrib or not _PLAIN_MESH.issuperset(mesh.attrib):
+        return
+    vertices = np.array(mesh.attrib.pop("vertex").split(), dtype=float).astype("<f4")
+    faces = np.array(mesh.attrib.pop("face", "").split(), dtype=float).astype("<i4")
+    counts = struct.pack("<4i", len(vertices) // 3, 0, 0, len(faces) // 3)
+    content = counts + vertices.tobytes() + faces.tobytes()
+    name = f"{hashlib.sha1(content).hexdigest()}.msh"
+    assets[name] = content
+    mesh.set("file", name)

@@ -1,0 +1,202 @@
+"""What is compiled is PyMJCF's model, however little of it is written anew."""
+
+import gc
+
+import mujoco
+import numpy as np
+import pytest
+from dm_control import composer, mjcf
+
+from bt_manip.cell import Arena, Basket, Cell, CellError, Cube, Table
+from bt_manip.cell.model_writer import ModelWriter
+from bt_manip.robots import Robot, panda
+from bt_manip.spatial import pose
+
+# MuJoCo keeps hulls and search helpers of meshes that only seen geoms use, or drops them, as its
+# cache has it; no step looks at them. Names of files are names of files.
+UNUSED = ("_sizes", "mesh_graph", "mesh_extrema", "mesh_poly", "mesh_path", "path")
+
+
+class Nested(composer.Entity):
+    """A thing with a part attached to it, defaults, a file, a sensor and an actuator."""
+
+    def _build(self, name="nested"):
+        points = np.random.default_rng(0).normal(size=(20, 3)) * 0.05
+        obj = "\n".join("v {} {} {}".format(*p) for p in points)
+        faces = "\n".join(f"f {i} {i + 1} {i + 2}" for i in range(1, 18))
+        self.root = mjcf.from_xml_string(
+            f"""
+            <mujoco model="{name}">
+              <default>
+                <geom friction="0.3"/>
+                <default class="soft"><geom solref="0.05 1"/></default>
+              </default>
+              <asset>
+                <mesh name="blob" file="blob.obj" inertia="shell"/>
+                <mesh name="tetra" vertex="0 0 0 .1 0 0 0 .1 0 0 0 .1" scale="1 2 1"/>
+              </asset>
+              <worldbody>
+                <body name="arm" pos="0 0 1" childclass="soft">
+                  <joint name="swing" axis="0 1 0"/>
+                  <geom type="mesh" mesh="tetra" mass="1"/>
+                  <geom type="mesh" mesh="blob" mass="1"/>
+                  <geom name="tip" size="0.03" pos="0.3 0 0" mass="0.2"/>
+                </body>
+              </worldbody>
+              <actuator><motor name="push" joint="swing"/></actuator>
+              <sensor><jointpos joint="swing"/></sensor>
+            </mujoco>""",
+            assets={"blob.obj": f"{obj}\n{faces}\n".encode()},
+        )
+        part = mjcf.RootElement(model="part")
+        part.worldbody.add("geom", name="knob", size=(0.01,), mass=0.1)
+        self.part = part
+        self.root.find("body", "arm").add("site", name="mount").attach(part)
+
+    @property
+    def mjcf_model(self):
+        return self.root
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return Robot(panda())
+
+
+def differences(model, other):
+    """Name the arrays in which two models differ."""
+    return [
+        name
+        for name in dir(model)
+        if isinstance(getattr(model, name), np.ndarray)
+        and not name.startswith(UNUSED)
+        and getattr(model, name).tobytes() != getattr(other, name).tobytes()
+    ]
+
+
+def assert_is_pymjcfs(cell):
+    whole = cell.arena.mjcf_model
+    by_pymjcf = mujoco.MjModel.from_xml_string(whole.to_xml_string(), whole.get_assets())
+    assert differences(by_pymjcf, cell.model) == []
+    for kind in (mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_GEOM, mujoco.mjtObj.mjOBJ_MESH):
+        for i in range(by_pymjcf.nbody):
+            assert mujoco.mj_id2name(by_pymjcf, kind, i) == mujoco.mj_id2name(cell.model, kind, i)
+
+
+def test_a_cell_with_a_robot_compiles_to_pymjcfs_model(robot):
+    cell = Cell()
+    with cell.editing():
+        for entity in (Table(), robot, Nested(), Basket()):
+            cell.add(entity)
+    cell.add(Cube(), pose((0.3, 0.1, 1.04)))
+    cell.remove("table")
+    cell.add(Cube(), pose((0.3, -0.1, 1.04)))
+    assert_is_pymjcfs(cell)
+
+
+def move_frame(cell, nested):
+    mjcf.get_attachment_frame(nested.root).pos = (1, 2, 3)
+
+
+def edit_part(cell, nested):
+    nested.part.find("geom", "knob").mass = 0.7
+
+
+def add_to_part(cell, nested):
+    nested.part.worldbody.add("geom", name="more", size=(0.02,), mass=0.1)
+
+
+def fill_part(cell, nested):
+    part = mjcf.RootElement(model="late")
+    nested.root.find("body", "arm").add("site", name="late").attach(part)
+    with cell.editing():
+        pass
+    part.worldbody.add("geom", name="late", size=(0.02,), mass=0.1)
+
+
+def edit_default(cell, nested):
+    nested.root.default.geom.friction = (0.9,)
+
+
+def edit_arena(cell, nested):
+    cell.arena.mjcf_model.find("geom", "floor").friction = (0.2,)
+    cell.arena.mjcf_model.default.geom.margin = 0.001
+    cell.arena.mjcf_model.option.gravity = (0, 0, -1)
+
+
+def attach_by_hand(cell, nested):
+    model = mjcf.from_xml_string(
+        '<mujoco model="raw"><asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>'
+        '<worldbody><geom type="mesh" mesh="m"/></worldbody></mujoco>'
+    )
+    cell.arena.mjcf_model.attach(model)
+
+
+def rename_by_hand(cell, nested):
+    nested.root.find("geom", "tip").name = "end"
+
+
+def remove_by_hand(cell, nested):
+    nested.root.find("geom", "tip").remove()
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        move_frame, edit_part, add_to_part, fill_part, edit_default, edit_arena, attach_by_hand,
+        rename_by_hand, remove_by_hand,
+    ],
+)  # fmt: skip
+def test_what_is_edited_by_hand_is_in_the_next_compile(edit):
+    cell, nested = Cell(), Nested()
+    cell.add(nested)
+    cell.add(Cube(), pose((1, 0, 1)))
+    before = cell.model
+    with cell.editing():
+        edit(cell, nested)
+    assert differences(before, cell.model) or before.names != cell.model.names
+    assert_is_pymjcfs(cell)
+
+
+def test_an_entity_that_was_edited_while_it_was_out_comes_back_edited():
+    cell, nested = Cell(), Nested()
+    for mass in (0.2, 0.4, 0.6):
+        nested.root.find("geom", "tip").mass = mass
+        cell.add(nested)
+        assert_is_pymjcfs(cell)
+        cell.remove("nested")
+
+
+def test_only_what_is_new_is_written(monkeypatch):
+    cell = Cell()
+    cell.add(Nested())
+    written = []
+    write = ModelWriter._write_model
+    monkeypatch.setattr(
+        ModelWriter, "_write_model", lambda self, m, k: written.append(m.model) or write(self, m, k)
+    )
+    cell.add(Cube(), pose((1, 0, 1)))
+    cell.add(Cube(), pose((2, 0, 1)))
+    cell.remove("cube")
+    assert written == ["cube", "cube_1"]
+
+
+def test_a_model_that_mujoco_refuses_is_named():
+    arena = Arena()
+    cell, nested = Cell(arena), Nested()
+    nested.root.worldbody.add("body", name="ghost").add("joint", type="slide")
+    with pytest.raises(CellError, match="'nested' cannot be added: .*mass.*nested/ghost"):
+        cell.add(nested)
+
+
+def test_coming_and_going_leaves_nothing_behind():
+    cell = Cell()
+
+    def objects_after(times):
+        for _ in range(times):
+            cell.remove(cell.add(Cube(), pose((1, 0, 1))))
+        gc.collect()
+        return len(gc.get_objects())
+
+    before = objects_after(3)
+    assert objects_after(20) - before < 20  # an entity alone is some hundreds
