@@ -49,16 +49,16 @@ class Arm:
         self.robot = robot
         self.model = robot.make_model() if model is None else model
         self.ik = InverseKinematics(self.model) if ik is None else ik
-        self._q, self._v, self._a = (np.zeros(self.model.nq) for _ in range(3))
-        self.q, self.v, self.a = (x.view() for x in (self._q, self._v, self._a))
-        for view in (self.q, self.v, self.a):
-            view.setflags(write=False)
+        self._now = np.zeros((3, self.model.nq))
+        live = self._now.view()
+        live.setflags(write=False)
+        self.q, self.v, self.a = live
         self.reset()
 
     def reset(self, q: np.ndarray | None = None) -> None:
         """Forget all motion and stand at a configuration, by default where the robot is."""
-        self._q[:] = self.robot.q if q is None else q
-        self._v[:] = self._a[:] = 0.0
+        self._now[:] = 0.0
+        self._now[0] = self.robot.q if q is None else q
         self._trajectory: Trajectory | None = None
         self._start = 0.0  # [s] into the trajectory, where the table begins
         self._dt = 1e-3
@@ -90,22 +90,22 @@ class Arm:
     @property
     def target(self) -> np.ndarray:
         """Configuration that the reference will come to rest at [rad]."""  # (nq,)
-        return (self._q if self._trajectory is None else self._trajectory.end).copy()
+        return (self.q if self._trajectory is None else self._trajectory.end).copy()
 
     @property
     def q_ref(self) -> np.ndarray:
         """A copy of the reference position [rad]."""  # (nq,)
-        return self._q.copy()
+        return self.q.copy()
 
     @property
     def v_ref(self) -> np.ndarray:
         """A copy of the reference velocity [rad/s]."""  # (nq,)
-        return self._v.copy()
+        return self.v.copy()
 
     @property
     def a_ref(self) -> np.ndarray:
         """A copy of the reference acceleration [rad/s2]."""  # (nq,)
-        return self._a.copy()
+        return self.a.copy()
 
     # How it is moved
 
@@ -145,7 +145,7 @@ class Arm:
             MotionError: When no pose can be reached, or the motion asks too much effort.
         """
         speed = check_speed(speed)
-        found = choose_configuration(self.ik, T_wt, self._q, margin=margin, approach=approach)
+        found = choose_configuration(self.ik, T_wt, self.q, margin=margin, approach=approach)
         if not found.solved:
             message = f"the pose is unreachable: {found.reason}"
             if found.iterations:
@@ -184,11 +184,7 @@ class Arm:
             self._start, self._dt = self._time, dt
             self._tabulate()
         self._step = step = self._step + 1
-        self._q[:], self._v[:], self._a[:] = (
-            self._rows_q[step],
-            self._rows_v[step],
-            self._rows_a[step],
-        )
+        self._now[:] = self._rows[step]
         if step == self._last:
             self._trajectory = None
 
@@ -196,7 +192,7 @@ class Arm:
 
     @property
     def _present(self) -> Present:
-        return Present(self._q, self._v, self._a, self._trajectory, self._time)
+        return Present(self.q, self.v, self.a, self._trajectory, self._time)
 
     def _begin(self, trajectory: Trajectory | None) -> None:
         """Take a planned trajectory, once it is proven to be inside the limits."""
@@ -212,14 +208,14 @@ class Arm:
         limits = self.model.limits
         middle, half = 0.5 * (limits.upper + limits.lower), 0.5 * (limits.upper - limits.lower)
         bounded = np.isfinite(half)
-        here = float((np.abs(self._q - middle)[bounded] / half[bounded]).max(initial=0.0))
+        here = float((np.abs(self.q - middle)[bounded] / half[bounded]).max(initial=0.0))
         return used <= max(1.0, here) + 1e-9
 
     def _tabulate(self) -> None:
         """Sample the rest of the trajectory at once: a step costs little then."""
         assert self._trajectory is not None
         times = self._start + step_times(self._trajectory.duration - self._start, self._dt)
-        self._rows_q, self._rows_v, self._rows_a = self._trajectory.table(times)
+        self._rows = np.stack(self._trajectory.table(times), axis=1)
         self._step, self._last = 0, len(times) - 1
 
     @property
@@ -232,9 +228,9 @@ class Arm:
         """Give everything as plain data."""
         payload, trajectory = self.payload, self._trajectory
         return {
-            "q": self._q.tolist(),
-            "v": self._v.tolist(),
-            "a": self._a.tolist(),
+            "q": self.q.tolist(),
+            "v": self.v.tolist(),
+            "a": self.a.tolist(),
             "payload": None if payload is None else payload.get_state(),
             "trajectory": None if trajectory is None else trajectory.get_state(),
             "start": self._start,
@@ -244,7 +240,7 @@ class Arm:
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Take everything back; the arm goes on bit for bit."""
-        self._q[:], self._v[:], self._a[:] = state["q"], state["v"], state["a"]
+        self._now[:] = state["q"], state["v"], state["a"]
         self.payload = None if state["payload"] is None else Payload.from_state(state["payload"])
         trajectory = state["trajectory"]
         self._trajectory = None if trajectory is None else trajectory_from_state(trajectory)
