@@ -4,6 +4,7 @@ Everything is imported inside the hooks, so that this module costs nothing by it
 """
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from bt_manip.hookspecs import hookimpl
@@ -57,3 +58,19 @@ def register_trees(register: Callable[[str, Any], None]) -> None:
 
     for path in sorted(bundled_root("trees").glob("*.xml")):
         register(path.stem, path)
+
+
+@hookimpl
+def register_scenes(register: Callable[[str, Callable[[], Any]], None]) -> None:
+    """Bring the scene of the pick and place task."""
+    from bt_manip.runner.scene import table_and_basket
+
+    register("table_and_basket", table_and_basket)
+
+
+@hookimpl
+def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
+    """Bring the trace of the joints."""
+    from bt_manip.recording.trace_recorder import TraceRecorder
+
+    register("trace", TraceRecorder)

@@ -1,11 +1,14 @@
-"""The hooks through which parts come in, the built-in ones too.
+"""The hooks through which parts come in, the built-in ones too, and those that watch a run.
 
 A plugin is a module (or any object) that an entry point of the group ``bt_manip`` names. It marks
-functions with the names and arguments below with ``bt_manip.hookimpl``; each is called once, when
-bt-manip loads its plugins, and calls `register` for every part that it brings.
+functions with the names and arguments below with ``bt_manip.hookimpl``. The hooks that begin with
+``register_`` are called once, when bt-manip loads its plugins, and call `register` for every part
+that the plugin brings. The others are called during runs; they may look at everything and change
+nothing, and take only those of the arguments that they need.
 """
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pluggy
@@ -63,5 +66,93 @@ def register_trees(register: Callable[[str, Any], None]) -> None:
 
     Args:
         register: ``register(name, place)``, where the place is the path of an XML file, or
-            ``"path.py:function"`` for a function that returns a tree.
+            ``"path.py:function"`` for a function that returns a tree. A tree that only works
+            somewhere says where: ``register(name, place, scene="...", controller="...")``, by
+            registered names, which ``--scene`` and ``--controller`` override.
     """
+
+
+@hookspec
+def register_scenes(register: Callable[[str, Callable[[], Any]], None]) -> None:
+    """Bring scenes: what stands in the cell before a tree begins.
+
+    Args:
+        register: ``register(name, factory)``, where ``factory()`` makes a
+            `bt_manip.runner.Scene`.
+    """
+
+
+@hookspec
+def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
+    """Bring recorders, which ``bt-manip run --record NAME=FILE`` writes a file with.
+
+    Args:
+        register: ``register(name, factory)``, where ``factory(path)`` makes a
+            `bt_manip.runner.RunObserver`; the path is None where the user gave no file.
+    """
+
+
+@hookspec
+def after_compile(station: Any) -> None:
+    """Look at the cell after it was compiled: before the first step, and after each change.
+
+    Args:
+        station: The `bt_manip.runner.Station` of the run.
+    """
+
+
+@hookspec
+def initialize_episode(station: Any, tree: Any, episode: int) -> None:
+    """Look at the beginning of an episode, which is one run of the tree from idle to its end.
+
+    Args:
+        station: The `bt_manip.runner.Station` of the run.
+        tree: The `bt_manip.bt.Tree` that runs.
+        episode: Number of the episode; the first has 0.
+    """
+
+
+@hookspec
+def before_tick(station: Any, tree: Any) -> None:
+    """Look at the state that the tree is about to be ticked in.
+
+    Args:
+        station: The `bt_manip.runner.Station` of the run.
+        tree: The `bt_manip.bt.Tree` that runs.
+    """
+
+
+@hookspec
+def after_tick(station: Any, tree: Any) -> None:
+    """Look at the state after a tick and the control steps that belong to it.
+
+    Args:
+        station: The `bt_manip.runner.Station` of the run.
+        tree: The `bt_manip.bt.Tree` that runs.
+    """
+
+
+@hookspec
+def episode_ended(station: Any, tree: Any, episode: int, status: str, reason: str) -> None:
+    """Look at the end of an episode; one that is interrupted or raises has none.
+
+    Args:
+        station: The `bt_manip.runner.Station` of the run.
+        tree: The `bt_manip.bt.Tree` that ran.
+        episode: Number of the episode; the first has 0.
+        status: ``"SUCCESS"`` or ``"FAILURE"``.
+        reason: Why it failed, with the path of the node; empty on success.
+    """
+
+
+REGISTERING = tuple(name for name in vars() if name.startswith("register_"))
+"""Names of the hooks through which parts come in."""
+
+OBSERVING = (
+    "after_compile",
+    "initialize_episode",
+    "before_tick",
+    "after_tick",
+    "episode_ended",
+)
+"""Names of the hooks that watch runs, in the order in which they are called."""

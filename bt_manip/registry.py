@@ -129,6 +129,19 @@ class Registry(Generic[T]):
 
 
 @dataclass(frozen=True)
+class Surroundings:
+    """Where a tree works, by registered names; None where it does not care.
+
+    Attributes:
+        scene: What stands in the cell.
+        controller: What the arm is controlled by.
+    """
+
+    scene: str | None = None
+    controller: str | None = None
+
+
+@dataclass(frozen=True)
 class Parts:
     """All that plugins brought, kind by kind.
 
@@ -138,6 +151,9 @@ class Parts:
         controllers: Factories, ``factory(robot) -> Controller``.
         behaviours: Classes of tree nodes; the nodes of the tree language itself are not here.
         trees: Places: ``path.xml`` or ``path.py:function``.
+        scenes: Factories, ``factory() -> Scene``.
+        recorders: Factories, ``factory(path) -> RunObserver``.
+        surroundings: Where trees work that do not work everywhere, by their names.
     """
 
     objects: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("object"))
@@ -147,6 +163,9 @@ class Parts:
     )
     behaviours: Registry[type] = field(default_factory=lambda: Registry("behaviour"))
     trees: Registry[str] = field(default_factory=lambda: Registry("tree"))
+    scenes: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("scene"))
+    recorders: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("recorder"))
+    surroundings: dict[str, Surroundings] = field(default_factory=dict)
 
     def by_kind(self) -> Mapping[str, Registry[Any]]:
         """Give the registries by the names of their fields, ``"objects"`` and so on."""
@@ -156,4 +175,6 @@ class Parts:
             "controllers": self.controllers,
             "behaviours": self.behaviours,
             "trees": self.trees,
+            "scenes": self.scenes,
+            "recorders": self.recorders,
         }

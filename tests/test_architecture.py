@@ -25,7 +25,7 @@ FLOORS = (
 BESIDE = {("registry", "exceptions")}
 """Imports inside a floor: whose room, and whose room it may know."""
 
-TOP = {"plugins", "plugin_stage", "builtin", "__main__", "__init__"}
+TOP = {"plugins", "builtin", "__main__", "__init__"}
 """Modules that stand at the top of the package, beside the floors: they bring it together."""
 
 

@@ -11,16 +11,17 @@ class RunObserver:
     ```
     run_started(run)
       cycle_started(cycle)
-        [ tree tick, then tick/dt times { control step, after_step() }, after_tick() ] ...
+        [ before_tick(), tree tick, tick/dt times { control step, after_step() }, after_tick() ] ...
       cycle_ended(status, reason)
     run_ended()
     ```
 
     `model_changed` comes whenever the cell was compiled anew, before the next step, and once
     before the first `cycle_started`: what holds ids, views or handles of the physics binds them
-    again there. An observer that leaves `after_step` as it is here is never called for it.
-    When a run is interrupted or something raises, `run_ended` is still called, and
-    `cycle_ended` of the cycle that was under way is not.
+    again there. An observer that leaves `before_tick` or `after_step` as it is here is never called
+    for it. When a run is interrupted or something raises, `run_ended` is still called, and
+    `cycle_ended` of the cycle that was under way is not. When something raises while the arm
+    moves, it is braked first: `after_step` and `after_tick` go on meanwhile, without ticks.
     """
 
     def run_started(self, run: Any) -> None:
@@ -31,6 +32,9 @@ class RunObserver:
 
     def cycle_started(self, cycle: int) -> None:
         """Note the beginning of a cycle; the first has number 0."""
+
+    def before_tick(self) -> None:
+        """Note the state that the tree is about to be ticked in."""
 
     def after_step(self) -> None:
         """Note the state after one control step; there are some 2 us for it."""

@@ -30,7 +30,11 @@ def prepare(request: RunRequest, parts: Parts, warn: Warn = lambda message: None
     else:
         tree = make_tree(request.tree, request.settings, clock)
     clock.station = build_station(
-        parts, robot=request.robot, controller=request.controller, seed=request.seed
+        parts,
+        robot=request.robot,
+        controller=request.controller,
+        scene=parts.scenes.create(request.scene),
+        seed=request.seed,
     )
     _setup(tree, clock.station)
     return Run(request, tree, clock.station)

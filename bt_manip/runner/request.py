@@ -21,6 +21,7 @@ class RunRequest:
         tree: The tree to run.
         robot: Name of a registered robot.
         controller: Name of a registered controller.
+        scene: Name of a registered scene.
         cycles: Runs of the root from idle to SUCCESS or FAILURE; 0 goes on until it is stopped.
         seed: Seed of all randomness.
         tick: Simulated time between two ticks of the tree [s], a whole number of control steps.
@@ -31,6 +32,7 @@ class RunRequest:
     tree: TreeSource
     robot: str = "panda"
     controller: str = "computed_torque"
+    scene: str = "table_and_basket"
     cycles: int = 1
     seed: int = 0
     tick: float = 0.010

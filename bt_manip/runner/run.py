@@ -1,5 +1,6 @@
 """The one loop: ticks of a tree, control steps of a cell, and whoever watches."""
 
+import contextlib
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -11,6 +12,9 @@ from bt_manip.runner.request import RunRequest
 from bt_manip.runner.station import Station
 
 Stop = Callable[[], bool]
+
+BRAKING = 3.0
+"""Longest time that an arm gets to come to rest after something has raised [s]."""
 
 
 @dataclass(frozen=True)
@@ -42,11 +46,8 @@ class _Loop:
         self._tree, self._cell = run.tree, run.station.cell
         self._run, self._request, self._stop = run, run.request, stop
         self._observers = observers
-        self._after_step = tuple(
-            observer.after_step
-            for observer in observers
-            if type(observer).after_step is not RunObserver.after_step
-        )
+        self._before_tick = _overridden("before_tick", observers)
+        self._after_step = _overridden("after_step", observers)
         self._generation: int | None = None
         self._pacing = Pacing(run.request.real_time)
 
@@ -64,8 +65,26 @@ class _Loop:
                 if not self._cycle(cycle):
                     break
                 cycle += 1
+        except Exception:
+            self._brake()
+            raise
         finally:
             self._end(started)
+
+    def _brake(self) -> None:
+        """Bring the arm to rest, as far as the physics and those who watch still work.
+
+        What raises here follows from what raised before, and that is what has to be told.
+        """
+        with contextlib.suppress(Exception):
+            self._tree.halt()
+        with contextlib.suppress(Exception):
+            arm = self._run.station.arm
+            if arm.moving:
+                arm.stop()
+            end = self._cell.time + BRAKING
+            while arm.moving and self._cell.time < end:
+                self._steps()
 
     def _end(self, started: Sequence[RunObserver]) -> None:
         """Halt the tree and tell everyone, even when one of them raises."""
@@ -82,6 +101,8 @@ class _Loop:
         while status is NodeStatus.RUNNING:
             if self._stop():
                 return False
+            for look in self._before_tick:
+                look()
             status = self._tree.tick()
             self._steps()
         succeeded = status is NodeStatus.SUCCESS
@@ -114,3 +135,9 @@ class _Loop:
             self._generation = self._cell.generation
             for observer in self._observers:
                 observer.model_changed()
+
+
+def _overridden(name: str, observers: Sequence[RunObserver]) -> tuple[Callable[[], None], ...]:
+    """Collect the methods of those observers that do something in them."""
+    idle = getattr(RunObserver, name)
+    return tuple(getattr(o, name) for o in observers if getattr(type(o), name) is not idle)

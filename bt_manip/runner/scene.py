@@ -1,7 +1,9 @@
 """What stands in a cell before a tree begins."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cache
+from typing import Any
 
 import pinocchio as pin
 
@@ -10,17 +12,21 @@ from bt_manip import spatial
 
 @dataclass(frozen=True)
 class Fixture:
-    """An object that stands in the cell for good.
+    """An object that stands in the cell from the beginning.
 
     Attributes:
         model: Registered name of the object.
         name: Its name in the cell.
         T_wo: Its pose in the world.
+        parameters: What the object is made with, by keyword.
+        free: Whether it can be moved; for good where not.
     """
 
     model: str
     name: str
     T_wo: pin.SE3
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    free: bool = False
 
 
 @dataclass(frozen=True)

@@ -155,7 +155,7 @@ def build_station(
     scene = scene or table_and_basket()
     arm_entity = Robot(parts.robots.get(robot))
     make_controller = parts.controllers.get(controller)
-    fixtures = [(fixture, parts.objects.get(fixture.model)()) for fixture in scene.fixtures]
+    fixtures = [(f, parts.objects.create(f.model, **f.parameters)) for f in scene.fixtures]
     control = make_controller(arm_entity)
     gripper = GripperController(arm_entity)
     arm_entity.attach(control)
@@ -163,7 +163,7 @@ def build_station(
     cell = Cell()
     with cell.editing():
         for fixture, entity in fixtures:
-            cell.add(entity, fixture.T_wo, name=fixture.name, free=False)
+            cell.add(entity, fixture.T_wo, name=fixture.name, free=fixture.free)
         cell.add(arm_entity, scene.T_wb, free=False)
     arm = Arm(arm_entity)
     control.reference = arm

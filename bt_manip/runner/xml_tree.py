@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from bt_manip.bt import BehaviourRegistry, Tree
 from bt_manip.bt.loading import read_tree
 from bt_manip.bt.port_types import STRING
+from bt_manip.bt.substitution import Substitutions
 from bt_manip.exceptions import BlackboardError, BtManipError, TreeError, did_you_mean
 from bt_manip.runner.tree_source import TreeSource
 
@@ -18,6 +19,8 @@ def load_document(
     settings: Mapping[str, str],
     clock: Clock,
     warn: Warn,
+    *,
+    substitutions: Substitutions | None = None,
 ) -> Tree:
     """Read a tree and give its keys their values.
 
@@ -30,12 +33,15 @@ def load_document(
         settings: Values for some of its keys, as text.
         clock: The clock that the tree's waits count [s].
         warn: Takes what is strange in the document without being wrong.
+        substitutions: Rules that put other nodes in the place of some, for tests.
 
     Raises:
         BtManipError: When the document is wrong, or a setting does not fit it.
     """
     assert source.path is not None
-    reading = read_tree(source.path, behaviours, clock=clock, dialect="auto")
+    reading = read_tree(
+        source.path, behaviours, clock=clock, dialect="auto", substitutions=substitutions
+    )
     for warning in reading.warnings:
         warn(str(warning))
     if reading.tree is None or reading.errors:

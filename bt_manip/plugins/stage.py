@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.registry import Parts
+from bt_manip.registry import Parts, Surroundings
 
 
 class Stage:
@@ -20,6 +20,8 @@ class Stage:
         """
         self._owner = owner
         self._parts = parts.by_kind()
+        self._all_surroundings = parts.surroundings
+        self._surroundings: dict[str, Surroundings] = {}
         self._items: dict[str, dict[str, Any]] = {kind: {} for kind in self._parts}
         self._open = True
 
@@ -40,6 +42,7 @@ class Stage:
         for kind, items in self._items.items():
             for name, item in items.items():
                 self._parts[kind].add(name, item, self._owner)
+        self._all_surroundings.update(self._surroundings)
         return {kind: tuple(sorted(items)) for kind, items in self._items.items() if items}
 
     def _add(self, kind: str, name: object, item: object) -> None:
@@ -63,6 +66,12 @@ class Stage:
     def _register_controllers(self, name: str, factory: Callable[..., Any]) -> None:
         self._add_factory("controllers", name, factory)
 
+    def _register_scenes(self, name: str, factory: Callable[[], Any]) -> None:
+        self._add_factory("scenes", name, factory)
+
+    def _register_recorders(self, name: str, factory: Callable[[Path | None], Any]) -> None:
+        self._add_factory("recorders", name, factory)
+
     def _register_robots(self, description: Any) -> None:
         if not hasattr(description, "name") or not hasattr(description, "arm_joints"):
             raise BtManipError(f"a robot is a RobotDescription, got {description!r}")
@@ -78,7 +87,14 @@ class Stage:
         BehaviourRegistry().register(cls, name)
         self._add("behaviours", name or cls.__name__, cls)
 
-    def _register_trees(self, name: str, place: str | Path) -> None:
+    def _register_trees(
+        self,
+        name: str,
+        place: str | Path,
+        *,
+        scene: str | None = None,
+        controller: str | None = None,
+    ) -> None:
         text = str(place)
         path, _, function = text.rpartition(":")
         is_xml = text.endswith(".xml") and Path(text).is_file()
@@ -88,3 +104,5 @@ class Stage:
                 f"tree '{name}': '{text}' is neither a path.xml nor a path.py:function that exists"
             )
         self._add("trees", name, text)
+        if scene is not None or controller is not None:
+            self._surroundings[name] = Surroundings(scene, controller)

@@ -1,0 +1,154 @@
+"""Find plugins, check them one by one, and collect what they bring.
+
+pluggy does not isolate: one plugin that does not import or raises stops all others, and a misspelt
+hook passes unseen. So each plugin is loaded, checked and called here by itself, what it registers
+is kept apart until all of its hooks have returned, and whatever goes wrong on the way is one
+warning that names it. Nothing of a broken plugin stays.
+"""
+
+import importlib.metadata
+import sys
+import traceback
+import warnings
+from collections.abc import Callable, Iterable
+from types import ModuleType
+
+import pluggy
+
+from bt_manip import hookspecs
+from bt_manip.exceptions import BtManipError
+from bt_manip.plugins.choice import Choice
+from bt_manip.plugins.entry_points import EntryPoint, in_folders, installed, names_of
+from bt_manip.plugins.implementations import implementations
+from bt_manip.plugins.plugin import BUILTIN, ObserverHook, Plugin, Plugins, PluginWarning
+from bt_manip.plugins.stage import Stage
+from bt_manip.registry import Parts
+
+
+def load_plugins(
+    *,
+    entry_points: Iterable[EntryPoint] | None = None,
+    builtin: object | None = None,
+    warn: Callable[[str], None] | None = None,
+    choice: Choice | None = None,
+) -> Plugins:
+    """Load the built-in plugin and all that are installed and wanted.
+
+    Args:
+        entry_points: The plugins to load beside the built-in one; those installed in the group
+            ``bt_manip`` when None.
+        builtin: What takes the place of the built-in plugin, for tests.
+        warn: What is called with the one line about each broken plugin; `warnings.warn` with
+            a `PluginWarning` when None.
+        choice: Which plugins are not wanted, and folders with more of them; when None, what the
+            environment variables ``BT_MANIP_BLOCK`` and ``BT_MANIP_PLUGINS_DIR`` say.
+
+    Returns:
+        The parts of all plugins that work, and every plugin with what it brings or its problem.
+
+    Raises:
+        BtManipError: When a folder that plugins are to be taken from does not exist.
+    """
+    if warn is None:
+        warn = _warn
+    if builtin is None:
+        from bt_manip import builtin as built_in_plugin
+
+        builtin = built_in_plugin
+    if entry_points is None:
+        entry_points = installed()
+    if choice is None:
+        choice = Choice.from_environment()
+    points = sorted(entry_points, key=lambda p: (p.name, p.value))
+    points += in_folders(choice.folders)
+    parts = Parts()
+    plugins = [_builtin(builtin, parts)]
+    for point in points:
+        if choice.blocks(names_of(point)):
+            plugins.append(Plugin(point.name, _version(point), point.value, blocked=True))
+            continue
+        plugin = _load(point, parts, [p.name for p in plugins if not p.blocked])
+        plugins.append(plugin)
+        if plugin.problem:
+            warn(plugin.warning)
+    for registry in parts.by_kind().values():
+        registry.note = _missing(plugins)
+    return Plugins(parts, tuple(plugins))
+
+
+def _warn(message: str) -> None:
+    warnings.warn(message, PluginWarning, stacklevel=3)
+
+
+def _missing(plugins: Iterable[Plugin]) -> str:
+    """Say which plugins are not there, for whoever looks for something that is not."""
+    broken = [f"'{p.name}'" for p in plugins if p.status == "broken"]
+    blocked = [f"'{p.name}'" for p in plugins if p.status == "blocked"]
+    note = f" (left out because broken: plugin {', '.join(broken)})" if broken else ""
+    return note + (f" (blocked: plugin {', '.join(blocked)})" if blocked else "")
+
+
+def _builtin(plugin: object, parts: Parts) -> Plugin:
+    """Collect the built-in parts; a fault in them is a bug and is not caught."""
+    version = importlib.metadata.version("bt-manip")
+    stage = Stage(BUILTIN, parts)
+    observers = _call_hooks(plugin, stage)
+    provides, module = stage.merge(), _module_of(plugin)
+    return Plugin(BUILTIN, version, _file_of(plugin), provides, observers, module=module)
+
+
+def _load(point: EntryPoint, parts: Parts, taken: list[str]) -> Plugin:
+    version, source = _version(point), point.value
+    stage = Stage(point.name, parts)
+    try:
+        if point.name in taken:
+            raise BtManipError("another plugin has the same name")
+        plugin = point.load()
+        source = _file_of(plugin) or source
+        observers = _call_hooks(plugin, stage)
+        provides = stage.merge()
+    except (Exception, SystemExit) as error:
+        problem = _describe(error)
+        return Plugin(point.name, version, source, problem=problem, module=point.module)
+    return Plugin(point.name, version, source, provides, observers, module=point.module)
+
+
+def _call_hooks(plugin: object, stage: Stage) -> tuple[ObserverHook, ...]:
+    """Call the hooks of one plugin that register; give those that are called during runs."""
+    observers = []
+    for name, function, arguments in implementations(plugin):
+        if name in hookspecs.OBSERVING:
+            observers.append(ObserverHook(name, function, arguments))
+        else:
+            register = stage.register(name.removeprefix("register_"))
+            function(**{argument: register for argument in arguments})
+    return tuple(observers)
+
+
+def _version(point: EntryPoint) -> str:
+    return str(point.dist.version) if point.dist is not None else ""
+
+
+def _file_of(plugin: object) -> str:
+    """Give the file that a plugin came from, if it came from one."""
+    if not isinstance(plugin, ModuleType):
+        plugin = sys.modules.get(_module_of(plugin))
+    return str(getattr(plugin, "__file__", None) or "")
+
+
+def _module_of(plugin: object) -> str:
+    if isinstance(plugin, ModuleType):
+        return plugin.__name__
+    return str(getattr(plugin, "__module__", ""))
+
+
+def _describe(error: BaseException) -> str:
+    """Say in one line what went wrong and, unless bt-manip found it, where."""
+    text = " ".join(str(error).split()) or type(error).__name__
+    if isinstance(error, BtManipError | pluggy.PluginValidationError):
+        return text
+    frames = traceback.extract_tb(error.__traceback__)
+    where = f" at {frames[-1].filename}:{frames[-1].lineno}" if frames else ""
+    if isinstance(error, SyntaxError):
+        where = f" at {error.filename}:{error.lineno}"
+    return f"{type(error).__name__}: {text}{where}"

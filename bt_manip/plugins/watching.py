@@ -1,0 +1,143 @@
+"""Let plugins watch a run without being able to end it."""
+
+from collections.abc import Callable
+from typing import Any
+
+from bt_manip.plugins.plugin import Plugin, Plugins
+from bt_manip.runner.observer import RunObserver
+
+Warn = Callable[[str], None]
+
+
+def plugin_observers(plugins: Plugins, warn: Warn) -> list[RunObserver]:
+    """Make one observer for each plugin whose hooks watch runs.
+
+    Args:
+        plugins: All plugins.
+        warn: Takes the one line about a plugin that raised; it is not called any more.
+    """
+    return [
+        guarded(HookObserver(plugin), plugin, warn)
+        for plugin in plugins.plugins
+        if plugin.observers
+    ]
+
+
+class HookObserver(RunObserver):
+    """Hands what happens in a run on to the hooks of one plugin."""
+
+    def __init__(self, plugin: Plugin) -> None:
+        """Serve a plugin."""
+        self._hooks = plugin.observers
+        self._offers: dict[str, Any] = {}
+
+    def run_started(self, run: Any) -> None:
+        """Keep what hooks may ask for."""
+        self._offers = {"station": run.station, "tree": run.tree}
+
+    def model_changed(self) -> None:
+        """Call ``after_compile``."""
+        self._call("after_compile")
+
+    def cycle_started(self, cycle: int) -> None:
+        """Call ``initialize_episode``."""
+        self._offers["episode"] = cycle
+        self._call("initialize_episode")
+
+    def before_tick(self) -> None:
+        """Call ``before_tick``."""
+        self._call("before_tick")
+
+    def after_tick(self) -> None:
+        """Call ``after_tick``."""
+        self._call("after_tick")
+
+    def cycle_ended(self, status: str, reason: str) -> None:
+        """Call ``episode_ended``."""
+        self._offers.update(status=status, reason=reason)
+        self._call("episode_ended")
+
+    def _call(self, name: str) -> None:
+        for hook in self._hooks:
+            if hook.name == name:
+                hook.function(**{key: self._offers[key] for key in hook.arguments})
+
+
+def guarded(observer: RunObserver, plugin: Plugin, warn: Warn) -> RunObserver:
+    """Let an observer of a plugin watch until it raises, and not any more from then on.
+
+    Args:
+        observer: What watches.
+        plugin: Whose it is.
+        warn: Takes the one line that says what happened.
+    """
+    if type(observer).after_step is RunObserver.after_step:
+        return _Guard(observer, plugin, warn)
+    return _StepGuard(observer, plugin, warn)
+
+
+class _Guard(RunObserver):
+    """Passes on everything but control steps."""
+
+    def __init__(self, observer: RunObserver, plugin: Plugin, warn: Warn) -> None:
+        self._observer, self._plugin, self._warn = observer, plugin, warn
+        self._works = True
+
+    def run_started(self, run: Any) -> None:
+        """Pass it on."""
+        self._try("run_started", run)
+
+    def model_changed(self) -> None:
+        """Pass it on."""
+        self._try("model_changed")
+
+    def cycle_started(self, cycle: int) -> None:
+        """Pass it on."""
+        self._try("cycle_started", cycle)
+
+    def before_tick(self) -> None:
+        """Pass it on."""
+        self._try("before_tick")
+
+    def after_tick(self) -> None:
+        """Pass it on."""
+        self._try("after_tick")
+
+    def cycle_ended(self, status: str, reason: str) -> None:
+        """Pass it on."""
+        self._try("cycle_ended", status, reason)
+
+    def run_ended(self) -> None:
+        """Pass it on, also to one that raised: it may hold something."""
+        self._works, said = True, not self._works
+        self._try("run_ended", quiet=said)
+
+    def _try(self, name: str, *arguments: Any, quiet: bool = False) -> None:
+        if not self._works:
+            return
+        try:
+            getattr(self._observer, name)(*arguments)
+        except Exception as error:
+            self._works = False
+            if not quiet:
+                what = f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
+                place = _place(error)
+                self._warn(
+                    f"{self._plugin.label} watches no longer, the run goes on: {what}{place}"
+                    f"{self._plugin.way_out}"
+                )
+
+
+class _StepGuard(_Guard):
+    """Passes on control steps too."""
+
+    def after_step(self) -> None:
+        """Pass it on."""
+        self._try("after_step")
+
+
+def _place(error: BaseException) -> str:
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    return f" at {trace.tb_frame.f_code.co_filename}:{trace.tb_lineno}" if trace else ""
