@@ -30,7 +30,8 @@ types: setup  ## Check types
 bench: setup  ## Measure, and print tables
 	$(BIN)/python -m benchmarks
 
-soak: setup  ## Run a hundred cycles with each of SEEDS
+soak: setup  ## Run the tests that take minutes, and a hundred cycles with each of SEEDS
+	$(BIN)/python -m pytest -m soak
 	@for seed in $(SEEDS); do \
 	    $(BIN)/bt-manip run pick_place --cycles 100 --seed $$seed --report soak-$$seed.json \
 	        || exit $$?; \
