@@ -30,6 +30,7 @@ class ComputedTorque(Controller):
     """
 
     kind = "computed_torque"
+    cuts_to_limits = True
 
     def _build(
         self,

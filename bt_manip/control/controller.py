@@ -6,10 +6,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 from dm_control import composer, mjcf
+from numpy import ndarray
 
-from bt_manip.control.exceptions import ControlError
+from bt_manip.control.exceptions import ControlError, ControllerFault
 from bt_manip.control.reference import Hold, Reference
+from bt_manip.control.watch import problem_with
 from bt_manip.robots import Payload, Robot, RobotModel
+
+FLOAT = np.dtype(np.float64)
 
 
 class Controller(composer.Entity):
@@ -18,9 +22,17 @@ class Controller(composer.Entity):
     A controller is attached to its robot (``robot.attach(controller)``), and lives by composer's
     hooks from then on. A new kind of controller writes ``compute``; what it remembers between
     steps goes into ``get_state`` and ``set_state``.
+
+    What ``compute`` gives is looked at before the arm gets it. When it raises, or gives numbers
+    that are not finite, too many or too few, or beyond the effort limits, a plain PD takes its
+    place at once and a `ControllerFault` leaves the step: whoever steps the cell can still bring
+    the arm to rest.
     """
 
     kind: ClassVar[str] = "controller"
+
+    cuts_to_limits: ClassVar[bool] = False
+    """Whether efforts beyond the limits are cut and counted; they are a fault where not."""
 
     def _build(self, robot: Robot) -> None:
         """Prepare to control a robot's arm; subclasses add their gains."""
@@ -29,6 +41,8 @@ class Controller(composer.Entity):
         self._limit = np.array(robot.limits.effort)
         self._per_limit = 1.0 / self._limit
         self._share = np.zeros_like(self._limit)
+        self._shape = self._limit.shape
+        self._fault = False
         self._bare: RobotModel | None = None
         self._model: RobotModel | None = None
         self._payload: Payload | None = None
@@ -110,6 +124,7 @@ class Controller(composer.Entity):
         """Bind to the compiled model (composer's hook)."""
         model, data = physics.model.ptr, physics.data.ptr
         robot = self._robot
+        self._data = data
         self._dt = float(model.opt.timestep)
         self._qpos, self._qvel, self._ctrl = data.qpos, data.qvel, data.ctrl
         self._q_index, self._v_index = _index(robot.qpos_adr), _index(robot.dof_adr)
@@ -129,21 +144,55 @@ class Controller(composer.Entity):
         if self._carries and reference.payload is not self._payload:  # type: ignore[attr-defined]
             self.payload = reference.payload  # type: ignore[attr-defined]
         q, v = self._qpos[self._q_index], self._qvel[self._v_index]
-        tau = self.compute(q, v, reference.q, reference.v, reference.a)
+        try:
+            tau = self.compute(q, v, reference.q, reference.v, reference.a)
+        except Exception as error:
+            text = " ".join(str(error).split())
+            raise self._take_over(f"raised {type(error).__name__}: {text}") from error
+        if type(tau) is not ndarray or tau.dtype is not FLOAT or tau.shape != self._shape:
+            tau = self._as_efforts(tau)
         # Sure to be inside where even the sum of all squared shares is; that is the cheaper look.
         np.multiply(tau, self._per_limit, self._share)
-        if self._share.dot(self._share) > 1.0:
+        if not self._share.dot(self._share) <= 1.0:  # which is not true of what is no number
             tau = self._cut_to_limits(tau)
         elif self._cut:
             self._cut = self.saturated[:] = False
         self.tau = tau
         self._ctrl[self._ctrl_index] = tau
 
+    def _as_efforts(self, tau: Any) -> np.ndarray:
+        """Take an array of another type of numbers, and nothing else."""
+        shaped = isinstance(tau, ndarray) and tau.shape == self._shape and tau.dtype.kind in "fiu"
+        if not shaped:
+            found = f"numbers of shape {tau.shape}" if isinstance(tau, ndarray) else repr(tau)
+            raise self._take_over(
+                f"gave {found} for its efforts, which are an array of {self._shape[0]}, one a joint"
+            )
+        return tau.astype(FLOAT)
+
+    def _take_over(self, problem: str) -> ControllerFault:
+        """Let a plain PD drive the arm from here on; give what there is to raise."""
+        from bt_manip.control.gravity_compensated_pd import GravityCompensatedPD
+
+        self._fault = True
+        stand_in = GravityCompensatedPD(self._robot)
+        stand_in.payload = self._payload
+        self.compute = stand_in.compute  # type: ignore[method-assign]
+        return ControllerFault(self.kind, type(self).__module__, problem, self._data.time)
+
     def _cut_to_limits(self, tau: np.ndarray) -> np.ndarray:
         limited = np.maximum(np.minimum(tau, self._limit), -self._limit)
         np.not_equal(limited, tau, out=self.saturated)
         self._cut = bool(self.saturated.any())
         if self._cut:
+            problem = problem_with(
+                tau,
+                self._limit,
+                self._robot.description.arm_joints,
+                cuts=self.cuts_to_limits or self._fault,
+            )
+            if problem:
+                raise self._take_over(problem)
             self.saturated_steps += 1
         return limited
 
@@ -153,6 +202,9 @@ class Controller(composer.Entity):
 
     def reset(self) -> None:
         """Forget what was remembered between steps."""
+        if self._fault:
+            self._fault = False
+            del self.compute  # the stand-in's
         self.tau = np.zeros_like(self._limit)
         self.saturated[:] = self._cut = False
         self.saturated_steps = 0

@@ -19,6 +19,7 @@ class GravityCompensatedPD(Controller):
     """
 
     kind = "gravity_compensated_pd"
+    cuts_to_limits = True
 
     def _build(
         self,

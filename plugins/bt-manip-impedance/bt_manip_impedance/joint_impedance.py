@@ -22,6 +22,7 @@ class JointImpedance(Controller):
     """
 
     kind = "joint_impedance"
+    cuts_to_limits = True
 
     def _build(
         self,
