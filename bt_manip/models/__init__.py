@@ -1,4 +1,13 @@
 """Finding model files: bundled, by path, by address."""
 
+from .address import FoundModel as FoundModel
+from .address import bundled_names as bundled_names
+from .address import find_model as find_model
+from .address import is_address as is_address
 from .bundled import bundled_path as bundled_path
 from .bundled import bundled_root as bundled_root
+from .errors import ModelError as ModelError
+from .load import load_model as load_model
+from .mjcf_model import MjcfModel as MjcfModel
+from .progress import Progress as Progress
+from .progress import terminal_progress as terminal_progress

@@ -1,0 +1,138 @@
+"""From the address of a model to a file on this machine."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.models.bundled import bundled_path, bundled_root
+from bt_manip.models.errors import ModelError
+from bt_manip.models.menagerie import menagerie_file
+from bt_manip.models.model_config import MODEL_CONFIG, sdf_file
+from bt_manip.models.packages import find_package_file
+from bt_manip.models.progress import Progress, terminal_progress
+
+SCHEMES = ("bundled", "fuel", "menagerie", "package", "https")
+SUFFIXES = {
+    ".sdf": "sdf", ".world": "sdf", ".urdf": "urdf",
+    ".obj": "mesh", ".stl": "mesh", ".dae": "mesh",
+}  # fmt: skip
+"""What files are by their names; XML files are looked into."""
+
+_SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]+):")  # a single letter is a drive
+
+
+@dataclass(frozen=True)
+class FoundModel:
+    """A model's file on this machine.
+
+    Attributes:
+        address: An address that will find exactly this model again: with its version, or with the
+            whole path.
+        name: What to call it.
+        path: The file.
+        format: ``"mjcf"``, ``"urdf"``, ``"sdf"`` or ``"mesh"``.
+        root: The folder that the model may not reach out of, for one that came by itself over the
+            network; None for files of the user's own.
+    """
+
+    address: str
+    name: str
+    path: Path
+    format: str
+    root: Path | None = None
+
+
+def is_address(text: str) -> bool:
+    """Tell whether a text is an address, and not a registered name."""
+    return not all(c.isalnum() or c in "_-" for c in text)
+
+
+def find_model(address: str, progress: Progress = terminal_progress) -> FoundModel:
+    """Find a model by its address, and fetch it where it is not on this machine yet.
+
+    Args:
+        address: ``bundled:cube``, a path, ``package://NAME/PATH``, ``menagerie:NAME``,
+            ``fuel:OWNER/NAME`` with or without a version, or the URL of a model on Fuel.
+        progress: Told how far a download is.
+
+    Raises:
+        ModelError: When there is no such model, or it cannot be fetched; nothing is left of it.
+    """
+    text = address.strip()
+    match = _SCHEME.match(text)
+    scheme = match.group(1).lower() if match else ""
+    rest = text[len(scheme) + 1 :]
+    if not scheme or (scheme not in (*SCHEMES, "http", "file") and Path(text).exists()):
+        return _file(text, Path(text))
+    if scheme == "file":
+        return _file(text, Path(rest.removeprefix("//")))
+    if scheme == "package":
+        return _file(text, find_package_file(text))
+    if scheme == "bundled":
+        return _bundled(rest)
+    if scheme == "menagerie":
+        path = menagerie_file(rest, progress)
+        return FoundModel(f"menagerie:{rest}", _name(rest.partition("/")[0]), path, "mjcf")
+    if scheme in ("fuel", "http", "https"):
+        return _fuel(text, progress)
+    raise ModelError(
+        f"'{address}': unknown kind of address '{scheme}:'"
+        + did_you_mean(scheme, SCHEMES).replace("?", " (with a colon)?")
+    )
+
+
+def _bundled(name: str) -> FoundModel:
+    stem = name.removesuffix(".xml")
+    inside = f"{stem}.xml" if "/" in stem else f"{stem}/{stem}.xml"
+    try:
+        path = bundled_path(inside)
+    except BtManipError:
+        near = did_you_mean(stem, bundled_names())
+        raise ModelError(f"no bundled model '{name}'{near}") from None
+    return FoundModel(f"bundled:{name}", _name(path.stem), path, "mjcf")
+
+
+def bundled_names() -> list[str]:
+    """Name the models that travel with the package."""
+    files = bundled_root("models").glob("*/*.xml")
+    return sorted(path.stem for path in files if path.stem == path.parent.name)
+
+
+def _fuel(text: str, progress: Progress) -> FoundModel:
+    from bt_manip.models.fuel import FuelClient, fuel_address
+
+    found, folder = FuelClient(progress=progress).find(fuel_address(text))
+    return FoundModel(str(found), _name(found.name), sdf_file(folder), "sdf", folder)
+
+
+def _file(address: str, path: Path) -> FoundModel:
+    path = path.expanduser()
+    if path.is_dir() and (path / MODEL_CONFIG).is_file():
+        found = sdf_file(path)
+        return FoundModel(str(path.resolve()), _name(path.resolve().name), found, "sdf")
+    if not path.is_file():
+        beside = path.parent.iterdir() if path.parent.is_dir() else ()
+        near = [p.name for p in beside if p.suffix in (*SUFFIXES, ".xml")] if path.suffix else []
+        what = "a folder without model.config" if path.is_dir() else "there is no such file"
+        raise ModelError(f"'{address}': {what}{did_you_mean(path.name, near)}")
+    path = path.resolve()
+    return FoundModel(str(path), _name(path.stem), path, _format(path))
+
+
+def _format(path: Path) -> str:
+    known = SUFFIXES.get(path.suffix.lower())
+    if known is None and path.suffix.lower() == ".xml":
+        from bt_manip.models.hardened_xml import read_xml
+
+        known = {"mujoco": "mjcf", "robot": "urdf", "sdf": "sdf"}.get(str(read_xml(path).tag))
+    if known is None:
+        raise ModelError(
+            f"{path}: not a model; one is MJCF (.xml), .urdf, .sdf, .obj, .stl or .dae"
+        )
+    return known
+
+
+def _name(text: str) -> str:
+    """Make a name that a cell, MuJoCo and a tree can all carry."""
+    return re.sub(r"[^A-Za-z0-9_-]+", "_", text).strip("_") or "model"

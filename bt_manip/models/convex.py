@@ -1,0 +1,73 @@
+"""Convex parts of a mesh, to collide by; slow to find, so they are kept."""
+
+import hashlib
+import os
+import uuid
+from pathlib import Path
+
+import numpy as np
+
+from bt_manip.models.errors import ModelError
+from bt_manip.models.meshes import Mesh
+
+CACHE_VARIABLE = "BT_MANIP_CACHE"
+"""Environment variable with the folder where results are kept."""
+
+THRESHOLD = 0.05
+"""Concavity that is left, of the mesh's size."""
+
+
+def cache_root() -> Path:
+    """Give the folder where results are kept."""
+    if given := os.environ.get(CACHE_VARIABLE, ""):
+        return Path(given)
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "bt_manip"
+
+
+def can_decompose() -> bool:
+    """Tell whether what finds convex parts is installed."""
+    from importlib.util import find_spec
+
+    return find_spec("coacd") is not None
+
+
+def convex_parts(mesh: Mesh) -> list[Mesh]:
+    """Split a mesh into convex parts that together fill nearly the same space.
+
+    It takes tens of seconds; the parts are kept in the cache, by the mesh's content.
+
+    Raises:
+        ModelError: When coacd is not installed or fails.
+    """
+    digest = hashlib.sha256(mesh.vertices.tobytes() + mesh.faces.astype(np.int64).tobytes())
+    digest.update(f"coacd 1 {THRESHOLD}".encode())
+    path = cache_root() / "convex" / f"{digest.hexdigest()[:32]}.npz"
+    if path.is_file():
+        return _read(path)
+    parts = _decompose(mesh)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f".{uuid.uuid4().hex}.npz")
+    arrays = {f"v{i}": p.vertices for i, p in enumerate(parts)}
+    arrays |= {f"f{i}": p.faces for i, p in enumerate(parts)}
+    np.savez_compressed(part, allow_pickle=False, **arrays)
+    part.replace(path)
+    return parts
+
+
+def _decompose(mesh: Mesh) -> list[Mesh]:
+    if not can_decompose():
+        raise ModelError("convex parts need coacd: pip install 'bt-manip[convex]'")
+    import coacd
+
+    coacd.set_log_level("error")
+    try:
+        parts = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), threshold=THRESHOLD, seed=0)
+    except Exception as error:  # a C++ library, which raises what it likes
+        raise ModelError(f"no convex parts were found: {error}") from None
+    return [Mesh(np.asarray(v), np.asarray(f), watertight=True) for v, f in parts]
+
+
+def _read(path: Path) -> list[Mesh]:
+    with np.load(path, allow_pickle=False) as arrays:
+        count = len(arrays.files) // 2
+        return [Mesh(arrays[f"v{i}"], arrays[f"f{i}"], watertight=True) for i in range(count)]

@@ -1,0 +1,49 @@
+"""XML from others, read without anything that it could make a parser do."""
+
+from pathlib import Path
+
+from lxml import etree
+
+from bt_manip.models.errors import ModelError
+
+MAX_BYTES = 64 * 2**20
+"""Longest document that is read [bytes]."""
+
+
+def parse_xml(data: bytes, path: Path) -> etree._Element:
+    """Parse a document; one with a document type, and so with entities, is refused.
+
+    Args:
+        data: The document.
+        path: Where it is from, for messages.
+
+    Raises:
+        ModelError: When it is no XML, or more than elements, attributes and text.
+    """
+    if len(data) > MAX_BYTES:
+        raise ModelError(f"{path}: longer than {MAX_BYTES // 2**20} MB")
+    parser = etree.XMLParser(
+        resolve_entities=False, no_network=True, load_dtd=False, dtd_validation=False,
+        huge_tree=False, remove_comments=True, remove_pis=True,
+    )  # fmt: skip
+    try:
+        root = etree.fromstring(data, parser)
+    except etree.XMLSyntaxError as error:
+        line, column = error.position
+        raise ModelError(f"{path}:{line}:{column}: not XML: {error.msg}") from None
+    if root.getroottree().docinfo.doctype:
+        raise ModelError(f"{path}: a document type (DOCTYPE) is not allowed in a model")
+    return root
+
+
+def read_xml(path: Path) -> etree._Element:
+    """Read a file as `parse_xml` does.
+
+    Raises:
+        ModelError: When it cannot be read or is not such a document.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise ModelError(f"{path}: cannot be read: {error.strerror}") from None
+    return parse_xml(data, path)

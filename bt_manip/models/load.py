@@ -1,0 +1,50 @@
+"""From an address to a model that MuJoCo loads."""
+
+from bt_manip.models.address import FoundModel, find_model
+from bt_manip.models.errors import ModelError
+from bt_manip.models.mjcf_model import MjcfModel
+from bt_manip.models.progress import Progress, terminal_progress
+
+CONVEX = ("hull", "parts")
+"""What meshes collide by: their convex hull, or convex parts."""
+
+
+def load_model(
+    address: str, *, convex: str = "hull", progress: Progress = terminal_progress
+) -> MjcfModel:
+    """Find a model, fetch it where needed, and convert it to MJCF where it is something else.
+
+    Args:
+        address: As for `find_model`.
+        convex: What meshes collide by: their ``"hull"``, or convex ``"parts"`` of them.
+        progress: Told how far a download is.
+
+    Raises:
+        ModelError: When it cannot be found, fetched or converted.
+    """
+    if convex not in CONVEX:
+        raise ModelError(f"meshes collide by their 'hull' or by 'parts', not by '{convex}'")
+    return convert(find_model(address, progress), convex=convex, progress=progress)
+
+
+def convert(
+    found: FoundModel, *, convex: str = "hull", progress: Progress = terminal_progress
+) -> MjcfModel:
+    """Convert a model's file as `load_model` does.
+
+    Raises:
+        ModelError: When it cannot be.
+    """
+    if found.format == "sdf":
+        from bt_manip.models.sdf import convert_sdf
+
+        return convert_sdf(found, convex=convex, progress=progress)
+    if found.format == "urdf":
+        from bt_manip.models.urdf import convert_urdf
+
+        return convert_urdf(found)
+    if found.format == "mesh":
+        from bt_manip.models.lone_mesh import convert_mesh
+
+        return convert_mesh(found, convex=convex)
+    return MjcfModel(found.address, found.name, path=found.path)

@@ -1,0 +1,52 @@
+"""A mesh by itself as a model: one body of one material."""
+
+import numpy as np
+
+from bt_manip.models.address import FoundModel
+from bt_manip.models.errors import ModelError
+from bt_manip.models.mjcf_model import MjcfModel
+
+DENSITY = 1000.0
+"""Of what a mesh file is the surface of, unless told otherwise [kg/m^3]."""
+
+
+def convert_mesh(found: FoundModel, *, convex: str = "hull") -> MjcfModel:
+    """Make a body of a mesh; its mass is that of the enclosed volume.
+
+    Raises:
+        ModelError: When it cannot be read, or encloses no volume.
+    """
+    from lxml import etree
+
+    from bt_manip.models.meshes import read_mesh
+    from bt_manip.models.sdf.assets import Assets
+    from bt_manip.models.sdf.surfaces import SOLREF
+
+    mesh = read_mesh(found.path)
+    if not mesh.watertight:
+        raise ModelError(
+            f"{found.path}: the mesh is not watertight, so it has no volume and no mass; "
+            "close its holes, or give it mass and shape in an SDF or MJCF file"
+        )
+    assets = Assets()
+    seen = assets.seen((), mesh, found.name)
+    for element in assets.element.iter("mesh"):
+        element.set("inertia", "exact")
+    parts = assets.colliding((), mesh, found.name, convex)
+    rgba = np.array(mesh.colour or (0.7, 0.7, 0.7, 1.0))
+    material = assets.material(rgba, 0.1, 0.0)
+    root = etree.Element("mujoco", model=found.name)
+    etree.SubElement(root, "compiler", angle="radian", autolimits="true")
+    root.append(assets.element)
+    body = etree.SubElement(etree.SubElement(root, "worldbody"), "body", name=found.name)
+    etree.SubElement(
+        body, "geom", type="mesh", mesh=seen, group="2", contype="0", conaffinity="0",
+        density=str(DENSITY), material=material,
+    )  # fmt: skip
+    for i, part in enumerate(parts):
+        etree.SubElement(
+            body, "geom", name=f"collision{i}", type="mesh", mesh=part, group="3", mass="0",
+            solref=SOLREF, rgba="0.3 0.5 0.8 0.4",
+        )  # fmt: skip
+    xml = etree.tostring(root, encoding="unicode")
+    return MjcfModel(found.address, found.name, xml=xml, assets=assets.files)

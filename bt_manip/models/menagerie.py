@@ -1,0 +1,74 @@
+"""Models of MuJoCo Menagerie, by the package ``mujoco-menagerie``.
+
+That package keeps the cache, compares checksums, and knows ``MENAGERIE_ROOT`` (a folder of models
+to use instead), ``MENAGERIE_BASE_URL`` and ``MENAGERIE_CACHE_DIR``.
+"""
+
+import tarfile
+from pathlib import Path
+
+from bt_manip.exceptions import did_you_mean
+from bt_manip.models.errors import ModelError
+from bt_manip.models.progress import Progress, terminal_progress
+
+
+def menagerie_file(name: str, progress: Progress = terminal_progress) -> Path:
+    """Give the file of a model, downloaded on first use.
+
+    Args:
+        name: ``franka_emika_panda``, or ``franka_emika_panda/hand`` for another of its models.
+        progress: Told how far a download is.
+
+    Raises:
+        ModelError: When there is no such model, or what comes is not what was announced.
+    """
+    import mujoco_menagerie as menagerie
+
+    robot_name, _, entry = name.strip("/").partition("/")
+    try:
+        robot = menagerie.get(robot_name)
+    except menagerie.UnknownRobotError:
+        near = did_you_mean(robot_name, menagerie.names())
+        raise ModelError(f"no model '{robot_name}' in MuJoCo Menagerie{near}") from None
+    try:
+        file = robot.entry(entry or robot.default_model).file
+        path = robot.path(progress=progress) / file
+    except menagerie.UnknownEntryPointError:
+        near = did_you_mean(entry, robot.entry_names)
+        raise ModelError(f"'{robot_name}' of Menagerie has no model '{entry}'{near}") from None
+    except (menagerie.MenagerieError, tarfile.TarError, OSError, EOFError) as error:
+        raise ModelError(f"menagerie:{name} was not fetched: {error}") from None
+    if not path.is_file():
+        raise ModelError(f"menagerie:{name}: there is no file {path}")
+    return path
+
+
+def menagerie_names() -> list[str]:
+    """Name all models of Menagerie that the installed package knows."""
+    import mujoco_menagerie as menagerie
+
+    return menagerie.names()
+
+
+def is_cached(name: str) -> bool:
+    """Tell whether a model can be had without a network."""
+    import mujoco_menagerie as menagerie
+
+    cache, robot = menagerie.Cache(), menagerie.get(name)
+    if cache.root is not None:
+        return (cache.root / name).is_dir()
+    return cache.is_cached(robot)
+
+
+def remove(name: str) -> list[Path]:
+    """Delete a downloaded model; give what was deleted."""
+    import shutil
+
+    import mujoco_menagerie as menagerie
+
+    cache = menagerie.Cache()
+    path = cache.model_path(menagerie.get(name))
+    if not path.is_dir():
+        return []
+    shutil.rmtree(path)
+    return [path]

@@ -1,0 +1,63 @@
+"""Folders that ``package://`` and ``model://`` mean."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import unquote
+
+from bt_manip.exceptions import did_you_mean
+from bt_manip.models.errors import ModelError
+
+PACKAGE_VARIABLES = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "GZ_SIM_RESOURCE_PATH")
+"""Environment variables with places where packages lie, as ROS and Gazebo use them."""
+
+
+def find_package_file(uri: str, near: Path | None = None) -> Path:
+    """Find the file of ``package://NAME/PATH`` or ``model://NAME/PATH``.
+
+    A package is looked for around the file that names it, upwards, then in the places of the
+    environment, then in the current folder.
+
+    Args:
+        uri: What to find.
+        near: The file that it is named in.
+
+    Raises:
+        ModelError: When there is no such package, or no such file in it.
+    """
+    _, _, rest = unquote(uri).partition("://")
+    name, _, inside = rest.strip("/").partition("/")
+    if not name or ".." in Path(rest).parts:
+        raise ModelError(f"'{uri}': expected {uri.partition('://')[0]}://NAME/PATH")
+    known: list[str] = []
+    for folder in _places(name, near):
+        known.append(folder.name)
+        if folder.name == name and (folder / inside).exists():
+            return folder / inside
+    if name not in known:
+        variables = ", ".join(PACKAGE_VARIABLES)
+        raise ModelError(
+            f"'{uri}': no package '{name}' near the file, in {variables}, or here"
+            + did_you_mean(name, known)
+        )
+    raise ModelError(f"'{uri}': there is no '{inside}' in the package")
+
+
+def _places(name: str, near: Path | None) -> Iterator[Path]:
+    """Go through the folders that could be the package, and those beside them."""
+    if near is not None:
+        for parent in near.resolve().parents:
+            if parent.name == name:
+                yield parent
+            if (parent / name).is_dir():
+                yield parent / name
+    for variable in PACKAGE_VARIABLES:
+        for text in filter(None, os.environ.get(variable, "").split(os.pathsep)):
+            place = Path(text)
+            if place.name == name:
+                yield place
+            for base in (place, place / "share"):
+                if base.is_dir():
+                    yield from (folder for folder in sorted(base.iterdir()) if folder.is_dir())
+    if Path(name).is_dir():
+        yield Path(name).resolve()

@@ -1,0 +1,3 @@
+"""SDF, Gazebo's format, turned into MJCF."""
+
+from bt_manip.models.sdf.convert import convert_sdf as convert_sdf

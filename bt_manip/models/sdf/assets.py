@@ -1,0 +1,82 @@
+"""Meshes and materials that shapes share."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+from lxml import etree
+
+from bt_manip.models.convex import convex_parts
+from bt_manip.models.meshes import Mesh, read_mesh
+from bt_manip.models.sdf.reader import Element
+
+
+class Assets:
+    """The ``<asset>`` of a model, and the files that it names."""
+
+    def __init__(self) -> None:
+        """Begin with nothing."""
+        self.element: Element = etree.Element("asset")
+        self.files: dict[str, bytes] = {}
+        self._meshes: dict[tuple[object, ...], Mesh] = {}
+        self._names: dict[tuple[object, ...], list[str]] = {}
+        self._materials: dict[tuple[float, ...], str] = {}
+
+    def mesh(self, path: Path, submesh: str, centred: bool) -> Mesh:
+        """Read a mesh, once.
+
+        Raises:
+            ModelError: When it cannot be read.
+        """
+        key = (path, submesh, centred)
+        if key not in self._meshes:
+            self._meshes[key] = read_mesh(path, submesh, centred)
+        return self._meshes[key]
+
+    def seen(self, key: tuple[object, ...], mesh: Mesh, stem: str) -> str:
+        """Add a mesh to look at; give its name."""
+        # The volume of what is only seen may be nothing: its surface is enough.
+        return self._add(("seen", *key), [mesh], stem, "shell")[0]
+
+    def colliding(self, key: tuple[object, ...], mesh: Mesh, stem: str, convex: str) -> list[str]:
+        """Add a mesh to collide with, as its hull or in parts; give the names.
+
+        Raises:
+            ModelError: When its parts cannot be found.
+        """
+        known = ("collides", convex, *key)
+        if known in self._names:
+            return self._names[known]
+        parts = convex_parts(mesh) if convex == "parts" else [mesh]
+        return self._add(known, parts, stem, "convex")
+
+    def material(self, rgba: np.ndarray, specular: float, emission: float) -> str:
+        """Add a material; give its name."""
+        key = (*(float(c) for c in rgba), specular, emission)
+        if key not in self._materials:
+            name = f"material{len(self._materials)}"
+            self._materials[key] = name
+            etree.SubElement(
+                self.element, "material", name=name, rgba=_numbers(rgba),
+                specular=f"{specular:.9g}", emission=f"{emission:.9g}",
+            )  # fmt: skip
+        return self._materials[key]
+
+    def _add(
+        self, key: tuple[object, ...], meshes: list[Mesh], stem: str, inertia: str
+    ) -> list[str]:
+        if key not in self._names:
+            names = []
+            for mesh in meshes:
+                plain = re.sub(r"[^A-Za-z0-9_-]+", "_", stem)
+                name = f"{plain}_{len(self.files)}"
+                self.files[f"{name}.obj"] = mesh.to_obj()
+                attributes = {"name": name, "file": f"{name}.obj", "inertia": inertia}
+                etree.SubElement(self.element, "mesh", attributes)
+                names.append(name)
+            self._names[key] = names
+        return self._names[key]
+
+
+def _numbers(values: np.ndarray) -> str:
+    return " ".join(f"{value:.9g}" for value in values)

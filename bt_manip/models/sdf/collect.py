@@ -1,0 +1,104 @@
+"""Gathering the links, joints and frames of a model, and of the models in it."""
+
+from bt_manip.models.errors import ModelError
+from bt_manip.models.sdf.reader import Element, SdfReader
+from bt_manip.models.sdf.scopes import MODEL, SEPARATOR, Frame, Scopes
+from bt_manip.models.sdf.uris import FetchFuel, included_file
+
+_DEPTH = 16
+_KNOWN = {
+    "pose", "link", "joint", "frame", "model", "include", "static", "self_collide",
+    "allow_auto_disable", "enable_wind",
+}  # fmt: skip
+_KNOWN_INCLUDE = {"uri", "name", "pose", "static", "placement_frame"}
+
+
+class Collector:
+    """Walks through a model once."""
+
+    def __init__(self, reader: SdfReader, fetch: FetchFuel) -> None:
+        """Begin with nothing gathered."""
+        self._reader = reader
+        self._fetch = fetch
+        self.scopes = Scopes(reader)
+
+    def collect(self, model: Element) -> Scopes:
+        """Gather everything of a model.
+
+        Raises:
+            ModelError: When the document is wrong, or names what is not there.
+        """
+        pose = model.find("pose")
+        if not self._reader.pose(pose).isIdentity(1e-12):
+            assert pose is not None
+            self._reader.warn(pose, "the model's own pose is left out: who places it decides")
+        placement = model.get("placement_frame", "")
+        T = self._reader.pose(None)
+        self.scopes.add(MODEL, Frame("model", model, "", T, placement=placement))
+        self._inside(model, "", 0)
+        return self.scopes
+
+    def _inside(self, model: Element, scope: str, depth: int) -> None:
+        reader = self._reader
+        if depth > _DEPTH:
+            raise reader.error(model, f"models inside models, more than {_DEPTH} deep")
+        reader.only(model, _KNOWN)
+        for element in model:
+            if element.tag == "include":
+                self._include(element, scope, depth)
+            elif element.tag == "model":
+                self._nested(element, element, scope, self._name(element), depth)
+            elif element.tag in ("link", "joint", "frame"):
+                self._frame(element, scope)
+
+    def _frame(self, element: Element, scope: str) -> None:
+        pose = element.find("pose")
+        self.scopes.add(
+            scope + self._name(element),
+            Frame(
+                element.tag, element, scope, self._reader.pose(pose),
+                relative_to="" if pose is None else pose.get("relative_to", ""),
+                attached_to=element.get("attached_to", ""),
+            ),
+        )  # fmt: skip
+
+    def _nested(self, model: Element, placed: Element, scope: str, name: str, depth: int) -> None:
+        """Take in a model in the model; `placed` is what says where."""
+        pose = placed.find("pose")
+        if pose is None:
+            pose = model.find("pose")
+        placement = placed.get("placement_frame") or self._reader.text(placed, "placement_frame")
+        frame = Frame(
+            "model", model, scope, self._reader.pose(pose),
+            relative_to="" if pose is None else pose.get("relative_to", ""),
+            placement=placement or model.get("placement_frame", ""),
+        )  # fmt: skip
+        if self._reader.flag(placed, "static") and not self._static_root(model):
+            self._reader.warn(placed, "<static> of a model in a model cannot be expressed")
+        self.scopes.add(scope + name + SEPARATOR + MODEL, frame)
+        self._inside(model, scope + name + SEPARATOR, depth + 1)
+
+    def _include(self, include: Element, scope: str, depth: int) -> None:
+        reader = self._reader
+        reader.only(include, _KNOWN_INCLUDE)
+        if include.get("merge", "false").lower() in ("true", "1"):
+            reader.warn(include, "merge='true' is read as a model in the model")
+        uri = reader.text(include, "uri")
+        if depth >= _DEPTH:
+            raise reader.error(include, f"models inside models, more than {_DEPTH} deep")
+        try:
+            found = included_file(uri, reader.document(include), self._fetch)
+        except ModelError as error:
+            raise reader.error(include, str(error)) from None
+        model = reader.open_model(found.path, found.root)
+        name = reader.text(include, "name") or self._name(model)
+        self._nested(model, include, scope, name, depth)
+
+    def _static_root(self, model: Element) -> bool:
+        return self._reader.flag(model, "static") and model.getparent() is None
+
+    def _name(self, element: Element) -> str:
+        name = element.get("name", "").strip()
+        if not name:
+            raise self._reader.error(element, f"<{element.tag}> has no name")
+        return name

@@ -1,0 +1,165 @@
+"""The frames of a model and of the models in it: who is relative to whom.
+
+SDF 1.7 and later: links, joints, frames and nested models are frames; each has a pose relative to
+another one, found by its name in the model where it stands (``inner::link`` looks into a nested
+one). http://sdformat.org/tutorials?tut=pose_frame_semantics
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import pinocchio as pin
+
+from bt_manip.exceptions import did_you_mean
+from bt_manip.models.sdf.reader import Element, SdfReader
+
+MODEL = "__model__"
+WORLD = "world"
+SEPARATOR = "::"
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A frame as the document has it.
+
+    Attributes:
+        kind: ``"model"``, ``"link"``, ``"joint"`` or ``"frame"``.
+        element: What it is in the document.
+        scope: Prefix of the names that it may use, such as ``"arm::"``.
+        T: Its pose relative to another frame.
+        relative_to: Name of that frame; empty for the default of its kind.
+        attached_to: For frames, what they move with.
+        placement: For models, the frame of it that is at the pose.
+    """
+
+    kind: str
+    element: Element
+    scope: str
+    T: pin.SE3
+    relative_to: str = ""
+    attached_to: str = ""
+    placement: str = ""
+
+
+class Scopes:
+    """All frames of a model by their whole names, and their poses."""
+
+    def __init__(self, reader: SdfReader) -> None:
+        """Begin with no frames."""
+        self._reader = reader
+        self._frames: dict[str, Frame] = {}
+        self._busy: list[tuple[str, str]] = []
+
+    def add(self, name: str, frame: Frame) -> None:
+        """Take in a frame by its whole name.
+
+        Raises:
+            ModelError: When the name is taken, or is none.
+        """
+        own = name.rpartition(SEPARATOR)[2]
+        if not own or own in (WORLD, "") or "/" in own:
+            raise self._reader.error(frame.element, f"'{own}' cannot be a name")
+        if name in self._frames or name + SEPARATOR + MODEL in self._frames:
+            raise self._reader.error(frame.element, f"the name '{own}' is used twice")
+        self._frames[name] = frame
+
+    def of_kind(self, kind: str) -> Iterator[tuple[str, Frame]]:
+        """Go through the frames of a kind, in the document's order."""
+        return ((name, f) for name, f in self._frames.items() if f.kind == kind)
+
+    def whole_name(self, scope: str, name: str, element: Element) -> str:
+        """Find what a name means in a scope.
+
+        Raises:
+            ModelError: When nothing there has that name.
+        """
+        if name == WORLD:
+            return WORLD
+        for candidate in (scope + name, scope + name + SEPARATOR + MODEL):
+            if candidate in self._frames:
+                return candidate
+        known = [n.removeprefix(scope) for n in self._frames if n.startswith(scope)]
+        near = did_you_mean(name, known)
+        raise self._reader.error(element, f"there is no frame '{name}' in the model{near}")
+
+    def pose(self, name: str, origin: str = MODEL) -> pin.SE3:
+        """Give the pose of a frame seen from another one that it depends on.
+
+        Raises:
+            ModelError: When frames are relative to each other in a circle.
+        """
+        if name in (origin, WORLD):
+            return pin.SE3.Identity()
+        frame = self._frames[name]
+        if (name, origin) in self._busy:
+            raise self._reader.error(frame.element, f"'{name}' is relative to itself, in a circle")
+        if name == MODEL:
+            raise self._reader.error(frame.element, "a placement frame outside of its model")
+        self._busy.append((name, origin))
+        T = self.pose(self._base(frame), origin) * frame.T
+        if frame.placement:
+            inner = self._inner(name, frame)
+            T = T * self.pose(inner, name).inverse()
+        self._busy.pop()
+        return T
+
+    def root_placement(self) -> pin.SE3:
+        """Give the pose of the whole model's placement frame in it."""
+        frame = self._frames[MODEL]
+        return self.pose(self._inner(MODEL, frame)) if frame.placement else pin.SE3.Identity()
+
+    def local(self, link: str, pose: Element | None) -> pin.SE3:
+        """Read a pose in a link: of a visual, a collision, an inertia.
+
+        Raises:
+            ModelError: When it is none.
+        """
+        T = self._reader.pose(pose)
+        if pose is None or not pose.get("relative_to"):
+            return T
+        base = self.whole_name(self._frames[link].scope, pose.get("relative_to", ""), pose)
+        return self.pose(link).inverse() * self.pose(base) * T
+
+    def link_of(self, name: str) -> str:
+        """Give the link that a frame moves with, or the world.
+
+        Raises:
+            ModelError: When there is none.
+        """
+        for _ in range(len(self._frames) + 1):
+            if name == WORLD:
+                return WORLD
+            frame = self._frames[name]
+            if frame.kind == "link":
+                return name
+            if frame.kind == "joint":
+                name = self._named(frame, self._reader.text(frame.element, "child"))
+            elif frame.kind == "frame":
+                name = self._named(frame, frame.attached_to or MODEL)
+            else:
+                inside = name.removesuffix(MODEL)
+                canonical = frame.element.get("canonical_link", "")
+                if canonical:
+                    name = self.whole_name(inside, canonical, frame.element)
+                else:
+                    links = [n for n, _ in self.of_kind("link") if n.startswith(inside)]
+                    if not links:
+                        raise self._reader.error(frame.element, "a model without links")
+                    name = links[0]
+        raise self._reader.error(frame.element, "frames are attached to each other in a circle")
+
+    def _named(self, frame: Frame, name: str) -> str:
+        return self.whole_name(frame.scope, name, frame.element)
+
+    def _inner(self, name: str, frame: Frame) -> str:
+        return self.whole_name(name.removesuffix(MODEL), frame.placement, frame.element)
+
+    def _base(self, frame: Frame) -> str:
+        """Give the frame that a frame's pose is relative to."""
+        if frame.relative_to:
+            return self._named(frame, frame.relative_to)
+        if frame.kind == "joint":
+            return self._named(frame, self._reader.text(frame.element, "child"))
+        if frame.kind == "frame" and frame.attached_to:
+            return self._named(frame, frame.attached_to)
+        return frame.scope + MODEL

@@ -1,0 +1,150 @@
+"""Shapes of SDF as geoms of MJCF."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.models.errors import ModelError
+from bt_manip.models.meshes import Mesh
+from bt_manip.models.sdf.assets import Assets
+from bt_manip.models.sdf.reader import Element, SdfReader
+from bt_manip.models.sdf.uris import FetchFuel, find_file
+
+_PLANE_HALF_THICKNESS = 5e-4  # [m]
+
+
+class Shape(NamedTuple):
+    """A geom without the place of what it belongs to.
+
+    Attributes:
+        attributes: Type and measures, as MJCF has them.
+        T: Where it is in the frame of the visual or collision.
+        rgba: The colour of a mesh's own file.
+    """
+
+    attributes: dict[str, object]
+    T: pin.SE3
+    rgba: tuple[float, ...] | None = None
+
+
+class ShapeReader:
+    """Reads ``<geometry>``."""
+
+    def __init__(self, reader: SdfReader, assets: Assets, fetch: FetchFuel, convex: str) -> None:
+        """Put meshes into `assets`; make them convex as `convex` says."""
+        self._reader = reader
+        self._assets = assets
+        self._fetch = fetch
+        self._convex = convex
+
+    def read(self, element: Element, *, collides: bool, static: bool) -> list[Shape]:
+        """Give the geoms of a visual's or collision's geometry; none where there is no such.
+
+        Raises:
+            ModelError: When a measure is missing or wrong, or a mesh cannot be read.
+        """
+        geometry = element.find("geometry")
+        shapes = [] if geometry is None else [c for c in geometry if c.tag != "empty"]
+        if geometry is None:
+            raise self._reader.error(element, f"<{element.tag}> has no <geometry>")
+        if not shapes:
+            return []
+        shape = shapes[0]
+        method = getattr(self, f"_{shape.tag}", None)
+        if method is None:
+            self._reader.warn(shape, f"the shape <{shape.tag}> cannot be expressed; left out")
+            return []
+        if shape.tag == "mesh":
+            return self._mesh(shape, collides)
+        if shape.tag == "plane":
+            return self._plane(shape, static)
+        attributes = method(shape)
+        return [Shape(attributes, pin.SE3.Identity())] if attributes else self._cones(shape)
+
+    def _box(self, shape: Element) -> dict[str, object]:
+        return {"type": "box", "size": self._lengths(shape, "size", (1, 1, 1)) / 2}
+
+    def _sphere(self, shape: Element) -> dict[str, object]:
+        return {"type": "sphere", "size": self._lengths(shape, "radius", (1,))}
+
+    def _cylinder(self, shape: Element) -> dict[str, object]:
+        return {"type": "cylinder", "size": self._radius_and_half(shape, 1.0, 1.0)}
+
+    def _capsule(self, shape: Element) -> dict[str, object]:
+        # In both formats the length is that of the part between the balls.
+        return {"type": "capsule", "size": self._radius_and_half(shape, 0.5, 1.0)}
+
+    def _ellipsoid(self, shape: Element) -> dict[str, object]:
+        return {"type": "ellipsoid", "size": self._lengths(shape, "radii", (1, 1, 1))}
+
+    def _cone(self, shape: Element) -> dict[str, object]:
+        return {}
+
+    def _cones(self, shape: Element) -> list[Shape]:
+        """Make a cone, which MuJoCo does not have, of triangles; its middle is at the origin."""
+        radius, half = self._radius_and_half(shape, 0.5, 1.0)
+        n = 48
+        angles = np.arange(n) * 2 * np.pi / n
+        rim = np.column_stack([radius * np.cos(angles), radius * np.sin(angles), np.full(n, -half)])
+        vertices = np.vstack([rim, [[0, 0, -half], [0, 0, half]]])
+        i, j = np.arange(n), (np.arange(n) + 1) % n
+        base = np.column_stack([j, i, np.full(n, n)])
+        side = np.column_stack([i, j, np.full(n, n + 1)])
+        mesh = Mesh(vertices, np.vstack([base, side]), watertight=True)
+        name = self._assets.colliding(("cone", radius, half), mesh, "cone", "hull")[0]
+        return [Shape({"type": "mesh", "mesh": name}, pin.SE3.Identity())]
+
+    def _plane(self, shape: Element, static: bool) -> list[Shape]:
+        normal = self._reader.vector(shape, "normal", (0, 0, 1))
+        if np.linalg.norm(normal) < 1e-9:
+            raise self._reader.error(shape, "a plane's normal of zeros")
+        T = pin.SE3(
+            pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), normal).matrix(), np.zeros(3)
+        )
+        half = self._lengths(shape, "size", (1, 1)) / 2
+        if static:
+            return [Shape({"type": "plane", "size": [*half, 1.0]}, T)]
+        self._reader.warn(shape, "MuJoCo's planes do not move: it becomes a thin box")
+        below = pin.SE3(np.eye(3), np.array([0.0, 0.0, -_PLANE_HALF_THICKNESS]))
+        return [Shape({"type": "box", "size": [*half, _PLANE_HALF_THICKNESS]}, T * below)]
+
+    def _mesh(self, shape: Element, collides: bool) -> list[Shape]:
+        reader = self._reader
+        reader.only(shape, {"uri", "scale", "submesh", "convex_decomposition"})
+        uri = reader.text(shape, "uri")
+        try:
+            path = find_file(uri, reader.document(shape), self._fetch).path
+            submesh = reader.text(shape, "submesh/name")
+            centred = reader.flag(shape, "submesh/center")
+            mesh = self._assets.mesh(path, submesh, centred)
+            scale = reader.vector(shape, "scale", (1, 1, 1))
+            if not scale.all():
+                raise reader.error(shape, "a mesh with a scale of 0")
+            key = (path, submesh, centred, *scale.tolist())
+            scaled = mesh.scaled(scale)
+            if not collides:
+                names = [self._assets.seen(key, scaled, path.stem)]
+            else:
+                parts = shape.get("optimization") == "convex_decomposition"
+                convex = "parts" if parts else self._convex
+                names = self._assets.colliding(key, scaled, path.stem, convex)
+        except ModelError as error:
+            if str(error).startswith(reader.where(shape)):
+                raise
+            raise reader.error(shape, str(error)) from None
+        T = pin.SE3.Identity()
+        return [Shape({"type": "mesh", "mesh": name}, T, mesh.colour) for name in names]
+
+    def _radius_and_half(self, shape: Element, radius: float, length: float) -> np.ndarray:
+        lengths = self._lengths(shape, "radius", (radius,)), self._lengths(
+            shape, "length", (length,)
+        )  # fmt: skip
+        return np.array([lengths[0][0], lengths[1][0] / 2])
+
+    def _lengths(self, shape: Element, tag: str, default: tuple[float, ...]) -> np.ndarray:
+        """Read measures, all of which must be positive."""
+        values = self._reader.vector(shape, tag, default)
+        if (values <= 0).any():
+            raise self._reader.error(shape, f"<{tag}> of a <{shape.tag}> must be positive [m]")
+        return values

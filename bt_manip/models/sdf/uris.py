@@ -1,0 +1,87 @@
+"""Files that an SDF document names."""
+
+from collections.abc import Callable
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+from bt_manip.models.errors import ModelError
+from bt_manip.models.model_config import sdf_file
+from bt_manip.models.packages import find_package_file
+from bt_manip.models.sdf.reader import Document
+
+FetchFuel = Callable[[str], Path]
+"""Gives the folder of a model by its Fuel address."""
+
+
+def find_file(uri: str, document: Document, fetch: FetchFuel) -> Document:
+    """Find what a URI in a document means.
+
+    A document from the network may name files in its own folder, and other models on Fuel, and
+    nothing else.
+
+    Args:
+        uri: A relative path, ``model://``, ``package://``, ``file://``, or an address on Fuel.
+        document: Where it is written.
+        fetch: Gives models of Fuel.
+
+    Raises:
+        ModelError: When there is no such file, or it may not be named.
+    """
+    path, root = document
+    scheme = urlsplit(uri).scheme.lower() if "://" in uri else ""
+    if scheme in ("http", "https"):
+        address, _, inside = uri.partition("/files/")
+        folder = fetch(address)
+        return _inside(uri, folder / unquote(inside), folder)
+    if scheme in ("model", "package"):
+        own, rest = _own_folder(uri, document)
+        if own is not None:
+            return _inside(uri, own / rest, root or own) if root else Document(own / rest, None)
+        if root is not None:
+            raise ModelError(f"'{uri}': a model from the network may not name other folders")
+        return Document(find_package_file(uri, path), None)
+    if scheme not in ("", "file"):
+        raise ModelError(f"'{uri}': unknown kind of address '{scheme}:'")
+    named = Path(unquote(uri.removeprefix("file://")) if scheme else uri)
+    found = path.parent / named
+    return _inside(uri, found, root) if root is not None else Document(found, None)
+
+
+def included_file(uri: str, document: Document, fetch: FetchFuel) -> Document:
+    """Find the document that an ``<include>`` means: a file, or a model's folder.
+
+    Raises:
+        ModelError: When there is none.
+    """
+    found = find_file(uri, document, fetch)
+    if found.path.is_dir():
+        return Document(sdf_file(found.path), found.root)
+    if not found.path.is_file():
+        raise ModelError(f"'{uri}': there is no such file")
+    return found
+
+
+def _inside(uri: str, path: Path, root: Path) -> Document:
+    if not path.resolve().is_relative_to(root.resolve()):
+        raise ModelError(f"'{uri}': leaves the model's folder")
+    return Document(path, root)
+
+
+def _own_folder(uri: str, document: Document) -> tuple[Path | None, str]:
+    """Tell whether a URI names the model that it stands in; give the folder and the rest.
+
+    In the cache of Fuel the folder above is the version, and the one above that has the name in
+    lower case.
+    """
+    name, _, rest = unquote(uri.partition("://")[2]).partition("/")
+    if ".." in Path(rest).parts:
+        raise ModelError(f"'{uri}': leaves the model's folder")
+    for folder in list(document.path.parents)[:4]:
+        named = folder.parent if folder.name.isdigit() else folder
+        if _plain(named.name) == _plain(name):
+            return folder, rest
+    return None, rest
+
+
+def _plain(name: str) -> str:
+    return name.lower().replace("_", " ")
