@@ -56,6 +56,7 @@ from bt_manip.bt.ports import InOut as InOut
 from bt_manip.bt.ports import Input as Input
 from bt_manip.bt.ports import Output as Output
 from bt_manip.bt.registry import BehaviourRegistry as BehaviourRegistry
+from bt_manip.bt.reload import TreeWatch as TreeWatch
 from bt_manip.bt.remarks import Comment as Comment
 from bt_manip.bt.remarks import as_written as as_written
 from bt_manip.bt.status import NodeStatus as NodeStatus

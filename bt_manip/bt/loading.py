@@ -224,7 +224,7 @@ def _read(
         scope = _scope(blackboard)
         root = builder.build(main, place)
         if root is not None:
-            tree = _bound(root, builder, problems, document, registry, clock, scope, main)
+            tree = _bound(root, builder, problems, document, registry, clock, scope, main, strict)
         if strict:
             check_unused(document, main, builder.built, problems)
             if tree is not None and not problems.errors:
@@ -265,9 +265,12 @@ def _bound(
     clock: Clock,
     scope: Blackboard,
     tree_id: str,
+    strict: bool,
 ) -> Tree | None:
     def report(node: Any, port: str, error: BtManipError) -> None:
         element = builder.places.get(id(node))
+        if strict and port and element is not None and port not in element.attributes:
+            return  # a port that is missing was reported already
         place = Place(document.file, 1, 1) if element is None else element.place
         if element is not None and port in element.attributes:
             place = element.attributes[port].value_place

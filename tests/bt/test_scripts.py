@@ -112,7 +112,7 @@ def test_a_long_chain_of_operators_is_no_nesting():
         ("nope", "variable not found: nope"),
         ("nope = 1", r"does not exist; \[:=\] would create it"),
         ("1 + 'a'", r"operator \[\+\] does not take"),
-        ("1 .. 2", "at least one operand must be a text"),
+        ("a := 1 .. 2", r"right operand .* is nothing: \[..\] joins texts"),
         ("'a' && 1", "does not take"),
         ("!'a'", "needs a number"),
         ("2 && 1", "no truth value"),

@@ -17,7 +17,15 @@ from bt_manip.exceptions import PortError
 class SubTree(Decorator):
     """Tick the root of another tree, which sees only what is handed to it.
 
-    What the child returns is returned. The keys of the outer scope that the inner tree may see are
+    | child   | what happens        |
+    |---------|---------------------|
+    | SUCCESS | SUCCESS             |
+    | FAILURE | FAILURE             |
+    | RUNNING | RUNNING             |
+    | SKIPPED | SKIPPED             |
+    | halt    | the child is halted |
+
+    The keys of the outer scope that the inner tree may see are
     given as remaps: ``target="{cube}"`` lets ``{target}`` inside mean ``{cube}`` outside; any
     other value is a constant of the inner scope.
     """

@@ -17,6 +17,7 @@ Value = tuple[Any, PortType]
 """A value and its type."""
 
 NUMBERS: Final = ("integer", "real")
+_NOTHING: Final = PortType("nothing: [..] joins texts, and both operands are numbers", None)
 EPSILON: Final = 2.0**-23
 """Numbers that differ by no more are equal: the rounding error of single precision."""
 
@@ -40,7 +41,7 @@ def is_true(value: Value) -> bool:
     """
     content, type = value
     if content is EMPTY:
-        raise ScriptError("the value of the condition was never written")
+        raise ScriptError(f"the value of the condition {_missing(value)}")
     if type.family not in NUMBERS:
         raise ScriptError(f"{content!r} is neither true nor false")
     try:
@@ -169,7 +170,7 @@ def _calculate(symbol: str, left: Value, right: Value) -> Value:
     if symbol == "/":
         return divide(a, b), DOUBLE
     if symbol == "..":
-        raise ScriptError("operator [..] joins texts: at least one operand must be a text")
+        return EMPTY, _NOTHING
     if symbol in ("&&", "||"):
         one, other = is_true(left), is_true(right)
         return float(one and other if symbol == "&&" else one or other), DOUBLE
@@ -240,7 +241,11 @@ def _compare(symbol: str, left: Value, right: Value, enums: Mapping[str, int]) -
 def _check_written(symbol: str, left: Value, right: Value) -> None:
     for side, value in (("left", left), ("right", right)):
         if value[0] is EMPTY:
-            raise ScriptError(f"the {side} operand of operator [{symbol}] was never written")
+            raise ScriptError(f"the {side} operand of operator [{symbol}] {_missing(value)}")
+
+
+def _missing(value: Value) -> str:
+    return f"is {value[1].name}" if value[1] is _NOTHING else "was never written"
 
 
 def ternary(condition: Expression, then: Expression, otherwise: Expression) -> Expression:
@@ -274,7 +279,7 @@ def assignment(target: Expression, symbol: str, source: Expression) -> Expressio
                 raise ScriptError(str(error)) from None
         value = source(env)
         if value[0] is EMPTY:
-            raise ScriptError(f"the right operand of operator [{symbol}] was never written")
+            raise ScriptError(f"the right operand of operator [{symbol}] {_missing(value)}")
         try:
             if symbol in (":=", "="):
                 _assign(entry, value, env.enums)

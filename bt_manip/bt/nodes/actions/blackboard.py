@@ -19,8 +19,8 @@ class SetBlackboard(SyncAction):
     | halt | nothing                                               |
     """
 
-    value = Input(doc="Value to be written into the output_key")
-    output_key = InOut(doc="Name of the blackboard entry where the value should be written")
+    value = Input(doc="a text, or {key} for the value of another entry")
+    output_key = InOut(doc="name of the entry, or {key} for an entry that holds the name")
 
     def _tick(self) -> NodeStatus:
         key = self.read_port("output_key", STRING)
@@ -74,7 +74,7 @@ class UnsetBlackboard(SyncAction):
     | halt | nothing                               |
     """
 
-    key = Input(str, doc="Key of the entry to remove")
+    key = Input(str, doc="name of the entry")
 
     def _tick(self) -> NodeStatus:
         self.scope.unset(self.key)
@@ -90,7 +90,7 @@ class WasEntryUpdated(Watching, SyncAction):
     """
 
     memory: ClassVar = ("_seen",)
-    entry = Input(ANY, doc="Entry to check")
+    entry = Input(ANY, doc="the entry that is watched")
 
     def _tick(self) -> NodeStatus:
         if self._was_updated():

@@ -14,7 +14,7 @@ class Script(ScriptPort, SyncAction):
     | halt | nothing                                                 |
     """
 
-    code = Input(str, doc="Piece of code that can be parsed")
+    code = Input(str, doc="the script")
 
     def _tick(self) -> NodeStatus:
         script = self._script()
@@ -31,7 +31,7 @@ class ScriptCondition(ScriptPort, Condition):
     | halt | nothing                                                                      |
     """
 
-    code = Input(doc="Piece of code that can be parsed. Must return false or true")
+    code = Input(doc="the script; its value decides")
 
     def _tick(self) -> NodeStatus:
         if self._is_true(self._script()):

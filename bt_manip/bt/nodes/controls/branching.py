@@ -18,13 +18,14 @@ class _Branching(Control):
 class IfThenElse(_Branching):
     """Ask the first child once, then tick the second one or the third one.
 
-    | child     | what happens                                                      |
-    |-----------|-------------------------------------------------------------------|
-    | condition | SUCCESS chooses the second child, FAILURE the third one, or       |
-    |           | FAILURE if there is none; RUNNING is RUNNING; SKIPPED is an error |
-    | branch    | RUNNING is RUNNING, and the condition is not asked again;         |
-    |           | else all are reset, and its status is returned, SKIPPED too       |
-    | halt      | the running child is halted; the condition is asked again         |
+    | child   | what happens                                                        |
+    |---------|---------------------------------------------------------------------|
+    | SUCCESS | of the condition: the second child is ticked; of a branch: SUCCESS  |
+    | FAILURE | of the condition: the third child is ticked, or FAILURE if there is |
+    |         | none; of a branch: FAILURE                                          |
+    | RUNNING | RUNNING; while a branch runs, the condition is not asked again      |
+    | SKIPPED | of the condition: an error; of a branch: SKIPPED                    |
+    | halt    | the running child is halted; the condition is asked again           |
     """
 
     memory: ClassVar = ("_branch",)
@@ -61,13 +62,15 @@ class IfThenElse(_Branching):
 class WhileDoElse(_Branching):
     """Ask the first child at every tick; tick the second one, or else the third one.
 
-    | child     | what happens                                                      |
-    |-----------|-------------------------------------------------------------------|
-    | condition | SUCCESS halts the third child and ticks the second one; FAILURE   |
-    |           | halts the second one and ticks the third one, or is FAILURE if    |
-    |           | there is none; RUNNING is RUNNING; SKIPPED is an error            |
-    | branch    | RUNNING is RUNNING; else all are reset, and its status returned   |
-    | halt      | the running children are halted                                   |
+    | child   | what happens                                                        |
+    |---------|---------------------------------------------------------------------|
+    | SUCCESS | of the condition: the third child is halted, the second one ticked; |
+    |         | of a branch: all are reset, SUCCESS                                 |
+    | FAILURE | of the condition: the second child is halted and the third one      |
+    |         | ticked, or FAILURE if there is none; of a branch: FAILURE           |
+    | RUNNING | RUNNING                                                             |
+    | SKIPPED | of the condition: an error; of a branch: SKIPPED                    |
+    | halt    | the running children are halted                                     |
     """
 
     def _tick(self) -> NodeStatus:

@@ -60,12 +60,8 @@ class Parallel(_Counting):
     """
 
     memory: ClassVar = ("_completed", "_failures", "_successes")
-    success_count = Input(
-        int, default=-1, doc="number of children that need to succeed to trigger a SUCCESS"
-    )
-    failure_count = Input(
-        int, default=1, doc="number of children that need to fail to trigger a FAILURE"
-    )
+    success_count = Input(int, default=-1, doc="how many children must succeed; -1 means all")
+    failure_count = Input(int, default=1, doc="how many failures end it; -1 means all")
 
     def _clear(self) -> None:
         super()._clear()
@@ -120,8 +116,7 @@ class ParallelAll(_Counting):
     max_failures = Input(
         int,
         default=1,
-        doc="If the number of children returning FAILURE exceeds this value, "
-        "ParallelAll returns FAILURE",
+        doc="how many failures make it fail; -1 means all",
     )
 
     def _tick(self) -> NodeStatus:

@@ -27,7 +27,7 @@ class TryCatch(Control):
     catch_on_halt = Input(
         bool,
         default=False,
-        doc="If true, execute the catch child when the node is halted during the try-block",
+        doc="tick the last child also when the others are halted",
     )
     _index = 0
     _skipped = 0

@@ -150,7 +150,7 @@ def _loop(name: str, item: PortType, items: PortType) -> type[Loop]:
         "if_empty": Input(
             STATUS,
             default=SUCCESS,
-            doc="Status to return if queue is empty: SUCCESS, FAILURE, SKIPPED",
+            doc="status when no item is left",
         ),
         "value": Output(item, doc="the item that the child works on"),
     }

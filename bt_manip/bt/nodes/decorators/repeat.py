@@ -26,7 +26,7 @@ class Repeat(Decorator):
     memory: ClassVar = ("_count",)
     num_cycles = Input(
         int,
-        doc="Repeat a successful child up to N times. Use -1 to create an infinite loop.",
+        doc="how many successes; -1 for no end",
     )
     _count = 0
 
@@ -81,7 +81,7 @@ class RetryUntilSuccessful(Decorator):
     memory: ClassVar = ("_count",)
     num_attempts = Input(
         int,
-        doc="Execute again a failing child up to N times. Use -1 to create an infinite loop.",
+        doc="how many attempts; -1 for no end",
     )
     _count = 0
 

@@ -25,8 +25,7 @@ class RunOnce(Decorator):
     then_skip = Input(
         bool,
         default=True,
-        doc="If true, skip after the first execution, otherwise return the same NodeStatus "
-        "returned once by the child.",
+        doc="skip afterwards; if false, return the status of that one run again",
     )
     _result = int(IDLE)
 

@@ -43,7 +43,7 @@ class Delay(Timed):
     """
 
     memory: ClassVar = ("_started", "_elapsed")
-    delay_msec = Input(UNSIGNED, doc="Tick the child after a few milliseconds")
+    delay_msec = Input(UNSIGNED, doc="how long to wait [ms]")
     _started = False
     _elapsed = False
 
@@ -91,7 +91,7 @@ class Timeout(Timed):
     memory: ClassVar = ("_started", "_child_halted")
     msec = Input(
         UNSIGNED,
-        doc="After a certain amount of time, halt() the child if it is still running.",
+        doc="how long the child may run [ms]; 0 for no limit",
     )
     _started = False
     _child_halted = False

@@ -12,7 +12,7 @@ from bt_manip.bt.status import RUNNING, SKIPPED, NodeStatus
 class _Updated(Watching, Decorator):
     memory: ClassVar = ("_seen", "_child_running")
     _otherwise: ClassVar[NodeStatus]
-    entry = Input(ANY, doc="Entry to check")
+    entry = Input(ANY, doc="the entry that is watched")
     _child_running = False
 
     def _tick(self) -> NodeStatus:

@@ -1,0 +1,77 @@
+"""The pages say what the code does."""
+
+import re
+
+import pytest
+
+from bt_manip.bt import BehaviourRegistry, parse_tree
+from bt_manip.bt.nodes.node import CONDITIONS
+from bt_manip.bt.reference import node_reference, replace_reference
+
+NAMES = BehaviourRegistry().names()
+
+
+@pytest.fixture
+def page(repository):
+    return (repository / "docs" / "tree-language.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_built_in_node_is_on_the_page(page, name):
+    assert f"\n### {name}\n" in page
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_table_of_a_node_covers_every_status_and_the_halt(name):
+    text = node_reference(BehaviourRegistry()).partition(f"\n### {name}\n")[2]
+    table = text.partition("\n###")[0]
+    words = ["halt", "SUCCESS"]
+    if BehaviourRegistry().get(name).kind in ("Control", "Decorator", "SubTree"):
+        words += ["FAILURE", "RUNNING", "SKIPPED"]
+    if name.startswith("KeepRunning"):
+        words.remove("SUCCESS")
+    if name in ("AlwaysFailure",):
+        words = ["halt", "FAILURE"]
+
+    assert all(f"{word}" in table for word in words)
+
+
+def test_the_sections_of_nodes_are_up_to_date(page):
+    assert replace_reference(page, BehaviourRegistry()) == page
+
+
+def test_every_script_around_a_tick_is_on_the_page(page):
+    for name, attribute in CONDITIONS.items():
+        assert f"| `{attribute}` | `{name}` |" in page
+
+
+@pytest.mark.parametrize("name", ["authoring-python", "from-behaviortree-cpp", "from-py-trees"])
+def test_the_python_on_a_page_runs(repository, name):
+    text = (repository / "docs" / f"{name}.md").read_text(encoding="utf-8")
+    namespace = {"__name__": name}
+    for code in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(compile(code, f"{name}.md", "exec"), namespace)
+    if name == "authoring-python":
+        assert namespace["tree"].failure_reason() == ""
+        assert [n.name for n in namespace["same"].nodes][0] == "approach twice"
+
+
+def test_the_tree_on_the_page_can_be_read(page):
+    from bt_manip.bt import Action, Input
+
+    class Hover(Action):
+        """Hover."""
+
+        object = Input(str)
+        height = Input(float)
+
+    class Grasp(Action):
+        """Grasp."""
+
+        object = Input(str)
+        force = Input(float)
+
+    text = re.search(r"```xml\n(.*?)```", page, re.DOTALL)[1]
+    registry = BehaviourRegistry([Hover, Grasp])
+
+    assert parse_tree(text, registry, strict=False).tree_id == "Main"

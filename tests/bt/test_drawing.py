@@ -1,0 +1,84 @@
+"""Trees as text, DOT and SVG."""
+
+import py_trees
+import pytest
+from lxml import etree
+
+from bt_manip.bt import (
+    Action,
+    AlwaysSuccess,
+    Fallback,
+    Input,
+    Inverter,
+    Sequence,
+    Status,
+    SubTree,
+    Tree,
+)
+from bt_manip.bt.drawing import draw_dot, draw_svg, draw_text
+
+
+class Hover(Action):
+    """Move the tool over an object."""
+
+    object = Input(str)
+
+    def update(self):
+        return Status.SUCCESS
+
+
+@pytest.fixture
+def tree():
+    return Tree(
+        Sequence(
+            "pick",
+            [
+                Hover(object="{cube}", skip_if="x < 3"),
+                SubTree("sub", Fallback(Inverter("not", AlwaysSuccess())), cube="{object}"),
+                py_trees.composites.Sequence("stock", True, [AlwaysSuccess("ours")]),
+            ],
+        )
+    )
+
+
+def test_a_tree_as_text(tree):
+    assert draw_text(tree) == (
+        "pick\n"
+        '└─ → Sequence "pick"\n'
+        "   ├─ Hover  object={cube} _skipIf=x < 3\n"
+        '   ├─ SubTree sub "sub"  cube={object}\n'
+        "   │  └─ ? Fallback\n"
+        '   │     └─ Inverter "not"\n'
+        "   │        └─ AlwaysSuccess\n"
+        '   └─ → Sequence "stock"\n'
+        '      └─ AlwaysSuccess "ours"\n'
+    )
+
+
+def test_documentation_and_ports_are_shown_as_asked(tree):
+    text = draw_text(tree, ports=False, docs=True)
+
+    assert "object=" not in text and "Move the tool over an object." in text
+
+
+def test_a_tree_as_dot(tree):
+    text = draw_dot(tree, docs=True)
+
+    assert text.startswith('digraph "pick" {') and text.endswith("}\n")
+    assert text.count("->") == len(tree.nodes) - 1
+    assert 'label="Hover\\nobject={cube}\\n_skipIf=x < 3"' in text
+
+
+def test_a_tree_as_svg(tree):
+    picture = etree.fromstring(draw_svg(tree, docs=True).encode())
+    boxes = picture.findall(".//{*}rect")
+
+    assert len(boxes) == len(tree.nodes)
+    assert "Move the tool over an object." in [t.text for t in picture.findall(".//{*}title")]
+    rows = {}
+    for box in boxes:
+        x, y, width = (float(box.get(key)) for key in ("x", "y", "width"))
+        rows.setdefault(y, []).append((x, x + width))
+    for spans in rows.values():
+        spans.sort()
+        assert all(left[1] <= right[0] for left, right in zip(spans, spans[1:], strict=False))

@@ -1,0 +1,131 @@
+"""``bt-manip tree``: check, show, format, convert, model, schema."""
+
+import pytest
+from click.testing import CliRunner
+from lxml import etree
+
+from bt_manip.cli.tree import tree
+from bt_manip.exceptions import BtManipError
+
+GOOD = """\
+<root BTCPP_format="4" main_tree_to_execute="Main">
+  <BehaviorTree ID="Main">
+    <Sequence name="s">
+      <AlwaysSuccess/>
+    </Sequence>
+  </BehaviorTree>
+</root>
+"""
+
+
+@pytest.fixture
+def call(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments):
+        return CliRunner().invoke(tree, arguments, standalone_mode=False)
+
+    return call
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(text, name="tree.xml"):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+        return name
+
+    return write
+
+
+def test_check_prints_all_findings_and_exits_with_2(call, write):
+    result = call("check", write(GOOD.replace("<AlwaysSuccess/>", "<AlwaysSucess/><Script/>")))
+
+    assert result.return_value == 2
+    assert result.stdout.splitlines() == [
+        "tree.xml:4:7: error: no node is named 'AlwaysSucess'; did you mean 'AlwaysSuccess' "
+        "or 'AlwaysFailure'?",
+        "tree.xml:4:22: error: Script needs the port 'code' of type std::string (the script)",
+    ]
+    assert result.stderr == "1 tree: 2 errors, 0 warnings\n"
+
+
+def test_check_of_a_tree_with_warnings_only_is_fine(call, write):
+    result = call("check", write(GOOD.replace("<Always", '<Script _x="1" code="a := 1"/><Always')))
+
+    assert result.return_value == 0 and "warning: the attribute '_x'" in result.stdout
+
+
+def test_check_takes_several_trees_and_files_that_hold_only_sub_trees(call, write):
+    part = '<root><BehaviorTree ID="A"><AlwaysSuccess/></BehaviorTree>'
+    part += '<BehaviorTree ID="B"><AlwaysFailure/></BehaviorTree></root>'
+    result = call("check", write(GOOD), write(part, "part.xml"))
+
+    assert result.return_value == 0 and result.stderr == "2 trees: 0 errors, 0 warnings\n"
+
+
+def test_check_like_the_engine_finds_only_what_it_rejects(call, write):
+    name = write(GOOD.replace("<AlwaysSuccess/>", "<Repeat><AlwaysSuccess/></Repeat>"))
+
+    assert call("check", name).return_value == 2
+    assert call("check", name, "--engine").return_value == 0
+
+
+def test_a_missing_tree_offers_the_nearest(call):
+    error = call("check", "pick_plac").exception
+
+    assert isinstance(error, BtManipError) and "did you mean 'pick_place'" in str(error)
+
+
+def test_show_draws_as_text_dot_and_svg(call, write):
+    name = write(GOOD)
+
+    assert call("show", name).output == ('Main\n└─ → Sequence "s"\n   └─ AlwaysSuccess\n')
+    assert call("show", name, "--as", "dot").output.startswith('digraph "Main"')
+    call("show", name, "--as", "svg", "-o", "tree.svg")
+    assert etree.parse("tree.svg").getroot().tag.endswith("svg")
+
+
+def test_show_of_a_broken_tree_says_what_is_wrong(call, write):
+    error = call("show", write(GOOD.replace("AlwaysSuccess", "Nope"))).exception
+
+    assert "tree.xml:4:7: error: no node is named 'Nope'" in str(error)
+
+
+def test_format_writes_in_place_and_then_has_nothing_to_do(call, write, tmp_path):
+    name = write(GOOD.replace("\n", "").replace("  ", " "))
+
+    assert call("format", name, "--check").return_value == 2
+    assert call("format", name).return_value == 0
+    assert (tmp_path / name).read_text() == GOOD
+    assert call("format", name, "--check").return_value == 0
+
+
+def test_convert_leads_to_python_and_back(call, write):
+    name = write(GOOD)
+
+    assert call("convert", name, "-o", "made.py").exit_code == 0
+    assert call("convert", "made.py:document").output == GOOD
+    assert '<BehaviorTree ID="MainTree">' in call("convert", "made.py:main").output
+    assert call("check", "made.py:main").return_value == 0
+    assert "AlwaysSuccess" in call("show", "made.py:main").output
+
+
+def test_a_python_tree_that_raises_is_bad_input(call, write):
+    write("def broken():\n    raise ValueError('no')\n", "broken.py")
+
+    error = call("convert", "broken.py:broken").exception
+    assert isinstance(error, BtManipError) and "ValueError: no" in str(error)
+
+
+def test_model_and_schema_know_all_behaviours(call, write):
+    model = etree.fromstring(call("model", "--all").output.encode())
+    names = {node.get("ID") for node in model.find("TreeNodesModel")}
+    assert {"Sequence", "Hover", "Grasp"} <= names
+    schema = etree.XMLSchema(etree.fromstring(call("schema").output.encode()))
+    assert schema.validate(etree.fromstring(GOOD))
+
+
+def test_an_unwritable_file_is_bad_input(call, write):
+    error = call("schema", "-o", "no/such/folder/x.xsd").exception
+
+    assert isinstance(error, BtManipError) and "cannot be written" in str(error)
