@@ -1,14 +1,12 @@
 """Put a new object into the cell."""
 
 import contextlib
-import math
 from typing import Any
 
 import numpy as np
 
-from bt_manip import spatial
 from bt_manip.bt import Input, Output, Status
-from bt_manip.cell import CellError
+from bt_manip.cell import CellError, Region
 from bt_manip.exceptions import PortError
 from bt_manip.registry import Registry
 
@@ -16,7 +14,7 @@ from .arm_behaviour import CellBehaviour
 
 
 class SpawnObject(CellBehaviour):
-    """Put a new object at a random place on another one, turned by any angle."""
+    """Put a new object at a random free place on another one, turned by any angle."""
 
     model = Input(str, default="cube", doc="Registered object to make; see: bt-manip list objects.")
     on = Input(str, default="table", doc="Name of the object whose surface it is put on.")
@@ -48,11 +46,11 @@ class SpawnObject(CellBehaviour):
         if surface is None:
             raise CellError(f"'{self.on}' has no surface to put something on")
         entity = self.models.get(self.model)()
-        x, y = self.rng.uniform(x_min, x_max), self.rng.uniform(y_min, y_max)
-        z = self.cell.pose(self.on).translation[2] + surface + entity.rest_height
-        yaw = self.rng.uniform(-math.pi, math.pi)
-        T_wo = spatial.pose((x, y, z), (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)))
-        self.object = name = self.cell.add(entity, T_wo, name=self.name_hint or self.model)
+        z = self.cell.pose(self.on).translation[2] + surface + getattr(entity, "rest_height", 0.0)
+        region = Region((x_min, x_max), (y_min, y_max), (z, z))
+        name = self.cell.place(entity, region, self.rng, name=self.name_hint or self.model)
+        self.object = name
+        x, y, _ = self.cell.pose(name).translation
         self.feedback_message = f"'{name}' at ({x:.3f}, {y:.3f}) m"
 
     def _bounds(self) -> tuple[float, float, float, float]:

@@ -6,11 +6,13 @@ from bt_manip.cell.contacts import ContactForce as ContactForce
 from bt_manip.cell.contacts import Contacts as Contacts
 from bt_manip.cell.contacts import Wrench as Wrench
 from bt_manip.cell.exceptions import CellError as CellError
+from bt_manip.cell.exceptions import OverlapError as OverlapError
 from bt_manip.cell.exceptions import PhysicsDiverged as PhysicsDiverged
 from bt_manip.cell.naming import unique_name as unique_name
 from bt_manip.cell.objects import Basket as Basket
 from bt_manip.cell.objects import Cube as Cube
 from bt_manip.cell.objects import Prop as Prop
 from bt_manip.cell.objects import Table as Table
+from bt_manip.cell.region import Region as Region
 from bt_manip.cell.touch import Touch as Touch
 from bt_manip.cell.touch import TouchMonitor as TouchMonitor

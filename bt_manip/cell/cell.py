@@ -14,10 +14,14 @@ from dm_control import composer, mjcf
 from bt_manip.cell.arena import Arena
 from bt_manip.cell.compiled import Compiled
 from bt_manip.cell.contacts import Contacts
-from bt_manip.cell.exceptions import CellError
+from bt_manip.cell.exceptions import CellError, OverlapError
 from bt_manip.cell.inventory import Inventory
 from bt_manip.cell.naming import unique_name
+from bt_manip.cell.overlap import refuse_overlap
 from bt_manip.cell.placement import Factory, Placement
+from bt_manip.cell.placing import CLEAR, find_place
+from bt_manip.cell.probe import Probe
+from bt_manip.cell.region import Region
 from bt_manip.cell.state import carry_state, integration_state, set_integration_state
 from bt_manip.cell.touch import TouchMonitor
 from bt_manip.exceptions import did_you_mean
@@ -92,6 +96,7 @@ class Cell:
         *,
         name: str | None = None,
         free: bool | None = None,
+        overlap: float = 2e-3,
     ) -> str:
         """Put an entity into the cell while everything else keeps its exact state.
 
@@ -100,29 +105,73 @@ class Cell:
             pose: Pose of its root in the world; default: the origin.
             name: Name to give it, with ``_1``, ``_2``, ... where taken; default: its model's name.
             free: Whether it moves freely; default: the entity's own ``free``, or fixed.
+            overlap: How deep it may be inside something else that it can touch [m].
 
         Returns:
             The name it got.
 
         Raises:
+            OverlapError: When it would be deeper inside something else; the cell is unchanged.
             CellError: When the model does not compile; the cell is unchanged.
         """
         model_name = entity.mjcf_model.model
-        if entity.parent is not None:
-            raise CellError(f"'{model_name}' already stands in a cell or on an entity")
-        label = unique_name(name or model_name, self._inventory.placed)
-        if "/" in label:
-            raise CellError(f"a name cannot contain '/', got '{label}'")
-        if free is None:
-            free = bool(getattr(entity, "free", False))
-        placement = Placement.of(entity, pose if pose is not None else pin.SE3.Identity(), free)
+        label, placement = self._prepare(entity, pose or pin.SE3.Identity(), name, free)
         try:
             with self._change(f"'{label}' cannot be added"):
                 self._inventory.attach(label, placement)
+                self._inventory.accepted[label] = overlap
         except CellError:
             entity.mjcf_model.model = model_name
             raise
         return label
+
+    def place(
+        self,
+        entity: composer.Entity,
+        region: Region,
+        rng: np.random.Generator,
+        *,
+        name: str | None = None,
+        free: bool | None = None,
+        attempts: int = 100,
+        drop: bool = False,
+    ) -> str:
+        """Put an entity at a free pose that is drawn from a region.
+
+        Args:
+            entity: A composer entity that stands nowhere else.
+            region: Where its origin may come to be.
+            rng: What poses are drawn from.
+            name: As for ``add``.
+            free: As for ``add``.
+            attempts: How many poses are tried.
+            drop: Whether it falls from there in a copy of the cell, all else standing still, and
+                is put where it comes to rest.
+
+        Returns:
+            The name it got.
+
+        Raises:
+            CellError: When no free place was found, with the reason; the cell is unchanged.
+        """
+        T_wo = region.sample(rng)
+        if not drop and not self._editing:
+            with contextlib.suppress(OverlapError):  # most often there is room at once
+                return self.add(entity, T_wo, name=name, free=free, overlap=CLEAR)
+        label, placement = self._prepare(entity, T_wo, name, free)
+        if drop and not placement.free:
+            raise CellError(f"'{label}' is fixed: only what moves freely can be dropped")
+        try:
+            with self._inventory.trying(label, placement) as model:
+                data = mujoco.MjData(model)
+                carry_state(self.model, self.data, model, data)
+                probe = Probe(model, data, label, placement.free)
+                T_wo = find_place(probe, region, rng, first=T_wo, attempts=attempts, drop=drop)
+        except CellError as error:
+            raise CellError(f"'{label}' cannot be placed: {error}") from error
+        except ValueError as error:
+            raise CellError(f"'{label}' cannot be placed: {_reason(error)}") from error
+        return self.add(entity, T_wo, name=name, free=free)
 
     def remove(self, name: str) -> composer.Entity:
         """Take an entity out while everything else keeps its exact state.
@@ -275,35 +324,29 @@ class Cell:
                 the cell is unchanged but for entities that came and went.
         """
         entries = state["entities"]
-        present = list(self._inventory.placed.items())
-        keep = 0
-        while keep < min(len(entries), len(present)):
-            name, placement = present[keep]
-            if placement.describe(name) != entries[keep]:
-                break
-            keep += 1
-        if keep < max(len(entries), len(present)):
+        if not self._inventory.is_as(entries):
             with self.editing():
-                spare = dict(present[keep:])
-                for name in spare:
-                    self._inventory.detach(name)
-                for entry in entries[keep:]:
-                    known = spare.get(entry["name"])
-                    if known is not None and known.describe(entry["name"]) == entry:
-                        self._inventory.attach(entry["name"], known, fresh=False)
-                    elif factory is not None:
-                        self._inventory.attach(entry["name"], Placement.made(entry, factory))
-                    else:
-                        raise CellError(
-                            f"the state has a '{entry['name']}' that this cell lacks, and no way "
-                            "to make it"
-                        )
+                self._inventory.become(entries, factory)
         try:
             set_integration_state(self.model, self.data, np.array(state["integration"]))
         except ValueError as error:
             raise CellError(f"the state does not fit this cell: {error}") from error
 
     # Inside
+
+    def _prepare(
+        self, entity: composer.Entity, T_we: pin.SE3, name: str | None, free: bool | None
+    ) -> tuple[str, Placement]:
+        """Find the name of a new entity, and how it is placed."""
+        model_name = entity.mjcf_model.model
+        if entity.parent is not None:
+            raise CellError(f"'{model_name}' already stands in a cell or on an entity")
+        label = unique_name(name or model_name, self._inventory.placed)
+        if "/" in label:
+            raise CellError(f"a name cannot contain '/', got '{label}'")
+        if free is None:
+            free = bool(getattr(entity, "free", False))
+        return label, Placement.of(entity, T_we, free)
 
     @property
     def _compiled(self) -> Compiled:
@@ -339,6 +382,8 @@ class Cell:
             for entity in self._inventory.fresh:
                 entity.initialize_episode(new.physics, self.random_state)
             mujoco.mj_forward(new.model, new.data)
+            for name, accepted in self._inventory.accepted.items():
+                refuse_overlap(new.model, new.data, new.labels, name, accepted)
         except BaseException:
             if old is not None:
                 for entity in entities:  # those that stay look at the old physics again

@@ -1,7 +1,8 @@
 """What stands in an arena."""
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import mujoco
 from dm_control import composer
@@ -9,7 +10,7 @@ from dm_control import composer
 from bt_manip.cell.exceptions import CellError
 from bt_manip.cell.model_writer import ModelWriter
 from bt_manip.cell.naming import name_elements
-from bt_manip.cell.placement import Placement
+from bt_manip.cell.placement import Factory, Placement
 from bt_manip.exceptions import did_you_mean
 
 
@@ -23,6 +24,8 @@ class Inventory:
         self._writer = ModelWriter(arena.mjcf_model)
         self.fresh: list[composer.Entity] = list(arena.iter_entities())
         """Entities that have come since the last compile and want to be initialised."""
+        self.accepted: dict[str, float] = {}
+        """How deep what has come since the last compile may be inside something else [m]."""
 
     def find(self, name: str) -> Placement:
         """Give the placement of a name.
@@ -56,6 +59,40 @@ class Inventory:
         self._writer.forget(entity.mjcf_model)
         entity.detach()
 
+    def is_as(self, entries: Sequence[Mapping[str, Any]]) -> bool:
+        """Tell whether what stands here is what was described, in the same order."""
+        return [p.describe(name) for name, p in self.placed.items()] == list(entries)
+
+    def become(self, entries: Sequence[Mapping[str, Any]], factory: Factory | None) -> None:
+        """Take out and put in entities until what stands here is what was described.
+
+        What already stands at its place in the order, alike in name and kind, stays what it is.
+
+        Raises:
+            CellError: When an entity is missing and there is no factory to make it.
+        """
+        present = list(self.placed.items())
+        keep = 0
+        while keep < min(len(entries), len(present)):
+            name, placement = present[keep]
+            if placement.describe(name) != entries[keep]:
+                break
+            keep += 1
+        spare = dict(present[keep:])
+        for name in spare:
+            self.detach(name)
+        for entry in entries[keep:]:
+            name = entry["name"]
+            known = spare.get(name)
+            if known is not None and known.describe(name) == entry:
+                self.attach(name, known, fresh=False)
+            elif factory is not None:
+                self.attach(name, Placement.made(entry, factory))
+            else:
+                raise CellError(
+                    f"the state has a '{name}' that this cell lacks, and no way to make it"
+                )
+
     def compile(self) -> mujoco.MjModel:
         """Compile the arena.
 
@@ -81,3 +118,17 @@ class Inventory:
             raise
         finally:
             self.fresh.clear()
+            self.accepted.clear()
+
+    @contextlib.contextmanager
+    def trying(self, name: str, placement: Placement) -> Iterator[mujoco.MjModel]:
+        """Give the model with one thing more, and take that out again."""
+        model_name = placement.entity.mjcf_model.model
+        fresh = list(self.fresh)
+        self.attach(name, placement)
+        try:
+            yield self.compile()
+        finally:
+            self.detach(name)
+            self.fresh[:] = fresh
+            placement.entity.mjcf_model.model = model_name

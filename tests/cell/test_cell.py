@@ -283,8 +283,8 @@ def test_numbers_that_are_not_finite_are_a_fault_and_not_a_silent_restart(cell):
 def test_a_time_step_too_long_for_a_contact_is_refused():
     cube = Cube()
     cube.mjcf_model.find("geom", "box").solref = (-62500, -1850)
-    Cell(timestep=1e-3).add(cube)
+    Cell(timestep=1e-3).add(cube, pose((0, 0, 1)))
     other = Cube()
     other.mjcf_model.find("geom", "box").solref = (-62500, -1850)
     with pytest.raises(CellError, match="'cube/box'.* need a time step below 0.001 s, got 0.002 s"):
-        Cell(timestep=2e-3).add(other)
+        Cell(timestep=2e-3).add(other, pose((0, 0, 1)))

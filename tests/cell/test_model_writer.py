@@ -86,8 +86,8 @@ def assert_is_pymjcfs(cell):
 def test_a_cell_with_a_robot_compiles_to_pymjcfs_model(robot):
     cell = Cell()
     with cell.editing():
-        for entity in (Table(), robot, Nested(), Basket()):
-            cell.add(entity)
+        for i, entity in enumerate((Table(), robot, Nested(), Basket())):
+            cell.add(entity, pose((2 * i, 0, 0)))
     cell.add(Cube(), pose((0.3, 0.1, 1.04)))
     cell.remove("table")
     cell.add(Cube(), pose((0.3, -0.1, 1.04)))

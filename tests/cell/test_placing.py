@@ -1,0 +1,144 @@
+"""Things are put where there is room, or not at all."""
+
+import numpy as np
+import pytest
+from dm_control import composer, mjcf
+
+from bt_manip.cell import Basket, Cell, CellError, Cube, OverlapError, Region, Table
+from bt_manip.spatial import pose
+
+SURFACE = 1.015
+HALF = 0.025
+ON_TABLE = Region(x=(0.2, 0.4), y=(-0.3, 0.3), z=(SURFACE + HALF, SURFACE + HALF))
+
+
+class Ghost(composer.Entity):
+    """A thing that nothing touches."""
+
+    def _build(self):
+        self.root = mjcf.RootElement(model="ghost")
+        self.root.worldbody.add("geom", size=(1.0,), mass=1, contype=0, conaffinity=0)
+
+    @property
+    def mjcf_model(self):
+        return self.root
+
+
+@pytest.fixture
+def cell():
+    cell = Cell()
+    cell.add(Table())
+    cell.step(2)
+    return cell
+
+
+def outcome(cell):
+    return cell.generation, list(cell.entities), cell.state_bytes()
+
+
+@pytest.mark.parametrize("free", [True, False])
+def test_a_pose_inside_another_object_is_refused_and_nothing_changes(cell, free):
+    cell.add(Cube(), pose((0.3, 0, SURFACE + HALF)))
+    before = outcome(cell)
+    with pytest.raises(OverlapError, match="'cube_1'.* 10.0 mm inside 'table'.* up to 2 mm"):
+        cell.add(Cube(), pose((0, 0, SURFACE + HALF - 0.01)), free=free)
+    with pytest.raises(OverlapError, match="20.0 mm inside 'cube'"):
+        cell.add(Cube(), pose((0.33, 0, SURFACE + HALF)), free=free)
+    assert outcome(cell) == before
+    cell.add(Cube(), pose((0.35, 0, SURFACE + HALF)), free=free)  # face to face
+
+
+def test_a_fixed_thing_inside_another_fixed_thing_is_refused(cell):
+    with pytest.raises(OverlapError, match="'basket'.*inside 'table'"):
+        cell.add(Basket(), pose((0, 0, SURFACE - 0.01)))
+    with pytest.raises(OverlapError, match="'basket'.*inside 'world'"):
+        cell.add(Basket(), pose((1, 1, -0.01)))
+    cell.add(Basket(), pose((0, 0, SURFACE)))
+
+
+def test_an_overlap_can_be_asked_for(cell):
+    cell.add(Cube(), pose((0, 0, SURFACE + HALF - 0.01)), overlap=np.inf)
+
+
+def test_what_nothing_touches_may_stand_anywhere(cell):
+    cell.add(Ghost(), pose((0, 0, SURFACE)))
+    cell.add(Cube(), pose((0, 0, SURFACE + HALF)))
+
+
+def test_an_edit_checks_what_came_together(cell):
+    before = outcome(cell)
+    with pytest.raises(OverlapError), cell.editing():
+        cell.add(Cube(), pose((0, 0, SURFACE + HALF)))
+        cell.add(Cube(), pose((0.01, 0, SURFACE + HALF)))
+    assert outcome(cell) == before
+
+
+@pytest.mark.parametrize("together", [True, False])
+def test_things_are_placed_clear_of_each_other(cell, together):
+    rng = np.random.default_rng(1)
+    if together:
+        with cell.editing():
+            names = [cell.place(Cube(), ON_TABLE, rng) for _ in range(12)]
+    else:
+        names = [cell.place(Cube(), ON_TABLE, rng) for _ in range(12)]
+    assert all(partner == "table" for name in names for partner in cell.contacts.partners(name))
+    centres = np.array([cell.pose(name).translation for name in names])
+    assert (np.abs(centres[:, :2] - (0.3, 0.0)) <= (0.1, 0.3)).all()
+
+
+def test_the_same_generator_gives_the_same_places(cell):
+    other = Cell()
+    other.add(Table())
+    for it in (cell, other):
+        rng = np.random.default_rng(5)
+        for _ in range(6):
+            it.place(Cube(), ON_TABLE, rng)
+    assert [cell.pose(n) for n in cell.objects] == [other.pose(n) for n in other.objects]
+
+
+def test_where_nothing_is_free_the_reason_is_told_and_the_cell_is_unchanged(cell):
+    cell.add(Cube(size=0.2), pose((0.3, 0, SURFACE + 0.1)), name="block")
+    cell.step(300)
+    before = outcome(cell)
+    taken = Region(x=(0.28, 0.32), y=(-0.02, 0.02), z=(SURFACE + HALF, SURFACE + HALF))
+    message = "'cube' cannot be placed: no free place in 20 attempts; .* inside 'block'"
+    cube = Cube()
+    with pytest.raises(CellError, match=message):
+        cell.place(cube, taken, np.random.default_rng(0), attempts=20)
+    assert outcome(cell) == before
+    assert cell.place(cube, ON_TABLE, np.random.default_rng(0)) == "cube"
+
+
+def test_what_is_dropped_comes_to_rest_on_what_is_there(cell):
+    cell.add(Cube(size=0.1), pose((0.3, 0, SURFACE + 0.05)), name="block")
+    cell.step(300)
+    time = cell.time
+    over = Region(x=(0.29, 0.31), y=(-0.01, 0.01), z=(1.3, 1.3))
+    name = cell.place(Cube(), over, np.random.default_rng(0), drop=True)
+    assert cell.time == time
+    cell.step(100)
+    assert cell.contacts.partners(name) == ["block"]
+    assert cell.pose(name).translation[2] == pytest.approx(SURFACE + 0.1 + HALF, abs=1e-3)
+    assert np.linalg.norm(cell.velocity(name)) < 1e-2
+
+
+def test_what_rolls_out_of_the_region_is_not_placed(cell):
+    cell.add(Basket(), pose((0.3, 0, SURFACE)))
+    rim = Region(x=(0.41, 0.412), y=(0, 0), z=(1.25, 1.25))  # on the basket's narrow wall
+    with pytest.raises(CellError, match="in 5 attempts; in the last, it does not"):
+        cell.place(Cube(), rim, np.random.default_rng(0), attempts=5, drop=True)
+    with pytest.raises(CellError, match="only what moves freely can be dropped"):
+        cell.place(Table(), rim, np.random.default_rng(0), drop=True)
+
+
+@pytest.mark.parametrize(
+    ("bounds", "message"),
+    [
+        ({"x": (0.4, 0.2)}, "x goes from low to high, got .0.4, 0.2."),
+        ({"yaw": (0.0, float("nan"))}, "yaw goes from low to high"),
+        ({"z": (1.0,)}, "z goes from low to high"),
+    ],
+)
+def test_a_region_that_is_none_is_refused(bounds, message):
+    with pytest.raises(CellError, match=message):
+        Region(**{"x": (0, 1), "y": (0, 1), "z": (0, 1), **bounds})
