@@ -17,7 +17,7 @@ FLOORS = (
     {"motion", "control"},
     {"behaviours"},
     {"runner"},
-    {"viewer", "recording"},
+    {"viewer", "recording", "testing"},
     {"cli"},
 )
 """Rooms by floor, from the ground up."""

@@ -18,18 +18,6 @@ from bt_manip.bt import NodeStatus
 RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE
 
 
-@pytest.fixture
-def at_the_cube(station, around_the_cube):
-    station.set_state(around_the_cube)
-    return station
-
-
-@pytest.fixture
-def with_the_cube(station, holding):
-    station.set_state(holding)
-    return station
-
-
 def test_grasp_ends_with_the_asked_force_on_each_finger(at_the_cube, trial):
     assert trial(Grasp(object="cube", force=40.0)).until_done() is SUCCESS
     for force in at_the_cube.gripper.finger_forces:

@@ -1,0 +1,235 @@
+"""What every behaviour promises: its life cycle, checked from outside."""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from bt_manip.bt import NodeStatus, Tree
+from bt_manip.bt.nodes.node import Node
+from bt_manip.exceptions import NodeError
+from bt_manip.runner.station import Station
+from bt_manip.testing.situations import AT_REST, Situations
+from bt_manip.testing.trial import Trial
+
+TIMEOUT = 20.0  # [s] simulated
+_NO_SUCH_NAME = "nothing_is_called_so"
+_HALTS = 6
+_COMES_TO_REST = 1.0  # [s]
+
+
+@dataclass(frozen=True)
+class Example:
+    """How a behaviour is used, for its contract.
+
+    Attributes:
+        ports: Values of its ports.
+        start: The situation that it is used in.
+        board: Entries of the blackboard that exist before.
+        fails: More values of ports, with each of which it has to fail.
+        status: How it ends.
+    """
+
+    ports: Mapping[str, Any] = field(default_factory=dict)
+    start: str = AT_REST
+    board: Mapping[str, Any] = field(default_factory=dict)
+    fails: tuple[Mapping[str, Any], ...] = ()
+    status: str = "SUCCESS"
+
+
+@dataclass(frozen=True)
+class BehaviourCase:
+    """One behaviour under its contract."""
+
+    cls: type[Node]
+    example: Example
+    situations: Situations
+
+    def trial(self, station: Station, node: Node | None = None, **ports: Any) -> Trial:
+        """Put a new one, or a given one, into a station."""
+        if node is None:
+            node = self.cls(**{**self.example.ports, **ports})
+        tree = Tree(node, clock=station.clock)
+        for key, value in self.example.board.items():
+            tree.blackboard[key] = value
+        return Trial(station, tree)
+
+    def start(self) -> Station:
+        """Put the station into the example's situation."""
+        return self.situations.reset(self.example.start)
+
+    def ticks(self) -> int:
+        """Count the ticks that a whole run takes."""
+        trial = self.trial(self.start())
+        self.finish(trial)
+        return trial.history.tick
+
+    def finish(self, trial: Trial) -> None:
+        """Run to the end; it has to be the example's."""
+        status = trial.until_done(TIMEOUT)
+        assert status.name == self.example.status, (
+            f"{self.cls.__name__} ended with {status.name}, its example says "
+            f"{self.example.status}\n{trial.explain()}"
+        )
+
+
+def needs_no_robot_to_be_built(case: BehaviourCase) -> None:
+    """It is made, named, placed in a tree and halted without a cell."""
+    node = case.cls(**case.example.ports)
+    assert case.cls.summary(), f"{case.cls.__name__} has no documentation for the palette"
+    tree = Tree(node, clock=lambda: 0.0)
+    tree.halt()
+    state = json.loads(json.dumps(tree.get_state()))
+    tree.set_state(state)
+    assert tree.get_state() == state
+
+
+def setup_starts_nothing(case: BehaviourCase) -> None:
+    """``setup`` may look, and leaves everything as it is; also when it is called again."""
+    station = case.start()
+    before = station.get_state()
+    trial = case.trial(station)
+    trial.tree.setup(**station.infrastructure)
+    assert station.get_state() == before, f"setup of {case.cls.__name__} changes the station"
+
+
+def ends_as_it_should(case: BehaviourCase) -> None:
+    """Its example runs to its end."""
+    case.finish(case.trial(case.start()))
+
+
+def never_steps_the_physics(case: BehaviourCase) -> None:
+    """A tick takes no simulated time, and moves nothing."""
+    station = case.start()
+    cell, trial = station.cell, case.trial(station)
+    status = NodeStatus.RUNNING
+    for tick in range(round(TIMEOUT / 0.010)):
+        if status is not NodeStatus.RUNNING:
+            return
+        time, generation, before = cell.time, cell.generation, cell.state_bytes()
+        status = trial.tree.tick()
+        assert cell.time == time, (
+            f"tick {tick + 1} of {case.cls.__name__} takes {cell.time - time:.3f} s of simulation"
+        )
+        if cell.generation == generation:
+            assert cell.state_bytes() == before, (
+                f"tick {tick + 1} of {case.cls.__name__} changes the physics' state by itself"
+            )
+        cell.step(10)
+    raise AssertionError(f"{case.cls.__name__} still runs after {TIMEOUT:g} s")
+
+
+def halts_in_every_state(case: BehaviourCase) -> None:
+    """Halted before it began, at the start, in between and after the end, all comes to rest.
+
+    Afterwards it begins anew.
+    """
+    whole = case.ticks()
+    for ticks in sorted({0, 1, whole - 1, whole, *(whole * i // _HALTS for i in range(_HALTS))}):
+        station = case.start()
+        trial = case.trial(station)
+        for _ in range(ticks):
+            trial.tick()
+        trial.halt()
+        where = f"{case.cls.__name__}, halted after {ticks} of {whole} ticks,"
+        status = trial.tree.nodes[0].engine_status
+        assert status is NodeStatus.IDLE, f"{where} is {status.name}"
+        end = station.cell.time + _COMES_TO_REST
+        while station.arm.moving and station.cell.time < end:
+            station.cell.step()
+        assert not station.arm.moving, f"{where} leaves the arm moving\n{trial.explain()}"
+        station.cell.step(200)
+        assert not _fingers_travel(station), f"{where} leaves the fingers moving"
+        if trial.tree.tick() is NodeStatus.IDLE:
+            raise AssertionError(f"{where} cannot be ticked again")
+        trial.halt()
+
+
+def gives_a_reason_when_it_fails(case: BehaviourCase) -> None:
+    """Whoever reads a failure learns why: names that nothing has, and the example's failures."""
+    wrong = [{name: _NO_SUCH_NAME} for name in _names(case)]
+    for ports in wrong + [dict(ports) for ports in case.example.fails]:
+        station = case.start()
+        try:
+            trial = case.trial(station, **ports)
+        except NodeError:
+            continue  # found before anything ran, with the node's path and a message
+        status = trial.until_done(TIMEOUT)
+        said = trial.behaviour.feedback_message.strip()
+        if status is NodeStatus.FAILURE:
+            assert said, f"{case.cls.__name__} with {ports} fails without a reason"
+        elif ports not in wrong:
+            raise AssertionError(
+                f"{case.cls.__name__} with {ports} ended with {status.name}, expected FAILURE\n"
+                + trial.explain()
+            )
+
+
+def runs_the_same_again(case: BehaviourCase) -> None:
+    """From the same situation it does the same to the last bit, also when it has run before."""
+    trial = case.trial(case.start())
+    case.finish(trial)
+    first = trial.history.tick, trial.station.cell.state_bytes()
+    station = case.start()
+    trial.history.tick = 0
+    case.finish(trial)  # the same node again
+    assert (trial.history.tick, station.cell.state_bytes()) == first, (
+        f"{case.cls.__name__} keeps something from its first run"
+    )
+    another = case.trial(case.start())
+    case.finish(another)
+    assert (another.history.tick, station.cell.state_bytes()) == first, (
+        f"two new {case.cls.__name__} do not do the same"
+    )
+
+
+def goes_on_from_its_state(case: BehaviourCase) -> None:
+    """Its state is plain data, and another one goes on from it to the same last bit."""
+    whole = case.ticks()
+    for ticks in sorted({1, whole // 2}):
+        station = case.start()
+        trial = case.trial(station)
+        for _ in range(ticks):
+            trial.tick()
+        if trial.tree.nodes[0].engine_status is not NodeStatus.RUNNING:
+            continue
+        text = json.dumps([trial.tree.get_state(), station.get_state()])
+        case.finish(trial)
+        ended = station.cell.state_bytes()
+        tree_state, station_state = json.loads(text)
+        station.set_state(station_state)
+        another = case.trial(station)
+        another.tree.set_state(tree_state)
+        case.finish(another)
+        assert station.cell.state_bytes() == ended, (
+            f"{case.cls.__name__} goes on differently from its state after {ticks} ticks"
+        )
+
+
+BEHAVIOUR_CONTRACT: tuple[Callable[[BehaviourCase], None], ...] = (
+    needs_no_robot_to_be_built,
+    setup_starts_nothing,
+    ends_as_it_should,
+    never_steps_the_physics,
+    halts_in_every_state,
+    gives_a_reason_when_it_fails,
+    runs_the_same_again,
+    goes_on_from_its_state,
+)
+"""What every behaviour promises; each is a check that raises an `AssertionError`."""
+
+
+def _names(case: BehaviourCase) -> list[str]:
+    """List the ports of the example that name something: texts that are no blackboard keys."""
+    return [
+        name
+        for name, value in case.example.ports.items()
+        if isinstance(value, str) and case.cls.ports[name].type.name == "std::string"
+        and not value.startswith("{")
+    ]  # fmt: skip
+
+
+def _fingers_travel(station: Station) -> bool:
+    width = station.gripper.width
+    station.cell.step(50)
+    return abs(station.gripper.width - width) > 5e-4

@@ -1,0 +1,154 @@
+"""What every controller promises."""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from bt_manip.cell import Cell
+from bt_manip.control import ComputedTorque, Controller, Hold
+from bt_manip.motion import Arm
+from bt_manip.robots import Robot, RobotDescription, panda
+
+MOST_SAG = 0.02  # [rad]: a compliant controller may give way by its friction
+MOST_CREEP = 1e-3  # [rad] in the last quarter second of a second at rest
+MOST_LAG = 0.1  # [rad] while moving
+MOST_JUMP = 0.3  # of the effort limits, at a hand-over at rest
+
+
+@dataclass(frozen=True)
+class ControllerCase:
+    """One controller under its contract, on a robot."""
+
+    name: str
+    factory: Callable[..., Any]
+    description: RobotDescription = field(default_factory=panda)
+
+    def stand(self, factory: Callable[..., Any] | None = None) -> tuple[Cell, Robot, Controller]:
+        """Put a robot under control into an empty cell."""
+        robot = Robot(self.description)
+        control = (factory or self.factory)(robot)
+        robot.attach(control)
+        cell = Cell()
+        cell.add(robot)
+        return cell, robot, control
+
+
+def never_gives_nan(case: ControllerCase) -> None:
+    """At random states and references it gives one finite number a joint."""
+    cell, robot, control = case.stand()
+    limits, rng = robot.limits, np.random.default_rng(0)
+    lower, upper = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
+    control.reference = Hold(robot.q)
+    for _ in range(50):
+        q, q_ref = rng.uniform(lower, upper), rng.uniform(lower, upper)
+        v, v_ref = rng.uniform(-limits.velocity, limits.velocity, (2, limits.velocity.size))
+        a_ref = rng.uniform(-limits.acceleration, limits.acceleration)
+        tau = np.asarray(control.compute(q, v, q_ref, v_ref, a_ref))
+        assert tau.shape == limits.effort.shape, (
+            f"'{case.name}' gives {tau.shape}, expected {limits.effort.shape}"
+        )
+        assert np.isfinite(tau).all(), f"'{case.name}' gives {tau} at q = {q}"
+
+
+def stays_inside_the_effort_limits(case: ControllerCase) -> None:
+    """Asked for a jump across the whole range, it commands no motor beyond its limit."""
+    cell, robot, control = case.stand()
+    limits = robot.limits
+    far = np.where(robot.q > 0.0, np.maximum(limits.lower, -2.0), np.minimum(limits.upper, 2.0))
+    control.reference = Hold(far)
+    for _ in range(200):
+        cell.step()
+        commanded = np.abs(cell.data.ctrl[robot.ctrl_adr])
+        assert np.isfinite(commanded).all(), f"'{case.name}' commands {commanded}"
+        assert (commanded <= limits.effort * (1 + 1e-9)).all(), (
+            f"'{case.name}' commands {commanded} N m, the limits are {limits.effort}"
+        )
+
+
+def is_stable_at_rest(case: ControllerCase) -> None:
+    """Told to hold still, it does: it neither drifts nor swings."""
+    cell, robot, control = case.stand()
+    home = robot.q
+    control.reference = Hold(home)
+    cell.step(750)
+    settled = robot.q
+    cell.step(250)
+    sag, creep = np.abs(robot.q - home).max(), np.abs(robot.q - settled).max()
+    assert sag < MOST_SAG, f"'{case.name}' is {sag:.4f} rad off after a second at rest"
+    assert creep < MOST_CREEP, f"'{case.name}' still moves by {creep:.5f} rad in 0.25 s"
+
+
+def returns_from_a_push(case: ControllerCase) -> None:
+    """Pushed off its reference, it comes back and the swing dies out."""
+    cell, robot, control = case.stand()
+    home = robot.q
+    control.reference = Hold(home)
+    cell.data.qvel[robot.dof_adr] = 0.2
+    cell.step(1500)
+    off, speed = np.abs(robot.q - home).max(), np.abs(robot.v).max()
+    assert off < MOST_SAG, f"'{case.name}' is {off:.4f} rad off 1.5 s after a push"
+    assert speed < 0.02, f"'{case.name}' still swings at {speed:.3f} rad/s 1.5 s after a push"
+
+
+def follows_a_motion(case: ControllerCase) -> None:
+    """It follows a motion and arrives."""
+    cell, robot, control = case.stand()
+    control.reference = arm = Arm(robot)
+    target = np.clip(robot.q + 0.3, robot.limits.lower + 0.1, robot.limits.upper - 0.1)
+    arm.move_to_configuration(target, speed=0.5)
+    worst = 0.0
+    while arm.moving:
+        cell.step()
+        worst = max(worst, float(np.abs(robot.q - arm.q).max()))
+    cell.step(750)
+    assert worst < MOST_LAG, f"'{case.name}' lags {worst:.3f} rad behind"
+    assert np.abs(robot.q - target).max() < MOST_SAG, f"'{case.name}' does not arrive"
+
+
+def takes_over_smoothly(case: ControllerCase) -> None:
+    """From an arm that another controller holds still, it goes on without a jerk."""
+    before_cell, before_robot, before = case.stand(ComputedTorque)
+    before_cell.step(500)
+    cell, robot, control = case.stand()
+    robot.set_configuration(before_robot.q)
+    cell.data.qvel[robot.dof_adr] = before_robot.v
+    control.reference = Hold(before_robot.q)
+    cell.step()
+    jump = np.abs(control.tau - before.tau) / robot.limits.effort
+    assert jump.max() < MOST_JUMP, (
+        f"'{case.name}' takes over with a jump of {jump.max():.0%} of an effort limit"
+    )
+    cell.step(200)
+    moved = float(np.abs(robot.q - before_robot.q).max())
+    assert moved < MOST_SAG, f"'{case.name}' moves by {moved:.4f} rad when it takes over"
+
+
+def goes_on_from_its_state(case: ControllerCase) -> None:
+    """Its state is plain data, and another one goes on from it to the same last bit."""
+    cell, robot, control = case.stand()
+    control.reference = Hold(robot.q + 0.05)
+    cell.step(50)
+    physics, state = cell.get_state()["integration"], json.dumps(control.get_state())
+    cell.step(100)
+    ended = cell.state_bytes()
+    other_cell, other_robot, other = case.stand()
+    other.reference = Hold(robot.description.home + np.full(robot.q.shape, 0.05))
+    other_cell.set_state({**other_cell.get_state(), "integration": physics})
+    other.set_state(json.loads(state))
+    other_cell.step(100)
+    assert other_cell.state_bytes() == ended, f"'{case.name}' goes on differently from its state"
+
+
+CONTROLLER_CONTRACT: tuple[Callable[[ControllerCase], None], ...] = (
+    never_gives_nan,
+    stays_inside_the_effort_limits,
+    is_stable_at_rest,
+    returns_from_a_push,
+    follows_a_motion,
+    takes_over_smoothly,
+    goes_on_from_its_state,
+)
+"""What every controller promises; each is a check that raises an `AssertionError`."""

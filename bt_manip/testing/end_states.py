@@ -1,0 +1,63 @@
+"""Conditions on how a task leaves the cell, judged by the physics and by nothing else."""
+
+import numpy as np
+
+from bt_manip.cell import Cell
+
+STILL = 5e-3  # [m/s]
+STILL_TURNING = 0.2  # [rad/s]
+LEVEL = 2e-3  # [m]
+
+
+def assert_stands_still(cell: Cell, *names: str) -> None:
+    """Make sure that objects do not move.
+
+    Raises:
+        AssertionError: When one does.
+    """
+    for name in names:
+        velocity = cell.velocity(name)
+        speed, turning = np.linalg.norm(velocity[:3]), np.linalg.norm(velocity[3:])
+        assert speed <= STILL, f"'{name}' moves at {1000 * speed:.1f} mm/s"
+        assert turning <= STILL_TURNING, f"'{name}' turns at {turning:.2f} rad/s"
+
+
+def assert_touches_only(cell: Cell, name: str, *others: str) -> None:
+    """Make sure that an object touches all of these, and nothing else.
+
+    Raises:
+        AssertionError: When it does otherwise.
+    """
+    partners = {label.partition("/")[0] for label in cell.contacts.partners(name)}
+    assert partners == set(others), (
+        f"'{name}' touches {', '.join(sorted(partners)) or 'nothing'}, "
+        f"expected {', '.join(sorted(others)) or 'nothing'}"
+    )
+
+
+def assert_tower(cell: Cell, names: list[str], on: str) -> None:
+    """Make sure that objects stand still on one another, and touch nothing else.
+
+    Args:
+        cell: The cell.
+        names: The objects from the bottom to the top.
+        on: What the lowest stands on.
+
+    Raises:
+        AssertionError: When it is no such tower.
+    """
+    assert_stands_still(cell, *names)
+    stack = [on, *names]
+    for i, name in enumerate(names):
+        assert_touches_only(cell, name, *stack[i : i + 3 : 2])
+    for lower, upper in zip(names, names[1:], strict=False):
+        rise = cell.pose(upper).translation[2] - cell.pose(lower).translation[2]
+        expected = rest_height(cell, lower) + rest_height(cell, upper)
+        assert abs(rise - expected) <= LEVEL, (
+            f"'{upper}' is {1000 * rise:.1f} mm above '{lower}', expected {1000 * expected:.1f} mm"
+        )
+
+
+def rest_height(cell: Cell, name: str) -> float:
+    """Give the height of an object's origin above what it stands on [m]."""
+    return float(getattr(cell.find(name), "rest_height", 0.0))

@@ -1,0 +1,215 @@
+"""The pytest plugin: fixtures, markers and reports for tests of what runs on bt-manip.
+
+Every pytest session loads this where bt-manip is installed, so nothing heavy is imported before a
+test asks for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from bt_manip.testing.contracts import CONTRACTS, TREES
+
+if TYPE_CHECKING:
+    from py_trees.behaviour import Behaviour
+
+    from bt_manip.bt import Tree
+    from bt_manip.cell import Cell
+    from bt_manip.plugins import Plugins
+    from bt_manip.registry import Parts
+    from bt_manip.robots import Robot
+    from bt_manip.runner.station import Station
+    from bt_manip.testing.coverage import TreeCoverage
+    from bt_manip.testing.situations import Situations
+    from bt_manip.testing.trial import Trial
+
+COVERAGE: pytest.StashKey[TreeCoverage] = pytest.StashKey()
+_LATEST: pytest.StashKey[Trial] = pytest.StashKey()
+
+
+# Options, markers, reports
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the coverage of trees."""
+    group = parser.getgroup("bt-manip")
+    group.addoption(
+        "--tree-coverage",
+        action="store_true",
+        help="say which leaves and branches of trees the tests have been through",
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Say what the markers mean."""
+    for line in (
+        "tree(path, substitute=None, **settings): the tree that the fixture tree_trial runs, a path"
+        " beside the test or a registered name (bt-manip)",
+        "start(situation): where the fixtures station, trial and tree_trial begin (bt-manip)",
+        f"{CONTRACTS}(plugin, ...): written by bt_manip.testing.contracts.contracts_of",
+        f"{TREES}(where, ...): written by bt_manip.testing.contracts.trees_of",
+    ):
+        config.addinivalue_line("markers", line)
+    if config.getoption("--tree-coverage"):
+        from bt_manip.testing.coverage import TreeCoverage
+
+        config.stash[COVERAGE] = TreeCoverage()
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Make a test of each contract of each part, and of each tree."""
+    marker = metafunc.definition.get_closest_marker(CONTRACTS)
+    if marker is not None:
+        from bt_manip.testing.contract_list import checks_of
+
+        checks = checks_of(_plugins(), *marker.args, **marker.kwargs)
+        metafunc.parametrize(
+            "bt_manip_contract", [c.run for c in checks], ids=[c.id for c in checks]
+        )
+    marker = metafunc.definition.get_closest_marker(TREES)
+    if marker is not None:
+        from bt_manip.testing.contract_list import tree_runs
+
+        runs = tree_runs(_plugins(), *marker.args)
+        metafunc.parametrize(
+            "bt_manip_tree_run", [run for _, run in runs], ids=[name for name, _ in runs]
+        )
+
+
+def pytest_assertrepr_compare(
+    config: pytest.Config, op: str, left: object, right: object
+) -> list[str] | None:
+    """Say what happened in the tree where a test compares what it returned."""
+    trial = config.stash.get(_LATEST, None)
+    if trial is None or type(left).__name__ != "NodeStatus" or op not in ("is", "=="):
+        return None
+    name = getattr(right, "name", right)
+    return [f"{left.name} {op} {name}", *trial.explain().splitlines()]  # type: ignore[attr-defined]
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """Print the coverage of trees where it was asked for."""
+    coverage = config.stash.get(COVERAGE, None)
+    if coverage is not None:
+        terminalreporter.section("coverage of trees")
+        for line in coverage.lines():
+            terminalreporter.write_line(line)
+
+
+# Fixtures
+
+
+@pytest.fixture(scope="session")
+def parts() -> Parts:
+    """All registered parts: built in, and of all installed plugins."""
+    return _plugins().parts
+
+
+@pytest.fixture
+def load_plugin() -> Callable[..., Plugins]:
+    """Load a plugin's module, or an object with hooks, beside the built-in one and nothing else.
+
+    ``load_plugin(my_package.plugin).parts`` has what it brings; a problem is an `AssertionError`.
+    """
+
+    def load(*modules: object) -> Plugins:
+        from bt_manip.testing.given_plugins import load_given_plugins
+
+        return load_given_plugins(*modules)
+
+    return load
+
+
+@pytest.fixture(scope="session")
+def build_station(parts: Parts) -> Callable[[], Station]:
+    """What builds the station of all tests; define it anew for another robot or scene."""
+
+    def build() -> Station:
+        from bt_manip.runner.station import build_station
+
+        return build_station(parts)
+
+    return build
+
+
+@pytest.fixture(scope="session")
+def situations(build_station: Callable[[], Station]) -> Situations:
+    """The start situations; define it anew, ask for itself and ``add`` to have more."""
+    from bt_manip.testing.situations import built_in_situations
+
+    return built_in_situations(build_station)
+
+
+@pytest.fixture
+def station(situations: Situations, request: pytest.FixtureRequest) -> Station:
+    """The station that all tests share, put back to "at rest" or to what the marker start says."""
+    marker = request.node.get_closest_marker("start")
+    return situations.reset(*marker.args) if marker is not None else situations.reset()
+
+
+@pytest.fixture
+def cell(station: Station) -> Cell:
+    """The cell of the station."""
+    return station.cell
+
+
+@pytest.fixture
+def robot(station: Station) -> Robot:
+    """The robot of the station."""
+    return station.robot
+
+
+@pytest.fixture
+def trial(station: Station, parts: Parts, request: pytest.FixtureRequest) -> Callable[..., Trial]:
+    """Put a behaviour or a tree into the station: ``trial(Hover(object="cube"))``.
+
+    Also ``trial("pick.xml", substitute={"Grasp": Stub("FAILURE")}, force=20)``: a document beside
+    the test or a registered name, stand-ins for some of its nodes, and values for its keys.
+    """
+
+    def make(
+        root: Behaviour | Tree | str | Path,
+        *,
+        substitute: Any = None,
+        tick: float = 0.010,
+        **settings: Any,
+    ) -> Trial:
+        from bt_manip.testing.tree_reading import read_test_tree
+        from bt_manip.testing.trial import Trial
+
+        if isinstance(root, str | Path):
+            root = read_test_tree(
+                root, parts, station.clock, folder=request.path.parent,
+                settings=settings, substitute=substitute,
+            )  # fmt: skip
+        made = Trial(station, root, tick=tick)
+        request.config.stash[_LATEST] = made
+        coverage = request.config.stash.get(COVERAGE, None)
+        if coverage is not None and made.tree.source is not None:
+            coverage.watch(made.tree)
+        return made
+
+    return make
+
+
+@pytest.fixture
+def tree_trial(trial: Callable[..., Trial], request: pytest.FixtureRequest) -> Iterator[Trial]:
+    """The tree that the marker tree names, in the station; halted when the test is over."""
+    marker = request.node.get_closest_marker("tree")
+    if marker is None or len(marker.args) != 1:
+        raise pytest.UsageError(
+            f"{request.node.nodeid} asks for tree_trial: mark it with @pytest.mark.tree('x.xml')"
+        )
+    made = trial(*marker.args, **marker.kwargs)
+    yield made
+    made.halt()
+
+
+def _plugins() -> Plugins:
+    from bt_manip.plugins import load_plugins
+
+    return load_plugins()

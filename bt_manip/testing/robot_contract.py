@@ -1,0 +1,107 @@
+"""What every robot promises."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bt_manip.cell import Cell
+from bt_manip.control import ComputedTorque, GripperController
+from bt_manip.motion import InverseKinematics
+from bt_manip.robots import Robot, RobotDescription, verify
+
+AGREEMENT = 1e-9
+POSES = 50
+REACHED = 0.95  # of the poses of configurations well inside the limits
+MOST_SAG = 2e-3  # [rad]
+
+
+@dataclass(frozen=True)
+class RobotCase:
+    """One robot under its contract."""
+
+    description: RobotDescription
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self.description.name
+
+    def stand(self) -> tuple[Cell, Robot]:
+        """Put it into an empty cell, under control where it has something to control."""
+        robot = Robot(self.description)
+        robot.attach(ComputedTorque(robot))
+        if self.description.gripper is not None:
+            robot.attach(GripperController(robot))
+        cell = Cell()
+        cell.add(robot)
+        return cell, robot
+
+
+def its_model_agrees_with_mujoco(case: RobotCase) -> None:
+    """Mass matrix, bias forces and frames are MuJoCo's own at random configurations."""
+    cell, robot = case.stand()
+    model = robot.make_model()
+    found = verify(
+        cell.model, model.model, rng=np.random.default_rng(0), n=20, qpos=model.locked_qpos
+    )
+    assert found.worst < AGREEMENT, f"the model of '{case.name}' differs from MuJoCo's: {found}"
+
+
+def its_limits_are_limits(case: RobotCase) -> None:
+    """Home is inside, and everything that has to be bounded is."""
+    robot = Robot(case.description)
+    limits, home = robot.limits, np.array(case.description.home)
+    assert limits.contain(home), f"home of '{case.name}' is outside {limits.lower}, {limits.upper}"
+    for what in ("velocity", "acceleration", "jerk", "effort"):
+        bound = getattr(limits, what)
+        assert np.isfinite(bound).all() and (bound > 0.0).all(), f"{what} of '{case.name}': {bound}"
+
+
+def it_reaches_what_it_can_reach(case: RobotCase) -> None:
+    """Inverse kinematics finds configurations for the poses that configurations have."""
+    _, robot = case.stand()
+    model = robot.make_model()
+    ik, rng = InverseKinematics(model), np.random.default_rng(1)
+    lower, upper = np.maximum(model.limits.lower, -np.pi), np.minimum(model.limits.upper, np.pi)
+    found = [ik.solve(model.pose(rng.uniform(lower, upper)), model.home) for _ in range(POSES)]
+    reached = sum(result.solved for result in found)
+    assert reached >= REACHED * POSES, f"'{case.name}' reaches {reached} of {POSES} poses"
+    for result in found:
+        assert not result.solved or model.limits.contain(result.q, 1e-9)
+
+
+def it_stands_still_at_home(case: RobotCase) -> None:
+    """Under control it holds its home, touching nothing with anything but its fingers."""
+    cell, robot = case.stand()
+    home = robot.q
+    cell.step(500)
+    sag = float(np.abs(robot.q - home).max())
+    assert sag < MOST_SAG, f"'{case.name}' sags by {sag:.4f} rad at home"
+    unexpected = cell.touch.judge().unexpected
+    assert not unexpected, f"'{case.name}' touches itself at home: {unexpected}"
+
+
+def its_gripper_opens_and_closes(case: RobotCase) -> None:
+    """Where it has one: all the way, and both fingers alike."""
+    gripper = case.description.gripper
+    if gripper is None:
+        return
+    cell, robot = case.stand()
+    (control,) = [e for e in robot.iter_entities() if isinstance(e, GripperController)]
+    control.close(0.2 * gripper.max_force)
+    cell.step(1500)
+    assert control.closed_on_nothing, f"'{case.name}' closes to {1000 * control.width:.1f} mm"
+    control.open()
+    cell.step(1500)
+    assert control.is_open, f"'{case.name}' opens to {1000 * control.width:.1f} mm"
+
+
+ROBOT_CONTRACT: tuple[Callable[[RobotCase], None], ...] = (
+    its_model_agrees_with_mujoco,
+    its_limits_are_limits,
+    it_reaches_what_it_can_reach,
+    it_stands_still_at_home,
+    its_gripper_opens_and_closes,
+)
+"""What every robot promises; each is a check that raises an `AssertionError`."""

@@ -1,0 +1,138 @@
+"""Start situations: moments of a task that tests begin at, each simulated once a session."""
+
+from collections.abc import Callable
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+
+from bt_manip import spatial
+from bt_manip.behaviours import Grasp, Hover, Lift, Reach
+from bt_manip.bt import NodeStatus, Tree
+from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.runner.station import Station
+
+AT_REST = "at rest"
+AROUND_THE_CUBE = "around the cube"
+HOLDING = "holding a cube over the table"
+
+Make = Callable[[Station], object]
+"""Brings a station from one situation to another."""
+
+
+class Situations:
+    """Situations by name, as snapshots of one station that is compiled once.
+
+    A situation is made when it is first asked for, from the one that it comes after, and kept as
+    a snapshot: from then on a test begins there in a fraction of a millisecond, or in the time
+    of one compile after a test that has added or removed objects.
+    """
+
+    def __init__(self, build: Callable[[], Station]) -> None:
+        """Know how to build the station; it is built when the first situation is asked for."""
+        self._build = build
+        self._station: Station | None = None
+        self._makers: dict[str, tuple[Make, str | None]] = {}
+        self._snapshots: dict[str | None, dict[str, Any]] = {}
+
+    def add(self, name: str, make: Make, *, after: str | None = AT_REST) -> None:
+        """Take in a situation.
+
+        Args:
+            name: What tests call it.
+            make: Called with the station, which it brings there: by behaviours (`play`), by hand.
+            after: The situation that it begins from; None: the station as it was built.
+
+        Raises:
+            BtManipError: When the name is taken, or there is no situation to begin from.
+        """
+        known = self._makers.get(name)
+        if known is not None and known != (make, after):
+            raise BtManipError(f"there is already a situation '{name}'")
+        if after is not None and after not in self._makers:
+            raise self._unknown(after)
+        self._makers[name] = (make, after)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Name all situations."""
+        return tuple(self._makers)
+
+    def reset(self, name: str = AT_REST) -> Station:
+        """Put the station into a situation.
+
+        Raises:
+            BtManipError: When there is none of this name.
+        """
+        station = self._built()
+        snapshot = self._snapshots.get(name)
+        if snapshot is not None:
+            station.set_state(snapshot)
+            return station
+        if name not in self._makers:
+            raise self._unknown(name)
+        make, after = self._makers[name]
+        if after is None:
+            station.set_state(self._snapshots[None])
+        else:
+            self.reset(after)
+        make(station)
+        self._snapshots[name] = station.get_state()
+        return station
+
+    def _built(self) -> Station:
+        if self._station is None:
+            self._station = self._build()
+            self._snapshots[None] = self._station.get_state()
+        return self._station
+
+    def _unknown(self, name: str) -> BtManipError:
+        return BtManipError(f"no start situation '{name}'{did_you_mean(name, self._makers)}")
+
+
+def play(station: Station, *behaviours: Behaviour, timeout: float = 10.0) -> None:
+    """Run behaviours one after another; each has to succeed.
+
+    Args:
+        station: Where.
+        *behaviours: What to run.
+        timeout: Longest simulated time for each [s].
+
+    Raises:
+        AssertionError: When one does not succeed; it says why.
+    """
+    for behaviour in behaviours:
+        tree = Tree(behaviour, clock=station.clock)
+        status = station.run(tree, timeout=timeout)
+        if status is not NodeStatus.SUCCESS:
+            raise AssertionError(
+                f"{behaviour.name} ended with {status.name}: {tree.failure_reason()}"
+            )
+
+
+def built_in_situations(build: Callable[[], Station]) -> Situations:
+    """Give the situations that come with bt-manip: a cube on the table, and the way to its grip.
+
+    Args:
+        build: Builds a station with a table whose surface is 1.015 m above the floor.
+    """
+    situations = Situations(build)
+    situations.add(AT_REST, _put_a_cube_on_the_table, after=None)
+    situations.add(AROUND_THE_CUBE, _reach)
+    situations.add(HOLDING, _pick, after=AROUND_THE_CUBE)
+    return situations
+
+
+def _put_a_cube_on_the_table(station: Station) -> None:
+    cube = station.models.create("cube")
+    table = station.cell.entities["table"]
+    height = station.cell.pose("table").translation[2] + table.surface_height
+    station.cell.add(cube, spatial.pose((0.3, 0.1, height + cube.rest_height)), name="cube")
+    station.cell.step(100)
+
+
+def _reach(station: Station) -> None:
+    play(station, Hover(object="cube", height=0.15), Reach(object="cube"))
+
+
+def _pick(station: Station) -> None:
+    play(station, Grasp(object="cube"), Lift(height=0.15))

@@ -1,0 +1,72 @@
+"""Trees for tests: from a file or a registered name, with stand-ins for some of the leaves."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from bt_manip.bt import BehaviourRegistry, Tree
+from bt_manip.bt.nodes.test_node import TestNodeConfig
+from bt_manip.bt.substitution import Rule
+from bt_manip.registry import Parts
+from bt_manip.runner.python_tree import make_tree
+from bt_manip.runner.tree_source import TreeSource, find_tree
+from bt_manip.runner.xml_tree import load_document
+from bt_manip.testing.stubs import Stub
+
+Substitute = Mapping[str, "Stub | Rule"]
+"""What stands in for nodes, by their name, registered name or path (with ``* ?``): a `Stub`, the
+name of another behaviour, or a rule of `bt_manip.bt.substitution`."""
+
+
+def read_test_tree(
+    text: str | Path,
+    parts: Parts,
+    clock: Callable[[], float],
+    *,
+    folder: Path | None = None,
+    settings: Mapping[str, Any] | None = None,
+    substitute: Substitute | None = None,
+) -> Tree:
+    """Read a tree for a test.
+
+    Args:
+        text: A registered name, ``path.xml`` or ``path.py:function``.
+        parts: The registered parts.
+        clock: The clock that the tree's waits count [s].
+        folder: Where paths begin; the current folder when None.
+        settings: Values for keys that the tree declares.
+        substitute: Stand-ins for some of its nodes; only documents have them.
+
+    Raises:
+        BtManipError: When there is no such tree, or it is wrong.
+    """
+    source = find_test_tree(text, parts, folder)
+    texts = {key: str(value) for key, value in (settings or {}).items()}
+    if source.kind == "python":
+        if substitute:
+            raise ValueError(f"'{text}' is made by a function: build it with other leaves there")
+        return make_tree(source, texts, clock)
+    behaviours = BehaviourRegistry()
+    for name in parts.behaviours.names():
+        behaviours.register(parts.behaviours.get(name), name)
+    rules = {pattern: _rule(rule) for pattern, rule in (substitute or {}).items()}
+    return load_document(
+        source, behaviours, texts, clock, warn=lambda message: None, substitutions=rules
+    )
+
+
+def find_test_tree(text: str | Path, parts: Parts, folder: Path | None = None) -> TreeSource:
+    """Find a tree beside a test, by a path, or by its registered name.
+
+    Raises:
+        BtManipError: When there is no such tree.
+    """
+    path, colon, function = str(text).partition(":")
+    beside = (folder or Path()) / path
+    if beside.is_file():
+        return find_tree(f"{beside}{colon}{function}", {})
+    return find_tree(str(text), {name: parts.trees.get(name) for name in parts.trees})
+
+
+def _rule(rule: "Stub | Rule") -> str | TestNodeConfig:
+    return rule.config if isinstance(rule, Stub) else rule

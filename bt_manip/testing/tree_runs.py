@@ -1,0 +1,116 @@
+"""Running whole trees headless, and judging by the physics how things end."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from bt_manip.registry import Parts
+from bt_manip.runner import Run, RunObserver, RunRequest, prepare
+from bt_manip.runner.station import Station
+from bt_manip.testing.coverage import TreeCoverage
+from bt_manip.testing.explanation import explain
+from bt_manip.testing.history import History
+from bt_manip.testing.tree_reading import find_test_tree
+
+EndState = Callable[[Station], object]
+"""Judges a station at the end of a cycle: raises, or returns False, when it is not as it should
+be. It may let the time go on: the station is put back afterwards."""
+
+
+@dataclass
+class _Judge(RunObserver):
+    """Looks at the end of each cycle whether it has succeeded, and what the physics says."""
+
+    end_state: EndState | None
+    problems: list[str] = field(default_factory=list)
+    cycles: int = 0
+
+    def run_started(self, run: Run) -> None:
+        """Watch the tree."""
+        self._station = run.station
+        self._tree = run.tree
+        self._watch()
+
+    def _watch(self) -> None:
+        self._history = History(self._tree)
+        self._tree.observers.append(self._history)
+
+    def cycle_started(self, cycle: int) -> None:
+        """Forget what the last cycle's nodes did."""
+        self._cycle = cycle
+        self._tree.observers.remove(self._history)
+        self._watch()
+
+    def after_tick(self) -> None:
+        """Count the ticks."""
+        self._history.tick += 1
+
+    def cycle_ended(self, status: str, reason: str) -> None:
+        """Judge."""
+        self.cycles += 1
+        if status != "SUCCESS":
+            self.problems.append(f"cycle {self._cycle} failed: {reason}\n{explain(self._history)}")
+        elif self.end_state is not None:
+            self._judge(self.end_state)
+
+    def _judge(self, end_state: EndState) -> None:
+        state = self._station.get_state()
+        try:
+            if end_state(self._station) is False:
+                raise AssertionError(f"{getattr(end_state, '__name__', 'the condition')} is False")
+        except AssertionError as error:
+            self.problems.append(
+                f"cycle {self._cycle} did not end as it should: {error}\n{explain(self._history)}"
+            )
+        finally:
+            self._station.set_state(state)
+
+    def run_ended(self) -> None:
+        """Let go of the tree."""
+        self._tree.observers.remove(self._history)
+
+
+def run_tree(
+    tree: str | Path,
+    parts: Parts,
+    *,
+    end_state: EndState | None = None,
+    cycles: int = 1,
+    seed: int = 0,
+    settings: Mapping[str, Any] | None = None,
+    folder: Path | None = None,
+    coverage: TreeCoverage | None = None,
+    **choice: Any,
+) -> None:
+    """Run a tree headless, and make sure that every cycle succeeds and ends as it should.
+
+    Args:
+        tree: A registered name, ``path.xml`` or ``path.py:function``.
+        parts: The registered parts.
+        end_state: What has to hold at the end of each cycle, besides the tree's own opinion.
+        cycles: How often to run it.
+        seed: Seed of all randomness.
+        settings: Values for keys that the tree declares.
+        folder: Where paths begin; the current folder when None.
+        coverage: Gathers what is ticked.
+        **choice: More of `bt_manip.runner.RunRequest`: ``robot``, ``controller``, ...
+
+    Raises:
+        AssertionError: When a cycle fails or ends otherwise; it lists all that do, and why.
+        BtManipError: When the tree cannot run.
+    """
+    texts = {key: str(value) for key, value in (settings or {}).items()}
+    source = find_test_tree(tree, parts, folder)
+    request = RunRequest(source, cycles=cycles, seed=seed, settings=texts, **choice)
+    run = prepare(request, parts)
+    if coverage is not None:
+        coverage.watch(run.tree)
+    judge = _Judge(end_state)
+    run.execute([judge])
+    good = judge.cycles - len(judge.problems)
+    if good < cycles:
+        raise AssertionError(
+            f"{good} of {cycles} cycles of '{tree}' ended as they should\n"
+            + "\n".join(judge.problems)
+        )

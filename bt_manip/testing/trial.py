@@ -1,0 +1,197 @@
+"""A behaviour or a tree in a station, ticked by a test."""
+
+from collections.abc import Callable
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+
+from bt_manip.bt import Blackboard, NodeStatus, Tree
+from bt_manip.exceptions import did_you_mean
+from bt_manip.runner.station import Station
+from bt_manip.testing.explanation import explain
+from bt_manip.testing.history import History
+
+TICK = 0.010
+"""Simulated time between two ticks [s]."""
+
+
+class Trial:
+    """One behaviour or tree in a station; a test ticks it and looks.
+
+    What is asked for and does not come is an `AssertionError` that says which node decided at
+    which tick, what all nodes came to, and what the blackboard held then.
+
+    Attributes:
+        station: Where it runs.
+        tree: What runs.
+        history: What its nodes went through.
+    """
+
+    def __init__(self, station: Station, root: Behaviour | Tree, *, tick: float = TICK) -> None:
+        """Set the behaviours up.
+
+        Args:
+            station: Where it runs.
+            root: A behaviour, or a tree whose clock is the station's.
+            tick: Simulated time between two ticks [s].
+        """
+        self.station = station
+        self.tree = root if isinstance(root, Tree) else Tree(root, clock=station.clock)
+        self.history = History(self.tree)
+        self.tree.observers.append(self.history)
+        self._steps = max(1, round(tick / station.cell.dt))
+        self.tree.setup(**station.infrastructure)
+
+    @property
+    def behaviour(self) -> Behaviour:
+        """The root."""
+        return self.tree.root
+
+    @property
+    def blackboard(self) -> Blackboard:
+        """The blackboard scope of the root."""
+        return self.tree.blackboard
+
+    # Ticking
+
+    def tick(self) -> NodeStatus:
+        """Tick once and let a tick's time pass."""
+        self.history.tick += 1
+        status = self.tree.tick()
+        self.station.cell.step(self._steps)
+        return status
+
+    def until_done(self, timeout: float = 3.0) -> NodeStatus:
+        """Tick until the root ends, for at most some simulated time [s]."""
+        end = self.station.cell.time + timeout
+        status = self.tick()
+        while status is NodeStatus.RUNNING and self.station.cell.time < end - 1e-9:
+            status = self.tick()
+        return status
+
+    def tick_until(
+        self,
+        wanted: NodeStatus | str | Callable[[], bool],
+        timeout: float = 3.0,
+        *,
+        node: str = "",
+    ) -> NodeStatus:
+        """Tick until something has come about, or fail and say why it has not.
+
+        Args:
+            wanted: The status of the root (``"SUCCESS"``, ...) or of a node, or a condition that
+                is asked after each tick.
+            timeout: Longest simulated time to wait [s].
+            node: Path, name or registered name of the node whose status is meant; the root's when
+                empty.
+
+        Returns:
+            What the root returned at the last tick.
+
+        Raises:
+            AssertionError: When the tree ends otherwise, or the time is up.
+        """
+        status_wanted = None if callable(wanted) else _status(wanted)
+        watched = self.node(node) if node else None
+        end = self.station.cell.time + timeout
+        while True:
+            seen = len(self.history.changes)
+            status = self.tick()
+            if status_wanted is None:
+                assert callable(wanted)
+                if wanted():
+                    return status
+            elif watched is None:
+                if status is status_wanted:
+                    return status
+            elif any(
+                c.node is watched and c.status is status_wanted for c in self.history.changes[seen:]
+            ):
+                return status
+            what = "what was waited for" if status_wanted is None else status_wanted.name
+            of = f" of '{watched.path or watched.name}'" if watched is not None else ""
+            if status is not NodeStatus.RUNNING:
+                raise AssertionError(f"expected {what}{of}, the tree ended with {status.name}\n"
+                                     + self.explain())  # fmt: skip
+            if self.station.cell.time >= end - 1e-9:
+                raise AssertionError(f"expected {what}{of} within {timeout:g} s, the tree still "
+                                     f"runs\n{self.explain()}")  # fmt: skip
+
+    def halt(self) -> None:
+        """Halt the tree."""
+        self.tree.halt()
+
+    # Looking
+
+    def node(self, name: str) -> Any:
+        """Find a node by its path, its name or its registered name.
+
+        Raises:
+            AssertionError: When there is none, or more than one.
+        """
+        for attribute in ("path", "name", "registration"):
+            found = [node for node in self.tree.nodes if getattr(node, attribute) == name]
+            if len(found) == 1:
+                return found[0]
+            if found:
+                paths = ", ".join(f"'{node.path}'" for node in found)
+                raise AssertionError(f"'{name}' may be any of {paths}")
+        known = [node.path for node in self.tree.nodes]
+        raise AssertionError(f"the tree has no node '{name}'{did_you_mean(name, known)}")
+
+    def fails_with(self, *words: str, timeout: float = 3.0) -> bool:
+        """Run it to its end; it has to fail for a reason that has these words.
+
+        Returns:
+            True, so that a test can say ``assert trial(...).fails_with(...)``.
+
+        Raises:
+            AssertionError: When it does not fail, or for another reason.
+        """
+        self.tick_until(NodeStatus.FAILURE, timeout)
+        reason = self.tree.failure_reason()
+        missing = [word for word in words if word not in reason]
+        if missing:
+            raise AssertionError(
+                f"expected a failure with {', '.join(map(repr, missing))} in its reason\n"
+                + self.explain()
+            )
+        return True
+
+    def assert_ended(self, node: str, status: NodeStatus | str) -> None:
+        """Make sure that a node has ended with a status, at whichever tick.
+
+        Raises:
+            AssertionError: When it has not.
+        """
+        wanted, ends = _status(status), self.history.ended(self.node(node))
+        if wanted not in ends:
+            ended = ", ".join(end.name for end in ends) or "not at all"
+            raise AssertionError(
+                f"expected '{node}' to end with {wanted.name}, it ended {ended}\n" + self.explain()
+            )
+
+    def assert_never_ticked(self, node: str) -> None:
+        """Make sure that a node has not been ticked.
+
+        Raises:
+            AssertionError: When it has.
+        """
+        change = self.history.last(self.node(node))
+        if change is not None:
+            raise AssertionError(
+                f"expected '{node}' never to be ticked, it was {change.status.name} at tick "
+                f"{change.tick}\n" + self.explain()
+            )
+
+    def explain(self) -> str:
+        """Say what has happened so far."""
+        return explain(self.history)
+
+
+def _status(status: NodeStatus | str) -> NodeStatus:
+    if isinstance(status, NodeStatus):
+        return status
+    if status not in NodeStatus.__members__:
+        raise ValueError(f"no status '{status}'{did_you_mean(status, NodeStatus.__members__)}")
+    return NodeStatus[status]

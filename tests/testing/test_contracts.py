@@ -1,0 +1,32 @@
+"""All that comes with bt-manip is held to the contracts that everyone's parts are held to."""
+
+from bt_manip.testing.behaviour_contract import Example
+from bt_manip.testing.contracts import contracts_of, trees_of
+from bt_manip.testing.situations import AROUND_THE_CUBE, HOLDING
+
+NEAR_HOME = "0.1;-0.6;0.1;-2.2;0.1;1.6;0.9"
+BEYOND = "0;-0.6;0;0.5;0;1.6;0.9"
+
+EXAMPLES = {
+    "CloseGripper": Example(fails=({"patience": 0.05}, {"force": 500.0})),
+    "Drop": Example({"container": "basket"}, HOLDING, fails=({"patience": 0.01},)),
+    "Grasp": Example({"object": "cube"}, AROUND_THE_CUBE, fails=({"force": 500.0},)),
+    "Hover": Example({"object": "cube", "height": 0.15}, fails=({"height": 2.0},)),
+    "IsAt": Example({"pose": "0.4;0;1.3"}, status="FAILURE"),
+    "IsHolding": Example({"object": "cube"}, HOLDING),
+    "Lift": Example({"height": 0.1}, HOLDING, fails=({"height": 2.0}, {"speed": 0.0})),
+    "MoveHome": Example(start=HOLDING, fails=({"speed": -1.0},)),
+    "MoveToConfiguration": Example(
+        {"configuration": NEAR_HOME}, fails=({"configuration": BEYOND},)
+    ),
+    "MoveToPose": Example({"pose": "0.35;-0.2;1.3;0;1;0;0"}, fails=({"pose": "3;0;1"},)),
+    "ObjectExists": Example({"object": "cube"}),
+    "OpenGripper": Example(start=HOLDING, fails=({"patience": 0.01},)),
+    "Reach": Example({"object": "cube"}, fails=({"height": 2.0},)),
+    "RemoveObject": Example({"object": "cube"}),
+    "SpawnObject": Example({"object": "{object}"}, fails=({"region": "1;0;0;1"},)),
+}
+
+test_built_in_parts_keep_their_contracts = contracts_of("builtin", examples=EXAMPLES)
+
+test_built_in_trees_run = trees_of("builtin")
