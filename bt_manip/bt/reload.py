@@ -45,6 +45,7 @@ def replace(tree: "Tree", other: "Tree") -> None:
     tree.nodes = other.nodes
     tree.scopes = other.scopes
     tree._root = other._root
+    tree._has_foreign = other._has_foreign
     for link in tree.nodes:
         link._node_runtime = runtime
         link._node_observers = runtime.observers

@@ -70,6 +70,7 @@ class Tree:
         self.nodes: list[Link] = binding.nodes
         self.scopes = binding.scopes
         self._root: Link = self.nodes[0]
+        self._has_foreign = not all(isinstance(link, Node) for link in self.nodes)
         self._infrastructure: dict[str, Any] | None = None
         _make_room(root)
 
@@ -169,6 +170,8 @@ class Tree:
 
     def statuses(self) -> bytes:
         """Give the engine's status of every node, one byte a node, in the order of `nodes`."""
+        if self._has_foreign:
+            return bytes([link.engine_status for link in self.nodes])
         return bytes([link._node_status for link in self.nodes])
 
     def node(self, path: str) -> Link:

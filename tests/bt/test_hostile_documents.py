@@ -1,6 +1,5 @@
 """Documents made to hurt get an error, never a crash or a hang."""
 
-import os
 import time
 
 import pytest
@@ -11,9 +10,6 @@ from bt_manip.bt import BehaviourRegistry
 from bt_manip.bt.conformance.leaves import corpus_registry
 from bt_manip.bt.loading import read_tree_text
 from bt_manip.exceptions import BtManipError
-
-EXAMPLES = int(os.environ.get("BT_MANIP_SOAK", "300"))
-"""How many documents are mutated; ``make soak`` asks for 100,000."""
 
 SEEDS = [
     '<root BTCPP_format="4" main_tree_to_execute="Main"><BehaviorTree ID="Main"><Sequence name="s">'
@@ -48,22 +44,41 @@ mutations = st.lists(
 registry = corpus_registry([])
 
 
-@settings(
-    max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck), database=None
-)
-@given(st.sampled_from(SEEDS), mutations, st.booleans())
-def test_reading_a_mutated_document_raises_nothing_but_our_errors(seed, changes, strict):
+documents = given(st.sampled_from(SEEDS), mutations, st.booleans())
+
+
+def examples(count):
+    """Let a property be tried on so many documents."""
+    return settings(
+        max_examples=count, deadline=None, suppress_health_check=list(HealthCheck), database=None
+    )
+
+
+def check_mutated(seed, changes, strict):
     text = seed
     for position, removed, inserted in changes:
         start = position % (len(text) + 1)
         text = text[:start] + inserted + text[start + removed :]
     try:
         reading = read_tree_text(text, registry, strict=strict, dialect="auto")
-        assert (reading.tree is not None) or reading.errors
-        for problem in reading.problems:
-            assert problem.place.line >= 1 and problem.place.column >= 1
     except BtManipError:
-        pass
+        return
+    assert (reading.tree is not None) or reading.errors
+    for problem in reading.problems:
+        assert problem.place.line >= 1 and problem.place.column >= 1
+
+
+@examples(300)
+@documents
+def test_reading_a_mutated_document_raises_nothing_but_our_errors(seed, changes, strict):
+    check_mutated(seed, changes, strict)
+
+
+@pytest.mark.soak
+@examples(100_000)
+@documents
+def test_reading_100000_mutated_documents_raises_nothing_but_our_errors(seed, changes, strict):
+    check_mutated(seed, changes, strict)
 
 
 def billion_laughs():

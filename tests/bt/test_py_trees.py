@@ -99,6 +99,13 @@ class TestStockParents:
 
         assert [tree.tick() for _ in range(2)] == [NodeStatus.SUCCESS] * 2
 
+    def test_the_statuses_of_stock_nodes_are_known_wherever_they_stand(self):
+        inner = py_trees.composites.Sequence("inner", True, [Stock("leaf", "R")])
+        tree = Tree(py_trees.composites.Selector("root", True, [AlwaysFailure(), inner]))
+        tree.tick()
+
+        assert list(tree.statuses()) == [1, 3, 1, 1]
+
     def test_our_nodes_run_in_a_stock_tree(self):
         stock = Stock("stock", "RS")
         root = py_trees.composites.Selector(

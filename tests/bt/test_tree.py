@@ -288,6 +288,23 @@ class TestConditionsAroundATick:
         assert tree_of(node).tick() is NodeStatus.FAILURE
 
 
+def test_an_exception_while_halting_names_its_node():
+    class Stuck(Action):
+        """Cannot be stopped."""
+
+        def update(self):
+            return Status.RUNNING
+
+        def terminate(self, new_status):
+            raise RuntimeError("stuck")
+
+    tree = tree_of(Sequence("s", [Stuck("wheel")]))
+    tree.tick()
+
+    with pytest.raises(NodeError, match=r"^wheel \[Stuck\]: stuck$"):
+        tree.halt()
+
+
 def test_an_exception_names_the_innermost_node_once():
     class Boom(Action):
         """Explode."""

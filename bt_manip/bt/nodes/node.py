@@ -205,12 +205,14 @@ class Node(PortAccess, Behaviour):
 
     def halt(self) -> None:
         """Interrupt the node and what runs below it."""
-        self._halt()
-        if self._node_guard is not None:
-            try:
+        try:
+            self._halt()
+            if self._node_guard is not None:
                 self._node_guard.halted(self)
-            except Exception as error:
-                raise self._error(error) from error
+        except NodeError:
+            raise
+        except Exception as error:
+            raise self._error(error) from error
 
     def _halt(self) -> None:
         self._reset()
