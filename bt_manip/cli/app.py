@@ -5,17 +5,26 @@ import importlib.util
 import os
 import sys
 import traceback
+from typing import TYPE_CHECKING
 
 import click
 
 from bt_manip.cli.interrupt import INTERRUPTED, Interrupt
+from bt_manip.cli.plugin_options import chosen, plugin_options
 from bt_manip.exceptions import BtManipError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from bt_manip.cli.plugin_commands import PluginCommand
 
 BAD_INPUT = 2
 FAULT = 3
 
 COMMANDS = {
     "list": "bt_manip.cli.listing:list_parts",
+    "new": "bt_manip.cli.new:new",
+    "plugins": "bt_manip.cli.plugins:show_plugins",
     "run": "bt_manip.cli.run:run",
     "tree": "bt_manip.cli.tree:tree",
 }
@@ -23,20 +32,39 @@ COMMANDS = {
 
 
 class LazyGroup(click.Group):
-    """A group that imports a sub-command when somebody asks for it."""
+    """A group that imports a sub-command when somebody asks for it.
+
+    Plugins bring sub-commands by the entry-point group ``bt_manip.commands``. The list of all
+    takes their first lines from their sources, so that it costs nothing whatever they import.
+    """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Name the sub-commands."""
-        return [name for name in sorted(COMMANDS) if self._exists(name)]
+        return sorted({*filter(self._exists, COMMANDS), *_plugin_commands(ctx)})
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import a sub-command."""
+        """Import a sub-command; the built-in ones come first."""
         if not self._exists(cmd_name):
-            return None
+            found = _plugin_commands(ctx).get(cmd_name)
+            return None if found is None else found.load()
         module, _, attribute = COMMANDS[cmd_name].partition(":")
         command = getattr(importlib.import_module(module), attribute)
         assert isinstance(command, click.Command)
         return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the sub-commands with the first line of their help."""
+        rows, plugins = [], _plugin_commands(ctx)
+        for name in self.list_commands(ctx):
+            if self._exists(name):
+                command = self.get_command(ctx, name)
+                assert command is not None
+                rows.append((name, command.get_short_help_str(formatter.width)))
+            else:
+                summary = plugins[name].summary()
+                rows.append((name, f"{summary} ({plugins[name].package})".lstrip()))
+        with formatter.section("Commands"):
+            formatter.write_dl(rows)
 
     @staticmethod
     def _exists(name: str) -> bool:
@@ -44,8 +72,15 @@ class LazyGroup(click.Group):
         return bool(place) and importlib.util.find_spec(place.partition(":")[0]) is not None
 
 
+def _plugin_commands(ctx: click.Context) -> "Mapping[str, PluginCommand]":
+    from bt_manip.cli.plugin_commands import plugin_commands
+
+    return plugin_commands(chosen(ctx))
+
+
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="bt-manip")
+@plugin_options
 @click.pass_context
 def app(ctx: click.Context) -> None:
     """Run manipulation tasks, written as behaviour trees, on a simulated robot cell."""
@@ -67,7 +102,7 @@ def run_app(interrupt: Interrupt, arguments: list[str] | None = None) -> int:
     try:
         code = app.main(arguments, prog_name="bt-manip", standalone_mode=False, obj=interrupt)
         sys.stdout.flush()
-        return int(code or 0)
+        return code if isinstance(code, int) else 0
     except (KeyboardInterrupt, click.Abort):
         return INTERRUPTED
     except click.ClickException as error:
@@ -80,8 +115,24 @@ def run_app(interrupt: Interrupt, arguments: list[str] | None = None) -> int:
         # Who read the output is gone; Python's own flush at exit must not fail on it again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except Exception:
+    except Exception as error:
         if interrupt.requested:  # the interrupt came out of an import as something else
             return INTERRUPTED
-        traceback.print_exc()
+        _print_fault(error)
         return FAULT
+
+
+def _print_fault(error: Exception) -> None:
+    """Say what is broken, and whose it is when it is a plugin's command."""
+    from bt_manip.cli.plugin_commands import BrokenCommandError, blame
+
+    if isinstance(error, BrokenCommandError):
+        click.echo(f"Error: {error}", err=True)
+        return
+    traceback.print_exception(error)
+    command = blame(error, chosen())
+    if command is not None:
+        what = f"{type(error).__name__}: {error}"
+        click.echo(
+            f"Error: the command '{command.point.name}' of {command.package}: {what}", err=True
+        )

@@ -7,23 +7,26 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from bt_manip.cli.plugin_options import load_chosen_plugins, plugin_options
+
 if TYPE_CHECKING:
     from bt_manip.plugins import Plugins
 
-KINDS = ("trees", "behaviours", "objects", "robots", "controllers", "plugins")
+KINDS = (
+    "trees", "behaviours", "objects", "robots", "controllers", "scenes", "recorders", "plugins",
+)  # fmt: skip
 
 
 @click.command("list")
 @click.argument("kind", required=False, type=click.Choice(KINDS))
+@plugin_options
 def list_parts(kind: str | None) -> None:
     """List what is registered, with the plugin that it is from.
 
     Without a kind, everything is listed.
     """
     os.environ.setdefault("MUJOCO_GL", "disable")
-    from bt_manip.plugins import load_plugins
-
-    plugins = load_plugins(warn=lambda text: click.echo(f"Warning: {text}", err=True))
+    plugins = load_chosen_plugins()
     for chosen in [kind] if kind else KINDS:
         if kind is None:
             click.echo(f"{chosen}:")
@@ -40,7 +43,9 @@ def _rows(plugins: "Plugins", kind: str) -> Iterator[tuple[str, str, str]]:
                 f"{len(names)} {what if len(names) > 1 else what[:-1]}"
                 for what, names in plugin.provides.items()
             )
-            summary = plugin.problem and f"left out: {plugin.problem}"
+            summary = "blocked" if plugin.blocked else ""
+            if plugin.problem:
+                summary = f"left out: {plugin.problem}"
             yield plugin.name, plugin.version, summary or ", ".join(counts)
         return
     registry = plugins.parts.by_kind()[kind]

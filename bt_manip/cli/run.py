@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bt_manip.cli.interrupt import INTERRUPTED, Interrupt
+from bt_manip.cli.plugin_options import load_chosen_plugins, plugin_options, print_warning
 from bt_manip.cli.settings import parse_settings
 from bt_manip.exceptions import BtManipError, NodeError
 
@@ -34,13 +35,15 @@ class RunOptions:
     cycles: int
     seed: int
     robot: str
-    controller: str
+    controller: str | None
+    scene: str | None
     settings: dict[str, str]
     tick_ms: float
     real_time: float | None
     view: bool
     report: Path | None
     trace: Path | None
+    records: tuple[str, ...]
     quiet: bool
 
 
@@ -57,10 +60,17 @@ EXIT_CODES = (
     help="Runs of the tree from idle to SUCCESS or FAILURE; 0 goes on until Ctrl-C.",
 )  # fmt: skip
 @click.option("--seed", default=0, show_default=True, metavar="S", help="Seed of all randomness.")
-@click.option("--robot", default="panda", show_default=True, metavar="R", help="Robot to use.")
 @click.option(
-    "--controller", default="computed_torque", show_default=True, metavar="C",
-    help="Controller of the arm.",
+    "--robot", default="panda", show_default=True, metavar="R",
+    help="Robot to use: a registered name, or path.toml that describes one.",
+)  # fmt: skip
+@click.option(
+    "--controller", metavar="C",
+    help="Controller of the arm.  [default: the tree's, or computed_torque]",
+)  # fmt: skip
+@click.option(
+    "--scene", metavar="S",
+    help="What stands in the cell.  [default: the tree's, or table_and_basket]",
 )  # fmt: skip
 @click.option(
     "--set", "settings", multiple=True, metavar="KEY=VALUE",
@@ -83,7 +93,12 @@ EXIT_CODES = (
     "--trace", type=click.Path(path_type=Path), metavar="FILE.npz",
     help="Write t, q, v, q_ref, v_ref, a_ref and tau of every control step.",
 )  # fmt: skip
+@click.option(
+    "--record", "records", multiple=True, metavar="NAME[=FILE]",
+    help="Let a recorder watch (see: bt-manip list recorders); may be given more than once.",
+)  # fmt: skip
 @click.option("--quiet", is_flag=True, help="Print nothing but warnings and errors.")
+@plugin_options
 @click.pass_obj
 def run(interrupt: Interrupt, settings: tuple[str, ...], **options: Any) -> int:
     """Run TREE in a cell.
@@ -149,16 +164,18 @@ class _Job:
         window = self._window()
         from rich.console import Console
 
-        from bt_manip.plugins import load_plugins
-        from bt_manip.runner.request import RunRequest
+        from bt_manip.registry import Surroundings
+        from bt_manip.runner.request import CONTROLLER, SCENE, RunRequest
         from bt_manip.runner.tree_source import find_tree
 
-        self._plugins = load_plugins(warn=_warn)
-        parts = self._plugins.parts
+        self._plugins = plugins = load_chosen_plugins()
+        parts = plugins.parts
+        wants = parts.surroundings.get(options.tree, Surroundings())
         request = RunRequest(
             tree=find_tree(options.tree, {name: parts.trees.get(name) for name in parts.trees}),
             robot=options.robot,
-            controller=options.controller,
+            controller=options.controller or wants.controller or CONTROLLER,
+            scene=options.scene or wants.scene or SCENE,
             cycles=options.cycles,
             seed=options.seed,
             tick=options.tick_ms / 1e3,
@@ -166,6 +183,7 @@ class _Job:
             real_time=options.real_time,
         )
         # Only now what takes long to import: what is wrong above is said at once.
+        from bt_manip.cli.run_observers import extra_observers
         from bt_manip.recording.recorder import Recorder
         from bt_manip.recording.trace import Trace
         from bt_manip.runner.prepare import prepare
@@ -175,6 +193,7 @@ class _Job:
         self._trace = Trace(options.trace) if options.trace else None
         self._recorder = Recorder(request.tree.name, request.seed, self._trace)
         observers: list[RunObserver] = [self._recorder]
+        observers += extra_observers(plugins, request.controller, options.records)
         if not options.quiet:
             observers.append(_terminal(self._console, options.cycles))
         if window:
@@ -191,7 +210,7 @@ class _Job:
         if not isinstance(error, BtManipError):
             # A node's exception is wrapped in one that says which node; the first one says why.
             traceback.print_exception(error.__cause__ or error)
-            if not isinstance(error, NodeError):
+            if not isinstance(error, NodeError) and not hasattr(error, "culprit"):
                 text = f"{type(error).__name__}: {text}"
         self._error = f"{by}{text}"
         click.echo(f"Error: the run ended by a fault: {self._error}", err=True)
@@ -247,7 +266,7 @@ class _Job:
                 require_display()
                 return True
             except NoDisplayError as error:
-                _warn(f"--view: {error}; the run goes on without a window")
+                print_warning(f"--view: {error}; the run goes on without a window")
         os.environ.setdefault("MUJOCO_GL", "disable")
         return False
 
@@ -272,7 +291,3 @@ def _terminal(console: "Console", cycles: int) -> "RunObserver":
     from bt_manip.viewer.plain_view import PlainView
 
     return PlainView(console, cycles=cycles)
-
-
-def _warn(message: str) -> None:
-    click.echo(f"Warning: {message}", err=True)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from bt_manip.cli.plugin_options import load_chosen_plugins, plugin_options
 from bt_manip.exceptions import BtManipError
 
 if TYPE_CHECKING:
@@ -43,6 +44,7 @@ _output = click.option(
 
 
 @click.group()
+@plugin_options
 def tree() -> None:
     """Check, show, format and convert trees."""
 
@@ -198,9 +200,8 @@ def schema(output: Path | None) -> None:
 
 def _registered() -> tuple["Parts", "BehaviourRegistry"]:
     from bt_manip.bt import BehaviourRegistry
-    from bt_manip.plugins import load_plugins
 
-    parts = load_plugins(warn=lambda text: click.echo(f"Warning: {text}", err=True)).parts
+    parts = load_chosen_plugins().parts
     registry = BehaviourRegistry()
     for name in parts.behaviours.names():
         registry.register(parts.behaviours.get(name), name)

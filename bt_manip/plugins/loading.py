@@ -11,6 +11,7 @@ import sys
 import traceback
 import warnings
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from types import ModuleType
 
 import pluggy
@@ -65,7 +66,7 @@ def load_plugins(
     plugins = [_builtin(builtin, parts)]
     for point in points:
         if choice.blocks(names_of(point)):
-            plugins.append(Plugin(point.name, _version(point), point.value, blocked=True))
+            plugins.append(replace(_found(point), blocked=True))
             continue
         plugin = _load(point, parts, [p.name for p in plugins if not p.blocked])
         plugins.append(plugin)
@@ -94,23 +95,23 @@ def _builtin(plugin: object, parts: Parts) -> Plugin:
     stage = Stage(BUILTIN, parts)
     observers = _call_hooks(plugin, stage)
     provides, module = stage.merge(), _module_of(plugin)
-    return Plugin(BUILTIN, version, _file_of(plugin), provides, observers, module=module)
+    source = _file_of(plugin)
+    return Plugin(BUILTIN, version, source, provides, observers, module=module, package="bt-manip")
 
 
 def _load(point: EntryPoint, parts: Parts, taken: list[str]) -> Plugin:
-    version, source = _version(point), point.value
+    """Load one plugin; give it with its problem where it has one, and then nothing of it stays."""
+    found = _found(point)
     stage = Stage(point.name, parts)
     try:
         if point.name in taken:
             raise BtManipError("another plugin has the same name")
         plugin = point.load()
-        source = _file_of(plugin) or source
+        found = replace(found, source=_file_of(plugin) or found.source)
         observers = _call_hooks(plugin, stage)
-        provides = stage.merge()
+        return replace(found, provides=stage.merge(), observers=observers)
     except (Exception, SystemExit) as error:
-        problem = _describe(error)
-        return Plugin(point.name, version, source, problem=problem, module=point.module)
-    return Plugin(point.name, version, source, provides, observers, module=point.module)
+        return replace(found, problem=_describe(error))
 
 
 def _call_hooks(plugin: object, stage: Stage) -> tuple[ObserverHook, ...]:
@@ -125,8 +126,11 @@ def _call_hooks(plugin: object, stage: Stage) -> tuple[ObserverHook, ...]:
     return tuple(observers)
 
 
-def _version(point: EntryPoint) -> str:
-    return str(point.dist.version) if point.dist is not None else ""
+def _found(point: EntryPoint) -> Plugin:
+    """Tell what is known of a plugin that is not loaded."""
+    dist = point.dist
+    version, package = ("", "") if dist is None else (str(dist.version), str(dist.name))
+    return Plugin(point.name, version, point.value, module=point.module, package=package)
 
 
 def _file_of(plugin: object) -> str:

@@ -36,7 +36,8 @@ class Plugin:
 
     Attributes:
         name: Its name, that of its entry point.
-        version: Version of the distribution that it is from; empty when unknown.
+        version: Version of the package that it is from; empty when unknown.
+        package: Name of that package; empty when it is from none.
         source: The file that it was loaded from, or the value of its entry point.
         provides: Names of the parts that it brings, by kind.
         observers: Its functions that watch runs.
@@ -53,6 +54,7 @@ class Plugin:
     problem: str = ""
     blocked: bool = False
     module: str = ""
+    package: str = ""
 
     @property
     def status(self) -> Literal["ok", "broken", "blocked"]:

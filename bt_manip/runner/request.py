@@ -7,6 +7,12 @@ from types import MappingProxyType
 from bt_manip.exceptions import BtManipError
 from bt_manip.runner.tree_source import TreeSource
 
+CONTROLLER = "computed_torque"
+"""Name of the controller of a run that asks for none."""
+
+SCENE = "table_and_basket"
+"""Name of the scene of a run that asks for none."""
+
 CONTROL_STEP = 0.001
 """Time between two control steps [s]."""
 
@@ -19,7 +25,7 @@ class RunRequest:
 
     Attributes:
         tree: The tree to run.
-        robot: Name of a registered robot.
+        robot: Name of a registered robot, or path of a TOML file that describes one.
         controller: Name of a registered controller.
         scene: Name of a registered scene.
         cycles: Runs of the root from idle to SUCCESS or FAILURE; 0 goes on until it is stopped.
@@ -31,8 +37,8 @@ class RunRequest:
 
     tree: TreeSource
     robot: str = "panda"
-    controller: str = "computed_torque"
-    scene: str = "table_and_basket"
+    controller: str = CONTROLLER
+    scene: str = SCENE
     cycles: int = 1
     seed: int = 0
     tick: float = 0.010

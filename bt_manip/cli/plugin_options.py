@@ -1,0 +1,63 @@
+"""Options that say which plugins are wanted, for every command that loads some."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from bt_manip.plugins import Plugins
+    from bt_manip.plugins.choice import Choice
+
+_BLOCKED = "bt_manip.blocked"
+_FOLDERS = "bt_manip.folders"
+
+C = TypeVar("C", bound="Callable[..., object]")
+
+
+def plugin_options(command: C) -> C:
+    """Add ``--block`` and ``--plugins-dir`` to a command; `chosen` reads them."""
+    block = click.option(
+        "--block", multiple=True, metavar="NAME", is_eager=True,
+        expose_value=False, callback=_keeper(_BLOCKED),
+        help="Do without a plugin; may be given more than once. Also BT_MANIP_BLOCK=NAME,NAME.",
+    )  # fmt: skip
+    folder = click.option(
+        "--plugins-dir", multiple=True, metavar="DIR", is_eager=True,
+        type=click.Path(exists=True, file_okay=False, path_type=Path),
+        expose_value=False, callback=_keeper(_FOLDERS),
+        help="Load each DIR/*.py as a plugin; may be given more than once. Also "
+        "BT_MANIP_PLUGINS_DIR=DIR:DIR.",
+    )  # fmt: skip
+    return block(folder(command))
+
+
+def _keeper(key: str) -> "Callable[[click.Context, click.Parameter, tuple[object, ...]], None]":
+    def keep(ctx: click.Context, parameter: click.Parameter, values: tuple[object, ...]) -> None:
+        # What stands before a sub-command and behind it adds up.
+        ctx.meta[key] = (*ctx.meta.get(key, ()), *values)
+
+    return keep
+
+
+def chosen(ctx: click.Context | None = None) -> "Choice":
+    """Give what the options and the environment variables say together."""
+    from bt_manip.plugins.choice import Choice
+
+    ctx = ctx or click.get_current_context(silent=True)
+    meta = {} if ctx is None else ctx.meta
+    return Choice.from_environment().extended(meta.get(_BLOCKED, ()), meta.get(_FOLDERS, ()))
+
+
+def load_chosen_plugins() -> "Plugins":
+    """Load the plugins that are wanted, and print a line about each that is broken."""
+    from bt_manip.plugins import load_plugins
+
+    return load_plugins(warn=print_warning, choice=chosen())
+
+
+def print_warning(message: str) -> None:
+    """Print a warning where errors go, on a line of its own."""
+    click.echo(f"Warning: {message}", err=True)

@@ -1,0 +1,87 @@
+"""``bt-manip plugins``: which plugins there are, and how they are."""
+
+import json
+import os
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bt_manip.cli.plugin_options import chosen, load_chosen_plugins, plugin_options
+
+if TYPE_CHECKING:
+    from bt_manip.plugins import Plugin
+
+FAULT = 3
+
+
+@click.command("plugins")
+@click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
+@click.option(
+    "--check", is_flag=True, help="Print only what is wrong, and exit with 3 if anything is."
+)
+@plugin_options
+def show_plugins(as_json: bool, check: bool) -> int:
+    """Show plugins with what they bring, and whether they work."""
+    os.environ.setdefault("MUJOCO_GL", "disable")
+    from bt_manip.plugins import load_plugins
+
+    # What is broken is said in the table; a warning too would say it twice.
+    quiet = as_json or not check
+    loaded = load_plugins(warn=lambda _: None, choice=chosen()) if quiet else load_chosen_plugins()
+    commands = _commands()
+    problems = [problem for _, problem in commands.values() if problem]
+    if as_json:
+        click.echo(json.dumps([_row(p, commands) for p in loaded.plugins], indent=2))
+    elif not check:
+        for plugin in loaded.plugins:
+            _print(_row(plugin, commands))
+    for problem in problems:
+        click.echo(f"Warning: {problem}", err=True)
+    broken = bool(problems) or any(p.status == "broken" for p in loaded.plugins)
+    if check and not broken:
+        click.echo(f"{len(loaded.plugins)} plugins, nothing is wrong")
+    return FAULT if check and broken else 0
+
+
+def _commands() -> Mapping[str, tuple[str, str]]:
+    """Load all commands of plugins; give the package and the problem of each."""
+    from bt_manip.cli.plugin_commands import BrokenCommandError, plugin_commands
+
+    found = {}
+    for name, command in plugin_commands(chosen()).items():
+        package = command.package.partition(" ")[0]
+        try:
+            command.load()
+            found[name] = (package, "")
+        except BrokenCommandError as error:
+            found[name] = (package, str(error))
+    return found
+
+
+def _row(plugin: "Plugin", commands: Mapping[str, tuple[str, str]]) -> dict[str, Any]:
+    provides = {kind: list(names) for kind, names in plugin.provides.items()}
+    own = [n for n, (package, _) in commands.items() if package and package == plugin.package]
+    if own:
+        provides["commands"] = own
+    return {
+        "name": plugin.name,
+        "version": plugin.version,
+        "package": plugin.package,
+        "source": plugin.source,
+        "status": plugin.status,
+        "problem": plugin.problem,
+        "provides": provides,
+        "observers": [hook.name for hook in plugin.observers],
+    }
+
+
+def _print(row: Mapping[str, Any]) -> None:
+    click.echo(f"{row['name']} {row['version']}".rstrip() + f": {row['status']}")
+    click.echo(f"  source: {row['source']}")
+    if row["problem"]:
+        click.echo(f"  problem: {row['problem']}")
+    for kind, names in row["provides"].items():
+        click.echo(f"  {kind}: {', '.join(names)}")
+    if row["observers"]:
+        click.echo(f"  watches runs: {', '.join(row['observers'])}")

@@ -1,0 +1,53 @@
+"""Who watches a run beside the report and the view: what plugins bring."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from bt_manip.cli.plugin_options import print_warning
+from bt_manip.exceptions import BtManipError
+from bt_manip.plugins import BUILTIN, Plugin, Plugins
+from bt_manip.plugins.watching import guarded, plugin_observers
+from bt_manip.recording.files import check_writable
+from bt_manip.runner.observer import RunObserver
+from bt_manip.runner.stopwatch import Stopwatch
+
+
+def extra_observers(plugins: Plugins, controller: str, records: Iterable[str]) -> list[RunObserver]:
+    """Make the recorders that were asked for, and what lets plugins watch and watches them.
+
+    Args:
+        plugins: All plugins.
+        controller: Name of the controller of the run.
+        records: What stands behind each ``--record``.
+
+    Raises:
+        BtManipError: When there is no such recorder, or it cannot write its file.
+    """
+    observers = [_recorder(plugins, text) for text in records]
+    observers += plugin_observers(plugins, print_warning)
+    owner = _owner(plugins, plugins.parts.controllers.owner(controller))
+    if owner is not None:
+        who = f"controller '{controller}' of {owner.label}"
+        observers.append(Stopwatch(who, print_warning))
+    return observers
+
+
+def _recorder(plugins: Plugins, text: str) -> RunObserver:
+    name, _, file = text.partition("=")
+    recorders = plugins.parts.recorders
+    path = Path(file) if file else None
+    owner = _owner(plugins, recorders.owner(name))
+    if path is not None:
+        check_writable(path, f"--record {name}")
+    recorder = recorders.create(name, path)
+    if not isinstance(recorder, RunObserver):
+        raise BtManipError(
+            f"recorder '{name}' of plugin '{recorders.owner(name)}' makes no RunObserver, "
+            f"got {recorder!r}"
+        )
+    return recorder if owner is None else guarded(recorder, owner, print_warning)
+
+
+def _owner(plugins: Plugins, name: str) -> Plugin | None:
+    """Give the plugin of a name, and None for the built-in one."""
+    return None if name == BUILTIN else plugins.find(name)

@@ -1,0 +1,68 @@
+"""Find out whether a controller is slow, without changing what it does."""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from bt_manip.runner.observer import RunObserver
+
+SLOW = 0.25
+"""Share of a control step from which on a controller is called slow."""
+
+WARM_UP = 10
+"""Calls that do not count: the first ones of anything take longer."""
+
+
+class Stopwatch(RunObserver):
+    """Times a controller's ``compute`` through a run, and says at its end if it is slow."""
+
+    def __init__(self, who: str, warn: Callable[[str], None]) -> None:
+        """Watch a controller.
+
+        Args:
+            who: What to call it.
+            warn: Takes the one line about one that is slow.
+        """
+        self._who, self._warn = who, warn
+        self._calls = 0
+        self._busy = self._wall = 0.0  # [s]
+        self._controller: Any = None
+
+    def run_started(self, run: Any) -> None:
+        """Stand between the controller and whoever calls it."""
+        self._dt = run.station.cell.dt
+        self._controller = controller = run.station.controller
+        self._compute, clock = controller.compute, time.perf_counter
+
+        def timed(*arguments: np.ndarray) -> np.ndarray:
+            start = clock()
+            try:
+                return self._compute(*arguments)
+            finally:
+                end = clock()
+                self._calls += 1
+                if self._calls == WARM_UP:
+                    self._began = end
+                elif self._calls > WARM_UP:
+                    self._busy += end - start
+                    self._wall = end - self._began
+
+        controller.compute = self._timed = timed
+
+    def run_ended(self) -> None:
+        """Step aside, and warn."""
+        if self._controller is None:
+            return
+        if vars(self._controller).get("compute") is self._timed:
+            del self._controller.compute
+        counted = self._calls - WARM_UP
+        if counted <= 0 or self._busy < SLOW * self._dt * counted:
+            return
+        mean = self._busy / counted
+        self._warn(
+            f"{self._who} is slow: it takes {1e3 * mean:.2g} ms in each control step of "
+            f"{1e3 * self._dt:g} ms ({mean / self._dt:.0%}), which is "
+            f"{self._busy / self._wall:.0%} of the time that a step takes; the results are the same"
+        )

@@ -1,0 +1,249 @@
+"""A broken plugin costs a warning, or the run that needs it, and always says whose fault it is."""
+
+import json
+import sys
+import textwrap
+
+import numpy as np
+import pytest
+
+HEAD = """
+    import time
+    from pathlib import Path
+
+    import numpy as np
+
+    from bt_manip import hookimpl
+    from bt_manip.bt import Action, Status
+    from bt_manip.control import GravityCompensatedPD
+"""
+
+HOOKS_THAT_FAIL = {
+    "import error": ("from bt_manip import no_such_thing", "cannot import name 'no_such_thing'"),
+    "missing dependency": ("import surely_not_installed", "No module named 'surely_not_installed'"),
+    "syntax error": ("def register_objects(register:", "SyntaxError"),
+    "wrong signature": (
+        "@hookimpl\ndef register_objects(register, physics): register('x', dict)", "physics",
+    ),
+    "misspelt hook": (
+        "@hookimpl\ndef register_objets(register): register('x', dict)",
+        "did you mean 'register_objects'",
+    ),
+    "misspelt observer": (
+        "@hookimpl\ndef after_tik(tree): pass", "did you mean 'after_tick'",
+    ),
+    "duplicate name": (
+        "@hookimpl\ndef register_objects(register): register('cube', dict)",
+        "object 'cube' is registered already, by plugin 'builtin'",
+    ),
+    "raising hook": (
+        "@hookimpl\ndef register_objects(register): raise RuntimeError('not today')",
+        "RuntimeError: not today",
+    ),
+}  # fmt: skip
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Give a folder of plugins, and how to write one."""
+    path = tmp_path / "plugins"
+    path.mkdir()
+
+    def write(name: str, source: str, head: str = HEAD):
+        (path / f"{name}.py").write_text(textwrap.dedent(head) + textwrap.dedent(source))
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize(("source", "reason"), HOOKS_THAT_FAIL.values(), ids=list(HOOKS_THAT_FAIL))
+def test_what_fails_while_loading_is_one_warning_and_the_run_goes_on(
+    bt_manip, folder, trees, source, reason
+):
+    plugins = folder("bad", source)
+    folder("good", "@hookimpl\ndef register_objects(register): register('good_thing', dict)")
+    code, _, err = bt_manip("run", f"{trees}:quick", "--plugins-dir", plugins)
+    assert code == 0
+    (line,) = err.splitlines()
+    assert line.startswith("Warning: plugin 'bad'")
+    assert reason in line
+    assert str(plugins / "bad.py") in line
+    assert "--block bad" in line
+    listed = bt_manip("--plugins-dir", plugins, "list", "objects")
+    assert "good_thing" in listed.out
+
+
+def test_an_entry_point_that_points_nowhere_is_one_warning(bt_manip, trees, tmp_path, monkeypatch):
+    installed = tmp_path / "lost-1.2.dist-info"
+    installed.mkdir()
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: lost\nVersion: 1.2\n")
+    (installed / "entry_points.txt").write_text("[bt_manip]\nlost = no_such_package.plugin\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    code, _, err = bt_manip("run", f"{trees}:quick")
+    assert code == 0
+    (line,) = err.splitlines()
+    assert line.startswith("Warning: plugin 'lost' 1.2 (no_such_package.plugin) is left out: ")
+    assert bt_manip("run", f"{trees}:quick", "--block", "lost").err == ""
+
+
+OBSERVER = """
+    @hookimpl
+    def {hook}(station):
+        raise RuntimeError("cannot\\nlook")
+
+
+    @hookimpl
+    def episode_ended(status):
+        Path({log!r}).write_text(status)
+"""
+
+WITNESS = """
+    @hookimpl
+    def before_tick(station):
+        with Path({log!r}).open("a") as file:
+            file.write("tick ")
+"""
+
+
+@pytest.mark.parametrize(
+    "hook", ["after_compile", "initialize_episode", "before_tick", "after_tick"]
+)
+def test_an_observer_that_raises_is_one_warning_and_changes_nothing(
+    bt_manip, folder, trees, tmp_path, hook
+):
+    def digest(*options) -> tuple[str, str]:
+        report = tmp_path / "report.json"
+        code, _, err = bt_manip("run", f"{trees}:quick", "--report", report, *options)
+        assert code == 0
+        return json.loads(report.read_text())["state_digest"], err
+
+    plugins = folder("bad", OBSERVER.format(hook=hook, log=str(tmp_path / "bad")))
+    folder("good", WITNESS.format(log=str(tmp_path / "good")))
+    watched, err = digest("--plugins-dir", plugins)
+    (line,) = err.splitlines()
+    assert line.startswith("Warning: plugin 'bad'")
+    assert "RuntimeError: cannot look" in line and "--block bad" in line
+    assert str(plugins / "bad.py") in line
+    assert not (tmp_path / "bad").exists()  # it is not asked again
+    assert len((tmp_path / "good").read_text().split()) > 1
+    assert digest() == (watched, "")
+
+
+RAISING = """
+    from bt_manip.behaviours import MoveHome
+
+
+    class Trip(Action):
+        def initialise(self):
+            self.ticks = 0
+
+        def setup(self, *, arm, **_):
+            self.arm = arm
+
+        def update(self):
+            self.ticks += 1
+            if self.ticks == 1:
+                self.arm.move_to_configuration(self.arm.q + 0.5)
+            if self.ticks == 20:
+                raise ValueError("stumbled")
+            return Status.RUNNING
+
+
+    @hookimpl
+    def register_behaviours(register):
+        register(Trip)
+"""
+
+TRIP = '<root BTCPP_format="4"><BehaviorTree ID="Main"><Trip/></BehaviorTree></root>'
+
+
+def at_rest(trace) -> bool:
+    """Whether the arm was moving during a run and stood still at its end."""
+    with np.load(trace) as rows:
+        assert abs(rows["v_ref"]).max() > 0.1
+        assert abs(np.diff(rows["v_ref"], axis=0)).max() < 0.05  # it is braked, not stopped dead
+        return abs(rows["v_ref"][-1]).max() == 0.0
+
+
+def test_a_behaviour_that_raises_ends_the_run_with_the_arm_braked_and_names_its_plugin(
+    bt_manip, folder, tmp_path
+):
+    plugins = folder("clumsy", RAISING)
+    tree, report, trace = tmp_path / "trip.xml", tmp_path / "report.json", tmp_path / "t.npz"
+    tree.write_text(TRIP)
+    code, _, err = bt_manip(
+        "run", tree, "--plugins-dir", plugins, "--report", report, "--record", f"trace={trace}"
+    )
+    assert code == 3
+    assert "plugin 'clumsy': " in err.splitlines()[-1] and "stumbled" in err.splitlines()[-1]
+    read = json.loads(report.read_text())
+    assert read["status"] == "ERROR" and "plugin 'clumsy'" in read["error"]
+    assert at_rest(trace)
+
+
+CONTROLLER = """
+    class Odd(GravityCompensatedPD):
+        kind = "odd"
+        cuts_to_limits = False
+        steps = 0
+
+        def compute(self, q, v, q_ref, v_ref, a_ref):
+            self.steps += 1
+            tau = super().compute(q, v, q_ref, v_ref, a_ref)
+            if self.steps > {after}:
+                {then}
+            return tau
+
+
+    @hookimpl
+    def register_controllers(register):
+        register("odd", Odd)
+"""
+
+FAULTS = {
+    "nan": ("tau[2] = np.nan", "gave nan for the effort of joint 'joint3'"),
+    "wrong shape": ("return tau[:5]", "numbers of shape (5,)"),
+    "beyond the limits": ("return 3 * self.robot.limits.effort", "whose limit is 87 N m"),
+    "raises": ("raise ValueError('dizzy')", "raised ValueError: dizzy"),
+}
+
+
+@pytest.mark.parametrize(("then", "reason"), FAULTS.values(), ids=list(FAULTS))
+def test_a_broken_controller_ends_the_run_with_the_arm_braked_and_is_named(
+    bt_manip, folder, tmp_path, then, reason
+):
+    plugins = folder("quack", CONTROLLER.format(after=100, then=then))
+    folder("clumsy", RAISING.replace("== 20", "== 2000"))
+    tree, report, trace = tmp_path / "trip.xml", tmp_path / "report.json", tmp_path / "t.npz"
+    tree.write_text(TRIP)
+    code, _, err = bt_manip(
+        "run", tree, "--controller", "odd", "--plugins-dir", plugins,
+        "--report", report, "--trace", trace,
+    )  # fmt: skip
+    assert code == 3
+    last = err.splitlines()[-1]
+    assert "plugin 'quack'" in last and "controller 'odd'" in last and reason in last
+    assert reason in json.loads(report.read_text())["error"]
+    assert at_rest(trace)
+    with np.load(trace) as rows:
+        assert np.isfinite(rows["tau"]).all()
+        assert abs(rows["v"][-1]).max() < 0.2  # the measured arm has followed to rest
+
+
+def test_a_slow_controller_is_one_warning_and_changes_no_result(bt_manip, folder, trees, tmp_path):
+    def run(then: str) -> tuple[str, str]:
+        plugins = folder("snail", CONTROLLER.format(after=0, then=then))
+        report = tmp_path / "report.json"
+        code, _, err = bt_manip(
+            "run", f"{trees}:quick", "--controller", "odd", "--plugins-dir", plugins,
+            "--report", report,
+        )  # fmt: skip
+        assert code == 0
+        return json.loads(report.read_text())["state_digest"], err
+
+    slow, err = run("time.sleep(0.002)")
+    (line,) = err.splitlines()
+    assert line.startswith("Warning: controller 'odd' of plugin 'snail'")
+    assert "is slow" in line and "%" in line
+    del sys.modules["_bt_manip_plugin_snail"]  # the file has changed
+    assert run("pass") == (slow, "")
