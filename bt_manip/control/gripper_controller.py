@@ -10,6 +10,7 @@ from bt_manip.control.exceptions import ControlError
 from bt_manip.control.finger_contacts import FingerContacts, Touched
 from bt_manip.control.press import Press
 from bt_manip.control.stroke import Motion, Stroke, StrokeLimits
+from bt_manip.control.transmission import make_transmission
 from bt_manip.robots import Robot
 
 STILL = "still"
@@ -22,6 +23,7 @@ RELEASING = "releasing"
 _POLE = 150.0
 _PUSH = 20.0  # [N] most that a finger pushes with while it follows a position
 _TOUCHED = 0.2  # [N] normal force that counts as a touch
+_SPEED = 0.1  # [m/s] of each finger, unless it is slower
 _SLOW = 0.04  # [m/s] speed of each finger once one of them touches
 _RAMP = 0.05  # [s]
 _RELEASE = 0.04  # [s]
@@ -36,10 +38,11 @@ _NOTHING: Touched = ((), ())
 class GripperController(composer.Entity):
     """Opens and closes two fingers, and holds with a force.
 
-    The fingers are two separate motors; that they stay in step is control, not a constraint. They
-    follow one jerk-limited stroke until both feel the object, slower once one of them does, and
-    then press with a force that rises softly to the asked one. The normal force of each finger is
-    measured by a touch sensor that this entity adds to the robot's fingers.
+    Where each finger has a motor, that they stay in step is control, not a constraint; where one
+    motor moves both by a mechanism, it gets the sum of what the fingers need. They follow one
+    jerk-limited stroke until both feel the object, slower once one of them does, and then press
+    with a force that rises softly to the asked one. The normal force of each finger is measured by
+    a touch sensor that this entity adds to the robot's fingers.
 
     Attached to its robot (``robot.attach(gripper)``), it lives by composer's hooks.
     """
@@ -49,12 +52,13 @@ class GripperController(composer.Entity):
     _stroke: Stroke | None
     _touched: Touched | None
 
-    def _build(self, robot: Robot, speed: float = 0.1) -> None:
+    def _build(self, robot: Robot, speed: float | None = None) -> None:
         """Prepare to control a robot's gripper.
 
         Args:
             robot: A robot with two fingers.
-            speed: Speed of each finger unless a command says otherwise [m/s].
+            speed: Speed of each finger unless a command says otherwise [m/s]; default: 0.1, or
+                the greatest that the gripper has.
 
         Raises:
             ControlError: When the robot has no gripper of two fingers, or the speed is not one.
@@ -67,6 +71,9 @@ class GripperController(composer.Entity):
         self._mjcf_root = mjcf.RootElement(model="gripper_controller")
         self._robot = robot
         self._description = gripper
+        self._open, self._min = robot.gripper_travel.open_width, robot.gripper_travel.min_width
+        self._fingers = make_transmission(robot)
+        self._speed = min(_SPEED, gripper.max_speed)
         self._speed = self._checked_speed(speed)
         self._contacts = FingerContacts(robot)
         self._dt = 0.0
@@ -80,7 +87,7 @@ class GripperController(composer.Entity):
         Args:
             speed: Of each finger [m/s].
         """
-        self.move(self._description.open_width, speed)
+        self.move(self._open, speed)
 
     def move(self, width: float, speed: float | None = None) -> None:
         """Move to an opening.
@@ -92,7 +99,7 @@ class GripperController(composer.Entity):
         Raises:
             ControlError: When the gripper does not open or move so.
         """
-        low, high = self._description.min_width, self._description.open_width
+        low, high = self._min, self._open
         if not low - 1e-9 <= width <= high + 1e-9:
             raise ControlError(f"the gripper opens from {low:g} to {high:g} m, not {width:g} m")
         self._limits = StrokeLimits(self._checked_speed(speed))
@@ -123,7 +130,7 @@ class GripperController(composer.Entity):
             self._change_force(GRIPPING, force, _RAMP)
         else:
             self._slowed = False
-            self._travel(0.5 * self._description.min_width)
+            self._travel(0.5 * self._min)
             self.state = CLOSING
 
     def stop(self) -> None:
@@ -139,8 +146,8 @@ class GripperController(composer.Entity):
     @property
     def width(self) -> float:
         """Distance between the fingers [m]."""
-        q1, q2 = self._positions()
-        return q1 + q2
+        s1, s2, _, _ = self._fingers.read()
+        return s1 + s2
 
     @property
     def finger_forces(self) -> tuple[float, float]:
@@ -166,12 +173,12 @@ class GripperController(composer.Entity):
     @property
     def closed_on_nothing(self) -> bool:
         """Whether the fingers have closed and met."""
-        return self.state == GRIPPING and self.width < self._description.min_width + _MET
+        return self.state == GRIPPING and self.width < self._min + _MET
 
     @property
     def is_open(self) -> bool:
         """Whether the fingers are all the way open, and still."""
-        return self.state == STILL and self.width > self._description.open_width - _MET
+        return self.state == STILL and self.width > self._open - _MET
 
     @property
     def is_free(self) -> bool:
@@ -196,19 +203,10 @@ class GripperController(composer.Entity):
         if self._contacts.bound:
             self._touch()
         model, data = physics.model.ptr, physics.data.ptr
-        robot = self._robot
         self._dt = float(model.opt.timestep)
-        first, second = (
-            (int(q), int(v), int(u))
-            for q, v, u in zip(
-                robot.gripper_qpos_adr, robot.gripper_dof_adr, robot.gripper_ctrl_adr, strict=True
-            )
-        )
-        # Together, because looking up attributes one by one takes longer than computing with them.
-        self._bound = (data.qpos.item, data.qvel.item, data.ctrl, first, second)
-        dofs = [first[1], second[1]]
-        self._mass = float(model.dof_M0[dofs].mean())
-        self._loss = float(model.dof_damping[dofs].mean())
+        fingers = self._fingers
+        fingers.bind(model, data)
+        self._mass, self._loss = fingers.mass, fingers.loss
         self._stiffness = self._mass * _POLE * _POLE
         self._damping = 2.0 * self._mass * _POLE
         self._contacts.bind(model, data)
@@ -224,15 +222,12 @@ class GripperController(composer.Entity):
         """Command the fingers for the step that begins now."""
         if self.state == CLOSING:
             self._look_for_contact()
-        position, velocity, ctrl, first, second = self._bound
-        q1, q2 = position(first[0]), position(second[0])
-        v1, v2 = velocity(first[1]), velocity(second[1])
+        s1, s2, v1, v2 = self._fingers.read()
         if self.state in (GRIPPING, RELEASING):
-            f1, f2 = self._press.forces(self._stiffness, self._damping, q1 - q2, v1, v2)
+            f1, f2 = self._press.forces(self._stiffness, self._damping, s1 - s2, v1, v2)
         else:
-            f1, f2 = self._follow(q1, q2, v1, v2)
-        ctrl[first[2]] = f1
-        ctrl[second[2]] = f2
+            f1, f2 = self._follow(s1, s2, v1, v2)
+        self._fingers.push(f1, f2)
 
     def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Measure what the step did, and go on with the time."""
@@ -253,7 +248,7 @@ class GripperController(composer.Entity):
 
     def _reset(self) -> None:
         self.state = STILL
-        self._motion = Motion(0.5 * self._description.open_width, 0.0, 0.0)
+        self._motion = Motion(0.5 * self._open, 0.0, 0.0)
         self._stroke = None
         self._limits = StrokeLimits(self._speed)
         self._target = self._motion.s
@@ -263,10 +258,6 @@ class GripperController(composer.Entity):
         self._in_band = 0  # steps
         self._forces = (0.0, 0.0)
         self._touched = _NOTHING
-
-    def _positions(self) -> tuple[float, float]:
-        position, _, _, first, second = self._bound
-        return position(first[0]), position(second[0])
 
     def _touch(self) -> Touched:
         """Name what each finger touched in the last step; looked up when somebody asks."""
@@ -285,13 +276,13 @@ class GripperController(composer.Entity):
     def _travel(self, target: float | None) -> None:
         self._stroke = Stroke(self._motion, target, self._limits)
 
-    def _follow(self, q1: float, q2: float, v1: float, v2: float) -> tuple[float, float]:
+    def _follow(self, s1: float, s2: float, v1: float, v2: float) -> tuple[float, float]:
         """Give the forces that keep the fingers on the stroke [N]."""
         s, v, a = self._motion
         k, c = self._stiffness, self._damping
         ahead = self._mass * a + c * v + k * s
-        f1 = ahead - k * q1 - (c - self._loss) * v1
-        f2 = ahead - k * q2 - (c - self._loss) * v2
+        f1 = ahead - k * s1 - (c - self._loss) * v1
+        f2 = ahead - k * s2 - (c - self._loss) * v2
         if -_PUSH < f1 < _PUSH and -_PUSH < f2 < _PUSH:
             return f1, f2
         return min(max(f1, -_PUSH), _PUSH), min(max(f2, -_PUSH), _PUSH)
@@ -299,16 +290,16 @@ class GripperController(composer.Entity):
     def _look_for_contact(self) -> None:
         left, right = self._forces
         if left > _TOUCHED and right > _TOUCHED:
-            met = self.width < self._description.min_width + _MET
+            met = self.width < self._min + _MET
             self._begin_grip(_MET_FORCE if met else self._asked)
         elif (left > _TOUCHED or right > _TOUCHED) and not self._slowed:
             self._slowed = True
             self._limits = self._limits._replace(speed=min(self._limits.speed, _SLOW))
-            self._travel(0.5 * self._description.min_width)
+            self._travel(0.5 * self._min)
 
     def _begin_grip(self, force: float) -> None:
-        q1, q2 = self._positions()
-        self._press.begin(q1 - q2)
+        s1, s2, _, _ = self._fingers.read()
+        self._press.begin(s1 - s2)
         self._change_force(GRIPPING, force, _RAMP)
 
     def _change_force(self, state: str, force: float, duration: float) -> None:

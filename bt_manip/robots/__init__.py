@@ -1,6 +1,8 @@
 """Robots: description, composer entity and the Pinocchio model that agrees with MuJoCo."""
 
+from .description_file import read_description as read_description
 from .errors import RobotError as RobotError
+from .finger_travel import FingerTravel as FingerTravel
 from .joint_limits import JointLimits as JointLimits
 from .model_building import build_model as build_model
 from .panda import panda as panda
@@ -8,6 +10,7 @@ from .payload import Payload as Payload
 from .robot import Robot as Robot
 from .robot import compile_alone as compile_alone
 from .robot_description import GripperDescription as GripperDescription
+from .robot_description import PadDescription as PadDescription
 from .robot_description import RobotDescription as RobotDescription
 from .robot_description import ToolLimits as ToolLimits
 from .robot_model import RobotModel as RobotModel

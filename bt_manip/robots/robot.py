@@ -1,6 +1,5 @@
 """A robot as a composer entity: arm joints with torque motors, a gripper, a tool."""
 
-from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -8,17 +7,17 @@ import numpy as np
 import pinocchio as pin
 from dm_control import composer, mjcf
 
-from bt_manip.exceptions import did_you_mean
-
+from .assembly import assemble, find_element
 from .errors import RobotError
-from .limit_reading import effort_limit, is_motor, read_limits
+from .finger_travel import FingerTravel, direct_travel, is_direct, measure_travel
+from .limit_reading import effort_limit, read_limits
 from .model_building import find
-from .robot_description import RobotDescription
+from .motors import ensure_motors
+from .robot_description import GripperDescription, RobotDescription
 from .robot_model import RobotModel
 from .robot_observables import RobotObservables
 
 _JOINT = int(mujoco.mjtObj.mjOBJ_JOINT)
-_WORLD_SETTINGS = ("option", "visual", "statistic", "size")
 
 
 class Robot(composer.Entity):
@@ -35,32 +34,35 @@ class Robot(composer.Entity):
         gripper_qpos_adr: Like ``qpos_adr``, of the gripper.
         gripper_dof_adr: Like ``dof_adr``, of the gripper.
         gripper_ctrl_adr: Like ``ctrl_adr``, of the gripper.
+        gripper_travel: How the fingers move with the gripper's joints; only where there is one.
         finger_body_ids: The finger bodies in the compiled model.
         finger_geom_ids: Geoms of each finger that collide, in the compiled model.
         tool_site_id: The tool in the compiled model.
     """
 
     def _build(self, description: RobotDescription, name: str | None = None) -> None:
-        if not Path(description.model).is_file():
-            raise RobotError(f"robot '{description.name}': no model file {description.model}")
-        try:
-            alone = mujoco.MjModel.from_xml_path(description.model)
-        except ValueError as error:
-            raise RobotError(f"robot '{description.name}': {description.model}: {error}") from error
         self.description = description
+        self._where = f"robot '{description.name}'"
+        root, alone, hand, self.tool_site = assemble(description, name or description.name)
         self.limits = read_limits(alone, description)
-        root = mjcf.from_path(description.model, escape_separators=True)
-        root.model = name or description.name
         self._mjcf_root = root
-        self.arm_joints = [self._find("joint", n) for n in description.arm_joints]
-        self.tool_site = self._find("site", description.tool_frame)
+        self.arm_joints = [self._find(root, "joint", n) for n in description.arm_joints]
         gripper = description.gripper
         names = gripper.joints if gripper else ()
-        self.gripper_joints = [self._find("joint", n) for n in names]
-        self.finger_bodies = [self._find("body", n) for n in (gripper.fingers if gripper else ())]
-        _drop_world(root)
-        efforts = [*self.limits.effort, *(self._gripper_effort(alone, n) for n in names)]
-        motors = _ensure_motors(root, alone, [*self.arm_joints, *self.gripper_joints], efforts)
+        self.gripper_joints = [self._find(hand, "joint", n) for n in names]
+        fingers = gripper.fingers if gripper else ()
+        self.finger_bodies = [self._find(hand, "body", n) for n in fingers]
+        self._moving = self.gripper_joints
+        driven = [*self.arm_joints, *self.gripper_joints]
+        efforts = list(self.limits.effort)
+        if gripper is not None:
+            motor = self._motor(hand, gripper)
+            self.gripper_travel = self._travel(alone, motor)
+            self._moving = [root.find("joint", n) for n in self.gripper_travel.joints]
+            if motor is not None:
+                driven[-len(names) :] = [motor]
+            efforts += self._gripper_efforts(alone, motor)
+        motors = ensure_motors(root, alone, driven, efforts, freed=self.gripper_joints)
         self.arm_actuators = motors[: len(self.arm_joints)]
         self.gripper_actuators = motors[len(self.arm_joints) :]
 
@@ -72,20 +74,44 @@ class Robot(composer.Entity):
         """The model that composer attaches."""
         return self._mjcf_root
 
-    def _find(self, kind: str, name: str) -> Any:
-        element = self._mjcf_root.find(kind, name)
-        if element is None:
-            known = sorted(e.name for e in self._mjcf_root.find_all(kind) if e.name)
-            raise RobotError(
-                f"robot '{self.description.name}': {self.description.model} has no {kind} "
-                f"'{name}'{did_you_mean(name, known)}"
-            )
-        return element
+    def _find(self, root: mjcf.RootElement, kind: str, name: str) -> Any:
+        return find_element(root, kind, name, self._where)
 
-    def _gripper_effort(self, alone: mujoco.MjModel, joint: str) -> float:
-        assert self.description.gripper is not None
-        bound = effort_limit(alone, find(alone, _JOINT, joint))
-        return min(bound, self.description.gripper.max_force)
+    def _motor(self, hand: mjcf.RootElement, gripper: GripperDescription) -> Any:
+        """Find the joint or tendon that the gripper's one motor moves; None where it has two."""
+        if gripper.motor is None:
+            return None
+        return hand.find("tendon", gripper.motor) or self._find(hand, "joint", gripper.motor)
+
+    def _travel(self, alone: mujoco.MjModel, motor: Any) -> FingerTravel:
+        gripper = self.description.gripper
+        assert gripper is not None
+        joints = [joint.full_identifier for joint in self.gripper_joints]
+        if is_direct(alone, gripper, joints):
+            return direct_travel(gripper, joints)
+        return measure_travel(
+            alone,
+            gripper,
+            joints=joints,
+            fingers=[finger.full_identifier for finger in self.finger_bodies],
+            motor=motor.full_identifier if motor else None,
+            arm_joints=[joint.full_identifier for joint in self.arm_joints],
+            where=self._where,
+        )
+
+    def _gripper_efforts(self, alone: mujoco.MjModel, motor: Any) -> list[float]:
+        """Give the greatest effort of each motor of the gripper.
+
+        A slide's motor makes what the model and the description both allow. The servo that a model
+        puts on a mechanism says little of the real one's force: there, the description decides.
+        """
+        gripper, travel = self.description.gripper, self.gripper_travel
+        assert gripper is not None
+        if not travel.mass:
+            joints = [joint.full_identifier for joint in self.gripper_joints]
+            bounds = [effort_limit(alone, find(alone, _JOINT, name)) for name in joints]
+            return [min(bound, gripper.max_force) for bound in bounds]
+        return travel.efforts(gripper.max_force, together=motor is not None)
 
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Bind addresses and raw views of the compiled model (composer's hook)."""
@@ -103,6 +129,9 @@ class Robot(composer.Entity):
         arm, gripper = joints(self.arm_joints), joints(self.gripper_joints)
         self.qpos_adr, self.dof_adr = model.jnt_qposadr[arm], model.jnt_dofadr[arm]
         self.gripper_qpos_adr = model.jnt_qposadr[gripper]
+        moving = joints(self._moving)
+        self._moving_qpos_adr = model.jnt_qposadr[moving]
+        self._moving_dof_adr = model.jnt_dofadr[moving]
         self.gripper_dof_adr = model.jnt_dofadr[gripper]
         self.ctrl_adr = motors(self.arm_actuators)
         self.gripper_ctrl_adr = motors(self.gripper_actuators)
@@ -122,11 +151,10 @@ class Robot(composer.Entity):
         """Put the arm home and open the gripper (composer's hook)."""
         del physics, random_state
         self.set_configuration(np.array(self.description.home))
-        gripper = self.description.gripper
-        if gripper is not None:
-            opening = gripper.open_width / len(gripper.joints)
-            self.mj_data.qpos[self.gripper_qpos_adr] = opening
-            self.mj_data.qvel[self.gripper_dof_adr] = 0.0
+        if self.description.gripper is not None:
+            travel = self.gripper_travel
+            self.mj_data.qpos[self._moving_qpos_adr] = travel.configuration(travel.open_width)
+            self.mj_data.qvel[self._moving_dof_adr] = 0.0
 
     def set_configuration(self, q: np.ndarray) -> None:
         """Put the arm at a configuration, at rest; the caller calls ``mj_forward``."""
@@ -165,10 +193,10 @@ class Robot(composer.Entity):
                 "compile, or add it to a cell"
             )
         qpos = self.mj_model.qpos0.copy()
-        gripper = self.description.gripper
-        if gripper is not None:
-            middle = 0.5 * (gripper.open_width + gripper.min_width)
-            qpos[self.gripper_qpos_adr] = middle / len(gripper.joints)
+        if self.description.gripper is not None:
+            travel = self.gripper_travel
+            middle = 0.5 * (travel.open_width + travel.min_width)
+            qpos[self._moving_qpos_adr] = travel.configuration(middle)
         return RobotModel(
             self.mj_model,
             joints=[joint.full_identifier for joint in self.arm_joints],
@@ -188,57 +216,3 @@ def compile_alone(robot: Robot) -> mjcf.Physics:
     robot.initialize_episode(physics, state)
     physics.forward()
     return physics
-
-
-def _drop_world(root: mjcf.RootElement) -> None:
-    """Leave out what belongs to the world, and gravity compensation, which is the controller's."""
-    for name in _WORLD_SETTINGS:
-        element = getattr(root, name)
-        for attribute in list(element.get_attributes()):
-            delattr(element, attribute)
-    for key in list(root.keyframe.all_children()):
-        key.remove()
-    for body in root.find_all("body"):
-        if body.gravcomp is not None:
-            del body.gravcomp
-
-
-def _ensure_motors(
-    root: mjcf.RootElement, alone: mujoco.MjModel, joints: list[Any], efforts: list[float]
-) -> list[Any]:
-    """Give each joint exactly one motor and take all other actuators off them."""
-    kept: dict[str, Any] = {}
-    names = {joint.name for joint in joints}
-    for actuator in list(root.find_all("actuator")):
-        joint = getattr(actuator, "joint", None)
-        tendon = getattr(actuator, "tendon", None)
-        if joint is not None and joint.name in names:
-            i = _index(alone, actuator)
-            plain = i is not None and is_motor(alone, i) and alone.actuator_gear[i, 0] == 1.0
-            if plain and joint.name not in kept:
-                kept[joint.name] = actuator
-                continue
-        elif tendon is None or not _pulls_only(tendon, names):
-            continue
-        actuator.remove()
-    motors = []
-    for joint, effort in zip(joints, efforts, strict=True):
-        motor = kept.get(joint.name)
-        if motor is None:
-            motor = root.actuator.add(
-                "motor", name=f"{joint.name}_motor", joint=joint, gear=[1.0, 0, 0, 0, 0, 0]
-            )
-        motor.ctrllimited = motor.forcelimited = "true"
-        motor.ctrlrange = motor.forcerange = [-float(effort), float(effort)]
-        motors.append(motor)
-    return motors
-
-
-def _index(alone: mujoco.MjModel, actuator: Any) -> int | None:
-    found = mujoco.mj_name2id(alone, int(mujoco.mjtObj.mjOBJ_ACTUATOR), actuator.name or "")
-    return int(found) if found >= 0 else None
-
-
-def _pulls_only(tendon: Any, names: set[str]) -> bool:
-    pulled = [getattr(child, "joint", None) for child in tendon.all_children()]
-    return bool(pulled) and all(joint is not None and joint.name in names for joint in pulled)

@@ -1,6 +1,8 @@
 """What bt-manip must know of a robot that its model file does not say."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import pinocchio as pin
 
 from .errors import RobotError
 
@@ -27,16 +29,43 @@ class ToolLimits:
 
 
 @dataclass(frozen=True)
-class GripperDescription:
-    """A parallel gripper: joints that move, bodies that touch.
+class PadDescription:
+    """What the fingers' surfaces are like, where the model's own would not hold what they grip.
 
     Attributes:
-        joints: Names of its slide joints; the opening is the sum of their positions.
+        friction: Sliding, torsional [m] and rolling [m] friction; it counts for the pair, whatever
+            the gripped surface is like.
+        solref: MuJoCo's stiffness of the contact; None keeps the model's.
+        solimp: MuJoCo's impedance of the contact; None keeps the model's.
+    """
+
+    friction: tuple[float, ...] = (1.0, 0.005, 0.0001)
+    solref: tuple[float, ...] | None = None
+    solimp: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
+class GripperDescription:
+    """A gripper of two fingers: joints that move, bodies that touch.
+
+    Fingers may be slides with a motor each, whose positions then add up to the opening, or any
+    mechanism in which each finger follows one joint: how far it moves is measured on the model.
+    Where one motor moves both, the model's equalities that couple the joints are the mechanism.
+
+    Attributes:
+        joints: Names of the two joints that move the fingers.
         fingers: Names of the finger bodies, in the order of the joints.
         open_width: Opening with the fingers apart [m].
         max_speed: Greatest speed of one finger [m/s].
         max_force: Greatest force that the gripper is asked to hold with [N].
         min_width: Opening with the fingers together [m].
+        motor: Name of the joint or tendon that the one motor moves; None: each joint has its own.
+        model: Where its MJCF file is; None: it is part of the arm's.
+        mount: Name of the arm's site or body that a model of its own is attached to.
+        T_mg: Pose of that model in the mount.
+        pads: What the fingers' surfaces are like; None keeps what the model says.
+        armature: Replaces that of every joint of its mechanism [kg m2]; None keeps the model's.
+        frictionloss: Replaces the dry friction of every joint of its mechanism [N m].
     """
 
     joints: tuple[str, ...]
@@ -45,6 +74,13 @@ class GripperDescription:
     max_speed: float
     max_force: float
     min_width: float = 0.0
+    motor: str | None = None
+    model: str | None = None
+    mount: str | None = None
+    T_mg: pin.SE3 = field(default_factory=pin.SE3.Identity)
+    pads: PadDescription | None = None
+    armature: float | None = None
+    frictionloss: float | None = None
 
 
 @dataclass(frozen=True)
@@ -56,9 +92,9 @@ class RobotDescription:
 
     Attributes:
         name: What the robot is called in the cell and on the command line.
-        model: Path of its MJCF file.
+        model: Where its MJCF file is: a path, or ``menagerie:NAME/ENTRY``.
         arm_joints: Names of its arm's joints, from the base to the tool.
-        tool_frame: Name of the site that poses are asked for.
+        tool_frame: Name of the site or body that poses are asked for.
         home: Configuration of the arm at the start [rad].
         velocity: Limit of each arm joint [rad/s].
         acceleration: Limit of each arm joint [rad/s2].
@@ -66,6 +102,8 @@ class RobotDescription:
         gripper: The gripper, where there is one.
         effort: Limit of each arm joint [N m]; None takes them from the model.
         tool_limits: Bounds of the tool's motion along a straight line.
+        T_ft: Pose of the tool in the tool frame.
+        T_rb: Pose of the model's base where the robot is put: where it stands in a scene.
     """
 
     name: str
@@ -79,6 +117,8 @@ class RobotDescription:
     gripper: GripperDescription | None = None
     effort: tuple[float, ...] | None = None
     tool_limits: ToolLimits = ToolLimits()
+    T_ft: pin.SE3 = field(default_factory=pin.SE3.Identity)
+    T_rb: pin.SE3 = field(default_factory=pin.SE3.Identity)
 
     def __post_init__(self) -> None:
         """Check that there is one number a joint."""

@@ -14,6 +14,7 @@ from bt_manip.control import Controller, GripperController
 from bt_manip.motion import Arm
 from bt_manip.registry import Parts, Registry
 from bt_manip.robots import Robot
+from bt_manip.runner.robot_choice import find_robot
 from bt_manip.runner.scene import Scene, table_and_basket
 
 
@@ -140,7 +141,7 @@ def build_station(
 
     Args:
         parts: The registered parts to choose from; default: those of all installed plugins.
-        robot: Name of a registered robot.
+        robot: Name of a registered robot, or path of a TOML file that describes one.
         controller: Name of a registered controller.
         scene: What stands in the cell; default: a table and a basket.
         seed: Seed of the station's randomness.
@@ -153,7 +154,7 @@ def build_station(
 
         parts = load_plugins().parts
     scene = scene or table_and_basket()
-    arm_entity = Robot(parts.robots.get(robot))
+    arm_entity = Robot(find_robot(robot, parts.robots))
     make_controller = parts.controllers.get(controller)
     fixtures = [(f, parts.objects.create(f.model, **f.parameters)) for f in scene.fixtures]
     control = make_controller(arm_entity)

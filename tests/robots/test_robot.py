@@ -132,7 +132,7 @@ def test_effort_that_nothing_bounds_is_asked_for(servo, tmp_path):
     [
         (dict(model="/nowhere.xml"), "no model file"),
         (dict(arm_joints=("shoulder", "elbo")), "no joint 'elbo'; did you mean 'elbow'"),
-        (dict(tool_frame="top"), "no site 'top'; did you mean 'tip'"),
+        (dict(tool_frame="top"), "no site or body 'top'; did you mean 'tip'"),
         (
             dict(gripper=GripperDescription(("finger",), ("lower",), 0.1, 1.0, 1.0)),
             "no joint 'finger'",

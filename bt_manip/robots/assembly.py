@@ -1,0 +1,221 @@
+"""One model of an arm and its gripper, from the files that a description names."""
+
+from typing import Any, NamedTuple
+
+import mujoco
+import pinocchio as pin
+from dm_control import mjcf
+
+from bt_manip import spatial
+from bt_manip.exceptions import did_you_mean
+
+from .errors import RobotError
+from .model_files import locate_model
+from .robot_description import GripperDescription, PadDescription, RobotDescription
+
+_SITE = int(mujoco.mjtObj.mjOBJ_SITE)
+_TOOL = "tool_frame"
+_WORLD_SETTINGS = ("option", "visual", "statistic", "size")
+_ROTATIONS = ("quat", "euler", "axisangle", "xyaxes", "zaxis")
+
+
+class Assembly(NamedTuple):
+    """A robot's model before it is put into a world.
+
+    Attributes:
+        root: The model, as dm_control edits it.
+        alone: The same, compiled alone.
+        gripper: The part of the model in which the gripper's names are looked up.
+        tool_site: The site that poses are asked for.
+    """
+
+    root: mjcf.RootElement
+    alone: mujoco.MjModel
+    gripper: mjcf.RootElement
+    tool_site: Any
+
+
+def assemble(description: RobotDescription, name: str) -> Assembly:
+    """Read the arm's model, attach the gripper's, and place both as described.
+
+    Args:
+        description: What to put together.
+        name: Name of the model.
+
+    Raises:
+        RobotError: When a file is missing or broken, or a name in it is unknown.
+    """
+    where = f"robot '{description.name}'"
+    root, alone = _read(description.model, where)
+    root.model = name
+    gripper = description.gripper
+    hand = root
+    if gripper is not None and gripper.model is not None:
+        hand, _ = _read(gripper.model, where)
+        _attach(root, alone, hand, gripper, where)
+    if gripper is not None:
+        _prepare_gripper(hand, gripper, where)
+    if hand is not root:
+        alone = _compile(root, where)
+    tool = _tool_site(root, hand, alone, description, where)
+    _move_base(root, alone, description.T_rb)
+    return Assembly(root, alone, hand, tool)
+
+
+def find_element(root: mjcf.RootElement, kind: str, name: str, where: str) -> Any:
+    """Give a named element of a model, or offer the nearest right names.
+
+    Raises:
+        RobotError: When there is none of that name.
+    """
+    element = root.find(kind, name)
+    if element is None:
+        known = sorted(e.name for e in root.find_all(kind) if getattr(e, "name", None))
+        raise RobotError(
+            f"{where}: the model '{root.model}' has no {kind} '{name}'{did_you_mean(name, known)}"
+        )
+    return element
+
+
+def _read(model: str, where: str) -> tuple[mjcf.RootElement, mujoco.MjModel]:
+    path = locate_model(model, where)
+    try:
+        alone = mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        raise RobotError(f"{where}: {path}: {error}") from error
+    root = mjcf.from_path(str(path), escape_separators=True)
+    _drop_world(root)
+    return root, alone
+
+
+def _compile(root: mjcf.RootElement, where: str) -> mujoco.MjModel:
+    try:
+        return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
+    except ValueError as error:
+        raise RobotError(f"{where}: arm and gripper do not compile together: {error}") from error
+
+
+def _attach(
+    root: mjcf.RootElement,
+    alone: mujoco.MjModel,
+    hand: mjcf.RootElement,
+    gripper: GripperDescription,
+    where: str,
+) -> None:
+    """Attach the gripper's model at a site or body of the arm."""
+    mount = gripper.mount or ""
+    site = root.find("site", mount)
+    T_mount = pin.SE3.Identity()
+    if site is not None:
+        T_mount = _site_pose(alone, site)
+    else:
+        body = root.find("body", mount)
+        if body is None:
+            sites = [s.name for s in (*root.find_all("site"), *root.find_all("body")) if s.name]
+            raise RobotError(
+                f"{where}: a gripper of its own model is mounted at a site or body of the arm, "
+                f"and there is no '{mount}'{did_you_mean(mount, sites)}"
+            )
+        site = body.add("site", name="gripper_mount")
+    if hand.model == root.model:
+        hand.model = f"{hand.model}_gripper"
+    try:
+        frame = site.attach(hand)
+    except ValueError as error:
+        raise RobotError(f"{where}: cannot attach the gripper: {error}") from error
+    _place(frame, T_mount * gripper.T_mg)
+
+
+def _prepare_gripper(hand: mjcf.RootElement, gripper: GripperDescription, where: str) -> None:
+    """Set what the description says of the pads and of the mechanism's joints."""
+    if gripper.pads is not None:
+        for name in gripper.fingers:
+            _set_pads(find_element(hand, "body", name, where), gripper.pads)
+    changes = {"armature": gripper.armature, "frictionloss": gripper.frictionloss}
+    if any(value is not None for value in changes.values()):
+        bases = [find_element(hand, "joint", name, where).parent for name in gripper.joints]
+        for base in {id(b.parent): b.parent for b in bases}.values():
+            for joint in base.find_all("joint"):
+                if joint.parent is not base:
+                    joint.set_attributes(**{k: v for k, v in changes.items() if v is not None})
+
+
+def _set_pads(finger: Any, pads: PadDescription) -> None:
+    for geom in finger.find_all("geom", immediate_children_only=True):
+        geom.friction = pads.friction
+        geom.priority = 1
+        if pads.solref is not None:
+            geom.solref = pads.solref
+        if pads.solimp is not None:
+            geom.solimp = pads.solimp
+
+
+def _tool_site(
+    root: mjcf.RootElement,
+    hand: mjcf.RootElement,
+    alone: mujoco.MjModel,
+    description: RobotDescription,
+    where: str,
+) -> Any:
+    """Find the tool's site, or add one where the description says."""
+    name = description.tool_frame
+    for model in (hand, root):
+        site = model.find("site", name)
+        if site is not None:
+            T = _site_pose(alone, site)
+            body = site.parent
+            break
+        body = model.find("body", name)
+        if body is not None:
+            T = pin.SE3.Identity()
+            break
+    else:
+        models = (hand,) if hand is root else (hand, root)
+        known = [
+            e.name for m in models for kind in ("site", "body") for e in m.find_all(kind) if e.name
+        ]
+        raise RobotError(
+            f"{where}: {description.model} has no site or body '{name}'{did_you_mean(name, known)}"
+        )
+    if site is not None and description.T_ft == pin.SE3.Identity():
+        return site
+    tool = body.add("site", name=_TOOL, size=(0.002,), group=5)
+    _place(tool, T * description.T_ft)
+    return tool
+
+
+def _move_base(root: mjcf.RootElement, alone: mujoco.MjModel, T_rb: pin.SE3) -> None:
+    """Move everything that stands in the file's world."""
+    if T_rb == pin.SE3.Identity():
+        return
+    for body in root.worldbody.body:
+        compiled = alone.body(body.full_identifier)
+        _place(body, T_rb * spatial.pose(compiled.pos, compiled.quat))
+
+
+def _site_pose(alone: mujoco.MjModel, site: Any) -> pin.SE3:
+    index = mujoco.mj_name2id(alone, _SITE, site.full_identifier)
+    return spatial.pose(alone.site_pos[index], alone.site_quat[index])
+
+
+def _place(element: Any, T: pin.SE3) -> None:
+    for attribute in _ROTATIONS:
+        if getattr(element, attribute, None) is not None:
+            delattr(element, attribute)
+    element.pos = T.translation
+    element.quat = spatial.quat_wxyz(T)
+
+
+def _drop_world(root: mjcf.RootElement) -> None:
+    """Leave out what belongs to the world, and gravity compensation, which is the controller's."""
+    for name in _WORLD_SETTINGS:
+        element = getattr(root, name)
+        for attribute in list(element.get_attributes()):
+            delattr(element, attribute)
+    for key in list(root.keyframe.all_children()):
+        key.remove()
+    for light in list(root.find_all("light")):
+        light.remove()
+    for body in root.find_all("body"):
+        if body.gravcomp is not None:
+            del body.gravcomp

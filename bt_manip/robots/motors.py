@@ -1,0 +1,73 @@
+"""Motors in place of whatever a model is actuated by."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+from dm_control import mjcf
+
+from .limit_reading import is_motor
+
+
+def ensure_motors(
+    root: mjcf.RootElement,
+    alone: mujoco.MjModel,
+    driven: Sequence[Any],
+    efforts: Sequence[float],
+    *,
+    freed: Sequence[Any] = (),
+) -> list[Any]:
+    """Give each joint or tendon exactly one motor and take all other actuators off them.
+
+    Args:
+        root: The robot's model.
+        alone: The same, compiled alone.
+        driven: The joints and tendons that get a motor.
+        efforts: The greatest effort of each motor.
+        freed: Joints that lose their actuators, too.
+    """
+    kept: dict[str, Any] = {}
+    names = {element.full_identifier for element in driven}
+    moved = {element.full_identifier for element in (*driven, *freed)}
+    for actuator in list(root.find_all("actuator")):
+        target = getattr(actuator, "joint", None) or getattr(actuator, "tendon", None)
+        if target is None:
+            continue
+        name = target.full_identifier
+        if name in moved:
+            i = _index(alone, actuator)
+            plain = i is not None and is_motor(alone, i) and alone.actuator_gear[i, 0] == 1.0
+            if plain and name not in kept and name in names:
+                kept[name] = actuator
+                continue
+        elif target.tag == "joint" or not _pulls_only(target, moved):
+            continue
+        actuator.remove()
+    return [
+        _motor(root, element, float(effort), kept.get(element.full_identifier))
+        for element, effort in zip(driven, efforts, strict=True)
+    ]
+
+
+def _motor(root: mjcf.RootElement, element: Any, effort: float, motor: Any) -> Any:
+    if motor is None:
+        what = "tendon" if element.tag in ("fixed", "spatial") else "joint"
+        motor = element.root.actuator.add(
+            "motor", name=f"{element.name}_motor", gear=[1.0, 0, 0, 0, 0, 0], **{what: element}
+        )
+    motor.ctrllimited = motor.forcelimited = "true"
+    motor.ctrlrange = motor.forcerange = [-effort, effort]
+    return motor
+
+
+def _index(alone: mujoco.MjModel, actuator: Any) -> int | None:
+    name = actuator.full_identifier or ""
+    found = mujoco.mj_name2id(alone, int(mujoco.mjtObj.mjOBJ_ACTUATOR), name)
+    return int(found) if found >= 0 else None
+
+
+def _pulls_only(tendon: Any, names: set[str]) -> bool:
+    pulled = [getattr(child, "joint", None) for child in tendon.all_children()]
+    return bool(pulled) and all(
+        joint is not None and joint.full_identifier in names for joint in pulled
+    )
