@@ -1,0 +1,179 @@
+"""bt-manip plugins, and the commands that plugins bring."""
+
+import json
+import os
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+COMMAND = '''
+    import click
+    {extra}
+
+
+    @click.command()
+    @click.argument("name")
+    def greet(name):
+        """Greet somebody.
+
+        At length.
+        """
+        {body}
+'''
+
+
+@pytest.fixture
+def site(tmp_path, monkeypatch):
+    """Install packages of one module, with entry points."""
+    folder = tmp_path / "site"
+    folder.mkdir()
+    monkeypatch.syspath_prepend(folder)
+
+    def install(name: str, source: str, entry_points: str):
+        module = name.replace("-", "_")
+        (folder / f"{module}.py").write_text(textwrap.dedent(source))
+        info = folder / f"{module}-2.5.dist-info"
+        info.mkdir(exist_ok=True)
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 2.5\n")
+        (info / "entry_points.txt").write_text(textwrap.dedent(entry_points))
+        monkeypatch.delitem(sys.modules, module, raising=False)
+        return folder
+
+    return install
+
+
+def greeting(site, name: str, body: str = "click.echo(f'hello {name}')", extra: str = ""):
+    module = name.replace("-", "_")
+    source = COMMAND.format(body=body, extra=extra)
+    return site(name, source, f"[bt_manip.commands]\ngreet = {module}:greet\n")
+
+
+def test_a_command_of_a_plugin_is_listed_with_its_first_line_and_runs(bt_manip, site):
+    greeting(site, "bt-manip-polite1")
+    code, out, err = bt_manip("--help")
+    assert (code, err) == (0, "")
+    (line,) = [line for line in out.splitlines() if "greet" in line]
+    assert "Greet somebody." in line and "bt-manip-polite1" in out
+    assert "bt_manip_polite1" not in sys.modules
+    assert bt_manip("greet", "Ada") == (0, "hello Ada\n", "")
+
+
+def test_a_blocked_command_is_not_there(bt_manip, site, monkeypatch):
+    greeting(site, "bt-manip-polite2")
+    assert "greet" not in bt_manip("--block", "polite2", "--help").out
+    assert bt_manip("--block", "polite2", "greet", "Ada").code == 2
+    monkeypatch.setenv("BT_MANIP_BLOCK", "bt-manip-polite2")
+    assert bt_manip("greet", "Ada").code == 2
+
+
+@pytest.mark.parametrize("extra", ["import surely_not_there", "raise SystemExit(0)"])
+def test_a_command_that_does_not_import_is_3_and_says_whose_it_is(bt_manip, site, extra):
+    greeting(site, "bt-manip-rude", extra=extra)
+    assert bt_manip("--help").code == 0
+    code, _, err = bt_manip("greet", "Ada")
+    assert code == 3
+    last = err.splitlines()[-1]
+    assert "the command 'greet' of bt-manip-rude 2.5 cannot be loaded" in last
+    assert "--block rude" in last
+
+
+def test_what_is_no_command_is_3(bt_manip, site):
+    site("bt-manip-odd", "greet = 3", "[bt_manip.commands]\ngreet = bt_manip_odd:greet\n")
+    code, _, err = bt_manip("greet")
+    assert code == 3 and "is no click command" in err
+
+
+def test_a_command_that_raises_is_3_and_says_whose_it_is(bt_manip, site):
+    greeting(site, "bt-manip-shy", body="raise ValueError('too shy')")
+    code, _, err = bt_manip("greet", "Ada")
+    assert code == 3
+    last = err.splitlines()[-1]
+    assert last == "Error: the command 'greet' of bt-manip-shy 2.5: ValueError: too shy"
+
+
+def test_no_plugin_takes_the_place_of_a_built_in_command(bt_manip, site):
+    site("bt-manip-thief", "list = 3", "[bt_manip.commands]\nlist = bt_manip_thief:list\n")
+    assert "table_and_basket" in bt_manip("list", "scenes").out
+
+
+def test_help_loads_none_of_twenty_plugins(site):
+    for i in range(20):
+        name = f"bt-manip-many{i}"
+        heavy = "import mujoco\n" if i == 7 else ""
+        folder = site(
+            name, f"{heavy}raise RuntimeError('loaded')\n",
+            f"[bt_manip]\nmany{i} = bt_manip_many{i}\n"
+            f"[bt_manip.commands]\nmany{i} = bt_manip_many{i}:main\n",
+        )  # fmt: skip
+    code = (
+        "import sys\n"
+        "from bt_manip.cli.app import run_app\n"
+        "from bt_manip.cli.interrupt import Interrupt\n"
+        "assert run_app(Interrupt(), ['--help']) == 0\n"
+        "assert 'mujoco' not in sys.modules and 'numpy' not in sys.modules\n"
+        "assert not [m for m in sys.modules if m.startswith('bt_manip_many')]\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(folder)}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert all(f"many{i}" in done.stdout for i in range(20))
+
+
+TOYS = """
+    from bt_manip import hookimpl
+
+
+    @hookimpl
+    def register_objects(register):
+        register("toy_{0}", dict)
+
+
+    @hookimpl
+    def after_tick(tree):
+        pass
+"""
+
+
+def test_plugins_are_shown_with_what_they_bring(bt_manip, site):
+    site("bt-manip-toys", TOYS.format(1), "[bt_manip]\ntoys = bt_manip_toys\n")
+    site("bt-manip-bad", "import nothing_like_it", "[bt_manip]\nbad = bt_manip_bad\n")
+    code, out, err = bt_manip("plugins", "--json", "--block", "impedance")
+    assert (code, err) == (0, "")
+    rows = {row["name"]: row for row in json.loads(out)}
+    assert rows["toys"]["version"] == "2.5"
+    assert rows["toys"]["package"] == "bt-manip-toys"
+    assert rows["toys"]["provides"] == {"objects": ["toy_1"]}
+    assert rows["toys"]["observers"] == ["after_tick"]
+    assert rows["toys"]["source"].endswith("bt_manip_toys.py")
+    assert [rows[name]["status"] for name in ("builtin", "toys", "bad", "impedance")] == [
+        "ok", "ok", "broken", "blocked",
+    ]  # fmt: skip
+    assert "nothing_like_it" in rows["bad"]["problem"]
+    code, out, err = bt_manip("plugins")
+    assert (code, err) == (0, "")
+    assert "toys 2.5: ok" in out and "objects: toy_1" in out and "bad 2.5: broken" in out
+
+
+def test_a_check_is_3_when_anything_is_broken_and_says_what(bt_manip, site):
+    code, out, err = bt_manip("plugins", "--check")
+    assert (code, err) == (0, "") and "nothing is wrong" in out
+    site("bt-manip-bad2", "import nothing_like_it", "[bt_manip]\nbad2 = bt_manip_bad2\n")
+    code, _, err = bt_manip("plugins", "--check")
+    assert code == 3
+    assert "plugin 'bad2' 2.5" in err and "nothing_like_it" in err
+    assert bt_manip("plugins", "--check", "--block", "bad2").code == 0
+
+
+def test_a_check_finds_a_command_that_does_not_load(bt_manip, site):
+    greeting(site, "bt-manip-rude3", extra="import surely_not_there")
+    code, _, err = bt_manip("plugins", "--check")
+    assert code == 3 and "the command 'greet' of bt-manip-rude3 2.5" in err
+
+
+def test_a_folder_that_is_not_there_is_bad_input(bt_manip, tmp_path):
+    code, _, err = bt_manip("list", "--plugins-dir", tmp_path / "nowhere")
+    assert code == 2 and "nowhere" in err

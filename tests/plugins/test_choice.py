@@ -1,0 +1,106 @@
+"""A user chooses which plugins are loaded, and from where."""
+
+import os
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from bt_manip.exceptions import BtManipError
+from bt_manip.plugins import Choice, load_plugins
+from bt_manip.plugins.entry_points import names_of
+
+BALL = """
+    @hookimpl
+    def register_objects(register): register("ball", dict)
+"""
+
+
+def test_environment_variables_hold_several_names_and_folders():
+    variables = {"BT_MANIP_BLOCK": "toys, arms\tpaint", "BT_MANIP_PLUGINS_DIR": f"a{os.pathsep}b"}
+    choice = Choice.from_environment(variables)
+    assert choice == Choice(frozenset({"toys", "arms", "paint"}), (Path("a"), Path("b")))
+    assert Choice.from_environment({}) == Choice()
+
+
+def test_options_add_to_the_environment():
+    choice = Choice(frozenset({"toys"}), (Path("a"),)).extended(
+        ["arms", ""], [Path("a"), Path("b")]
+    )
+    assert choice == Choice(frozenset({"toys", "arms"}), (Path("a"), Path("b")))
+
+
+def test_a_blocked_plugin_is_not_imported_and_its_absence_is_explained(plugin, load):
+    point = plugin("toys", "raise SystemExit")
+    warnings: list[str] = []
+    plugins = load_plugins(
+        entry_points=[point], warn=warnings.append, choice=Choice(frozenset({"toys"}))
+    )
+    assert warnings == []
+    assert plugins.plugins[1].status == "blocked"
+    with pytest.raises(BtManipError, match=r"unknown object 'ball'.*\(blocked: plugin 'toys'\)"):
+        plugins.parts.objects.get("ball")
+
+
+def test_a_plugin_is_blocked_by_its_own_name_or_its_packages():
+    point = SimpleNamespace(name="arms", dist=SimpleNamespace(name="bt_manip_Menagerie"))
+    assert names_of(point) == {"arms", "bt_manip_Menagerie", "bt-manip-menagerie", "menagerie"}
+
+
+def test_the_built_in_plugin_cannot_be_blocked(load):
+    plugins = load_plugins(entry_points=(), choice=Choice(frozenset({"builtin"})))
+    assert "cube" in plugins.parts.objects
+
+
+def test_each_file_of_a_folder_is_a_plugin_and_shadows_no_module(tmp_path):
+    head = "from bt_manip import hookimpl\n@hookimpl\n"
+    for name in ("tree", "numpy"):  # names that others have, and dm_control needs
+        code = f"{head}def register_objects(register): register('of_{name}', dict)\n"
+        (tmp_path / f"{name}.py").write_text(code)
+    (tmp_path / "_private.py").write_text("raise RuntimeError")
+    (tmp_path / "notes.txt").write_text("nothing")
+    plugins = load_plugins(entry_points=(), choice=Choice(folders=(tmp_path,)))
+    assert [p.name for p in plugins.plugins] == ["builtin", "numpy", "tree"]
+    assert plugins.parts.objects.owner("of_tree") == "tree"
+    assert plugins.plugins[2].source == str(tmp_path / "tree.py")
+    import numpy as np
+
+    assert np.zeros(1) == 0.0
+
+
+def test_a_file_that_fails_leaves_no_module_behind(tmp_path):
+    import sys
+
+    (tmp_path / "half.py").write_text("x = 1\nraise RuntimeError('no')\n")
+    load_plugins(entry_points=(), warn=print, choice=Choice(folders=(tmp_path,)))
+    assert not [name for name in sys.modules if "half" in name]
+
+
+def test_an_exception_of_a_file_is_blamed_on_it(tmp_path):
+    code = (
+        "from bt_manip import hookimpl\n"
+        "def thrower(): raise ValueError('heavy')\n"
+        "@hookimpl\ndef register_objects(register): register('stone', thrower)\n"
+    )
+    (tmp_path / "quarry.py").write_text(code)
+    plugins = load_plugins(entry_points=(), choice=Choice(folders=(tmp_path,)))
+    with pytest.raises(ValueError, match="heavy") as caught:
+        plugins.parts.objects.create("stone")
+    blamed = plugins.blame(caught.value)
+    assert blamed is not None and blamed.name == "quarry"
+
+
+def test_a_folder_that_is_not_there_is_bad_input(tmp_path):
+    with pytest.raises(BtManipError, match="no folder"):
+        load_plugins(entry_points=(), choice=Choice(folders=(tmp_path / "nowhere",)))
+
+
+def test_an_entry_point_and_a_file_of_one_name_do_not_both_come_in(plugin, tmp_path):
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    (folder / "toys.py").write_text("raise RuntimeError")
+    warnings: list[str] = []
+    point: EntryPoint = plugin("toys", BALL)
+    load_plugins(entry_points=[point], warn=warnings.append, choice=Choice(folders=(folder,)))
+    assert len(warnings) == 1 and "another plugin has the same name" in warnings[0]
