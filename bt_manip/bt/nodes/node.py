@@ -2,11 +2,12 @@
 
 import inspect
 from collections.abc import Iterator, Mapping
-from enum import StrEnum
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from py_trees.behaviour import Behaviour
 
+from bt_manip.bt.nodes.names import CONDITIONS, NodeKind, refuse_reserved
+from bt_manip.bt.nodes.names import RESERVED as RESERVED
 from bt_manip.bt.nodes.port_access import PortAccess
 from bt_manip.bt.ports import Port
 from bt_manip.bt.status import (
@@ -29,32 +30,6 @@ if TYPE_CHECKING:
 
 _INVALID: Final = Status.INVALID
 _SUCCESS: Final = Status.SUCCESS
-
-
-class NodeKind(StrEnum):
-    """What a node is, by the names of the elements of a tree document."""
-
-    ACTION = "Action"
-    CONDITION = "Condition"
-    CONTROL = "Control"
-    DECORATOR = "Decorator"
-    SUBTREE = "SubTree"
-
-
-CONDITIONS: Final = {
-    "failure_if": "_failureIf",
-    "success_if": "_successIf",
-    "skip_if": "_skipIf",
-    "while_true": "_while",
-    "on_success": "_onSuccess",
-    "on_failure": "_onFailure",
-    "post": "_post",
-    "on_halted": "_onHalted",
-}
-"""The scripts around a tick: their keyword in Python and their attribute in a document."""
-
-RESERVED: Final = frozenset({"name", "ID", "_autoremap", *CONDITIONS.values()})
-"""Names that are never ports."""
 
 
 class Node(PortAccess, Behaviour):
@@ -102,7 +77,7 @@ class Node(PortAccess, Behaviour):
         for base in reversed(cls.__mro__):
             for attribute, value in vars(base).items():
                 if isinstance(value, Port):
-                    _refuse_reserved(cls, attribute, value)
+                    refuse_reserved(cls, attribute, value)
                     ports[value.name] = value
         cls.ports = ports
 
@@ -352,21 +327,6 @@ class Node(PortAccess, Behaviour):
     def summary(cls) -> str:
         """Give the first line of the class's documentation."""
         return (inspect.getdoc(cls) or "").partition("\n")[0]
-
-
-def _refuse_reserved(cls: type, attribute: str, port: Port) -> None:
-    inside = {"name", "id", "status", "parent", "children", "logger", "feedback_message"} | {
-        "blackboards", "blackbox_level", "iterator", "qualified_name", "attributes", "conditions",
-        "decorated", "current_child",
-    }  # fmt: skip
-    taken = attribute in inside or any(
-        attribute in vars(base) and not isinstance(vars(base)[attribute], Port)
-        for base in cls.__mro__
-    )
-    if taken or attribute in CONDITIONS:
-        raise TypeError(f"{cls.__name__}.{attribute}: a port cannot be named '{attribute}'")
-    if port.name in RESERVED or not port.name[:1].isalpha():
-        raise TypeError(f"{cls.__name__}.{attribute}: a port cannot be named '{port.name}'")
 
 
 def _below_node(node: Behaviour) -> bool:
