@@ -8,6 +8,7 @@ import pinocchio as pin
 from bt_manip.bt import Action, Status
 from bt_manip.cell import Cell, CellError
 from bt_manip.control import ControlError, GripperController
+from bt_manip.models import ModelError
 from bt_manip.motion import Arm, MotionError
 from bt_manip.registry import UnknownPartError
 
@@ -28,7 +29,7 @@ class CellBehaviour(Action):
         self._started = self.cell.time
         try:
             self.start()
-        except (CellError, ControlError, MotionError, UnknownPartError) as error:
+        except (CellError, ControlError, ModelError, MotionError, UnknownPartError) as error:
             self.fail(str(error))
 
     def start(self) -> None:
@@ -38,6 +39,7 @@ class CellBehaviour(Action):
             CellError: When what it refers to is not in the cell.
             MotionError: When there is no such motion.
             ControlError: When the gripper cannot do what is asked.
+            ModelError: When an address leads to no model.
             UnknownPartError: When nothing is registered by a name.
         """
 

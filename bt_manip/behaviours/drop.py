@@ -5,14 +5,14 @@ import numpy as np
 from bt_manip.bt import Input, Status
 
 from .arm_behaviour import MotionBehaviour
-from .poses import turned
+from .poses import bottom_pose, turned
 
 
 class Drop(MotionBehaviour):
     """Move over a container, open the fingers, and wait until nothing touches them."""
 
     container = Input(str, doc="Name of the container.")
-    height = Input(float, default=0.25, doc="Height of the tool over the container's origin [m].")
+    height = Input(float, default=0.25, doc="Height of the tool over the container's bottom [m].")
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
     patience = Input(float, default=2.0, doc="Longest simulated time for the fingers to open [s].")
 
@@ -23,7 +23,9 @@ class Drop(MotionBehaviour):
     def start(self) -> None:
         """Move to the nearest of the configurations over the container."""
         self._opening = None
-        above = self.cell.pose(self.container).translation + np.array([0.0, 0.0, self.height])
+        above = bottom_pose(self.cell, self.container).translation + np.array(
+            [0.0, 0.0, self.height]
+        )
         self.arm.move_to_pose(turned(above), speed=self.speed)
 
     def arrived(self) -> Status:

@@ -3,7 +3,7 @@
 from bt_manip.bt import Input
 
 from .arm_behaviour import MotionBehaviour
-from .poses import GRIP_HEIGHT, grips_from_above
+from .poses import GRIP_HEIGHT, centre_pose, grips_from_above
 
 
 class Hover(MotionBehaviour):
@@ -19,6 +19,6 @@ class Hover(MotionBehaviour):
 
     def start(self) -> None:
         """Move to the nearest of the configurations over the object."""
-        poses = grips_from_above(self.cell.pose(self.object), self.height)
+        poses = grips_from_above(centre_pose(self.cell, self.object), self.height)
         descent = max(self.height - GRIP_HEIGHT, 0.0)
         self.arm.move_to_pose(poses, speed=self.speed, approach=descent)

@@ -8,6 +8,7 @@ import pinocchio as pin
 
 from bt_manip import spatial
 from bt_manip.bt import Input
+from bt_manip.cell import Cell
 
 GRIP_HEIGHT = 0.015
 """Height of the tool over an object's centre at which it is gripped [m]: the palm stays clear."""
@@ -41,6 +42,32 @@ def pose_to_text(T: pin.SE3) -> str:
 def pose_input(doc: str) -> Input:
     """Declare a port that reads a pose."""
     return Input(pin.SE3, parse=pose_from_text, format=pose_to_text, doc=doc)
+
+
+def centre_pose(cell: Cell, name: str) -> pin.SE3:
+    """Give the pose of an object's middle, wherever its own origin is.
+
+    Raises:
+        CellError: When there is no such object.
+    """
+    offset = getattr(cell.find(name), "centre_offset", None)
+    T_wo = cell.pose(name)
+    if offset is None or not np.any(offset):
+        return T_wo
+    return T_wo * pin.SE3(np.eye(3), np.asarray(offset, dtype=float))
+
+
+def bottom_pose(cell: Cell, name: str) -> pin.SE3:
+    """Give the pose of the middle of an upright object's bottom.
+
+    Raises:
+        CellError: When there is no such object.
+    """
+    entity = cell.find(name)
+    x, y, _ = getattr(entity, "centre_offset", (0.0, 0.0, 0.0))
+    z = -getattr(entity, "rest_height", 0.0)
+    T_wo = cell.pose(name)
+    return T_wo * pin.SE3(np.eye(3), np.array([x, y, z])) if x or y or z else T_wo
 
 
 def yaw_of(T: pin.SE3) -> float:

@@ -3,7 +3,7 @@
 from bt_manip.bt import Input
 
 from .arm_behaviour import MotionBehaviour
-from .poses import GRIP_HEIGHT, grips_from_above, nearest_turn
+from .poses import GRIP_HEIGHT, centre_pose, grips_from_above, nearest_turn
 
 
 class Reach(MotionBehaviour):
@@ -17,5 +17,5 @@ class Reach(MotionBehaviour):
 
     def start(self) -> None:
         """Move straight to the grip that needs the least turn of the tool."""
-        grips = grips_from_above(self.cell.pose(self.object), self.height)
+        grips = grips_from_above(centre_pose(self.cell, self.object), self.height)
         self.arm.move_linear(nearest_turn(grips, self.T_wt), speed=self.speed)

@@ -7,16 +7,22 @@ import numpy as np
 
 from bt_manip.bt import Input, Output, Status
 from bt_manip.cell import CellError, Region
+from bt_manip.cell.objects import Catalogue
 from bt_manip.exceptions import PortError
-from bt_manip.registry import Registry
+from bt_manip.models import is_address
 
 from .arm_behaviour import CellBehaviour
+from .poses import centre_pose
 
 
 class SpawnObject(CellBehaviour):
     """Put a new object at a random free place on another one, turned by any angle."""
 
-    model = Input(str, default="cube", doc="Registered object to make; see: bt-manip list objects.")
+    model = Input(
+        str,
+        default="cube",
+        doc="Object to make: a registered name (bt-manip list objects) or the address of a model.",
+    )
     on = Input(str, default="table", doc="Name of the object whose surface it is put on.")
     region = Input(
         list[float],
@@ -31,10 +37,11 @@ class SpawnObject(CellBehaviour):
 
         Raises:
             UnknownPartError: When it is known already what to make, and nobody knows how.
+            ModelError: When its address leads to no model.
         """
         super().setup(**infrastructure)
         self.rng: np.random.Generator = infrastructure["rng"]
-        self.models: Registry[Any] = infrastructure["models"]
+        self.models: Catalogue = infrastructure["models"]
         with contextlib.suppress(PortError):  # an entry that is only written later
             self.models.get(self.model)
 
@@ -47,10 +54,11 @@ class SpawnObject(CellBehaviour):
             raise CellError(f"'{self.on}' has no surface to put something on")
         entity = self.models.get(self.model)()
         z = self.cell.pose(self.on).translation[2] + surface + getattr(entity, "rest_height", 0.0)
-        region = Region((x_min, x_max), (y_min, y_max), (z, z))
-        name = self.cell.place(entity, region, self.rng, name=self.name_hint or self.model)
-        self.object = name
-        x, y, _ = self.cell.pose(name).translation
+        middle_x, middle_y, _ = getattr(entity, "centre_offset", (0.0, 0.0, 0.0))
+        region = Region((x_min, x_max), (y_min, y_max), (z, z), middle=(middle_x, middle_y))
+        hint = self.name_hint or ("" if is_address(self.model) else self.model)
+        self.object = name = self.cell.place(entity, region, self.rng, name=hint or None)
+        x, y, _ = centre_pose(self.cell, name).translation
         self.feedback_message = f"'{name}' at ({x:.3f}, {y:.3f}) m"
 
     def _bounds(self) -> tuple[float, float, float, float]:

@@ -46,7 +46,7 @@ def find_place(
         rested = probe.drop()
         if rested is None:
             reason = "it does not come to rest"
-        elif not region.covers(rested.translation):
+        elif not region.covers(rested):
             reason = "it does not stay in the region"
         else:
             return rested

@@ -42,7 +42,10 @@ class Placement:
     def _rests_in(self, name: str, container: str) -> bool:
         cell = self._cell
         lower, upper = self._boxes[container]
-        centre = cell.pose(container).actInv(cell.pose(name).translation)
+        middle = cell.pose(name).act(
+            np.asarray(getattr(cell.find(name), "centre_offset", np.zeros(3)))
+        )
+        centre = cell.pose(container).actInv(middle)
         if container == name or (centre < lower).any() or (centre > upper).any():
             return False
         velocity = cell.velocity(name)

@@ -1,8 +1,10 @@
 """From a request to a run: everything that is wrong with it is found here."""
 
 from bt_manip.bt import BehaviourRegistry, Tree
+from bt_manip.cell.objects import Catalogue
 from bt_manip.exceptions import BtManipError, NodeError
 from bt_manip.registry import Parts
+from bt_manip.runner.furnishing import fixture_models, furnished
 from bt_manip.runner.python_tree import make_tree
 from bt_manip.runner.request import RunRequest
 from bt_manip.runner.run import Run
@@ -22,21 +24,28 @@ def prepare(request: RunRequest, parts: Parts, warn: Warn = lambda message: None
         BtManipError: When anything that the user asked for is wrong.
     """
     clock = _StationClock()
+    scene = parts.scenes.create(request.scene)
+    models = fixture_models(request.settings, scene)
+    settings = {key: text for key, text in request.settings.items() if key not in models}
     if request.tree.kind == "xml":
         behaviours = BehaviourRegistry()
         for name in parts.behaviours.names():
             behaviours.register(parts.behaviours.get(name), name)
-        tree = load_document(request.tree, behaviours, request.settings, clock, warn)
+        tree = load_document(request.tree, behaviours, settings, clock, warn)
     else:
-        tree = make_tree(request.tree, request.settings, clock)
+        tree = make_tree(request.tree, settings, clock)
+    catalogue = Catalogue(parts.objects)
     clock.station = build_station(
         parts,
         robot=request.robot,
         controller=request.controller,
-        scene=parts.scenes.create(request.scene),
+        scene=furnished(scene, models, catalogue) if models else scene,
+        catalogue=catalogue,
         seed=request.seed,
     )
     _setup(tree, clock.station)
+    for lost in catalogue.warnings():
+        warn(lost)
     return Run(request, tree, clock.station)
 
 

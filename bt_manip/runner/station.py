@@ -10,9 +10,10 @@ from py_trees.behaviour import Behaviour
 
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.cell import Cell
+from bt_manip.cell.objects import Catalogue
 from bt_manip.control import Controller, GripperController
 from bt_manip.motion import Arm
-from bt_manip.registry import Parts, Registry
+from bt_manip.registry import Parts
 from bt_manip.robots import Robot
 from bt_manip.runner.robot_choice import find_robot
 from bt_manip.runner.scene import Scene, table_and_basket
@@ -29,7 +30,7 @@ class Station:
         controller: Makes the arm follow.
         gripper: Moves the fingers.
         rng: Where all randomness of a run comes from.
-        models: The registered objects, to put more of them into the cell.
+        models: Makes objects, by registered name or address, to put more into the cell.
     """
 
     cell: Cell
@@ -38,7 +39,7 @@ class Station:
     controller: Controller
     gripper: GripperController
     rng: np.random.Generator
-    models: Registry
+    models: Catalogue
 
     @property
     def infrastructure(self) -> dict[str, Any]:
@@ -136,6 +137,7 @@ def build_station(
     controller: str = "computed_torque",
     scene: Scene | None = None,
     seed: int = 0,
+    catalogue: Catalogue | None = None,
 ) -> Station:
     """Build a cell and put a robot in it, at home, under control.
 
@@ -145,6 +147,7 @@ def build_station(
         controller: Name of a registered controller.
         scene: What stands in the cell; default: a table and a basket.
         seed: Seed of the station's randomness.
+        catalogue: Makes the objects; default: one of the registered parts.
 
     Raises:
         BtManipError: When a name is not registered or a model does not compile.
@@ -154,9 +157,10 @@ def build_station(
 
         parts = load_plugins().parts
     scene = scene or table_and_basket()
+    catalogue = catalogue or Catalogue(parts.objects)
     arm_entity = Robot(find_robot(robot, parts.robots))
     make_controller = parts.controllers.get(controller)
-    fixtures = [(f, parts.objects.create(f.model, **f.parameters)) for f in scene.fixtures]
+    fixtures = [(f, catalogue.create(f.model, **f.parameters)) for f in scene.fixtures]
     control = make_controller(arm_entity)
     gripper = GripperController(arm_entity)
     arm_entity.attach(control)
@@ -168,6 +172,4 @@ def build_station(
         cell.add(arm_entity, scene.T_wb, free=False)
     arm = Arm(arm_entity)
     control.reference = arm
-    return Station(
-        cell, arm_entity, arm, control, gripper, np.random.default_rng(seed), parts.objects
-    )
+    return Station(cell, arm_entity, arm, control, gripper, np.random.default_rng(seed), catalogue)

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from dm_control import composer, mjcf
@@ -18,11 +18,11 @@ class Prop(composer.Entity):
     were made with is in ``parameters``, as plain data, so that a snapshot can make them again.
     """
 
-    kind: ClassVar[str] = "prop"
+    kind: str = "prop"
     """Name that a factory makes it by."""
-    category: ClassVar[str] = "thing"
+    category: str = "thing"
     """What behaviours may do with it: ``graspable``, ``container``, ``surface``, ..."""
-    free: ClassVar[bool] = False
+    free: bool = False
     """Whether it moves freely unless told otherwise."""
 
     _mjcf_root: mjcf.RootElement
@@ -58,6 +58,11 @@ class Prop(composer.Entity):
         """Height of the origin above what it stands on [m]."""
         return 0.0
 
+    @property
+    def centre_offset(self) -> np.ndarray:
+        """The middle of what is gripped, seen from the origin [m]."""  # (3,)
+        return np.zeros(3)
+
     def _load(self, path: Path, name: str, **parameters: Any) -> None:
         """Load the model file and apply what is the same for every object."""
         self._parameters = parameters
@@ -88,11 +93,11 @@ class Prop(composer.Entity):
         """Tell by the group: 2 is seen, 3 collides (defaults of classes count)."""
         group = geom.group
         if group is None:
-            group = _default_of(geom, "group")
+            group = default_of(geom, "group")
         return group != 2
 
 
-def _default_of(geom: mjcf.Element, attribute: str) -> Any:
+def default_of(geom: mjcf.Element, attribute: str) -> Any:
     """Look an attribute of a geom up in its default classes, innermost first."""
     default = geom.dclass
     while default is not None and default.tag == "default":

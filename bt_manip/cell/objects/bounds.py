@@ -1,0 +1,72 @@
+"""The box around a model's shapes."""
+
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+_PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
+_SPHERE = int(mujoco.mjtGeom.mjGEOM_SPHERE)
+_CAPSULE = int(mujoco.mjtGeom.mjGEOM_CAPSULE)
+_ELLIPSOID = int(mujoco.mjtGeom.mjGEOM_ELLIPSOID)
+_CYLINDER = int(mujoco.mjtGeom.mjGEOM_CYLINDER)
+_MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
+
+
+class Bounds(NamedTuple):
+    """A box along the axes of a model's frame."""
+
+    lower: np.ndarray  # (3,) [m]
+    upper: np.ndarray  # (3,) [m]
+
+    @property
+    def size(self) -> np.ndarray:
+        """Lengths of its edges [m]."""  # (3,)
+        return self.upper - self.lower
+
+    @property
+    def centre(self) -> np.ndarray:
+        """Its middle [m]."""  # (3,)
+        return 0.5 * (self.upper + self.lower)
+
+
+def bounds_of(model: mujoco.MjModel) -> Bounds:
+    """Measure what can be touched of a model at rest, or all of it where nothing can be.
+
+    Planes have no end and do not count.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    finite = model.geom_type != _PLANE
+    collides = finite & ((model.geom_contype != 0) | (model.geom_conaffinity != 0))
+    geoms = np.flatnonzero(collides if collides.any() else finite)
+    if not len(geoms):
+        return Bounds(np.zeros(3), np.zeros(3))
+    boxes = [_box(model, data, int(geom)) for geom in geoms]
+    lower, upper = (np.array(part) for part in zip(*boxes, strict=True))
+    return Bounds(lower.min(axis=0), upper.max(axis=0))
+
+
+def _box(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> tuple[np.ndarray, np.ndarray]:
+    """Give the lower and upper corner around one geom, exactly for each type."""
+    kind, size = int(model.geom_type[geom]), model.geom_size[geom]
+    position, rotation = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
+    if kind == _MESH:
+        mesh = int(model.geom_dataid[geom])
+        first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+        points = model.mesh_vert[first : first + count] @ rotation.T + position
+        return points.min(axis=0), points.max(axis=0)
+    if kind == _SPHERE:
+        half = np.full(3, size[0])
+    elif kind == _CAPSULE:
+        half = size[0] + np.abs(rotation[:, 2]) * size[1]
+    elif kind == _CYLINDER:
+        half = np.hypot(rotation[:, 0], rotation[:, 1]) * size[0]
+        half = half + np.abs(rotation[:, 2]) * size[1]
+    elif kind == _ELLIPSOID:
+        half = np.linalg.norm(rotation * size, axis=1)
+    else:  # a box, or what MuJoCo itself bounds by one
+        centre, half_local = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
+        position = position + rotation @ centre
+        half = np.abs(rotation) @ half_local
+    return position - half, position + half

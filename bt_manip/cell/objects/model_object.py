@@ -1,0 +1,215 @@
+"""An object from any address of a model."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+from dm_control import mjcf
+
+from bt_manip.cell.exceptions import CellError
+from bt_manip.cell.naming import name_elements
+from bt_manip.cell.objects.bounds import Bounds, bounds_of
+from bt_manip.cell.objects.prop import Prop, colour_of, default_of, positive
+from bt_manip.models import MjcfModel, load_model
+
+GRIPPABLE = 0.08
+"""Largest width between the fingers of common grippers [m]."""
+_PORTABLE = 0.5  # [m] longest edge of what is taken to be loose
+_FLAT = 0.3  # [m] least edges of what has room for other things
+_WORLD_SETTINGS = ("option", "visual", "statistic", "size", "keyframe")
+
+
+class ModelObject(Prop):
+    """A model from Fuel, Menagerie, a file of your own: whatever an address leads to.
+
+    What the other objects know of themselves is found in the model. It is free if it says so (SDF:
+    not ``static``; MJCF: a free joint), and where it says nothing, if it has no joints and is at
+    most half a metre long. Its category is ``graspable`` when it is free and fits between
+    fingers, ``surface`` when it is fixed and large and otherwise ``thing``, unless told. What the
+    file says of the world (options, keyframes) is left out: the world is the arena's.
+    """
+
+    _bounds: Bounds
+    _mass: float
+
+    def _build(
+        self,
+        model: str | MjcfModel,
+        name: str | None = None,
+        mass: float | None = None,
+        friction: float | None = None,
+        colour: Sequence[float] | None = None,
+        category: str | None = None,
+    ) -> None:
+        """Load the model; ``None`` keeps what it says itself.
+
+        Args:
+            model: An address, or a model that was loaded.
+            name: Model name.
+            mass: Mass of all of it [kg].
+            friction: Coefficient of sliding friction [-].
+            colour: Red, green, blue, and opacity where given, from 0 to 1.
+            category: What behaviours may do with it: ``graspable``, ``container``, ...
+
+        Raises:
+            ModelError: When the address leads to no model.
+            CellError: When MuJoCo refuses the model, or a parameter is wrong.
+        """
+        if isinstance(model, str):
+            model = load_model(model)
+        self.kind = model.address
+        self._parameters = {
+            "mass": mass,
+            "friction": friction,
+            "colour": None if colour is None else list(colour),
+            "category": category,
+        }
+        self._mjcf_root = root = read_model(model)
+        root.model = name or model.name
+        loose = _drop_world(root)
+        name_elements(root)
+        alone = self._compile(model)
+        self._touchable = {
+            alone.geom(i).name
+            for i in range(alone.ngeom)
+            if alone.geom_contype[i] or alone.geom_conaffinity[i]
+        }
+        self._bounds = bounds_of(alone)
+        self._mass = float(alone.body_mass[1:].sum())
+        self._apply(mass, friction, colour)
+        self.free = self._find_free(model, loose, alone)
+        self.category = category or self._find_category()
+
+    @property
+    def mass(self) -> float:
+        """Mass of all of it [kg]."""
+        return self._mass
+
+    @property
+    def bounds(self) -> Bounds:
+        """The box around what can be touched, along the axes of its own frame."""
+        return self._bounds
+
+    @property
+    def rest_height(self) -> float:
+        """Height of the origin above what it stands on [m]."""
+        return -float(self._bounds.lower[2])
+
+    @property
+    def centre_offset(self) -> np.ndarray:
+        """Its middle, seen from its origin [m]."""  # (3,)
+        return self._bounds.centre
+
+    @property
+    def surface_height(self) -> float | None:
+        """Height of its top above the origin, where things can be put on it [m]."""
+        return None if self.category == "container" else float(self._bounds.upper[2])
+
+    def _compile(self, model: MjcfModel) -> mujoco.MjModel:
+        try:
+            root = self._mjcf_root
+            return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
+        except ValueError as error:
+            first = str(error).strip().splitlines()[0]
+            raise CellError(f"{model.address}: MuJoCo refuses it: {first}") from error
+
+    def _apply(
+        self, mass: float | None, friction: float | None, colour: Sequence[float] | None
+    ) -> None:
+        if mass is not None:
+            if self._mass <= 0:
+                raise CellError(f"'{self.kind}' has no mass that could be changed")
+            _scale_mass(self._mjcf_root, positive("mass", mass, "kg") / self._mass)
+            self._mass = float(mass)
+        if friction is not None:
+            for geom in self.collision_geoms:
+                given = geom.friction if geom.friction is not None else default_of(geom, "friction")
+                rest = (0.005, 0.0001) if given is None else tuple(given[1:])
+                geom.friction = (positive("friction", friction, "-"), *rest)
+        if colour is not None:
+            rgba = colour_of(colour)
+            for geom in self.visual_geoms or self.collision_geoms:
+                geom.material = None
+                geom.rgba = rgba
+
+    def _collides(self, geom: mjcf.Element) -> bool:
+        return geom.full_identifier in self._touchable
+
+    def _find_free(self, model: MjcfModel, loose: bool, alone: mujoco.MjModel) -> bool:
+        if loose or model.static is not None:
+            return loose or not model.static
+        return alone.njnt == 0 and self._mass > 0 and bool(self._bounds.size.max() <= _PORTABLE)
+
+    def _find_category(self) -> str:
+        size = self._bounds.size
+        if self.free:
+            return "graspable" if size[:2].min() <= GRIPPABLE else "thing"
+        return "surface" if size[:2].min() >= _FLAT else "thing"
+
+
+def read_model(model: MjcfModel) -> mjcf.RootElement:
+    """Read a model into PyMJCF, with angles in radians.
+
+    An attached model's angles are read as the arena has it, so MuJoCo's own writer turns degrees
+    into radians first.
+
+    Raises:
+        CellError: When it cannot be read.
+    """
+    try:
+        if model.path is None:
+            return mjcf.from_xml_string(
+                model.xml, assets=dict(model.assets), escape_separators=True
+            )
+        root = mjcf.from_path(str(model.path), escape_separators=True)
+        if root.compiler.angle == "radian" and root.compiler.eulerseq is None:
+            return root
+        spec = mujoco.MjSpec.from_file(str(model.path))
+        spec.compile()
+        return mjcf.from_xml_string(
+            spec.to_xml(), model_dir=str(model.path.parent), escape_separators=True
+        )
+    except Exception as error:  # PyMJCF raises of everything
+        first = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+        raise CellError(f"{model.address}: cannot be read: {first}") from error
+
+
+def _drop_world(root: mjcf.RootElement) -> bool:
+    """Take out what belongs to a world; tell whether the model was free in it."""
+    for setting in _WORLD_SETTINGS:
+        getattr(root, setting).remove()
+    for light in root.worldbody.find_all("light", immediate_children_only=True):
+        light.remove()
+    loose = False
+    for body in root.worldbody.find_all("body", immediate_children_only=True):
+        free = [body.freejoint] if body.freejoint is not None else []
+        free += [joint for joint in body.find_all("joint", immediate_children_only=True)
+                 if joint.tag == "joint" and joint.type == "free"]  # fmt: skip
+        for joint in free:
+            joint.remove()
+            loose = True
+    return loose
+
+
+def _scale_mass(root: mjcf.RootElement, share: float) -> None:
+    """Change all masses and inertias by a factor."""
+    for body in root.find_all("body"):
+        if body.inertial is None:
+            for geom in body.find_all("geom", immediate_children_only=True):
+                _scale_geom(geom, share)
+            continue
+        body.inertial.mass *= share
+        for moments in ("diaginertia", "fullinertia"):
+            value = getattr(body.inertial, moments)
+            if value is not None:
+                setattr(body.inertial, moments, value * share)
+
+
+def _scale_geom(geom: mjcf.Element, share: float) -> None:
+    mass: Any = geom.mass if geom.mass is not None else default_of(geom, "mass")
+    if mass is not None:
+        geom.mass = mass * share
+        return
+    density: Any = geom.density if geom.density is not None else default_of(geom, "density")
+    geom.density = (1000.0 if density is None else density) * share

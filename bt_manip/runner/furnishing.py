@@ -1,0 +1,82 @@
+"""Other models for what stands in a scene."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.cell.objects import Catalogue
+from bt_manip.models import is_address
+from bt_manip.runner.scene import Fixture, Scene
+
+
+def fixture_models(settings: Mapping[str, str], scene: Scene) -> dict[str, str]:
+    """Pick the settings that are for the scene and not for the tree.
+
+    Those are the ones named like a fixture whose value is the address of a model, as in
+    ``--set table=fuel:OpenRobotics/Table``. A plain name is for the tree.
+    """
+    names = {fixture.name for fixture in scene.fixtures}
+    return {name: text for name, text in settings.items() if name in names and is_address(text)}
+
+
+def furnished(scene: Scene, models: Mapping[str, str], catalogue: Catalogue) -> Scene:
+    """Give a scene in which some fixtures are other models.
+
+    Each keeps its name and its category, and stands with the middle of its bottom where the one
+    before had it. Where the one that carries the robot is of another height, the robot and all
+    that stands as high as it come along.
+
+    Args:
+        scene: The scene as it is.
+        models: Addresses of models by names of fixtures.
+        catalogue: Makes objects.
+
+    Raises:
+        ModelError: When an address leads to no model.
+        BtManipError: When a model cannot be used.
+    """
+    rise = 0.0
+    fixtures = []
+    for fixture in scene.fixtures:
+        if fixture.name not in models:
+            fixtures.append(fixture)
+            continue
+        before = catalogue.create(fixture.model, **fixture.parameters)
+        parameters = {"category": getattr(before, "category", None)}
+        after = catalogue.create(models[fixture.name], **parameters)
+        T_wo = fixture.T_wo * _bottom(before) * _bottom(after).inverse()
+        fixtures.append(Fixture(models[fixture.name], fixture.name, T_wo, parameters, fixture.free))
+        if _carries(before, fixture, scene):
+            rise = float(T_wo.translation[2] + after.surface_height - scene.T_wb.translation[2])
+    if not rise:
+        return replace(scene, fixtures=tuple(fixtures))
+    base = float(scene.T_wb.translation[2])
+    lifted = [
+        replace(new, T_wo=_lifted(new.T_wo, rise))
+        if old.T_wo.translation[2] >= base - 1e-3
+        else new
+        for old, new in zip(scene.fixtures, fixtures, strict=True)
+    ]
+    return Scene(_lifted(scene.T_wb, rise), tuple(lifted))
+
+
+def _bottom(entity: Any) -> pin.SE3:
+    """Give the middle of an object's bottom, seen from its origin."""
+    x, y, _ = getattr(entity, "centre_offset", (0.0, 0.0, 0.0))
+    return pin.SE3(np.eye(3), np.array([x, y, -getattr(entity, "rest_height", 0.0)]))
+
+
+def _carries(entity: Any, fixture: Fixture, scene: Scene) -> bool:
+    """Tell whether the robot stands on a fixture, to a millimetre."""
+    surface = getattr(entity, "surface_height", None)
+    if surface is None:
+        return False
+    height = fixture.T_wo.translation[2] + surface
+    return bool(abs(height - scene.T_wb.translation[2]) < 1e-3)
+
+
+def _lifted(T: pin.SE3, rise: float) -> pin.SE3:
+    return pin.SE3(T.rotation, T.translation + np.array([0.0, 0.0, rise]))
