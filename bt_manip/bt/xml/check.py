@@ -27,8 +27,8 @@ from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.script import Script, parse_script
 from bt_manip.bt.xml.dialect import Dialect
 from bt_manip.bt.xml.document import Document, tree_elements
+from bt_manip.bt.xml.elements import Element
 from bt_manip.bt.xml.problem import Place, Problems
-from bt_manip.bt.xml.source import Element
 from bt_manip.exceptions import ScriptError, did_you_mean
 
 EXPLICIT: Final = ("Action", "Condition", "Control", "Decorator")

@@ -13,8 +13,9 @@ from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.registry import BehaviourRegistry, name_problem
 from bt_manip.bt.remarks import Comment as Remark
 from bt_manip.bt.tree import Tree
+from bt_manip.bt.xml.elements import Attribute, Comment, Element, Source, Text
 from bt_manip.bt.xml.problem import Place
-from bt_manip.bt.xml.source import Attribute, Comment, Element, Source, Text, parse_source
+from bt_manip.bt.xml.source import parse_source
 from bt_manip.bt.xml.writer import write_element, write_source
 from bt_manip.exceptions import TreeError
 

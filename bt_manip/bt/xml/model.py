@@ -3,8 +3,8 @@
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.ports import Port
 from bt_manip.bt.registry import BehaviourRegistry
+from bt_manip.bt.xml.elements import Attribute, Comment, Element, Text
 from bt_manip.bt.xml.problem import Place
-from bt_manip.bt.xml.source import Attribute, Comment, Element, Text
 
 _NOWHERE = Place("<model>", 1, 1)
 

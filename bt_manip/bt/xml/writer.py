@@ -3,7 +3,7 @@
 import re
 from typing import Final
 
-from bt_manip.bt.xml.source import Comment, Element, Source, Text
+from bt_manip.bt.xml.elements import Comment, Element, Source, Text
 
 WIDTH: Final = 100
 """Tags that would be longer have one attribute a line."""
