@@ -22,7 +22,7 @@ from bt_manip.cell.placement import Factory, Placement
 from bt_manip.cell.placing import CLEAR, find_place
 from bt_manip.cell.probe import Probe
 from bt_manip.cell.region import Region
-from bt_manip.cell.state import carry_state, integration_state, set_integration_state
+from bt_manip.cell.state import carry_state, integration_state
 from bt_manip.cell.touch import TouchMonitor
 from bt_manip.exceptions import did_you_mean
 from bt_manip.spatial import pose as make_pose
@@ -303,10 +303,21 @@ class Cell:
         return integration_state(self.model, self.data).tobytes()
 
     def get_state(self) -> dict[str, Any]:
-        """Give the integration state and what stands in the cell, as plain data."""
+        """Give all that the cell's future follows from, as plain data.
+
+        The integration state, what stands in the cell with the states of those objects that have
+        one, and what composer's hooks draw from. Robots and controllers give theirs by themselves.
+        """
+        before = self._compiled.before_last_step()
+        algorithm, keys, *rest = self.random_state.get_state()
         return {
             "entities": [p.describe(name) for name, p in self._inventory.placed.items()],
+            "states": {
+                n: e.get_state() for n, e in self.objects.items() if hasattr(e, "get_state")
+            },
             "integration": integration_state(self.model, self.data).tolist(),
+            "before": None if before is None else before.tolist(),
+            "random_state": [algorithm, np.asarray(keys).tolist(), *rest],
         }
 
     def set_state(self, state: Mapping[str, Any], factory: Factory | None = None) -> None:
@@ -327,10 +338,16 @@ class Cell:
         if not self._inventory.is_as(entries):
             with self.editing():
                 self._inventory.become(entries, factory)
+        before = state["before"]
         try:
-            set_integration_state(self.model, self.data, np.array(state["integration"]))
+            self._compiled.restore(
+                np.array(state["integration"]), None if before is None else np.array(before)
+            )
         except ValueError as error:
             raise CellError(f"the state does not fit this cell: {error}") from error
+        for name, kept in state["states"].items():
+            self.objects[name].set_state(kept)
+        self.random_state.set_state(tuple(state["random_state"]))
 
     # Inside
 

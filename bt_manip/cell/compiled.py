@@ -12,6 +12,7 @@ from bt_manip.cell.exceptions import PhysicsDiverged
 from bt_manip.cell.labels import Labels
 from bt_manip.cell.naming import body_label
 from bt_manip.cell.placement import Placement
+from bt_manip.cell.state import INTEGRATION, integration_state, set_integration_state
 from bt_manip.cell.touch import TouchMonitor
 
 Hook = Callable[[mjcf.Physics, np.random.RandomState], None]
@@ -52,6 +53,9 @@ class Compiled:
             if placement.free:
                 joint = self.model.joint(f"{name}/")
                 self.free_joints[name] = (int(joint.qposadr[0]), int(joint.dofadr[0]))
+        self._kept = integration_state(self.model, self.data)
+        self.stepped = False
+        """Whether a step was made since the compile."""
         self._warnings = self.data.warning.number
         self._warned = self._warnings.tobytes()
 
@@ -63,14 +67,52 @@ class Compiled:
         """
         physics, model, data = self.physics, self.model, self.data
         before, after, mj_step = self.before_substep, self.after_substep, mujoco.mj_step
+        get_state, kept = mujoco.mj_getState, self._kept
         for _ in range(n):
             for hook in before:
                 hook(physics, random_state)
+            get_state(model, data, kept, INTEGRATION)
             mj_step(model, data)
             for hook in after:
                 hook(physics, random_state)
         if self._warnings.tobytes() != self._warned:
             self._raise_diverged()
+        self.stepped = True
+
+    def before_last_step(self) -> np.ndarray | None:
+        """Give the state that the last step was made from, if the state of now follows from it.
+
+        A step leaves contacts, forces and poses of where it came from. Whoever wants them back
+        makes it once more.
+        """  # (nstate,)
+        if not self.stepped:
+            return None
+        trial = mujoco.MjData(self.model)
+        mujoco.mj_setState(self.model, trial, self._kept, INTEGRATION)
+        mujoco.mj_step(self.model, trial)
+        now = integration_state(self.model, self.data)
+        return (
+            self._kept if integration_state(self.model, trial).tobytes() == now.tobytes() else None
+        )
+
+    def restore(self, state: np.ndarray, before: np.ndarray | None) -> None:
+        """Put an integration state back, with contacts, forces and poses.
+
+        Args:
+            state: The state.  # (nstate,)
+            before: What ``before_last_step`` gave with it.  # (nstate,)
+
+        Raises:
+            ValueError: When a state was taken from a model of another size.
+        """
+        set_integration_state(self.model, self.data, state)
+        self.stepped = before is not None
+        if before is not None:
+            self._kept[:] = before
+            mujoco.mj_setState(self.model, self.data, before, INTEGRATION)
+            mujoco.mj_step(self.model, self.data)
+            # What another machine's last digits may have changed is put right.
+            mujoco.mj_setState(self.model, self.data, state, INTEGRATION)
 
     def _raise_diverged(self) -> None:
         names = list(mujoco.mjtWarning.__members__)

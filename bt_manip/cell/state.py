@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 import mujoco
 import numpy as np
 
-_INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
+INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
 # Width of a joint in qpos and qvel by type: free, ball, slide, hinge.
 _QPOS_WIDTH = (7, 4, 1, 1)
 _DOF_WIDTH = (6, 3, 1, 1)
@@ -13,8 +13,8 @@ _DOF_WIDTH = (6, 3, 1, 1)
 
 def integration_state(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
     """Give all that the next step depends on, as MuJoCo defines it."""  # (nstate,)
-    state = np.empty(mujoco.mj_stateSize(model, _INTEGRATION))
-    mujoco.mj_getState(model, data, state, _INTEGRATION)
+    state = np.empty(mujoco.mj_stateSize(model, INTEGRATION))
+    mujoco.mj_getState(model, data, state, INTEGRATION)
     return state
 
 
@@ -24,10 +24,10 @@ def set_integration_state(model: mujoco.MjModel, data: mujoco.MjData, state: np.
     Raises:
         ValueError: When the state was taken from a model of another size.
     """
-    size = mujoco.mj_stateSize(model, _INTEGRATION)
+    size = mujoco.mj_stateSize(model, INTEGRATION)
     if state.shape != (size,):
         raise ValueError(f"a state of this model has {size} numbers, got {state.shape}")
-    mujoco.mj_setState(model, data, state, _INTEGRATION)
+    mujoco.mj_setState(model, data, state, INTEGRATION)
     mujoco.mj_forward(model, data)
 
 

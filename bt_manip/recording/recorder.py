@@ -1,6 +1,7 @@
 """Watch a run and report it."""
 
 import time
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -143,6 +144,16 @@ class Recorder(RunObserver):
             versions=versions(),
             error=error,
         )
+
+    # Going on with a run that was taken up from a snapshot
+
+    def get_state(self) -> dict[str, Any]:
+        """Give as plain data what a report of the rest of the run builds on: the digest so far."""
+        return {"digest": self._digest.get_state()}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Go on from the digest of another recorder; cycles and figures begin anew."""
+        self._digest.set_state(state["digest"])
 
     # Inside
 

@@ -73,6 +73,8 @@ class RobotModel:
         self.friction = mj_model.dof_frictionloss[dofs].copy()
         middle = 0.5 * (np.maximum(limits.lower, -np.pi) + np.minimum(limits.upper, np.pi))
         self.home = middle if home is None else np.array(home, dtype=float)
+        joint = self.model.frames[self.tool_frame_id].parentJoint
+        self._bare = self.model.inertias[joint].copy()  # of what the tool is fixed to
         self.payload: Payload | None = None
 
     def copy(self) -> "RobotModel":
@@ -86,12 +88,10 @@ class RobotModel:
         other.model = self.model.copy()
         frame = other.model.frames[self.tool_frame_id]
         joint = frame.parentJoint
-        if self.payload is not None:
-            bare = other.model.inertias[joint] - frame.placement.act(self.payload.spatial_inertia)
-            other.model.inertias[joint] = bare
+        # Always from the bare inertia: the same payload gives the same bits, whatever was carried.
+        other.model.inertias[joint] = self._bare.copy()
         if payload is not None:
-            held = frame.placement.act(payload.spatial_inertia)
-            other.model.inertias[joint] = other.model.inertias[joint] + held
+            other.model.inertias[joint] = self._bare + frame.placement.act(payload.spatial_inertia)
         other.payload = payload
         other.data = other.model.createData()
         return other

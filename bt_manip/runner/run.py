@@ -1,9 +1,10 @@
 """The one loop: ticks of a tree, control steps of a cell, and whoever watches."""
 
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.runner.observer import RunObserver
@@ -17,13 +18,25 @@ BRAKING = 3.0
 """Longest time that an arm gets to come to rest after something has raised [s]."""
 
 
+@dataclass
+class Progress:
+    """How far a run has come.
+
+    Attributes:
+        cycle: The cycle that is under way, or the next one.
+    """
+
+    cycle: int = 0
+
+
 @dataclass(frozen=True)
 class Run:
-    """A tree that is ready to run in a station."""
+    """A tree that is ready to run in a station, or to go on there."""
 
     request: RunRequest
     tree: Tree
     station: Station
+    progress: Progress = field(default_factory=Progress)
 
     def execute(self, observers: Sequence[RunObserver] = (), *, stop: Stop = lambda: False) -> None:
         """Run the tree for as many cycles as asked.
@@ -37,6 +50,28 @@ class Run:
                 been told that the run has ended.
         """
         _Loop(self, observers, stop).run()
+
+    def get_state(self) -> dict[str, Any]:
+        """Give everything that goes on with time, as plain data.
+
+        Between two ticks, for which an observer's `after_tick` is the place, a run can be left and
+        taken up again: by another one of the same request, in another process, at another time.
+        """
+        return {
+            "cycle": self.progress.cycle,
+            "station": self.station.get_state(),
+            "tree": self.tree.get_state(),
+        }
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Take everything back; `execute` goes on from there bit for bit.
+
+        Raises:
+            BtManipError: When the state is of another tree, or has objects that are not known here.
+        """
+        self.station.set_state(state["station"])
+        self.tree.set_state(state["tree"])
+        self.progress.cycle = state["cycle"]
 
 
 class _Loop:
@@ -60,11 +95,10 @@ class _Loop:
                 observer.run_started(self._run)
             self._note_model()
             self._pacing.start(self._cell.time)
-            cycle = 0
-            while self._request.cycles == 0 or cycle < self._request.cycles:
-                if not self._cycle(cycle):
+            progress = self._run.progress
+            while self._request.cycles == 0 or progress.cycle < self._request.cycles:
+                if not self._cycle(progress.cycle):
                     break
-                cycle += 1
         except Exception:
             self._brake()
             raise
@@ -91,6 +125,7 @@ class _Loop:
         with ExitStack() as stack:
             for observer in reversed(started):
                 stack.callback(observer.run_ended)
+            self._run.progress.cycle = 0
             self._tree.halt()
 
     def _cycle(self, cycle: int) -> bool:
@@ -104,6 +139,8 @@ class _Loop:
             for look in self._before_tick:
                 look()
             status = self._tree.tick()
+            if status is not NodeStatus.RUNNING:
+                self._run.progress.cycle = cycle + 1
             self._steps()
         succeeded = status is NodeStatus.SUCCESS
         for observer in self._observers:

@@ -190,7 +190,8 @@ def test_a_failure_has_its_reason(record):
 def test_what_touches_the_arm_is_unexpected_and_named(record):
     def on_the_forearm(cell, **_) -> None:
         forearm = cell.data.body("panda/link4").xpos
-        cell.add(Cube(), pin.SE3(np.eye(3), forearm + np.array([0.0, 0.0, 0.1])))
+        T_wo = pin.SE3(np.eye(3), forearm + np.array([0.0, 0.0, 0.1]))
+        cell.add(Cube(), T_wo, overlap=np.inf)
 
     report = record(Wait(40, on_the_forearm))
     pairs = report.cycles[0].unexpected_contacts

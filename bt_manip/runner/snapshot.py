@@ -1,0 +1,77 @@
+"""Keeping a moment of a run in a file."""
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from bt_manip.exceptions import BtManipError
+
+FORMAT = "bt-manip snapshot"
+VERSION = 1
+
+_PLAIN = (bool, int, float, str, type(None))
+
+
+def save_snapshot(path: str | os.PathLike[str], state: Mapping[str, Any]) -> None:
+    """Write a state to a file, as JSON: every number comes back to the last bit.
+
+    Args:
+        path: The file; one that is there is replaced as a whole.
+        state: What `get_state` of a run, a station or a cell gave, or several of them in a dict.
+
+    Raises:
+        BtManipError: When something in it is no plain data, or the file cannot be written.
+    """
+    path = Path(path)
+    _check(state, "")
+    text = json.dumps({"format": FORMAT, "version": VERSION, "state": state})
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        unfinished.write_text(text)
+        unfinished.replace(path)
+    except OSError as error:
+        unfinished.unlink(missing_ok=True)
+        raise BtManipError(f"cannot write the snapshot {path}: {error.strerror}") from error
+
+
+def load_snapshot(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Read a state from a file.
+
+    Raises:
+        BtManipError: When the file cannot be read, or is no snapshot of this version.
+    """
+    try:
+        content = json.loads(Path(path).read_text())
+    except OSError as error:
+        raise BtManipError(f"cannot read the snapshot {path}: {error.strerror}") from error
+    except ValueError as error:
+        raise BtManipError(f"{path} is no snapshot: {error}") from error
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        raise BtManipError(f"{path} is no snapshot")
+    if content.get("version") != VERSION:
+        raise BtManipError(
+            f"{path} is a snapshot of version {content.get('version')}, expected {VERSION}"
+        )
+    return content["state"]
+
+
+def _check(value: Any, where: str) -> None:
+    """Refuse what would come back from JSON as something else.
+
+    Raises:
+        BtManipError: When something is neither a number, a string, a list, a dict nor None.
+    """
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            if not isinstance(key, str):
+                raise BtManipError(f"the state has the key {key!r} at '{where}', keys are strings")
+            _check(item, f"{where}/{key}")
+    elif isinstance(value, list | tuple):
+        for i, item in enumerate(value):
+            _check(item, f"{where}/{i}")
+    elif not isinstance(value, _PLAIN):
+        raise BtManipError(
+            f"the state has a {type(value).__name__} at '{where}', which is no plain data"
+        )

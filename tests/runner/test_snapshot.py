@@ -1,0 +1,182 @@
+"""A run that is left at any tick and taken up elsewhere ends as if it had never been left."""
+
+import json
+import random
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bt_manip.exceptions import BtManipError
+from bt_manip.recording.recorder import Recorder
+from bt_manip.runner import (
+    Run,
+    RunObserver,
+    RunRequest,
+    build_station,
+    find_tree,
+    load_snapshot,
+    prepare,
+    save_snapshot,
+)
+from bt_manip.spatial import pose
+
+GO_ON = """
+import sys
+from bt_manip.plugins import load_plugins
+from bt_manip.recording.recorder import Recorder
+from bt_manip.runner import RunRequest, find_tree, load_snapshot, prepare
+
+parts = load_plugins(entry_points=()).parts
+source = find_tree("pick_place", {n: parts.trees.get(n) for n in parts.trees})
+for path in sys.argv[2:]:
+    snapshot = load_snapshot(path)
+    run, recorder = prepare(RunRequest(source, cycles=int(sys.argv[1])), parts), Recorder("", 0)
+    run.set_state(snapshot["run"])
+    recorder.set_state(snapshot["recorder"])
+    run.execute([recorder])
+    print(recorder.report().state_digest)
+"""
+"""What another process does: take each snapshot up, run to the end, print the digest."""
+
+
+class Snapshots(RunObserver):
+    """Takes a snapshot after some of the ticks."""
+
+    def __init__(self, recorder: Recorder, folder: Path, wanted) -> None:
+        self.recorder, self.folder, self.wanted, self.tick = recorder, folder, wanted, 0
+
+    def run_started(self, run: Run) -> None:
+        self.run = run
+
+    def after_tick(self) -> None:
+        if self.tick in self.wanted:
+            self.save(f"{self.tick}.json")
+        self.tick += 1
+
+    def cycle_ended(self, status: str, reason: str) -> None:
+        self.save("end.json")
+
+    def save(self, name: str) -> None:
+        state = {"run": self.run.get_state(), "recorder": self.recorder.get_state()}
+        save_snapshot(self.folder / name, state)
+
+
+def request(parts, cycles: int) -> RunRequest:
+    return RunRequest(
+        find_tree("pick_place", {n: parts.trees.get(n) for n in parts.trees}), cycles=cycles
+    )
+
+
+def uninterrupted(parts, folder: Path, wanted, cycles: int) -> tuple[str, int]:
+    """Give the digest and the number of ticks of a run of which snapshots are taken."""
+    recorder = Recorder("", 0)
+    snapshots = Snapshots(recorder, folder, wanted)
+    prepare(request(parts, cycles), parts).execute([recorder, snapshots])
+    return recorder.report().state_digest, snapshots.tick
+
+
+def taken_up(paths, cycles: int) -> list[str]:
+    command = [sys.executable, "-c", GO_ON, str(cycles), *map(str, paths)]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    return done.stdout.split()
+
+
+def test_a_run_taken_up_in_another_process_ends_the_same(parts, tmp_path):
+    ticks = (37, 163, 250)  # on the way to the cube, around it, and over the basket
+    digest, count = uninterrupted(parts, tmp_path, ticks, 1)
+    assert count > ticks[-1]
+    # At the end there is nothing left to do, and the digest is what it was.
+    paths = [tmp_path / f"{name}.json" for name in (*ticks, "end")]
+    assert taken_up(paths, 1) == [digest] * 4
+
+
+@pytest.mark.soak
+def test_fifty_snapshots_at_random_ticks_end_in_fifty_equal_digests(parts, tmp_path):
+    _, count = uninterrupted(parts, tmp_path, (), 1)
+    ticks = sorted(random.Random(4).sample(range(count), 50))
+    digest, _ = uninterrupted(parts, tmp_path, ticks, 1)
+    ended = [taken_up([tmp_path / f"{t}.json"], 1)[0] for t in ticks]
+    assert ended == [digest] * 50
+    assert uninterrupted(parts, tmp_path, (), 1)[0] == digest  # taking them changed nothing
+
+
+@pytest.mark.soak
+def test_a_run_of_several_cycles_is_taken_up_in_any_of_them(parts, tmp_path):
+    ticks = (0, 120, 300, 600, 900)
+    digest, count = uninterrupted(parts, tmp_path, ticks, 3)
+    assert count > ticks[-1]
+    assert taken_up([tmp_path / f"{t}.json" for t in ticks], 3) == [digest] * len(ticks)
+
+
+def test_what_the_last_step_left_comes_back_too(parts):
+    station = build_station(parts)
+    station.cell.add(station.models.create("cube"), pose((0.2, 0.2, 1.04)))
+    station.cell.step(3)
+    other = build_station(parts)
+    other.set_state(json.loads(json.dumps(station.get_state())))
+    for field in ("xpos", "qacc", "sensordata", "efc_force", "qfrc_constraint", "ctrl"):
+        mine, its = (getattr(s.cell.data, field) for s in (station, other))
+        assert mine.tobytes() == its.tobytes(), field
+    assert other.cell.contacts.pairs() == station.cell.contacts.pairs()
+
+
+def test_a_run_that_has_ended_can_be_run_again(parts):
+    run, cycles = prepare(request(parts, 1), parts), []
+
+    class Count(RunObserver):
+        def cycle_started(self, cycle: int) -> None:
+            cycles.append(cycle)
+
+    run.execute([Count()])
+    run.execute([Count()])
+    assert cycles == [0, 0]
+
+
+def test_a_state_of_another_tree_is_refused(parts, tmp_path):
+    tree = tmp_path / "other.xml"
+    tree.write_text('<root BTCPP_format="4"><BehaviorTree ID="M"><MoveHome/></BehaviorTree></root>')
+    run = prepare(RunRequest(find_tree(str(tree), {})), parts)
+    with pytest.raises(BtManipError, match="another tree"):
+        prepare(request(parts, 1), parts).set_state(run.get_state())
+
+
+def test_numbers_come_back_to_the_last_bit(tmp_path):
+    numbers = [0.1, -0.0, 5e-324, 1.7976931348623157e308, float("inf"), 2**127 + 1]
+    save_snapshot(tmp_path / "s.json", {"x": numbers, "none": None, "yes": True, "text": "é"})
+    back = load_snapshot(tmp_path / "s.json")
+    assert repr(back) == repr({"x": numbers, "none": None, "yes": True, "text": "é"})
+
+
+@pytest.mark.parametrize(
+    ("state", "message"),
+    [
+        ({"a": [1, {"b": np.zeros(3)}]}, "a ndarray at '/a/1/b'"),
+        ({"a": {3: 1}}, "the key 3 at '/a'"),
+        ({"a": b"x"}, "a bytes at '/a'"),
+    ],
+)
+def test_what_is_no_plain_data_is_refused_and_no_file_is_left(tmp_path, state, message):
+    with pytest.raises(BtManipError, match=message):
+        save_snapshot(tmp_path / "s.json", state)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (None, "cannot read"),
+        ("{", "is no snapshot"),
+        ("[]", "is no snapshot"),
+        ('{"format": "bt-manip snapshot", "version": 99}', "version 99, expected 1"),
+    ],
+)
+def test_a_file_that_is_no_snapshot_is_refused(tmp_path, content, message):
+    if content is not None:
+        (tmp_path / "s.json").write_text(content)
+    with pytest.raises(BtManipError, match=message):
+        load_snapshot(tmp_path / "s.json")
+    with pytest.raises(BtManipError, match="cannot write"):
+        save_snapshot(tmp_path / "no" / "s.json", {})
