@@ -1,0 +1,190 @@
+"""Parts that break their contracts, each in one way."""
+
+import itertools
+from typing import ClassVar
+
+import numpy as np
+from dm_control import composer, mjcf
+
+from bt_manip.behaviours import Hover, MoveHome
+from bt_manip.behaviours.arm_behaviour import ArmBehaviour, CellBehaviour
+from bt_manip.bt import Input, Status
+from bt_manip.control import ComputedTorque
+
+_runs = itertools.count(1)
+
+
+class AsksTheCellAtOnce(Hover):
+    """Look at the cell when it is made."""
+
+    def __init__(self, *arguments, **ports):
+        super().__init__(*arguments, **ports)
+        self.cell.time  # noqa: B018
+
+
+class MovesInSetup(MoveHome):
+    """Start in setup."""
+
+    def setup(self, **infrastructure):
+        super().setup(**infrastructure)
+        self.gripper.close(10.0)
+
+
+class StepsThePhysics(CellBehaviour):
+    """Wait by stepping."""
+
+    def update(self):
+        self.cell.step(5)
+        return Status.SUCCESS
+
+
+class PushesThePhysics(CellBehaviour):
+    """Push an object by hand."""
+
+    def update(self):
+        self.cell.data.qvel[-6] += 0.1
+        return Status.SUCCESS
+
+
+class DrivesOn(Hover):
+    """Forget to brake when halted."""
+
+    def terminate(self, new_status):
+        pass
+
+
+class ClosesOn(ArmBehaviour):
+    """Forget the fingers when halted."""
+
+    def start(self):
+        self.gripper.close(10.0, speed=0.005)
+
+    def update(self):
+        return Status.SUCCESS if self.gripper.width < 0.04 else Status.RUNNING
+
+
+class FailsSilently(CellBehaviour):
+    """Fail without a word."""
+
+    object = Input(str, doc="Name of the object.")
+
+    def update(self):
+        return Status.SUCCESS if self.object in self.cell.objects else Status.FAILURE
+
+
+class NeverFails(CellBehaviour):
+    """Succeed at all speeds."""
+
+    speed = Input(float, default=1.0, doc="Ignored.")
+
+    def update(self):
+        return Status.SUCCESS
+
+
+class Remembers(CellBehaviour):
+    """Take longer the second time."""
+
+    memory: ClassVar = (*CellBehaviour.memory, "ticks")
+    ticks = 0
+
+    def initialise(self):
+        pass
+
+    def update(self):
+        self.ticks += 1
+        return Status.SUCCESS if self.ticks >= 3 else Status.RUNNING
+
+
+class RemembersForAll(CellBehaviour):
+    """Differ from run to run."""
+
+    def initialise(self):
+        self.left = next(_runs)
+
+    def update(self):
+        self.left -= 1
+        return Status.RUNNING if self.left > 0 else Status.SUCCESS
+
+
+class ForgetsItsState(CellBehaviour):
+    """Count in something that is not in its state."""
+
+    def initialise(self):
+        super().initialise()
+        self.seen = 0
+
+    def update(self):
+        self.seen = getattr(self, "seen", 0) + 1
+        return Status.SUCCESS if self.seen == 10 else Status.RUNNING
+
+    def set_state(self, state):
+        self.seen = 0
+
+
+class Nan(ComputedTorque):
+    """Give no numbers."""
+
+    def compute(self, *state):
+        return super().compute(*state) * np.nan
+
+
+class TooFew(ComputedTorque):
+    """Give too few numbers."""
+
+    def compute(self, *state):
+        return super().compute(*state)[:-1]
+
+
+class NoGravity(ComputedTorque):
+    """Let the arm fall."""
+
+    def compute(self, q, v, q_ref, v_ref, a_ref):
+        return np.zeros_like(q)
+
+
+class BeyondTheLimits(ComputedTorque):
+    """Write what it likes."""
+
+    def before_substep(self, physics, random_state):
+        super().before_substep(physics, random_state)
+        self._ctrl[self._ctrl_index] *= 10.0
+
+
+class Swings(ComputedTorque):
+    """Have no damping."""
+
+    def _build(self, robot):
+        super()._build(robot, ki=0.0, kd=0.0)
+
+
+class Jerks(ComputedTorque):
+    """Begin with a blow."""
+
+    def compute(self, *state):
+        return super().compute(*state) + (self.limits_left() * 0.8)
+
+    def limits_left(self):
+        self.calls = getattr(self, "calls", 0) + 1
+        return self.robot.limits.effort if self.calls == 1 else 0.0
+
+
+class Thing(composer.Entity):
+    """An object made of whatever is asked for."""
+
+    kind = "thing"
+    category = "thing"
+    free = True
+
+    def _build(self, rest_height=0.02, shape="box", mass=0.1, tilt=0.0, inertia=None, hint=None):
+        self.parameters = {"shape": shape, "mass": mass}
+        self.rest_height = rest_height
+        self.root = mjcf.RootElement(model="thing")
+        body = self.root.worldbody.add("body", name="body")
+        body.add(
+            "geom", type=shape, size=(0.02, 0.02, 0.02), mass=mass, euler=(tilt, 0, 0),
+            solref=(0.004, 1),
+        )  # fmt: skip
+
+    @property
+    def mjcf_model(self):
+        return self.root

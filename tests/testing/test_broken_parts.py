@@ -1,0 +1,103 @@
+"""Each check of a contract finds what it is there for, and says what it found."""
+
+import pytest
+
+from bt_manip.robots import panda
+from bt_manip.testing import behaviour_contract as behaviours
+from bt_manip.testing import controller_contract as controllers
+from bt_manip.testing import object_contract as objects
+from bt_manip.testing import robot_contract as robots
+from bt_manip.testing.behaviour_contract import BehaviourCase, Example
+from bt_manip.testing.controller_contract import ControllerCase
+from bt_manip.testing.object_contract import ObjectCase
+from bt_manip.testing.robot_contract import RobotCase
+
+from . import broken_parts as broken
+
+CUBE = Example({"object": "cube"})
+
+
+@pytest.mark.parametrize(
+    ("check", "cls", "example", "message"),
+    [
+        (behaviours.setup_starts_nothing, broken.MovesInSetup, Example(), "changes the station"),
+        (behaviours.ends_as_it_should, broken.FailsSilently, Example({"object": "x"}),
+         "ended with FAILURE"),
+        (behaviours.never_steps_the_physics, broken.StepsThePhysics, Example(),
+         "tick 1 of StepsThePhysics takes 0.005 s"),
+        (behaviours.never_steps_the_physics, broken.PushesThePhysics, Example(),
+         "changes the physics' state"),
+        (behaviours.halts_in_every_state, broken.DrivesOn, CUBE, "does not brake the arm"),
+        (behaviours.halts_in_every_state, broken.ClosesOn, Example(), "leaves the fingers moving"),
+        (behaviours.gives_a_reason_when_it_fails, broken.FailsSilently, CUBE, "without a reason"),
+        (behaviours.gives_a_reason_when_it_fails, broken.NeverFails,
+         Example(fails=({"speed": 0.0},)), "expected FAILURE"),
+        (behaviours.runs_the_same_again, broken.Remembers, Example(), "keeps something"),
+        (behaviours.runs_the_same_again, broken.RemembersForAll, Example(), "RemembersForAll"),
+        (behaviours.goes_on_from_its_state, broken.ForgetsItsState, Example(),
+         "goes on differently"),
+    ],
+)  # fmt: skip
+def test_a_broken_behaviour_is_found(situations, check, cls, example, message):
+    with pytest.raises(AssertionError, match=message):
+        check(BehaviourCase(cls, example, situations))
+
+
+def test_a_behaviour_that_needs_a_cell_to_be_made_is_found(situations):
+    with pytest.raises(AttributeError, match="cell"):
+        behaviours.needs_no_robot_to_be_built(
+            BehaviourCase(broken.AsksTheCellAtOnce, CUBE, situations)
+        )
+
+
+@pytest.mark.parametrize(
+    ("check", "parameters", "message"),
+    [
+        (objects.is_stable_at_rest, {"rest_height": 0.03}, "does not rest where it was put"),
+        (objects.is_stable_at_rest, {"rest_height": 0.033, "tilt": 0.6}, "it moved"),
+        (objects.survives_a_fall, {"rest_height": 0.03}, "inside the floor"),
+        (objects.is_made_again_from_its_parameters, {"tilt": 0.3}, "is another"),
+    ],
+)
+def test_a_broken_object_is_found(check, parameters, message):
+    with pytest.raises(AssertionError, match=message):
+        check(ObjectCase("thing", broken.Thing, parameters))
+
+
+def test_an_object_whose_kind_is_another_is_found():
+    with pytest.raises(AssertionError, match="calls its kind 'thing'"):
+        objects.is_made_again_from_its_parameters(ObjectCase("ball", broken.Thing))
+
+
+@pytest.mark.parametrize(
+    ("check", "cls", "message"),
+    [
+        (controllers.never_gives_nan, broken.Nan, "nan"),
+        (controllers.never_gives_nan, broken.TooFew, r"gives \(6,\), expected \(7,\)"),
+        (controllers.stays_inside_the_effort_limits, broken.BeyondTheLimits, "the limits are"),
+        (controllers.is_stable_at_rest, broken.NoGravity, "off after a second at rest"),
+        (controllers.returns_from_a_push, broken.Swings, "after a push"),
+        (controllers.takes_over_smoothly, broken.Jerks, "of an effort limit"),
+    ],
+)
+def test_a_broken_controller_is_found(check, cls, message):
+    with pytest.raises(AssertionError, match=message):
+        check(ControllerCase("broken", cls))
+
+
+def described(**changes):
+    import dataclasses
+
+    return RobotCase(dataclasses.replace(panda(), **changes))
+
+
+@pytest.mark.parametrize(
+    ("check", "changes", "message"),
+    [
+        (robots.its_limits_are_limits, {"home": (0.0,) * 7}, "home of 'panda' is outside"),
+        (robots.its_limits_are_limits, {"velocity": (float("inf"),) * 7}, "velocity of 'panda'"),
+    ],
+)
+def test_a_broken_robot_is_found(check, changes, message):
+    with pytest.raises(AssertionError, match=message):
+        check(described(**changes))
