@@ -5,8 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.control import ControlError, Controller
+from bt_manip.control import Controller
 from bt_manip.robots import Robot
+from bt_manip_impedance.gains import ratio, stiffnesses
 
 FRICTION_VELOCITY = 0.01
 """Reference speed at which dry friction is compensated by 76 %, the tanh of 1 [rad/s]."""
@@ -42,21 +43,10 @@ class JointImpedance(Controller):
             ControlError: When a number is negative or not finite, or there are too many or few.
         """
         super()._build(robot)
-        limits = robot.limits.effort
-        given = 7.0 * limits if stiffness is None else np.asarray(stiffness, dtype=float)
-        if given.shape not in ((), limits.shape):
-            raise ControlError(
-                f"stiffness is one number, or one for each of {limits.size} joints, "
-                f"got {stiffness!r}"
-            )
-        if not np.isfinite(given).all() or (given < 0.0).any():
-            raise ControlError(f"stiffness must be finite and not negative, got {stiffness!r}")
-        if not 0.0 <= damping_ratio < np.inf:
-            raise ControlError(
-                f"damping_ratio must be finite and not negative, got {damping_ratio!r}"
-            )
-        self.stiffness = np.broadcast_to(given, limits.shape).copy()  # (nv,) [N m/rad]
-        self.damping_ratio = float(damping_ratio)
+        effort = robot.limits.effort
+        given = 7.0 * effort if stiffness is None else stiffness
+        self.stiffness = stiffnesses("stiffness", given, effort.size)  # (nv,) [N m/rad]
+        self.damping_ratio = ratio("damping_ratio", damping_ratio)
 
     def compute(
         self, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray

@@ -81,6 +81,11 @@ class PushButton(composer.Entity):
         return MappingProxyType(self._parameters)
 
     @property
+    def height(self) -> float:
+        """Height of the cap's top over the bottom when nobody presses it [m]."""
+        return HOUSING + self.travel + 0.002
+
+    @property
     def joint(self) -> mjcf.Element:
         """The slide that the cap moves on; its position counts downwards from the top [m]."""
         return self._joint

@@ -82,7 +82,7 @@ def test_damping_is_critical_for_the_inertia_of_each_joint(make):
     ("gains", "message"),
     [
         ({"stiffness": -1.0}, "stiffness must be"),
-        ({"stiffness": [1.0, 2.0]}, "one for each of 7 joints"),
+        ({"stiffness": [1.0, 2.0]}, "one for each of 7"),
         ({"damping_ratio": float("nan")}, "damping_ratio must be"),
     ],
 )

@@ -1,0 +1,56 @@
+"""The tree that needs a compliant arm."""
+
+import pytest
+
+from bt_manip.bt import BehaviourRegistry, NodeStatus, load_tree
+from bt_manip.plugins import load_plugins
+from bt_manip.runner import build_station
+from bt_manip_impedance import Press
+
+
+@pytest.fixture(scope="module")
+def parts():
+    return load_plugins().parts
+
+
+def press(parts, controller=None, scene=None, **ports):
+    """Run the tree; give its status, the reason of a failure, and how deep the cap has been."""
+    wants = parts.surroundings["press_button"]
+    station = build_station(
+        parts,
+        controller=controller or wants.controller,
+        scene=scene or parts.scenes.create(wants.scene),
+    )
+    behaviours = BehaviourRegistry()
+    for name in parts.behaviours.names():
+        behaviours.register(parts.behaviours.get(name), name)
+    tree = load_tree(parts.trees.get("press_button"), behaviours, clock=station.clock)
+    for key, value in {"button": "button", "hold": 0.1, "max_force": 40.0, **ports}.items():
+        tree.blackboard.set_text(key, str(value))
+    button = station.cell.find("button")
+    depths = []
+    tree.observers.append(lambda *_: depths.append(button.depth))
+    status = station.run(tree)
+    reason = tree.failure_reason() if status is NodeStatus.FAILURE else ""
+    return status, reason, max(depths), button.depth
+
+
+def test_a_compliant_arm_presses_the_button_and_lets_go(parts):
+    status, reason, deepest, at_end = press(parts)
+    assert status is NodeStatus.SUCCESS, reason
+    assert deepest > 0.95 * 0.008
+    assert at_end < 1e-4
+
+
+def test_a_stiff_arm_presses_too_hard_and_lets_go_all_the_same(parts):
+    status, reason, _, at_end = press(parts, controller="computed_torque")
+    assert status is NodeStatus.FAILURE
+    assert "at most 40 N are allowed" in reason
+    assert at_end < 1e-4
+
+
+def test_what_is_no_button_cannot_be_pressed(parts):
+    station = build_station(parts)
+    behaviour = Press("press", object="basket")
+    assert station.run(behaviour) is NodeStatus.FAILURE
+    assert behaviour.feedback_message == "'basket' is no button"
