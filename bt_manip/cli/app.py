@@ -23,6 +23,7 @@ FAULT = 3
 
 COMMANDS = {
     "list": "bt_manip.cli.listing:list_parts",
+    "models": "bt_manip.cli.models:models",
     "new": "bt_manip.cli.new:new",
     "plugins": "bt_manip.cli.plugins:show_plugins",
     "run": "bt_manip.cli.run:run",

@@ -76,10 +76,8 @@ def find_model(address: str, progress: Progress = terminal_progress) -> FoundMod
         return FoundModel(f"menagerie:{rest}", _name(rest.partition("/")[0]), path, "mjcf")
     if scheme in ("fuel", "http", "https"):
         return _fuel(text, progress)
-    raise ModelError(
-        f"'{address}': unknown kind of address '{scheme}:'"
-        + did_you_mean(scheme, SCHEMES).replace("?", " (with a colon)?")
-    )
+    near = did_you_mean(f"{scheme}:", (f"{known}:" for known in SCHEMES))
+    raise ModelError(f"'{address}': unknown kind of address '{scheme}:'{near}")
 
 
 def _bundled(name: str) -> FoundModel:

@@ -61,13 +61,20 @@ def is_cached(name: str) -> bool:
 
 
 def remove(name: str) -> list[Path]:
-    """Delete a downloaded model; give what was deleted."""
+    """Delete a downloaded model; give what was deleted.
+
+    Raises:
+        ModelError: When there is no such model.
+    """
     import shutil
 
     import mujoco_menagerie as menagerie
 
-    cache = menagerie.Cache()
-    path = cache.model_path(menagerie.get(name))
+    if name not in menagerie.names():
+        raise ModelError(
+            f"no model '{name}' in MuJoCo Menagerie{did_you_mean(name, menagerie.names())}"
+        )
+    path = menagerie.Cache().model_path(menagerie.get(name))
     if not path.is_dir():
         return []
     shutil.rmtree(path)

@@ -85,7 +85,8 @@ class FuelClient:
                 unpack(stage / "model.zip", folder, self._limits)
                 sdf_file(folder)
             except ModelError as error:
-                text = str(error).replace(f"{stage / 'model'}{os.sep}", "")
+                inside = str(stage / "model")
+                text = str(error).replace(inside + os.sep, "").replace(inside, "the zip")
                 raise ModelError(f"{address} was not fetched: {text}") from None
             except OSError as error:
                 raise ModelError(f"{address} was not fetched: {error}") from None
