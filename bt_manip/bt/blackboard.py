@@ -109,11 +109,11 @@ class Blackboard:
 
     def entry(self, key: str) -> Entry | None:
         """Find the entry behind a key, here or where the key leads; None if there is none."""
+        if key[:1] == "@":  # before all else: a remap may have made an entry of that very name
+            return self.root.entry(key[1:])
         found = self.entries.get(key)
         if found is not None:
             return found
-        if key[:1] == "@":
-            return self.root.entry(key[1:])
         parent = self.parent
         if parent is not None:
             parent_key = self.remapped.get(key)

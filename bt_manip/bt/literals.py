@@ -117,9 +117,20 @@ def parse_json(text: str) -> Any:
         ValueError: If it is not JSON.
     """
     try:
-        return json.loads(text)
+        return json.loads(text, parse_constant=_no_constant, parse_float=_finite)
     except (ValueError, RecursionError) as error:
         raise ValueError(f"'{text}' is not JSON ({error})") from None
+
+
+def _no_constant(text: str) -> Any:
+    raise ValueError(f"{text} is not in JSON")
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if math.isinf(value):
+        raise ValueError(f"{text} does not fit a double")
+    return value
 
 
 def format_real(value: float) -> str:

@@ -211,7 +211,7 @@ def _read(
             document.add_library(added)
     rules = dialect_named(dialect, document.root)
     registry = rules.extended(registry)
-    verify(document, registry, problems, rules)
+    verify(document, registry, problems, rules, strict=strict)
     if strict:
         check_elements(document, registry, problems, rules)
     main = main or own_main

@@ -79,7 +79,9 @@ def _json_item(item: Any, python: type) -> Any:
         return item
     if python is bool and isinstance(item, bool):
         return item
-    if python in (int, float) and isinstance(item, int | float):  # JSON truth values are numbers
+    if python is float and isinstance(item, bool):
+        raise ValueError(f"{str(item).lower()} in a JSON list is not a number")
+    if python in (int, float) and isinstance(item, int | float):  # a truth value is an integer too
         return python(item)
     raise ValueError(f"{item!r} in a JSON list is not of type {python.__name__}")
 

@@ -30,6 +30,13 @@ class Color(Enum):
     GREEN = 2
     BLUE = 3
 
+    @classmethod
+    def _missing_(cls, value: Any) -> "Color":
+        """Take any other number, as an enumeration of C++ does."""
+        other = object.__new__(cls)
+        other._name_, other._value_ = str(value), value
+        return other
+
 
 class Logging(Node):
     """A node that writes down what happens to it."""

@@ -89,8 +89,15 @@ def _tick(tree: Tree, options: Options, clock: _Clock, log: list[Event], trace: 
     for number in range(1, options.ticks + 1):
         if number == options.halt_before:
             log.clear()
-            tree.halt()
-            trace.ticks.append(TickTrace(None, list(log), [], _values(tree.blackboard), halt=True))
+            problem = None
+            try:
+                tree.halt()
+            except NodeError as error:
+                problem = str(error)
+            values = _values(tree.blackboard)
+            trace.ticks.append(TickTrace(None, list(log), [], values, halt=True, error=problem))
+            if problem is not None:
+                return
         log.clear()
         try:
             tree._runtime.fire_timers()
@@ -109,4 +116,5 @@ def _tick(tree: Tree, options: Options, clock: _Clock, log: list[Event], trace: 
 
 
 def _values(scope: Any) -> dict[str, Any]:
-    return {key: entry.value for key, entry in scope.entries.items()}
+    # Looked up by key, as the engine's own listing does: "@key" shows what the root holds.
+    return {key: (scope.entry(key) or entry).value for key, entry in scope.entries.items()}

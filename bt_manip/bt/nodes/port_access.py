@@ -83,11 +83,14 @@ class PortAccess:
             return self._reader(name, type)()
         reader = self._readers.get(name)
         if reader is None:
-            reader = self._readers[name] = self._reader(name, self.ports[name].type)
+            reader = self._readers[name] = self._reader(name)
         return reader()
 
-    def _reader(self, name: str, type: PortType) -> Callable[[], Any]:
-        port = self.ports[name]
+    def _reader(self, name: str, wanted: PortType | None = None) -> Callable[[], Any]:
+        port = self.ports.get(name)
+        if port is None:
+            raise self._port_error(name, "the node that this one replaces has no such port")
+        type = wanted or port.type
         value = self.given.get(name, MISSING)
         if value is MISSING or not port.reads:
             if not port.reads and value is not MISSING:
@@ -109,8 +112,8 @@ class PortAccess:
             what = "does not exist" if entry is None else "was never written"
             raise self._port_error(name, f"the blackboard entry '{key}' {what}")
         value = entry.value
-        if not type.strong or entry.type is type:
-            return value
+        if not type.strong or (entry.type is type and type.family != "integer"):
+            return value  # a script may have left a number that is too large for its type
         if entry.type.family == "string" and type is not STRING:
             return self._parse(name, type, value)
         try:
@@ -137,7 +140,8 @@ class PortAccess:
     def _output(self, name: str) -> str | None:
         text = self.given.get(name, MISSING)
         if text is MISSING:
-            default = self.ports[name].default
+            port = self.ports.get(name)
+            default = None if port is None else port.default
             text = default if isinstance(default, str) and is_pointer(default) else None
         return text if isinstance(text, str) else None
 

@@ -140,17 +140,26 @@ class Builder:
             if isinstance(rule, TestNodeConfig):
                 node = TestNode(label, config=rule, replaced=cls, orphans=tuple(children), **given)
             else:
+                replaced = cls
                 if rule is not None:
                     cls = self._registry.get(rule)
-                    given = {key: value for key, value in given.items() if key in cls.ports}
                 name_given = element.get("name")
+                ports = given if rule is None else {}
                 if issubclass(cls, Parent):
                     if cls.kind is NodeKind.DECORATOR and len(children) != 1:
-                        return None  # verified before: it was reported
-                    node = cls(name_given, *children, **given)
+                        if rule is not None:
+                            count = len(children)
+                            self._problems.error(
+                                element.place, f"{rule} cannot replace it: it has {count} children"
+                            )
+                        return None  # else it was reported when the form was verified
+                    node = cls(name_given, *children, **ports)
                 else:
-                    node = cls(name_given, **given)
+                    node = cls(name_given, **ports)
                     node.orphans = tuple(children)
+                if rule is not None:
+                    node.ports = replaced.ports  # type: ignore[misc]
+                    node._start_ports(given)
         except (BtManipError, TypeError) as error:
             self._problems.error(element.place, f"{name}: {error}")
             return None
@@ -281,6 +290,7 @@ class Builder:
                 node: Node = TestNode(label, config=rule)
             else:
                 node = self._registry.get(rule)(label)
+                node.ports = {}  # type: ignore[misc]  # a SubTree has none, not even by default
         except (BtManipError, TypeError) as error:
             self._problems.error(element.place, f"SubTree: {error}")
             return None

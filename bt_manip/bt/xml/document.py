@@ -69,6 +69,8 @@ class Document:
         declared = self.root.get("main_tree_to_execute")
         if declared:
             return declared
+        if declared is not None:  # empty: only a tree without rivals is meant
+            return next(iter(self.trees)) if len(self.trees) == 1 else None
         own = [child for child in self.root.children if child.name == "BehaviorTree"]
         if len(own) == 1 and own[0].get("ID"):
             return own[0].get("ID")
@@ -210,16 +212,20 @@ class _Reader:
             self._problems.error(element.place, "the model of a SubTree needs the attribute 'ID'")
             return
         model = document.models.setdefault(tree_id, SubTreeModel())
-        for port in element.children:
-            if port.name in ("input_port", "output_port", "inout_port"):
-                name = port.get("name")
-                if name is None:
-                    self._problems.error(port.place, f"<{port.name}> needs the attribute 'name'")
-                    continue
-                problem = port_name_problem(name)
-                if problem is not None:
-                    self._problems.error(port.place_of("name"), f"the port name '{name}' {problem}")
-                model.ports[name] = port.get("default") or None
+        for kind in ("input_port", "output_port", "inout_port"):  # in this order: the last counts
+            for port in element.children:
+                if port.name == kind:
+                    self._model_port(model, port)
+
+    def _model_port(self, model: SubTreeModel, port: Element) -> None:
+        name = port.get("name")
+        if name is None:
+            self._problems.error(port.place, f"<{port.name}> needs the attribute 'name'")
+            return
+        problem = port_name_problem(name)
+        if problem is not None:
+            self._problems.error(port.place_of("name"), f"the port name '{name}' {problem}")
+        model.ports[name] = port.get("default") or None
 
     def _tree(self, document: Document, element: Element) -> None:
         tree_id = element.get("ID")

@@ -15,7 +15,12 @@ EXPLICIT: Final = ("Action", "Condition", "Control", "Decorator", "SubTree")
 
 
 def verify(
-    document: Document, registry: BehaviourRegistry, problems: Problems, dialect: Dialect
+    document: Document,
+    registry: BehaviourRegistry,
+    problems: Problems,
+    dialect: Dialect,
+    *,
+    strict: bool = True,
 ) -> None:
     """Check the form of all files of a document.
 
@@ -24,9 +29,10 @@ def verify(
         registry: The behaviours that it may name.
         problems: Takes what is wrong.
         dialect: Which names are allowed.
+        strict: False where also what only the engine refuses is an error.
     """
     for name in document.order:
-        _Verifier(document, registry, problems, dialect).file(document.sources[name])
+        _Verifier(document, registry, problems, dialect, strict).file(document.sources[name])
 
 
 class _Verifier:
@@ -36,7 +42,9 @@ class _Verifier:
         registry: BehaviourRegistry,
         problems: Problems,
         dialect: Dialect,
+        strict: bool,
     ) -> None:
+        self._strict = strict
         self._document = document
         self._registry = registry
         self._problems = problems
@@ -137,6 +145,14 @@ class _Verifier:
             self._problems.error(element.place, f"{lookup} cannot have children; it has {count}")
 
     def _reactive(self, element: Element) -> None:
+        for child in element.children:
+            if child.name in EXPLICIT and child.name != "SubTree":
+                report = self._problems.warning if self._strict else self._problems.error
+                report(
+                    child.place,
+                    "BehaviorTree.CPP refuses this form directly below a ReactiveSequence; "
+                    f"there, write <{child.get('ID')} .../>",
+                )
         asynchronous = [c for c in element.children if c.name == "AsyncSequence"]
         if len(asynchronous) > 1:
             self._problems.error(
