@@ -20,6 +20,7 @@ GRID = 120
 NODE = 6e-3  # [s] acceleration is linear between nodes, and averaged over two of these
 MOST_NODES = 250
 MARGIN = 0.99  # of the limits, for what smoothing shifts
+DAMPED = 0.5  # of what is left of an effort for moving, the most that damping may take
 _TINY = 1e-9
 _STUCK = 1e-3
 
@@ -38,8 +39,8 @@ def time_optimal(path: Path, bounds: Bounds, model: RobotModel, allowed: float) 
     """
     s = np.linspace(0.0, 1.0, GRID + 1)
     x, d1, d2 = path.evaluate(s, 2)
-    rates, squares, constants = _constraints(x, d1, d2, path.nq, bounds, model, allowed)
-    most = (MARGIN * bounds.velocity / (np.abs(d1) + _TINY)).min(axis=1) ** 2
+    velocity, rates, squares, constants = _constraints(x, d1, d2, path.nq, bounds, model, allowed)
+    most = (MARGIN * velocity / (np.abs(d1) + _TINY)).min(axis=1) ** 2
     speed = np.sqrt(_fastest(rates, squares, constants, most))
     if speed[1:-1].min() < _STUCK * speed.max():  # a curvature that the grid is too coarse for
         return _unhurried(d1, bounds)
@@ -61,16 +62,21 @@ def _constraints(
     bounds: Bounds,
     model: RobotModel,
     allowed: float,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Write the limits at each point as ``rates u + squares z <= constants``."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Give each point's greatest velocity and its limits ``rates u + squares z <= constants``."""
     still = np.zeros(nq)
     gravity = np.array([model.rnea(q[:nq], still, still) for q in x])
     inertia = np.array([model.rnea(q[:nq], still, v[:nq]) for q, v in zip(x, d1, strict=True)])
     motion = np.array(
         [model.rnea(q[:nq], v[:nq], a[:nq]) for q, v, a in zip(x, d1, d2, strict=True)]
     )
-    # Friction is counted in full and damping at full speed, both against the motion.
-    free = allowed * model.limits.effort - model.friction - model.damping * bounds.velocity[:nq]
+    # Friction is counted in full and damping at full speed, both against the motion. Full speed is
+    # what leaves something to accelerate with: some models' damping takes all efforts there are.
+    free = allowed * model.limits.effort - model.friction
+    spare = np.maximum(free - np.abs(gravity), 0.0)
+    velocity = np.tile(bounds.velocity, (len(x), 1))
+    velocity[:, :nq] = np.minimum(velocity[:, :nq], DAMPED * spare / (model.damping + _TINY))
+    free = free - model.damping * velocity[:, :nq]
     if (np.abs(gravity) >= free).any():
         i, joint = np.argwhere(np.abs(gravity) >= free)[0]
         raise MotionError(
@@ -84,6 +90,7 @@ def _constraints(
     above = np.hstack([acceleration, MARGIN * free - gravity])
     below = np.hstack([acceleration, MARGIN * free + gravity])
     return (
+        velocity,
         np.hstack([rates, -rates]),
         np.hstack([squares, -squares]),
         np.maximum(np.hstack([above, below]), _TINY),
