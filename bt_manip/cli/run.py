@@ -44,6 +44,7 @@ class RunOptions:
     report: Path | None
     trace: Path | None
     records: tuple[str, ...]
+    watch: bool
     quiet: bool
 
 
@@ -97,6 +98,7 @@ EXIT_CODES = (
     "--record", "records", multiple=True, metavar="NAME[=FILE]",
     help="Let a recorder watch (see: bt-manip list recorders); may be given more than once.",
 )  # fmt: skip
+@click.option("--watch", is_flag=True, help="Take up the tree's file whenever it is edited.")
 @click.option("--quiet", is_flag=True, help="Print nothing but warnings and errors.")
 @plugin_options
 @click.pass_obj
@@ -188,12 +190,17 @@ class _Job:
         from bt_manip.recording.trace import Trace
         from bt_manip.runner.prepare import prepare
 
-        prepared = prepare(request, parts)
+        prepared = prepare(request, parts, print_warning)
         self._console = Console(quiet=options.quiet)
         self._trace = Trace(options.trace) if options.trace else None
         self._recorder = Recorder(request.tree.name, request.seed, self._trace)
         observers: list[RunObserver] = [self._recorder]
         observers += extra_observers(plugins, request.controller, options.records)
+        if options.watch:
+            from bt_manip.runner.reloading import Reloader
+            from bt_manip.runner.xml_tree import known_behaviours
+
+            observers.append(Reloader(request.tree, known_behaviours(parts), self._tell))
         if not options.quiet:
             observers.append(_terminal(self._console, options.cycles))
         if window:
@@ -201,6 +208,10 @@ class _Job:
 
             observers.append(Window())
         return prepared, observers
+
+    def _tell(self, message: str) -> None:
+        """Say something while the run goes on and a view may hold the terminal."""
+        self._console.print(message, markup=False, highlight=False, soft_wrap=True)
 
     def fault(self, error: Exception) -> int:
         """Say what is broken, and whose it is."""

@@ -199,13 +199,10 @@ def schema(output: Path | None) -> None:
 
 
 def _registered() -> tuple["Parts", "BehaviourRegistry"]:
-    from bt_manip.bt import BehaviourRegistry
+    from bt_manip.runner.xml_tree import known_behaviours
 
     parts = load_chosen_plugins().parts
-    registry = BehaviourRegistry()
-    for name in parts.behaviours.names():
-        registry.register(parts.behaviours.get(name), name)
-    return parts, registry
+    return parts, known_behaviours(parts)
 
 
 def _find(text: str, parts: "Parts") -> "TreeSource":

@@ -1,6 +1,6 @@
 """From a request to a run: everything that is wrong with it is found here."""
 
-from bt_manip.bt import BehaviourRegistry, Tree
+from bt_manip.bt import Tree
 from bt_manip.cell.objects import Catalogue
 from bt_manip.exceptions import BtManipError, NodeError
 from bt_manip.registry import Parts
@@ -9,7 +9,7 @@ from bt_manip.runner.python_tree import make_tree
 from bt_manip.runner.request import RunRequest
 from bt_manip.runner.run import Run
 from bt_manip.runner.station import Station, build_station
-from bt_manip.runner.xml_tree import Warn, load_document
+from bt_manip.runner.xml_tree import Warn, known_behaviours, load_document
 
 
 def prepare(request: RunRequest, parts: Parts, warn: Warn = lambda message: None) -> Run:
@@ -28,10 +28,7 @@ def prepare(request: RunRequest, parts: Parts, warn: Warn = lambda message: None
     models = fixture_models(request.settings, scene)
     settings = {key: text for key, text in request.settings.items() if key not in models}
     if request.tree.kind == "xml":
-        behaviours = BehaviourRegistry()
-        for name in parts.behaviours.names():
-            behaviours.register(parts.behaviours.get(name), name)
-        tree = load_document(request.tree, behaviours, settings, clock, warn)
+        tree = load_document(request.tree, known_behaviours(parts), settings, clock, warn)
     else:
         tree = make_tree(request.tree, settings, clock)
     catalogue = Catalogue(parts.objects)

@@ -7,6 +7,7 @@ from bt_manip.bt.loading import read_tree
 from bt_manip.bt.port_types import STRING
 from bt_manip.bt.substitution import Substitutions
 from bt_manip.exceptions import BlackboardError, BtManipError, TreeError, did_you_mean
+from bt_manip.registry import Parts
 from bt_manip.runner.tree_source import TreeSource
 
 Clock = Callable[[], float]
@@ -46,11 +47,32 @@ def load_document(
         warn(str(warning))
     if reading.tree is None or reading.errors:
         raise TreeError("\n".join(map(str, reading.errors)), reading.errors)
-    _set_keys(source, reading.tree, settings)
+    set_keys(source, reading.tree, settings)
     return reading.tree
 
 
-def _set_keys(source: TreeSource, tree: Tree, settings: Mapping[str, str]) -> None:
+def known_behaviours(parts: Parts) -> BehaviourRegistry:
+    """Give the nodes of the language and all registered behaviours, for reading trees."""
+    behaviours = BehaviourRegistry()
+    for name in parts.behaviours.names():
+        behaviours.register(parts.behaviours.get(name), name)
+    return behaviours
+
+
+def set_keys(
+    source: TreeSource, tree: Tree, settings: Mapping[str, str], *, only_new: bool = False
+) -> None:
+    """Give the keys that a document declares their values: settings, or else defaults.
+
+    Args:
+        source: Where the document is.
+        tree: The tree that was read from it.
+        settings: Values for some of its keys, as text.
+        only_new: Whether keys that have a value keep it.
+
+    Raises:
+        BtManipError: When a setting does not fit.
+    """
     assert tree.document is not None
     model = tree.document.models.get(tree.tree_id)
     keys = {} if model is None else model.ports
@@ -61,6 +83,8 @@ def _set_keys(source: TreeSource, tree: Tree, settings: Mapping[str, str]) -> No
                 + did_you_mean(key, keys)
             )
     for key, default in keys.items():
+        if only_new and key in tree.blackboard:
+            continue
         text = settings.get(key, default)
         if text is None:
             raise BtManipError(

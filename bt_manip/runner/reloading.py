@@ -1,0 +1,60 @@
+"""Editing a tree while it runs."""
+
+from collections.abc import Callable
+from typing import Any
+
+from bt_manip.bt import BehaviourRegistry, TreeWatch
+from bt_manip.exceptions import BtManipError, NodeError
+from bt_manip.runner.observer import RunObserver
+from bt_manip.runner.tree_source import TreeSource
+from bt_manip.runner.xml_tree import set_keys
+
+
+class Reloader(RunObserver):
+    """Takes up a tree's file between two ticks when it was edited.
+
+    Unlike other observers this one changes the run: what runs is halted, the blackboard stays, and
+    the edited tree goes on from its root. A file with errors changes nothing.
+    """
+
+    def __init__(
+        self, source: TreeSource, behaviours: BehaviourRegistry, tell: Callable[[str], None]
+    ) -> None:
+        """Get ready to watch the file of a tree.
+
+        Args:
+            source: The tree.
+            behaviours: The behaviours that it may name.
+            tell: Takes what has come of an edit, for people.
+
+        Raises:
+            BtManipError: When the tree is no document.
+        """
+        if source.kind != "xml":
+            raise BtManipError(
+                f"--watch: '{source.name}' is a Python function; only a tree's .xml can be watched"
+            )
+        self._source, self._behaviours, self._tell = source, behaviours, tell
+
+    def run_started(self, run: Any) -> None:
+        """Begin to watch."""
+        self._run = run
+        self._watch = TreeWatch(run.tree, self._behaviours, dialect="auto")
+
+    def before_tick(self) -> None:
+        """Take up the file if it has changed."""
+        tree = self._run.tree
+        try:
+            reading = self._watch.poll()
+            if reading is None:
+                return
+            for problem in reading.problems:
+                self._tell(str(problem))
+            if reading.tree is None or reading.errors:
+                self._tell(f"{self._source.path} has errors; the tree goes on as it was")
+                return
+            set_keys(self._source, tree, self._run.request.settings, only_new=True)
+        except (BtManipError, NodeError) as error:
+            self._tell(str(error))
+        else:
+            self._tell(f"{self._source.path} was edited; the tree begins anew")

@@ -1,0 +1,90 @@
+"""A tree that is edited while it runs."""
+
+import os
+from types import SimpleNamespace
+
+import pytest
+
+from bt_manip.bt import BehaviourRegistry
+from bt_manip.exceptions import BtManipError
+from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
+from bt_manip.runner.reloading import Reloader
+from bt_manip.runner.xml_tree import load_document
+
+DOCUMENT = """<root BTCPP_format="4" main_tree_to_execute="Main">
+  <BehaviorTree ID="Main">
+    <Sequence><Script code="seen := {seen}"/>{more}<Sleep msec="{msec}"/></Sequence>
+  </BehaviorTree>
+  <TreeNodesModel>
+    <SubTree ID="Main"><input_port name="note" default="calm"/>{port}</SubTree>
+  </TreeNodesModel>
+</root>"""
+
+
+class Editor(RunObserver):
+    """Writes a file anew at a tick."""
+
+    def __init__(self, path, at, text):
+        self.path, self.at, self.text, self.ticks = path, at, text, 0
+
+    def before_tick(self):
+        self.ticks += 1
+        if self.ticks == self.at:
+            self.path.write_text(self.text)
+            os.utime(self.path, ns=(1, 1))  # another time than before, however coarse the clock
+
+
+class Cell:
+    generation = time = 0
+
+    def step(self):
+        self.time += 1e-3
+
+
+def document(seen=1, msec=100, more="", port=""):
+    return DOCUMENT.format(seen=seen, msec=msec, more=more, port=port)
+
+
+def run(tmp_path, edited):
+    """Run a tree that sleeps for 0.1 s; its file is edited at the fifth tick, after 40 ms."""
+    path = tmp_path / "task.xml"
+    path.write_text(document())
+    cell, told = Cell(), []
+    source = TreeSource("task", "xml", path=path)
+    behaviours = BehaviourRegistry()
+    tree = load_document(source, behaviours, {"note": "wild"}, lambda: cell.time, told.append)
+    station = SimpleNamespace(cell=cell)
+    made = Run(RunRequest(source, settings={"note": "wild"}), tree, station)
+    made.execute([Editor(path, 5, edited), Reloader(source, behaviours, told.append)])
+    return made, told
+
+
+def test_an_edited_tree_begins_anew_and_keeps_the_blackboard(tmp_path):
+    made, told = run(tmp_path, document(seen=2, msec=30, more='<Script code="new := 7"/>'))
+    board = made.tree.blackboard
+    assert (board["seen"], board["new"], board["note"]) == (2, 7, "wild")
+    assert made.station.cell.time == pytest.approx(0.04 + 0.04)
+    assert len(told) == 1 and told[0].endswith("was edited; the tree begins anew")
+
+
+def test_a_broken_file_changes_nothing_and_its_errors_are_told(tmp_path):
+    made, told = run(tmp_path, document(more="<Slep/>"))
+    assert made.station.cell.time == pytest.approx(0.11)  # as if nothing had happened
+    assert any("task.xml:3:" in line and "did you mean 'Sleep'" in line for line in told)
+    assert told[-1].endswith("has errors; the tree goes on as it was")
+
+
+def test_a_key_that_an_edit_declares_gets_its_default(tmp_path):
+    made, _ = run(tmp_path, document(port='<input_port name="fresh" default="9"/>'))
+    assert made.tree.blackboard["fresh"] == 9
+    assert made.tree.blackboard["note"] == "wild"
+
+
+def test_a_key_that_an_edit_declares_without_a_default_is_told(tmp_path):
+    _, told = run(tmp_path, document(port='<input_port name="fresh"/>'))
+    assert any("needs --set fresh=VALUE" in line for line in told)
+
+
+def test_only_documents_can_be_watched():
+    with pytest.raises(BtManipError, match="is a Python function"):
+        Reloader(TreeSource("x.py:f", "python"), BehaviourRegistry(), print)
