@@ -2,6 +2,7 @@
 
 import importlib
 import importlib.util
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -201,6 +202,7 @@ def schema(output: Path | None) -> None:
 def _registered() -> tuple["Parts", "BehaviourRegistry"]:
     from bt_manip.runner.xml_tree import known_behaviours
 
+    os.environ.setdefault("MUJOCO_GL", "disable")  # nothing is drawn here
     parts = load_chosen_plugins().parts
     return parts, known_behaviours(parts)
 
