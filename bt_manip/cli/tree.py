@@ -200,9 +200,9 @@ def schema(output: Path | None) -> None:
 
 
 def _registered() -> tuple["Parts", "BehaviourRegistry"]:
+    os.environ.setdefault("MUJOCO_GL", "disable")  # nothing is drawn here
     from bt_manip.runner.xml_tree import known_behaviours
 
-    os.environ.setdefault("MUJOCO_GL", "disable")  # nothing is drawn here
     parts = load_chosen_plugins().parts
     return parts, known_behaviours(parts)
 
