@@ -12,6 +12,8 @@ from .move_to_configuration import MoveToConfiguration as MoveToConfiguration
 from .move_to_pose import MoveToPose as MoveToPose
 from .object_exists import ObjectExists as ObjectExists
 from .open_gripper import OpenGripper as OpenGripper
+from .place import PlaceAt as PlaceAt
+from .place import PlaceOn as PlaceOn
 from .reach import Reach as Reach
 from .remove_object import RemoveObject as RemoveObject
 from .spawn_object import SpawnObject as SpawnObject

@@ -152,9 +152,12 @@ class Robot(composer.Entity):
         del physics, random_state
         self.set_configuration(np.array(self.description.home))
         if self.description.gripper is not None:
-            travel = self.gripper_travel
-            self.mj_data.qpos[self._moving_qpos_adr] = travel.configuration(travel.open_width)
+            self.set_opening(self.mj_data.qpos, self.gripper_travel.open_width)
             self.mj_data.qvel[self._moving_dof_adr] = 0.0
+
+    def set_opening(self, qpos: np.ndarray, width: float) -> None:
+        """Write the positions that the gripper's joints have at an opening [m] into a ``qpos``."""
+        qpos[self._moving_qpos_adr] = self.gripper_travel.configuration(width)
 
     def set_configuration(self, q: np.ndarray) -> None:
         """Put the arm at a configuration, at rest; the caller calls ``mj_forward``."""
