@@ -12,12 +12,17 @@ from bt_manip.hookspecs import hookimpl
 
 @hookimpl
 def register_objects(register: Callable[[str, Callable[..., Any]], None]) -> None:
-    """Bring table, basket and cube."""
+    """Bring things to pick up, to put them in and on, and to move around."""
     from bt_manip.cell import objects
 
-    register("basket", objects.Basket)
-    register("cube", objects.Cube)
-    register("table", objects.Table)
+    for make in (
+        objects.Cube, objects.Box, objects.Cylinder, objects.Sphere, objects.Capsule,
+        objects.ConvexMesh, objects.Block, objects.RedBlock, objects.GreenBlock,
+        objects.BlueBlock, objects.YellowBlock, objects.Bottle, objects.Can, objects.Mug,
+        objects.Peg, objects.HoleBoard, objects.Basket, objects.Bin, objects.Tray,
+        objects.Table, objects.Shelf, objects.Wall,
+    ):  # fmt: skip
+        register(make.kind, make)
 
 
 @hookimpl
@@ -44,7 +49,7 @@ def register_behaviours(register: Callable[..., None]) -> None:
 
     for name in (
         "SpawnObject", "RemoveObject", "ObjectExists",
-        "Hover", "Reach", "Grasp", "Lift", "Drop", "IsHolding",
+        "Hover", "Reach", "Grasp", "Lift", "Drop", "PlaceOn", "PlaceAt", "IsHolding",
         "OpenGripper", "CloseGripper",
         "MoveToPose", "MoveToConfiguration", "MoveHome", "IsAt",
     ):  # fmt: skip

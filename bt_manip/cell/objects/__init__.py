@@ -1,8 +1,27 @@
 """Things that stand in a cell."""
 
 from bt_manip.cell.objects.basket import Basket as Basket
+from bt_manip.cell.objects.blocks import Block as Block
+from bt_manip.cell.objects.blocks import BlueBlock as BlueBlock
+from bt_manip.cell.objects.blocks import GreenBlock as GreenBlock
+from bt_manip.cell.objects.blocks import RedBlock as RedBlock
+from bt_manip.cell.objects.blocks import YellowBlock as YellowBlock
 from bt_manip.cell.objects.catalogue import Catalogue as Catalogue
+from bt_manip.cell.objects.containers import Bin as Bin
+from bt_manip.cell.objects.containers import Tray as Tray
 from bt_manip.cell.objects.cube import Cube as Cube
+from bt_manip.cell.objects.furniture import Shelf as Shelf
+from bt_manip.cell.objects.furniture import Wall as Wall
+from bt_manip.cell.objects.household import Bottle as Bottle
+from bt_manip.cell.objects.household import Can as Can
+from bt_manip.cell.objects.household import Mug as Mug
 from bt_manip.cell.objects.model_object import ModelObject as ModelObject
+from bt_manip.cell.objects.peg_and_hole import HoleBoard as HoleBoard
+from bt_manip.cell.objects.peg_and_hole import Peg as Peg
 from bt_manip.cell.objects.prop import Prop as Prop
+from bt_manip.cell.objects.shapes import Box as Box
+from bt_manip.cell.objects.shapes import Capsule as Capsule
+from bt_manip.cell.objects.shapes import ConvexMesh as ConvexMesh
+from bt_manip.cell.objects.shapes import Cylinder as Cylinder
+from bt_manip.cell.objects.shapes import Sphere as Sphere
 from bt_manip.cell.objects.table import Table as Table

@@ -12,6 +12,7 @@ from bt_manip.cell.naming import name_elements
 from bt_manip.cell.objects.bounds import Bounds, bounds_of
 from bt_manip.cell.objects.prop import Prop, colour_of, default_of, positive
 from bt_manip.models import MjcfModel, load_model
+from bt_manip.models.exact_xml import exact_xml
 
 GRIPPABLE = 0.08
 """Largest width between the fingers of common grippers [m]."""
@@ -166,9 +167,8 @@ def read_model(model: MjcfModel) -> mjcf.RootElement:
         if root.compiler.angle == "radian" and root.compiler.eulerseq is None:
             return root
         spec = mujoco.MjSpec.from_file(str(model.path))
-        spec.compile()
         return mjcf.from_xml_string(
-            spec.to_xml(), model_dir=str(model.path.parent), escape_separators=True
+            exact_xml(spec), model_dir=str(model.path.parent), escape_separators=True
         )
     except Exception as error:  # PyMJCF raises of everything
         first = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__

@@ -51,7 +51,7 @@ class Prop(composer.Entity):
     @property
     def mass(self) -> float:
         """Mass as the model file and the parameters have it [kg]."""
-        return float(sum(g.mass or 0.0 for g in self.collision_geoms))
+        return float(sum(_mass_of(g) for g in self.collision_geoms))
 
     @property
     def rest_height(self) -> float:
@@ -72,8 +72,7 @@ class Prop(composer.Entity):
         if mass is not None:
             share = positive("mass", mass, "kg") / self.mass
             for geom in self.collision_geoms:
-                if geom.mass is not None:
-                    geom.mass = geom.mass * share
+                geom.mass = _mass_of(geom) * share
         friction = parameters.get("friction")
         if friction is not None:
             for geom in self.collision_geoms:
@@ -95,6 +94,11 @@ class Prop(composer.Entity):
         if group is None:
             group = default_of(geom, "group")
         return group != 2
+
+
+def _mass_of(geom: mjcf.Element) -> float:
+    mass = geom.mass if geom.mass is not None else default_of(geom, "mass")
+    return float(mass or 0.0)
 
 
 def default_of(geom: mjcf.Element, attribute: str) -> Any:
