@@ -6,6 +6,7 @@ from lxml import etree
 
 from bt_manip.models.address import FoundModel
 from bt_manip.models.errors import ModelError
+from bt_manip.models.exact_xml import exact_xml
 from bt_manip.models.hardened_xml import read_xml
 from bt_manip.models.meshes import MESHES, read_mesh
 from bt_manip.models.mjcf_model import MjcfModel
@@ -45,8 +46,7 @@ def convert_urdf(found: FoundModel) -> MjcfModel:
     etree.SubElement(etree.SubElement(root, "mujoco"), "compiler", _OPTIONS)
     try:
         spec = mujoco.MjSpec.from_string(etree.tostring(root, encoding="unicode"), assets=files)
-        spec.compile()
-        xml = spec.to_xml()
+        xml = exact_xml(spec)
     except (ValueError, mujoco.FatalError) as error:
         first = str(error).strip().splitlines()[0]
         raise ModelError(f"{found.path}: MuJoCo cannot read it: {first}") from None
