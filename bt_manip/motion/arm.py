@@ -9,11 +9,13 @@ import pinocchio as pin
 from bt_manip.robots import Payload, Robot, RobotModel
 
 from .checks import check_configuration, check_inside, check_pose, check_speed
+from .collision import CollisionWorld
 from .errors import MotionError
-from .goal_choice import choose_configuration
+from .goal_choice import choose_configurations
 from .inverse_kinematics import InverseKinematics
 from .limit_check import limit_use, step_times
-from .move_planning import Present, plan_line, plan_stop, plan_to_configuration
+from .move_planning import Avoiding, Present, plan_line, plan_stop, plan_to_configurations
+from .planning import Planner, RRTConnect
 from .trajectory import Trajectory, trajectory_from_state
 
 MARGIN = 0.05  # [rad] that chosen configurations keep from the limits where they can
@@ -31,13 +33,21 @@ class Arm:
         robot: The robot, for its measured joint positions.
         model: Its model, with the payload.
         ik: Its inverse kinematics.
+        world: What its motions shall not touch; None where it does not look.
+        planner: Finds ways around what is in the way.
         q: Reference position [rad], read-only and live.  # (nq,)
         v: Reference velocity [rad/s], read-only and live.  # (nq,)
         a: Reference acceleration [rad/s2], read-only and live.  # (nq,)
     """
 
     def __init__(
-        self, robot: Robot, *, model: RobotModel | None = None, ik: InverseKinematics | None = None
+        self,
+        robot: Robot,
+        *,
+        model: RobotModel | None = None,
+        ik: InverseKinematics | None = None,
+        world: CollisionWorld | None = None,
+        planner: Planner | None = None,
     ) -> None:
         """Begin where the robot is.
 
@@ -45,10 +55,14 @@ class Arm:
             robot: A compiled robot.
             model: Its model; by default made from the robot.
             ik: Its inverse kinematics; by default made from the model.
+            world: What its motions shall not touch; by default it does not look.
+            planner: Finds ways around what is in the way; by default `RRTConnect`.
         """
         self.robot = robot
         self.model = robot.make_model() if model is None else model
         self.ik = InverseKinematics(self.model) if ik is None else ik
+        self.world = world
+        self.planner = RRTConnect() if planner is None else planner
         self._now = np.zeros((3, self.model.nq))
         live = self._now.view()
         live.setflags(write=False)
@@ -109,20 +123,32 @@ class Arm:
 
     # How it is moved
 
-    def move_to_configuration(self, q: Sequence[float] | np.ndarray, speed: float = 1.0) -> None:
-        """Move the joints to a configuration, on the straight line when starting at rest.
+    def move_to_configuration(
+        self,
+        q: Sequence[float] | np.ndarray,
+        speed: float = 1.0,
+        *,
+        planner: Planner | None = None,
+        rng: np.random.Generator | None = None,
+    ) -> None:
+        """Move the joints to a configuration, on the straight line where it is free.
 
         Args:
             q: Where to [rad].  # (nq,)
             speed: 1 is as fast as the limits allow; a move from rest at 0.5 takes twice the time.
+            planner: Finds a way around what is in the way; by default the arm's own.
+            rng: What it draws from; by default a new generator, so that the same request gives the
+                same answer.
 
         Raises:
-            MotionError: When the target is none, is outside the limits, or asks too much effort.
+            MotionError: When the target is none, is outside the limits or inside an obstacle, when
+                no way is found, or the motion asks too much effort.
         """
         speed = check_speed(speed)
         target = check_configuration(q, self.model.nq)
         check_inside(target, self.model.limits)
-        self._begin(plan_to_configuration(self._present, target, self.model, speed))
+        avoiding = self._avoiding(planner, rng)
+        self._begin(plan_to_configurations(self._present, [target], self.model, speed, avoiding))
 
     def move_to_pose(
         self,
@@ -131,6 +157,8 @@ class Arm:
         *,
         margin: float = MARGIN,
         approach: float = 0.0,
+        planner: Planner | None = None,
+        rng: np.random.Generator | None = None,
     ) -> None:
         """Move the joints to the nearest configuration that puts the tool at a pose.
 
@@ -140,21 +168,29 @@ class Arm:
             margin: How far from the joint limits to stay where that is possible [rad].
             approach: How far the tool shall be able to go on from there, straight along its z
                 axis [m], where a configuration allows that.
+            planner: As for `move_to_configuration`.
+            rng: As for `move_to_configuration`.
 
         Raises:
-            MotionError: When no pose can be reached, or the motion asks too much effort.
+            MotionError: When no pose can be reached or all are inside obstacles, when no way is
+                found, or the motion asks too much effort.
         """
         speed = check_speed(speed)
-        found = choose_configuration(self.ik, T_wt, self.q, margin=margin, approach=approach)
-        if not found.solved:
-            message = f"the pose is unreachable: {found.reason}"
-            if found.iterations:
+        found = choose_configurations(
+            self.ik, T_wt, self.q, margin=margin, approach=approach, world=self.world
+        )
+        best = found[0]
+        if not best.solved:
+            message = f"the pose is unreachable: {best.reason}"
+            if best.iterations:
                 message += (
-                    f"; nearest found is {1e3 * found.position_error:.1f} mm and "
-                    f"{found.rotation_error:.3f} rad away"
+                    f"; nearest found is {1e3 * best.position_error:.1f} mm and "
+                    f"{best.rotation_error:.3f} rad away"
                 )
             raise MotionError(message, reason="unreachable")
-        self._begin(plan_to_configuration(self._present, found.q, self.model, speed))
+        targets = [result.q for result in found]
+        avoiding = self._avoiding(planner, rng)
+        self._begin(plan_to_configurations(self._present, targets, self.model, speed, avoiding))
 
     def move_linear(self, T_wt: pin.SE3, speed: float = 1.0) -> None:
         """Move the tool to a pose on a straight line, turning evenly on the way.
@@ -167,10 +203,11 @@ class Arm:
 
         Raises:
             MotionError: When the line cannot be followed to its end (the message says how far),
-                or asks too much effort.
+                would touch something, or asks too much effort.
         """
         speed = check_speed(speed)
-        self._begin(plan_line(self._present, check_pose(T_wt), self.model, self.ik, speed))
+        T_wt = check_pose(T_wt)
+        self._begin(plan_line(self._present, T_wt, self.model, self.ik, speed, self.world))
 
     def stop(self) -> None:
         """Come to rest as soon as the limits allow, on the planned path where there is one."""
@@ -193,6 +230,17 @@ class Arm:
     @property
     def _present(self) -> Present:
         return Present(self.q, self.v, self.a, self._trajectory, self._time)
+
+    def _avoiding(
+        self, planner: Planner | None, rng: np.random.Generator | None
+    ) -> Avoiding | None:
+        if self.world is None:
+            return None
+        return Avoiding(
+            self.world,
+            self.planner if planner is None else planner,
+            np.random.default_rng(0) if rng is None else rng,
+        )
 
     def _begin(self, trajectory: Trajectory | None) -> None:
         """Take a planned trajectory, once it is proven to be inside the limits."""

@@ -1,6 +1,6 @@
 """Whole motions, from whatever the arm is doing to rest at the target."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,12 +10,16 @@ from bt_manip.robots import RobotModel
 
 from .bounds import Bounds
 from .braking import brake
+from .collision import CollisionWorld
+from .collision_check import check_line, check_targets, trajectory_free
 from .driving import drive, drive_straight
 from .effort import within_effort
 from .errors import MotionError
+from .free_motion import plan_free_motion
 from .inverse_kinematics import InverseKinematics
 from .jerk_profile import joint_profiles
 from .limit_check import limit_use
+from .planning import Planner
 from .tool_line import ToolLine, line_path
 from .trajectory import JointTrajectory, SequenceTrajectory, Trajectory
 
@@ -41,6 +45,20 @@ class Present(NamedTuple):
     time: float
 
 
+class Avoiding(NamedTuple):
+    """How a motion keeps from touching anything.
+
+    Attributes:
+        world: What there is.
+        planner: Finds ways around.
+        rng: What it draws from.
+    """
+
+    world: CollisionWorld
+    planner: Planner
+    rng: np.random.Generator
+
+
 def plan_stop(present: Present, model: RobotModel) -> Trajectory | None:
     """Plan to come to rest; None where the arm is at rest."""
     if present.trajectory is None:
@@ -49,20 +67,54 @@ def plan_stop(present: Present, model: RobotModel) -> Trajectory | None:
     return brake(present.trajectory, present.time, state, model)
 
 
-def plan_to_configuration(
-    present: Present, target: np.ndarray, model: RobotModel, speed: float
+def plan_to_configurations(
+    present: Present,
+    targets: Sequence[np.ndarray],
+    model: RobotModel,
+    speed: float,
+    avoiding: Avoiding | None,
 ) -> Trajectory | None:
-    """Plan to a configuration; None where the arm already stands there.
+    """Plan to one of several configurations; None where the arm already stands there.
 
-    From rest the joints move in phase, on the straight line. In motion they turn towards the
-    target in the shortest time in which all can arrive together; where that would leave the
-    limits, the arm stops first.
+    From rest the joints move in phase, on the straight line, or around what is in the way. In
+    motion they turn towards the first target in the shortest time in which all can arrive
+    together; where that would leave the limits or touch something, the arm stops first.
+
+    Args:
+        present: What the reference does now.
+        targets: Where it may go, the best first.  # (nq,) each
+        model: The arm with its payload.
+        speed: At 0.5 a move from rest takes twice the time.
+        avoiding: How to keep from touching anything; None does not look.
 
     Raises:
-        MotionError: When the motion asks too much effort.
+        MotionError: When all targets or all ways are blocked, or ask too much effort.
     """
+    if avoiding is not None:
+        targets = check_targets(avoiding.world, present.q, targets)
+
+    def from_rest(q: np.ndarray) -> Trajectory | None:
+        if np.abs(targets[0] - q).max() < _STANDSTILL:
+            return None
+        if avoiding is None:
+            return drive_straight(q, targets[0], model, speed)
+        world, planner, rng = avoiding
+        return plan_free_motion(q, targets, world, model, speed, planner, rng)
+
     if present.trajectory is None:
-        return _straight(present.q, target, model, speed)
+        return from_rest(present.q)
+    turned = _turned(present, targets[0], model, speed)
+    if turned is not None and (
+        avoiding is None or trajectory_free(avoiding.world, turned, targets[0])
+    ):
+        return turned
+    return _after_stop(present, model, from_rest)
+
+
+def _turned(
+    present: Present, target: np.ndarray, model: RobotModel, speed: float
+) -> JointTrajectory | None:
+    """Turn a moving arm towards a target; None where that leaves the limits."""
     limits = model.limits
     state = (present.q, present.v, present.a)
 
@@ -74,20 +126,23 @@ def plan_to_configuration(
 
     try:
         turned = within_effort(turn, model)
-        if limit_use(turned, limits).inside:
-            return turned
     except MotionError:
-        pass
-    return _after_stop(present, model, lambda q: _straight(q, target, model, speed))
+        return None
+    return turned if limit_use(turned, limits).inside else None
 
 
 def plan_line(
-    present: Present, T_wt: pin.SE3, model: RobotModel, ik: InverseKinematics, speed: float
+    present: Present,
+    T_wt: pin.SE3,
+    model: RobotModel,
+    ik: InverseKinematics,
+    speed: float,
+    world: CollisionWorld | None,
 ) -> Trajectory | None:
     """Plan a straight line of the tool, from where the arm comes to rest.
 
     Raises:
-        MotionError: When the line cannot be followed, or asks too much effort.
+        MotionError: When the line cannot be followed, touches something, or asks too much effort.
     """
 
     def line_from(q: np.ndarray) -> Trajectory | None:
@@ -95,7 +150,10 @@ def plan_line(
         if line.length < _SAME and line.angle < _SAME:
             return None
         bounds = line.bounds(Bounds.of_joints(model.limits), model.tool_limits)
-        return drive(line_path(ik, q, line), bounds, model, speed)
+        path = line_path(ik, q, line)
+        if world is not None:
+            check_line(world, path, line)
+        return drive(path, bounds, model, speed)
 
     return _after_stop(present, model, line_from)
 
@@ -108,11 +166,3 @@ def _after_stop(
     if stop is None or motion is None:
         return stop or motion
     return SequenceTrajectory([stop, motion])
-
-
-def _straight(
-    start: np.ndarray, end: np.ndarray, model: RobotModel, speed: float
-) -> Trajectory | None:
-    if np.abs(end - start).max() < _STANDSTILL:
-        return None
-    return drive_straight(start, end, model, speed)

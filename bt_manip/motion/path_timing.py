@@ -16,7 +16,7 @@ from .errors import MotionError
 from .jerk_profile import JerkProfile, reach_profile
 from .paths import Path
 
-GRID = 120
+GRIDS = (120, 360)  # intervals; the finer one for a curvature that the first is too coarse for
 NODE = 6e-3  # [s] acceleration is linear between nodes, and averaged over two of these
 MOST_NODES = 250
 MARGIN = 0.99  # of the limits, for what smoothing shifts
@@ -37,14 +37,17 @@ def time_optimal(path: Path, bounds: Bounds, model: RobotModel, allowed: float) 
     Raises:
         MotionError: When the arm cannot even stand on the path.
     """
-    s = np.linspace(0.0, 1.0, GRID + 1)
-    x, d1, d2 = path.evaluate(s, 2)
-    velocity, rates, squares, constants = _constraints(x, d1, d2, path.nq, bounds, model, allowed)
-    most = (MARGIN * velocity / (np.abs(d1) + _TINY)).min(axis=1) ** 2
-    speed = np.sqrt(_fastest(rates, squares, constants, most))
-    if speed[1:-1].min() < _STUCK * speed.max():  # a curvature that the grid is too coarse for
-        return _unhurried(d1, bounds)
-    return _smoothed(s, speed)
+    for grid in GRIDS:
+        s = np.linspace(0.0, 1.0, grid + 1)
+        x, d1, d2 = path.evaluate(s, 2)
+        velocity, rates, squares, constants = _constraints(
+            x, d1, d2, path.nq, bounds, model, allowed
+        )
+        most = (MARGIN * velocity / (np.abs(d1) + _TINY)).min(axis=1) ** 2
+        speed = np.sqrt(_fastest(rates, squares, constants, most))
+        if speed[1:-1].min() >= _STUCK * speed.max():
+            return _smoothed(s, speed)
+    return _unhurried(d1, bounds)
 
 
 def _unhurried(d1: np.ndarray, bounds: Bounds) -> JerkProfile:

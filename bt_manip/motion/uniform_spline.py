@@ -1,5 +1,7 @@
 """Quintic splines over equal steps of a parameter."""
 
+from functools import lru_cache
+
 import numpy as np
 
 # Powers 0 to 5 of the place in an interval (rows) from the six B-spline coefficients around it
@@ -33,15 +35,7 @@ class UniformSpline:
         n = len(knots) - 1
         if n < 6:
             raise ValueError(f"a quintic spline has at least 7 knots, got {n + 1}")
-        system = np.zeros((n + 5, n + 5))
-        wanted = np.zeros((n + 5, knots.shape[1]))
-        for i in range(n + 1):
-            system[i, i : i + 5] = _AT_KNOT
-        wanted[: n + 1] = knots
-        # Not-a-knot: the fifth derivative does not jump at the two knots next to each end.
-        for row, first in zip(range(n + 1, n + 5), (0, 1, n - 3, n - 2), strict=True):
-            system[row, first : first + 7] = _SIXTH_DIFFERENCE
-        coefficients = np.linalg.solve(system, wanted)
+        coefficients = _coefficients_of_knots(n) @ knots
         around = np.stack([coefficients[k : k + n] for k in range(6)], axis=1)  # (n, 6, m)
         self._powers = np.einsum("pk,nkm->pnm", _TO_POWERS, around)
         self._n = n
@@ -60,3 +54,15 @@ class UniformSpline:
                 value = value * x + falling * powers[power]
             found.append(value * float(self._n) ** derivative)
         return found
+
+
+@lru_cache(maxsize=16)
+def _coefficients_of_knots(n: int) -> np.ndarray:
+    """Give the matrix that makes coefficients of knots; it depends on their number only."""
+    system = np.zeros((n + 5, n + 5))
+    for i in range(n + 1):
+        system[i, i : i + 5] = _AT_KNOT
+    # Not-a-knot: the fifth derivative does not jump at the two knots next to each end.
+    for row, first in zip(range(n + 1, n + 5), (0, 1, n - 3, n - 2), strict=True):
+        system[row, first : first + 7] = _SIXTH_DIFFERENCE
+    return np.linalg.inv(system)[:, : n + 1]  # (n + 5, n + 1)

@@ -12,7 +12,7 @@ from bt_manip.bt import NodeStatus, Tree
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import Catalogue
 from bt_manip.control import Controller, GripperController
-from bt_manip.motion import Arm
+from bt_manip.motion import Arm, CollisionWorld
 from bt_manip.registry import Parts
 from bt_manip.robots import Robot
 from bt_manip.runner.robot_choice import find_robot
@@ -170,6 +170,7 @@ def build_station(
         for fixture, entity in fixtures:
             cell.add(entity, fixture.T_wo, name=fixture.name, free=fixture.free)
         cell.add(arm_entity, scene.T_wb, free=False)
-    arm = Arm(arm_entity)
+    model = arm_entity.make_model()
+    arm = Arm(arm_entity, model=model, world=CollisionWorld(arm_entity, model))
     control.reference = arm
     return Station(cell, arm_entity, arm, control, gripper, np.random.default_rng(seed), catalogue)

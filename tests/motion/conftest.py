@@ -1,7 +1,14 @@
-import numpy as np
-import pytest
+from collections.abc import Sequence
+from typing import NamedTuple
 
-from bt_manip.motion import Arm, InverseKinematics
+import numpy as np
+import pinocchio as pin
+import pytest
+from dm_control import composer, mjcf
+
+from bt_manip import spatial
+from bt_manip.cell import Cell
+from bt_manip.motion import Arm, CollisionWorld, InverseKinematics
 from bt_manip.robots import Robot, RobotModel, compile_alone, panda
 
 
@@ -42,3 +49,42 @@ def arm(robot: Robot, ik: InverseKinematics) -> Arm:
 @pytest.fixture
 def rng() -> np.random.Generator:
     return np.random.default_rng(1)
+
+
+class Box(composer.Entity):
+    """A box that stands fixed; its origin is its centre."""
+
+    def _build(self, size: Sequence[float], name: str = "box") -> None:
+        self._root = mjcf.RootElement(model=name)
+        self._root.worldbody.add("geom", name="box", type="box", size=[0.5 * x for x in size])
+
+    @property
+    def mjcf_model(self) -> mjcf.RootElement:
+        return self._root
+
+
+class Walled(NamedTuple):
+    """The Panda at a table with a wall between two places, its base in the origin of the world."""
+
+    cell: Cell
+    robot: Robot
+    ik: InverseKinematics
+    world: CollisionWorld
+    left: pin.SE3
+    right: pin.SE3
+
+
+@pytest.fixture(scope="session")
+def walled() -> Walled:
+    cell, robot = Cell(Floating()), Robot(panda())
+    with cell.editing():
+        cell.add(robot, free=False)
+        cell.add(Box((0.7, 1.2, 0.1)), spatial.pose((0.55, 0.0, -0.05)), name="top")
+        cell.add(Box((0.5, 0.04, 0.4)), spatial.pose((0.5, 0.0, 0.2)), name="wall")
+    model = robot.make_model()
+    left, right = (spatial.pointing_down((0.5, y, 0.12), 0.0) for y in (0.25, -0.25))
+    return Walled(cell, robot, InverseKinematics(model), CollisionWorld(robot, model), left, right)
+
+
+class Floating(composer.Arena):
+    """An arena with nothing in it, not even a floor."""

@@ -1,0 +1,146 @@
+"""The arm among everything in its world."""
+
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from bt_manip import spatial
+from bt_manip.cell.labels import Labels
+from bt_manip.cell.naming import entity_of
+from bt_manip.robots import Robot, RobotModel
+
+from .held import held_root
+from .private_model import look_only_at, moved_bodies, private_copy
+
+PADDING = 8e-3  # [m] how far away contacts are seen
+
+
+class Near(NamedTuple):
+    """Two bodies that are near each other, or touch."""
+
+    first: str  # entity/body
+    second: str
+    distance: float  # [m], negative inside each other
+
+
+class CollisionWorld:
+    """Tells what the arm would be near to, with its gripper and what it holds.
+
+    MuJoCo's own collision detection answers, on a private copy of the compiled model: whatever the
+    physics takes for a contact is one here, for every kind of geom and with the model's exclusions.
+    Everything that the arm does not move stands where it stood at the last `refresh`.
+
+    What all fingers touch is held: it goes with the tool, and fingers may touch it.
+
+    Attributes:
+        counts: Pairs of geoms that shall not touch.  # (ngeom, ngeom)
+        own: Pairs of geoms of the robot.  # (ngeom, ngeom)
+    """
+
+    def __init__(self, robot: Robot, model: RobotModel) -> None:
+        """Look at the world that a robot is compiled into.
+
+        Args:
+            robot: The robot; what it is compiled into later is found by `refresh`.
+            model: Its model, for where the tool is.
+        """
+        self._robot = robot
+        self._kinematics = model.copy()
+        self._source: mujoco.MjModel | None = None
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Take over where everything is now, and what is held."""
+        robot = self._robot
+        if robot.mj_model is not self._source:
+            self._source = robot.mj_model
+            self._model = private_copy(self._source, PADDING)
+            self._data = mujoco.MjData(self._model)
+            self._labels = Labels(self._model)
+            self._arm = moved_bodies(self._model, robot.dof_adr)
+            self._adr = np.array(robot.qpos_adr)
+            self._held_root = 0
+            self._watch()
+        held = held_root(self._source, robot.mj_data, robot.finger_body_ids)
+        if held != self._held_root:
+            self._held_root = held
+            self._watch()
+        data = robot.mj_data
+        self._data.qpos[:] = data.qpos
+        self._data.mocap_pos[:] = data.mocap_pos
+        self._data.mocap_quat[:] = data.mocap_quat
+        if self._held_root:
+            q = data.qpos[self._held_adr : self._held_adr + 7]
+            T_wt = self._kinematics.pose(data.qpos[self._adr])
+            self._T_to = T_wt.actInv(spatial.pose(q[:3], q[3:]))
+
+    @property
+    def held(self) -> str | None:
+        """Name of the object that was held at the last `refresh`; None where there was none."""
+        return entity_of(self._labels.of_body[self._held_root]) if self._held_root else None
+
+    def _watch(self) -> None:
+        """Look at what moves, and at what of it may touch."""
+        model, root = self._model, self._held_root
+        assert self._source is not None
+        held = np.zeros(model.nbody, dtype=bool)
+        if root:
+            self._held_adr = int(model.jnt_qposadr[model.body_jntadr[root]])
+            held = model.body_rootid == root
+        look_only_at(model, self._source, self._arm | held)
+        of_geom = model.geom_bodyid
+        fingers = np.isin(of_geom, self._robot.finger_body_ids)
+        carried, own = held[of_geom], self._arm[of_geom]
+        self._moving = moving = own | carried
+        may_touch = (fingers | carried)[:, np.newaxis] & carried
+        self.counts = (moving[:, np.newaxis] | moving) & ~may_touch & ~may_touch.T
+        self.own = own[:, np.newaxis] & own
+
+    def look(self, q: np.ndarray) -> int:
+        """Put the arm at a configuration and find what is near.
+
+        Returns:
+            How many contacts were seen; `seen` has them.
+        """
+        model, data = self._model, self._data
+        data.qpos[self._adr] = q
+        if self._held_root:
+            T_wo = self._kinematics.pose(q) * self._T_to
+            data.qpos[self._held_adr : self._held_adr + 3] = T_wo.translation
+            data.qpos[self._held_adr + 3 : self._held_adr + 7] = spatial.quat_wxyz(T_wo)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_collision(model, data)
+        return int(data.ncon)
+
+    @property
+    def seen(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Geoms on both sides of each contact last seen, and their distance [m]."""
+        contact = self._data.contact
+        geoms = contact.geom
+        # Less than what the model has for a margin: the physics pushes from there on.
+        distance = contact.dist - contact.includemargin + PADDING
+        return geoms[:, 0], geoms[:, 1], distance
+
+    def near(self, q: np.ndarray, within: float = 0.0) -> list[Near]:
+        """Name what the arm would touch at a configuration, or be near to; the nearest first.
+
+        Args:
+            q: Positions of the arm's joints [rad].  # (nq,)
+            within: Distance up to which bodies are near [m], up to `PADDING`.
+        """
+        found: dict[tuple[str, str], float] = {}
+        if self.look(q):
+            for first, second, distance in zip(*(x.tolist() for x in self.seen), strict=True):
+                if self.counts[first, second] and distance < within:
+                    pair = self.names(first, second)
+                    found[pair] = min(distance, found.get(pair, distance))
+        return sorted((Near(*pair, d) for pair, d in found.items()), key=lambda near: near.distance)
+
+    def names(self, first: int, second: int) -> tuple[str, str]:
+        """Name the bodies of two geoms, that which the arm moves first."""
+        label = self._labels.of_geom
+        if not self._moving[first]:
+            first, second = second, first
+        return label[first], label[second]

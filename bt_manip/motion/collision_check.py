@@ -1,0 +1,85 @@
+"""Refuse motions that would touch something, and say what."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .collision import CollisionWorld, FreeSpace
+from .collision.free_space import STEP
+from .errors import MotionError
+from .limit_check import STEP as CONTROL_STEP
+from .paths import SplinePath
+from .tool_line import ToolLine
+from .trajectory import Trajectory
+
+LINE_CLEARANCE = 1e-3  # [m] of a line that was asked for as it is
+
+
+def check_targets(
+    world: CollisionWorld, start: np.ndarray, targets: Sequence[np.ndarray]
+) -> list[np.ndarray]:
+    """Leave out the targets at which the arm would touch something.
+
+    Raises:
+        MotionError: When none is left, naming what is in the way of the first.
+    """
+    space = FreeSpace(world, start, clearance=0.0)
+    kept = [q for q in targets if space.free(q)]
+    if not kept:
+        near = world.near(targets[0])[0]
+        raise MotionError(
+            f"the target is inside an obstacle: '{near.first}' would be "
+            f"{-1e3 * near.distance:.1f} mm inside '{near.second}'",
+            reason="collision",
+        )
+    return kept
+
+
+def check_line(world: CollisionWorld, path: SplinePath, line: ToolLine) -> None:
+    """Look at a line of the tool at steps of `STEP`.
+
+    Raises:
+        MotionError: Naming what it would touch, and how far it gets.
+    """
+    configurations, fractions = _fine(path)
+    ends = (configurations[0], configurations[-1])
+    space = FreeSpace(world, ends[0], ends[1:], clearance=LINE_CLEARANCE)
+    first = space.first_blocked(configurations)
+    if first is None:
+        return
+    near = space.blocker(configurations[first])
+    what = "something is" if near is None else f"'{near.first}' would touch '{near.second}'"
+    done = float(fractions[first])
+    raise MotionError(
+        f"the line is blocked after {100.0 * done:.0f} % of the way "
+        f"({done * line.length:.3f} m of {line.length:.3f} m): {what}",
+        reason="collision",
+    )
+
+
+def line_free(world: CollisionWorld, path: SplinePath, line: ToolLine) -> bool:
+    """Tell whether a line of the tool touches nothing."""
+    try:
+        check_line(world, path, line)
+    except MotionError:
+        return False
+    return True
+
+
+def trajectory_free(world: CollisionWorld, trajectory: Trajectory, end: np.ndarray) -> bool:
+    """Tell whether a trajectory from the present reference is free, as it will be driven."""
+    n = int(np.ceil(trajectory.duration / CONTROL_STEP)) + 1
+    q = trajectory.table(np.linspace(0.0, trajectory.duration, n))[0]
+    longest = np.abs(np.diff(q, axis=0)).max(initial=0.0)
+    if longest > STEP:
+        n = int(np.ceil(n * longest / STEP)) + 1
+        q = trajectory.table(np.linspace(0.0, trajectory.duration, n))[0]
+    return FreeSpace(world, q[0], [end]).path_free(q)
+
+
+def _fine(path: SplinePath) -> tuple[np.ndarray, np.ndarray]:
+    """Give a path's configurations at steps of `STEP`, and how far along the line each is."""
+    slope = np.abs(path.evaluate(np.linspace(0.0, 1.0, 200), 1)[1][:, : path.nq]).max()
+    n = max(8, int(np.ceil(1.02 * slope / STEP)))
+    rows = path.evaluate(np.arange(n + 1) / n, 0)[0]
+    return rows[:, : path.nq], rows[:, -1]

@@ -1,0 +1,122 @@
+"""Motions in joint space that touch nothing."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bt_manip.robots import RobotModel
+
+from .bounds import Bounds
+from .collision import CollisionWorld, FreeSpace
+from .collision.free_space import STEP
+from .driving import drive, drive_straight
+from .errors import MotionError
+from .limit_check import limit_use
+from .paths import Path
+from .planning import Planner, PlanningProblem, shortened, smooth_paths
+from .planning.edges import line, line_free
+from .trajectory import SequenceTrajectory, Trajectory
+
+ATTEMPTS = 5
+WIDE = 8e-3  # [m] clearance that is planned with; less is enough for what is driven
+COARSE = 0.04  # [rad] between the configurations that are looked at first
+
+
+def plan_free_motion(
+    start: np.ndarray,
+    goals: Sequence[np.ndarray],
+    world: CollisionWorld,
+    model: RobotModel,
+    speed: float,
+    planner: Planner,
+    rng: np.random.Generator,
+) -> Trajectory:
+    """Plan from rest to rest at one of several configurations, around what is in the way.
+
+    Where the straight line to one of them is free, it is driven straight. What is given back has
+    been looked at as it will be driven, at steps of `STEP`.
+
+    Args:
+        start: Where the arm is at rest.  # (nq,)
+        goals: Where it may go, the best first; none touches anything.  # (nq,) each
+        world: What there is.
+        model: The arm with its payload.
+        speed: At 0.5 the move takes twice the time.
+        planner: Finds ways around.
+        rng: What the planner draws from.
+
+    Raises:
+        MotionError: When no way is found, or it asks too much effort.
+    """
+    space = FreeSpace(world, start, goals)
+    for goal in goals:
+        if straight_free(start, goal, space):
+            return drive_straight(start, goal, model, speed)
+    wide = FreeSpace(world, start, goals, clearance=WIDE)
+    problem = PlanningProblem(start, np.array(goals), wide.free, model.limits, rng)
+    stopping: Trajectory | None = None
+    reason = "looked at closely, the ways that were found are not free"
+    for _ in range(ATTEMPTS):
+        found = planner.plan(problem)
+        if not len(found.path):
+            reason = found.reason
+            break
+        waypoints = shortened(found.path, wide.free, rng)
+        trajectory = _smoothly_along(waypoints, space, model, speed)
+        if trajectory is not None:
+            return trajectory
+        stopping = stopping or _with_stops_along(waypoints, space, model, speed)
+    if stopping is not None:
+        return stopping
+    blocked = _blocked(start, goals[0], space)
+    raise MotionError(f"the way is blocked: {blocked}; {reason}", reason="collision")
+
+
+def _smoothly_along(
+    waypoints: np.ndarray, space: FreeSpace, model: RobotModel, speed: float
+) -> Trajectory | None:
+    """Drive along waypoints with rounded corners; None where that is not free."""
+    bounds = Bounds.of_joints(model.limits)
+    for path in smooth_paths(waypoints):
+        if _path_free(path, space):
+            trajectory = drive(path, bounds, model, speed)
+            if limit_use(trajectory, model.limits).inside:
+                return trajectory
+    return None
+
+
+def _with_stops_along(
+    waypoints: np.ndarray, space: FreeSpace, model: RobotModel, speed: float
+) -> Trajectory | None:
+    """Drive from waypoint to waypoint; None where that is not free."""
+    parts = list(zip(waypoints, waypoints[1:], strict=False))
+    if not all(straight_free(a, b, space) for a, b in parts):
+        return None
+    return SequenceTrajectory([drive_straight(a, b, model, speed) for a, b in parts])
+
+
+def straight_free(start: np.ndarray, end: np.ndarray, space: FreeSpace) -> bool:
+    """Tell whether the straight line is free, at steps of `STEP`."""
+    if not line_free(start, end, space.free, COARSE):
+        return False
+    return space.path_free(line(start, end, STEP))
+
+
+def _path_free(path: Path, space: FreeSpace) -> bool:
+    """Tell whether a path is free, at steps of `STEP`."""
+    slope = np.abs(path.evaluate(np.linspace(0.0, 1.0, 400), 1)[1][:, : path.nq]).max()
+    n = max(8, int(np.ceil(1.02 * slope / STEP)))
+    places = np.arange(n + 1) / n
+    every = max(1, int(COARSE / STEP))
+    for some in (places[::every], places):  # coarsely first: that is where most paths fail
+        if not space.path_free(path.evaluate(some, 0)[0][:, : path.nq]):
+            return False
+    return True
+
+
+def _blocked(start: np.ndarray, end: np.ndarray, space: FreeSpace) -> str:
+    """Say what is in the way of the straight line."""
+    between = line(start, end, COARSE)
+    i = space.first_blocked(between)
+    near = None if i is None else space.blocker(between[i])
+    return "something is in it" if near is None else f"{near.first} would touch {near.second}"
