@@ -156,3 +156,23 @@ def test_an_exception_while_the_tree_is_halted_ends_the_run():
     }
 
     assert compare(document(body, "halt_before=2; ticks=3"), trace) == []
+
+
+@pytest.mark.parametrize("comment", ["<!-->", "<!--->"])
+def test_a_comment_does_not_end_within_its_opening(comment):
+    assert compare(document("<AlwaysSuccess/>", others=comment), REJECTED) == []
+
+
+def test_a_model_default_of_the_same_name_shorthand_means_the_key_of_that_sign():
+    model = (
+        '<TreeNodesModel><SubTree ID="L"><input_port name="h" default="{=}"/></SubTree>'
+        '</TreeNodesModel><BehaviorTree ID="L"><Log name="a" msg="{h}"/></BehaviorTree>'
+    )
+    body = '<Sequence><SubTree ID="L" name="t"/><Script code="h := 1"/></Sequence>'
+    event = {"node": "a", "ev": "tick", "msg": ""}
+
+    found = compare(
+        document(body, others=model), once("SUCCESS", event, Main={"=": None, "h": 1}, t={})
+    )
+
+    assert found == []

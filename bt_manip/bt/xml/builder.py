@@ -323,5 +323,6 @@ class Builder:
                         f"the sub-tree '{tree_id}' needs the port '{name}', as its model says",
                     )
                 else:
-                    remaps[name] = default
+                    # In a model, {=} is no shorthand: it means the key "=". The space keeps it so.
+                    remaps[name] = " {=}" if default == "{=}" else default
         return remaps, autoremap

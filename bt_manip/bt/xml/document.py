@@ -225,7 +225,13 @@ class _Reader:
         problem = port_name_problem(name)
         if problem is not None:
             self._problems.error(port.place_of("name"), f"the port name '{name}' {problem}")
-        model.ports[name] = port.get("default") or None
+        default = port.get("default") or None
+        if default == "{=}":
+            self._problems.warning(
+                port.place_of("default"),
+                f"in a model, '{{=}}' means the key '=', also to the engine; write {{{name}}}",
+            )
+        model.ports[name] = default
 
     def _tree(self, document: Document, element: Element) -> None:
         tree_id = element.get("ID")

@@ -119,7 +119,7 @@ class _Parser:
             if start < 0:
                 break
             if text.startswith("<!--", start):
-                position = self._close(start, "-->", "the comment is not closed")
+                position = self._close(start, "-->", "the comment is not closed", 4)
                 body = text[start + 4 : position - 3]
                 comment = Comment(body, self._place(start), spaced=self._spaced)
                 self._add(source, stack, done, comment)
@@ -161,8 +161,8 @@ class _Parser:
             raise self._error(0, "the document is empty; expected <root>")
         return source
 
-    def _close(self, start: int, mark: str, reason: str) -> int:
-        end = self._text.find(mark, start + 2)
+    def _close(self, start: int, mark: str, reason: str, opening: int = 2) -> int:
+        end = self._text.find(mark, start + opening)
         if end < 0:
             raise self._error(start, reason)
         return end + len(mark)
