@@ -1,0 +1,34 @@
+"""Where the models are, and one compiled station for each robot."""
+
+import os
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from bt_manip.runner.station import Station, build_station
+
+ROBOTS = ("fr3", "iiwa14", "menagerie_panda", "ur5e", "xarm7")
+_REPOSITORY = Path(__file__).resolve().parents[3]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def menagerie():
+    """Let ``menagerie:`` mean a folder on this machine, or skip where there is none."""
+    root = Path(os.environ.get("MENAGERIE_ROOT", _REPOSITORY.parent / "shared" / "menagerie"))
+    if not root.is_dir():
+        pytest.skip(f"no models of MuJoCo Menagerie at {root}")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MENAGERIE_ROOT", str(root))
+        yield root
+
+
+@cache
+def _station(robot: str) -> Station:
+    return build_station(robot=robot)
+
+
+@pytest.fixture(scope="session", params=ROBOTS)
+def station(request) -> Station:
+    """Give a robot beside table and basket; each once a session, as its meshes take their time."""
+    return _station(request.param)

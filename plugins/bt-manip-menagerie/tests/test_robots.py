@@ -1,0 +1,104 @@
+"""Each robot is the one that is simulated, and its gripper holds what it grips."""
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip.behaviours.payload import payload_of
+from bt_manip.behaviours.poses import grips_from_above, nearest_turn
+from bt_manip.cell import Cube
+from bt_manip.robots import verify
+from bt_manip.spatial import pose
+
+CUBE = (0.3, 0.05, 1.015 + 0.025)  # [m] on the table
+
+
+def fingers_gap(station) -> float:
+    """Measure the opening on the shapes themselves [m]."""
+    model, data = station.cell.model, station.cell.data
+    left, right = station.robot.finger_geom_ids
+    return min(mujoco.mj_geomDistance(model, data, a, b, 1.0, None) for a in left for b in right)
+
+
+def tool_to_cube(station) -> pin.SE3:
+    mujoco.mj_forward(station.cell.model, station.cell.data)
+    return station.robot.tool_pose.actInv(station.cell.pose("cube"))
+
+
+def test_planning_and_simulation_have_the_same_model(station):
+    model = station.robot.make_model()
+    found = verify(
+        station.cell.model, model.model, rng=np.random.default_rng(0), n=50, qpos=model.locked_qpos
+    )
+    assert found.worst < 1e-9
+
+
+def test_the_arm_is_driven_by_motors_alone(station):
+    robot, model = station.robot, station.cell.model
+    assert model.nu == len(robot.ctrl_adr) + len(robot.gripper_ctrl_adr)
+    assert (model.actuator_gainprm[:, 0] == 1.0).all()
+    assert (model.actuator_biasprm == 0.0).all()
+
+
+def test_home_is_inside_the_limits_and_free_of_contacts(station):
+    robot, cell = station.robot, station.cell
+    home = np.array(robot.description.home)
+    assert robot.limits.contain(home, tolerance=-0.05)
+    mujoco.mj_forward(cell.model, cell.data)
+    roots = cell.model.body_rootid[cell.model.geom_bodyid[cell.data.contact.geom]]  # (ncon, 2)
+    own = cell.model.body_rootid[robot.finger_body_ids[0]]
+    assert not (roots == own).all(axis=1).any()
+
+
+@pytest.mark.parametrize("share", [0.9, 0.5, 0.2])
+def test_the_gripper_opens_as_wide_as_it_says(station, share):
+    width = share * station.robot.gripper_travel.open_width
+    station.gripper.move(width)
+    station.step_until(lambda: not station.gripper.moving, timeout=2.0)
+    station.cell.step(100)
+    assert station.gripper.width == pytest.approx(width, abs=5e-4)
+    assert fingers_gap(station) == pytest.approx(width, abs=1.5e-3)
+
+
+def test_it_closes_on_nothing_and_opens_again(station):
+    station.gripper.close(20.0)
+    station.step_until(lambda: station.gripper.closed_on_nothing, timeout=3.0)
+    assert not station.gripper.steady and station.gripper.held == ()
+    station.gripper.open()
+    station.step_until(lambda: station.gripper.is_open, timeout=3.0)
+
+
+def test_it_picks_a_cube_and_holds_it_by_friction(station):
+    """The cube rests 15 mm under the tool, does not sink in, creep or turn, and is set free."""
+    cell, arm, gripper = station.cell, station.arm, station.gripper
+    equalities = cell.model.neq
+    cell.add(Cube(), pose(CUBE), name="cube")
+    cell.step(100)
+    arm.move_to_pose(grips_from_above(cell.pose("cube"), 0.25), approach=0.235)
+    station.step_until(lambda: not arm.moving)
+    grip = nearest_turn(grips_from_above(cell.pose("cube"), 0.015), arm.model.pose(arm.q))
+    arm.move_linear(grip)
+    station.step_until(lambda: not arm.moving)
+    gripper.close(50.0)
+    station.step_until(lambda: gripper.steady, timeout=2.0)
+    assert gripper.held == ("cube",)
+    arm.payload = payload_of(cell, "cube", station.robot.tool_pose)
+    arm.move_linear(pin.SE3(grip.rotation, grip.translation + np.array([0.0, 0.0, 0.2])))
+    station.step_until(lambda: not arm.moving)
+    cell.step(300)
+    before, deepest = tool_to_cube(station), 0.0
+    for _ in range(500):
+        cell.step()
+        deepest = min(deepest, cell.data.contact.dist.min(initial=0.0))
+    moved = before.actInv(tool_to_cube(station))
+    assert np.allclose(gripper.finger_forces, 50.0, rtol=0.05)
+    assert -deepest < 0.5e-3  # [m]
+    assert np.linalg.norm(moved.translation) / 0.5 < 0.1e-3  # [m/s]
+    assert np.linalg.norm(pin.log3(moved.rotation)) / 0.5 < 2e-3  # [rad/s]
+    assert cell.model.neq == equalities
+    assert station.controller.saturated_steps == 0
+    gripper.open()
+    station.step_until(lambda: gripper.is_free and gripper.is_open, timeout=2.0)
+    arm.payload = None
+    cell.remove("cube")
