@@ -89,7 +89,7 @@ def tree_runs(plugins: "Plugins", where: str | Path, options: Mapping[str, Any])
         trees = {path.stem: str(path) for path in sorted(Path(where).glob("*.xml"))}
     else:
         names = find_plugin(plugins, str(where)).provides.get("trees", ())
-        trees = {name: plugins.parts.trees.get(name) for name in names}
+        trees = {name: name for name in names}
     if not trees:
         raise BtManipError(f"'{where}' has no trees")
     for key in ("end_states", "settings"):

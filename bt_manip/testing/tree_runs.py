@@ -1,7 +1,7 @@
 """Running whole trees headless, and judging by the physics how things end."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -94,7 +94,8 @@ def run_tree(
         settings: Values for keys that the tree declares.
         folder: Where paths begin; the current folder when None.
         coverage: Gathers what is ticked.
-        **choice: More of `bt_manip.runner.RunRequest`: ``robot``, ``controller``, ...
+        **choice: More of `bt_manip.runner.RunRequest`: ``robot``, ``controller``, ``scene``, ...;
+            a registered tree gets the scene and the controller that it was registered with.
 
     Raises:
         AssertionError: When a cycle fails or ends otherwise; it lists all that do, and why.
@@ -102,7 +103,11 @@ def run_tree(
     """
     texts = {key: str(value) for key, value in (settings or {}).items()}
     source = find_test_tree(tree, parts, folder)
-    request = RunRequest(source, cycles=cycles, seed=seed, settings=texts, **choice)
+    wanted = parts.surroundings.get(str(tree))
+    surroundings = {} if wanted is None else {k: v for k, v in asdict(wanted).items() if v}
+    request = RunRequest(
+        source, cycles=cycles, seed=seed, settings=texts, **{**surroundings, **choice}
+    )
     run = prepare(request, parts)
     if coverage is not None:
         coverage.watch(run.tree)

@@ -1,0 +1,8 @@
+"""Coloured blocks, to be stacked and to be sorted into a tray."""
+
+from bt_manip_blocks.choose_block import ChooseBlock as ChooseBlock
+from bt_manip_blocks.coloured_block import COLOURS as COLOURS
+from bt_manip_blocks.coloured_block import ColouredBlock as ColouredBlock
+from bt_manip_blocks.find_slot import FindSlot as FindSlot
+from bt_manip_blocks.scatter_blocks import ScatterBlocks as ScatterBlocks
+from bt_manip_blocks.sorting_tray import SortingTray as SortingTray

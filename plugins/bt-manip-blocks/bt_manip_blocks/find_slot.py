@@ -1,0 +1,50 @@
+"""Find the place for a block in the tray."""
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.behaviours.poses import pose_from_text, pose_to_text
+from bt_manip.bt import Input, Output, Status, SyncAction
+from bt_manip.cell import Cell, CellError
+from bt_manip_blocks.coloured_block import ColouredBlock
+from bt_manip_blocks.sorting_tray import SLOT, SortingTray
+
+
+class FindSlot(SyncAction):
+    """Find a free slot in the row of a block's colour."""
+
+    block = Input(str, doc="Name of the block.")
+    tray = Input(str, default="tray", doc="Name of the tray.")
+    pose = Output(
+        pin.SE3, parse=pose_from_text, format=pose_to_text,
+        doc="Where the middle of the block's bottom belongs, in the world.",
+    )  # fmt: skip
+
+    def setup(self, **infrastructure: Any) -> None:
+        """Keep the cell."""
+        self.cell: Cell = infrastructure["cell"]
+
+    def update(self) -> Status:
+        """Look for a slot that no block stands in."""
+        cell = self.cell
+        try:
+            block, tray = cell.find(self.block), cell.find(self.tray)
+            if not isinstance(block, ColouredBlock):
+                return self.fail(f"'{self.block}' is no coloured block")
+            if not isinstance(tray, SortingTray):
+                return self.fail(f"'{self.tray}' is no sorting tray")
+            slots = [cell.pose(self.tray) * slot for slot in tray.row(block.colour)]
+        except CellError as error:
+            return self.fail(str(error))
+        others = [
+            cell.pose(name).translation
+            for name, entity in cell.objects.items()
+            if isinstance(entity, ColouredBlock) and name != self.block
+        ]
+        for slot in slots:
+            if all(np.linalg.norm((p - slot.translation)[:2]) > SLOT / 2 for p in others):
+                self.pose = slot
+                return Status.SUCCESS
+        return self.fail(f"the row for {block.colour} is full")

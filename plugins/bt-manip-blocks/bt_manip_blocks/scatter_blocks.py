@@ -1,0 +1,90 @@
+"""Scatter blocks on a table."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from bt_manip import spatial
+from bt_manip.bt import Action, Input, Output, Status
+from bt_manip.cell import Cell, CellError
+from bt_manip_blocks.coloured_block import ColouredBlock
+
+ATTEMPTS = 2000
+
+
+class ScatterBlocks(Action):
+    """Clear all coloured blocks away, and scatter new ones with room for the fingers."""
+
+    colours = Input(list[str], default=["red", "green", "blue"], doc="Colours, separated by ';'.")
+    each = Input(int, default=1, doc="How many of each colour.")
+    on = Input(str, default="table", doc="Name of the object whose surface they are put on.")
+    region = Input(
+        list[float],
+        default=[0.2, 0.5, -0.35, 0.05],
+        doc="Where their centres may come to lie, in the world: x_min;x_max;y_min;y_max [m].",
+    )
+    spacing = Input(float, default=0.08, doc="Least distance of two centres [m].")
+    blocks = Output(list[str], doc="Names of the blocks.")
+
+    def setup(self, **infrastructure: Any) -> None:
+        """Keep the cell and its randomness."""
+        self.cell: Cell = infrastructure["cell"]
+        self.rng: np.random.Generator = infrastructure["rng"]
+
+    def initialise(self) -> None:
+        """Scatter."""
+        try:
+            self._scatter()
+        except CellError as error:
+            self.fail(str(error))
+
+    def update(self) -> Status:
+        """Succeed: they are there."""
+        return Status.SUCCESS
+
+    def _scatter(self) -> None:
+        cell = self.cell
+        support = cell.find(self.on)
+        surface = getattr(support, "surface_height", None)
+        if surface is None:
+            raise CellError(f"'{self.on}' has no surface to put something on")
+        blocks = [ColouredBlock(colour=colour) for _ in range(self.each) for colour in self.colours]
+        places = self._places(len(blocks))
+        height = cell.pose(self.on).translation[2] + surface
+        names = []
+        with cell.editing():
+            for name, entity in list(cell.objects.items()):
+                if isinstance(entity, ColouredBlock):
+                    cell.remove(name)
+        with cell.editing():  # another one: what comes by a name that goes would take its state
+            for block, (x, y) in zip(blocks, places, strict=True):
+                yaw = self.rng.uniform(-math.pi, math.pi)
+                T_wo = spatial.pose(
+                    (x, y, height + block.rest_height),
+                    (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)),
+                )
+                names.append(cell.add(block, T_wo))
+        self.blocks = names
+        self.feedback_message = f"{len(names)} blocks"
+
+    def _places(self, count: int) -> list[tuple[float, float]]:
+        """Draw places that keep their distance.
+
+        Raises:
+            CellError: When the region is none or too small.
+        """
+        region = self.region
+        if len(region) != 4 or region[0] > region[1] or region[2] > region[3]:
+            raise CellError(f"a region is x_min;x_max;y_min;y_max [m], got {region}")
+        x_min, x_max, y_min, y_max = region
+        places: list[tuple[float, float]] = []
+        for _ in range(ATTEMPTS):
+            if len(places) == count:
+                return places
+            x, y = self.rng.uniform(x_min, x_max), self.rng.uniform(y_min, y_max)
+            if all(math.hypot(x - a, y - b) >= self.spacing for a, b in places):
+                places.append((x, y))
+        raise CellError(
+            f"{count} blocks find no room in {region} with {self.spacing:g} m between them"
+        )

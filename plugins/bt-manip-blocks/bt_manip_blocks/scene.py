@@ -1,0 +1,15 @@
+"""The table with the tray on it."""
+
+from dataclasses import replace
+
+from bt_manip import spatial
+from bt_manip.runner import Fixture, Scene, table_and_basket
+
+
+def table_and_tray() -> Scene:
+    """Give the robot's table with a sorting tray beside the place for blocks."""
+    scene = table_and_basket()
+    table = next(fixture for fixture in scene.fixtures if fixture.name == "table")
+    surface = scene.T_wb.translation[2]
+    tray = Fixture("sorting_tray", "tray", spatial.pose((0.38, 0.24, surface)))
+    return replace(scene, fixtures=(table, tray))

@@ -1,0 +1,115 @@
+"""A tray with a row for each colour."""
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from dm_control import composer, mjcf
+
+from bt_manip.cell import CellError
+from bt_manip.exceptions import did_you_mean
+from bt_manip_blocks.coloured_block import COLOURS
+
+FLOOR = 0.005  # [m] thickness
+RIM = 0.012  # [m] height over the floor
+WALL = 0.005  # [m] thickness
+ROW = 0.085  # [m] from row to row: the open fingers reach 55 mm to either side of a block
+SLOT = 0.06  # [m] from slot to slot
+
+
+class SortingTray(composer.Entity):
+    """A flat tray, a row for each colour; its origin is the middle of its bottom.
+
+    Rows run along its x axis; the first colour has the row with the greatest y.
+    """
+
+    kind = "sorting_tray"
+    category = "tray"
+    free = False
+
+    def _build(
+        self,
+        name: str = "sorting_tray",
+        colours: Sequence[str] = ("red", "green", "blue"),
+        slots: int = 3,
+    ) -> None:
+        """Build the tray.
+
+        Args:
+            name: Model name.
+            colours: Those of the rows.
+            slots: How many blocks a row takes.
+
+        Raises:
+            CellError: When a colour is none or comes twice, or a row takes no block.
+        """
+        for colour in colours:
+            if colour not in COLOURS:
+                raise CellError(f"no colour '{colour}'{did_you_mean(colour, COLOURS)}")
+        if not colours or len(set(colours)) < len(colours):
+            raise CellError(f"a tray has one row for each of its colours, got {tuple(colours)}")
+        if slots < 1:
+            raise CellError(f"a row takes at least one block, got {slots}")
+        self.colours, self.slots = tuple(colours), int(slots)
+        self._mjcf_root = root = mjcf.RootElement(model=name)
+        body = root.worldbody.add("body", name="tray")
+        x, y = self.slots * SLOT / 2, len(self.colours) * ROW / 2
+
+        def add(label: str, size: Sequence[float], pos: Sequence[float], rgb: Any) -> None:
+            body.add(
+                "geom", name=label, type="box", size=size, pos=pos, rgba=(*rgb, 1), mass=0.05,
+                friction=(0.8, 0.005, 0.0001), solref=(0.004, 1),
+            )  # fmt: skip
+
+        for colour in self.colours:
+            middle = self._row(colour)
+            pale = 0.5 + 0.5 * np.array(COLOURS[colour])
+            add(f"floor_{colour}", (x, ROW / 2, FLOOR / 2), (0, middle, FLOOR / 2), pale)
+        grey, height = (0.35, 0.35, 0.37), (FLOOR + RIM) / 2
+        for i, side in (("left", 1), ("right", -1)):
+            at = side * (y + WALL / 2)
+            add(f"wall_{i}", (x + WALL, WALL / 2, height), (0, at, height), grey)
+        for i, side in (("front", 1), ("back", -1)):
+            at = side * (x + WALL / 2)
+            add(f"wall_{i}", (WALL / 2, y, height), (at, 0, height), grey)
+
+    @property
+    def mjcf_model(self) -> mjcf.RootElement:
+        """The model that composer attaches."""
+        return self._mjcf_root
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        """What it was made with, as plain data."""
+        return MappingProxyType({"colours": self.colours, "slots": self.slots})
+
+    def row(self, colour: str) -> list[pin.SE3]:
+        """List the places for blocks of a colour, seen from the tray: bottoms of blocks.
+
+        Raises:
+            CellError: When the tray has no row of this colour.
+        """
+        if colour not in self.colours:
+            raise CellError(
+                f"the tray has no row for '{colour}'{did_you_mean(colour, self.colours)}"
+            )
+        first = -0.5 * (self.slots - 1) * SLOT
+        return [
+            pin.SE3(np.eye(3), np.array([first + i * SLOT, self._row(colour), FLOOR]))
+            for i in range(self.slots)
+        ]
+
+    def row_at(self, position: np.ndarray) -> str | None:
+        """Name the colour of the row that a place, seen from the tray, is over; None beside it."""
+        if abs(position[0]) > self.slots * SLOT / 2:
+            return None
+        for colour in self.colours:
+            if abs(position[1] - self._row(colour)) <= ROW / 2:
+                return colour
+        return None
+
+    def _row(self, colour: str) -> float:
+        """Give the y of a row's middle [m]."""
+        return (0.5 * (len(self.colours) - 1) - self.colours.index(colour)) * ROW

@@ -1,0 +1,123 @@
+"""Blocks are scattered with room, chosen by room, and belong into the row of their colour."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from bt_manip import spatial
+from bt_manip.behaviours import Hover, PlaceAt, Reach
+from bt_manip.bt import NodeStatus
+from bt_manip.cell import CellError
+from bt_manip_blocks import ChooseBlock, ColouredBlock, FindSlot, ScatterBlocks, SortingTray
+
+SUCCESS = NodeStatus.SUCCESS
+
+
+def test_blocks_lie_in_the_region_and_keep_their_distance(station, trial):
+    scattering = trial(ScatterBlocks(each=3, blocks="{blocks}", spacing=0.07))
+    assert scattering.tick() is SUCCESS
+    names = scattering.blackboard["blocks"]
+    places = np.array([station.cell.pose(name).translation for name in names])
+    assert [station.cell.find(name).colour for name in names] == ["red", "green", "blue"] * 3
+    assert (places[:, :2] >= [0.2, -0.35]).all() and (places[:, :2] <= [0.5, 0.05]).all()
+    for a, b in itertools.combinations(places, 2):
+        assert np.linalg.norm((a - b)[:2]) >= 0.07
+
+
+def test_scattering_again_clears_the_old_ones_away(station, trial):
+    for _ in range(2):
+        assert trial(ScatterBlocks(blocks="{b}")).tick() is SUCCESS
+    blocks = [n for n, o in station.cell.objects.items() if isinstance(o, ColouredBlock)]
+    assert blocks == ["red", "green", "blue"]
+
+
+@pytest.mark.start("two blocks")
+def test_the_block_that_lies_elsewhere_or_is_excluded_is_not_chosen(station, trial):
+    choosing = trial(ChooseBlock(besides="red", block="{block}"))
+    assert choosing.tick() is SUCCESS
+    assert choosing.blackboard["block"] == "green"
+    station.cell.add(ColouredBlock(colour="blue"), spatial.pose((0.38, 0.24, 1.04)))
+    station.cell.step(50)
+    choosing = trial(ChooseBlock(on="tray", block="{block}"))
+    assert choosing.tick() is SUCCESS
+    assert choosing.blackboard["block"] == "blue"
+
+
+@pytest.mark.start("two blocks")
+def test_the_block_with_most_room_is_chosen(station, trial):
+    station.cell.add(ColouredBlock(colour="blue"), spatial.pose((0.5, 0.0, 1.035)))
+    station.cell.step(50)
+    choosing = trial(ChooseBlock(block="{block}"))
+    assert choosing.tick() is SUCCESS
+    assert choosing.blackboard["block"] == "blue"
+
+
+@pytest.mark.start("two blocks")
+def test_the_fingers_go_down_beside_the_neighbour_and_not_into_it(station, trial):
+    before = station.cell.pose("green").translation
+    for behaviour in (Hover(object="red", height=0.15), Reach(object="red")):
+        trial(behaviour).tick_until("SUCCESS")
+    assert not station.cell.touch.judge().unexpected
+    assert station.gripper.is_free
+    assert station.cell.pose("green").translation == pytest.approx(before, abs=1e-5)
+    opening = station.robot.tool_pose.rotation[:, 1]  # the neighbour lies along y
+    assert abs(opening[1]) < 0.1
+
+
+@pytest.mark.start("holding a block")
+def test_a_block_comes_into_the_row_of_its_colour(station, trial):
+    finding = trial(FindSlot(block="red", pose="{pose}"))
+    assert finding.tick() is SUCCESS
+    slot = finding.blackboard["pose"]
+    trial(PlaceAt(object="red", pose=slot)).tick_until("SUCCESS", timeout=5.0)
+    station.cell.step(300)
+    place = station.cell.pose("tray").actInv(station.cell.pose("red").translation)
+    assert station.cell.find("tray").row_at(place) == "red"
+    off = station.cell.pose("red").translation - slot.translation
+    assert off == pytest.approx([0.0, 0.0, 0.02], abs=2e-3)
+
+
+@pytest.mark.start("two blocks")
+def test_slots_are_taken_one_after_another_until_the_row_is_full(station, trial):
+    taken = []
+    for i in range(3):
+        finding = trial(FindSlot(block="red", pose="{pose}"))
+        assert finding.tick() is SUCCESS
+        slot = finding.blackboard["pose"].translation
+        taken.append(tuple(slot.round(4)))
+        station.cell.add(
+            ColouredBlock(colour="green"), spatial.pose(slot + [0.0, 0.0, 0.021]), name=f"b{i}"
+        )
+    assert len(set(taken)) == 3
+    assert trial(FindSlot(block="red", pose="{pose}")).fails_with("the row for red is full")
+
+
+def test_what_is_no_block_and_what_is_no_tray_has_no_slot(trial):
+    assert trial(FindSlot(block="table", pose="{p}")).fails_with("no coloured block")
+    assert trial(FindSlot(block="crane", pose="{p}")).fails_with("no 'crane'")
+
+
+def test_rows_of_a_tray_are_where_it_says():
+    tray = SortingTray(colours=("yellow", "red"), slots=2)
+    for colour in ("yellow", "red"):
+        assert [tray.row_at(slot.translation) for slot in tray.row(colour)] == [colour] * 2
+    assert tray.row("yellow")[0].translation[1] > 0 > tray.row("red")[0].translation[1]
+    assert tray.row_at(np.array([0.0, 0.2, 0.0])) is None
+    assert tray.row_at(np.array([0.2, 0.0, 0.0])) is None
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: ColouredBlock(colour="rde"), "no colour 'rde'; did you mean 'red'"),
+        (lambda: ColouredBlock(size=0.0), "size must be"),
+        (lambda: SortingTray(colours=("red", "red")), "one row for each"),
+        (lambda: SortingTray(colours=("rde",)), "no colour 'rde'"),
+        (lambda: SortingTray(slots=0), "at least one block"),
+        (lambda: SortingTray().row("violet"), "no row for 'violet'"),
+    ],
+)
+def test_what_cannot_be_is_refused(make, message):
+    with pytest.raises(CellError, match=message):
+        make()
