@@ -68,9 +68,12 @@ class ModelObject(Prop):
         }
         self._mjcf_root = root = read_model(model)
         root.model = name or model.name
+        implicit = root.option.integrator in ("implicit", "implicitfast")
         loose = _drop_world(root)
         name_elements(root)
         alone = self._compile(model)
+        if implicit:
+            _damp_joints(root, alone)
         self._touchable = {
             alone.geom(i).name
             for i in range(alone.ngeom)
@@ -190,6 +193,26 @@ def _drop_world(root: mjcf.RootElement) -> bool:
             joint.remove()
             loose = True
     return loose
+
+
+def _damp_joints(root: mjcf.RootElement, alone: mujoco.MjModel) -> None:
+    """Let joints brake as their actuators would, for a model made for an implicit integrator.
+
+    The arena's integrator is implicit in the damping of joints and not in that of actuators: a
+    stiff servo of such a model would swing up. The forces are the same but for their bounds.
+    """
+    joint_type = int(mujoco.mjtTrn.mjTRN_JOINT)
+    for i, actuator in enumerate(root.find_all("actuator")):
+        braking = -float(alone.actuator_biasprm[i, 2])
+        if int(alone.actuator_trntype[i]) != joint_type or braking <= 0:
+            continue
+        dof = int(alone.jnt_dofadr[alone.actuator_trnid[i, 0]])
+        gear = float(alone.actuator_gear[i, 0])
+        actuator.joint.damping = float(alone.dof_damping[dof]) + braking * gear**2
+        if actuator.tag == "position":
+            actuator.kv, actuator.dampratio = 0.0, None
+        elif actuator.tag == "general":
+            actuator.biasprm = (*alone.actuator_biasprm[i, :2], 0.0)
 
 
 def _scale_mass(root: mjcf.RootElement, share: float) -> None:
