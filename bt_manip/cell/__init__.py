@@ -1,7 +1,11 @@
 """The cell: a composer arena, its objects, its compiled physics and its contacts."""
 
 from bt_manip.cell.arena import Arena as Arena
+from bt_manip.cell.camera import Camera as Camera
+from bt_manip.cell.camera import Segmentation as Segmentation
+from bt_manip.cell.camera import looking_at as looking_at
 from bt_manip.cell.cell import Cell as Cell
+from bt_manip.cell.contact_events import ContactEvent as ContactEvent
 from bt_manip.cell.contacts import ContactForce as ContactForce
 from bt_manip.cell.contacts import Contacts as Contacts
 from bt_manip.cell.contacts import Wrench as Wrench

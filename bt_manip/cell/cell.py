@@ -13,6 +13,7 @@ from dm_control import composer, mjcf
 
 from bt_manip.cell.arena import Arena
 from bt_manip.cell.compiled import Compiled
+from bt_manip.cell.contact_events import ContactChanges, ContactEvent
 from bt_manip.cell.contacts import Contacts
 from bt_manip.cell.exceptions import CellError, OverlapError
 from bt_manip.cell.inventory import Inventory
@@ -56,6 +57,9 @@ class Cell:
         """Counts the compiles; whoever keeps views of the data looks here whether they are old."""
         self.before_remove: list[Callable[[str], None]] = []
         """Called with the name of an entity that is about to be taken out."""
+        self.contact_changed: list[Callable[[ContactEvent], None]] = []
+        """Called after each step with every contact that begins or ends; costs nothing if empty."""
+        self._changes: ContactChanges | None = None
         self._editing = False
         self._now: Compiled | None = None
         self._compile()
@@ -217,7 +221,16 @@ class Cell:
         Raises:
             PhysicsDiverged: When MuJoCo warns, as it does of numbers that are not finite.
         """
-        self._compiled.step(n, self.random_state)
+        if not self.contact_changed:
+            self._changes = None
+            self._compiled.step(n, self.random_state)
+            return
+        changes = self._changes = self._changes or ContactChanges(self.contacts)
+        for _ in range(n):
+            self._compiled.step(1, self.random_state)
+            for event in changes.look(self.contacts, self.time):
+                for listener in tuple(self.contact_changed):
+                    listener(event)
 
     @property
     def physics(self) -> mjcf.Physics:

@@ -41,6 +41,10 @@ class Contacts:
         self._labels = labels
         self._force = np.zeros(6)
 
+    def fingerprint(self) -> bytes:
+        """Give what changes whenever any pair of geoms begins or ceases to press."""
+        return self._data.contact.geom.tobytes() + self._active().tobytes()
+
     def pairs(self) -> list[tuple[str, str]]:
         """Name the pairs of bodies that touch, each once, sorted."""
         body = self._labels.of_geom

@@ -8,6 +8,7 @@ from dm_control import composer, mjcf
 
 from bt_manip.control.exceptions import ControlError
 from bt_manip.control.finger_contacts import FingerContacts, Touched
+from bt_manip.control.gripper_observables import GripperObservables
 from bt_manip.control.press import Press
 from bt_manip.control.stroke import Motion, Stroke, StrokeLimits
 from bt_manip.control.transmission import make_transmission
@@ -78,6 +79,9 @@ class GripperController(composer.Entity):
         self._contacts = FingerContacts(robot)
         self._dt = 0.0
         self._reset()
+
+    def _build_observables(self) -> GripperObservables:
+        return GripperObservables(self)
 
     # Commands
 

@@ -14,5 +14,6 @@ from .robot_description import PadDescription as PadDescription
 from .robot_description import RobotDescription as RobotDescription
 from .robot_description import ToolLimits as ToolLimits
 from .robot_model import RobotModel as RobotModel
+from .sensing import WristWrench as WristWrench
 from .verification import Verification as Verification
 from .verification import verify as verify

@@ -16,6 +16,7 @@ from .motors import ensure_motors
 from .robot_description import GripperDescription, RobotDescription
 from .robot_model import RobotModel
 from .robot_observables import RobotObservables
+from .sensing import WristWrench, tool_velocity, wrist_of, wrist_wrench
 
 _JOINT = int(mujoco.mjtObj.mjOBJ_JOINT)
 
@@ -38,6 +39,7 @@ class Robot(composer.Entity):
         finger_body_ids: The finger bodies in the compiled model.
         finger_geom_ids: Geoms of each finger that collide, in the compiled model.
         tool_site_id: The tool in the compiled model.
+        wrist_body_id: What is mounted on the last link, in the compiled model.
     """
 
     def _build(self, description: RobotDescription, name: str | None = None) -> None:
@@ -136,6 +138,7 @@ class Robot(composer.Entity):
         self.ctrl_adr = motors(self.arm_actuators)
         self.gripper_ctrl_adr = motors(self.gripper_actuators)
         self.tool_site_id = int(model.site(self.tool_site.full_identifier).id)
+        self.wrist_body_id = wrist_of(model, self.tool_site_id, arm)
         self.finger_body_ids = tuple(
             int(model.body(body.full_identifier).id) for body in self.finger_bodies
         )
@@ -184,6 +187,20 @@ class Robot(composer.Entity):
         """Pose T_wt of the tool as simulated, at the last ``mj_forward`` or step."""
         data, site = self.mj_data, self.tool_site_id
         return pin.SE3(data.site_xmat[site].reshape(3, 3).copy(), data.site_xpos[site].copy())
+
+    @property
+    def tool_velocity(self) -> np.ndarray:
+        """Velocity of the tool: linear, then angular, in the world, as of the last step."""
+        return tool_velocity(self.mj_model, self.mj_data, self.tool_site_id)  # (6,) [m/s, rad/s]
+
+    def wrist_wrench(self, frame: pin.SE3 | None = None) -> WristWrench:
+        """Give the wrench that the last link exerts on what is mounted on it, as of the last step.
+
+        Args:
+            frame: The wrench is taken about its origin, along its axes; default: the tool's.
+        """
+        body = self.wrist_body_id
+        return wrist_wrench(self.mj_model, self.mj_data, body, frame or self.tool_pose)
 
     def make_model(self) -> RobotModel:
         """Build the model for planning and control; the robot must be compiled into a world.

@@ -5,7 +5,7 @@ from dm_control.composer.observation import observable
 
 
 class RobotObservables(composer.Observables):
-    """Joint positions, velocities and torques, the gripper's joints, the tool's pose."""
+    """Joints, gripper, the tool's pose and velocity, what pulls at the wrist."""
 
     @composer.observable
     def joint_positions(self) -> observable.Observable:
@@ -36,3 +36,18 @@ class RobotObservables(composer.Observables):
     def tool_rotation(self) -> observable.Observable:
         """Rotation matrix of the tool in the world, row by row."""
         return observable.MJCFFeature("xmat", self._entity.tool_site)
+
+    @composer.observable
+    def tool_velocity(self) -> observable.Observable:
+        """Velocity of the tool: linear, then angular, in the world [m/s, rad/s]."""
+        return observable.Generic(lambda physics: self._entity.tool_velocity)
+
+    @composer.observable
+    def wrist_force(self) -> observable.Observable:
+        """Force of the last link on what is mounted on it, along the tool's axes [N]."""
+        return observable.Generic(lambda physics: self._entity.wrist_wrench().force)
+
+    @composer.observable
+    def wrist_torque(self) -> observable.Observable:
+        """Torque that goes with ``wrist_force``, about the tool, along its axes [N m]."""
+        return observable.Generic(lambda physics: self._entity.wrist_wrench().torque)

@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
+from dm_control import composer
 
 from bt_manip.control import ControlError, GripperController
 from bt_manip.robots import Robot
@@ -237,3 +238,28 @@ def test_nothing_but_motors_and_friction_acts_between_finger_and_cube(grip):
     assert cell.model.neq == 0
     kinds = {int(t) for t in cell.model.actuator_trntype}
     assert kinds == {int(mujoco.mjtTrn.mjTRN_JOINT)}
+
+
+@pytest.mark.parametrize("force", [20.0, 50.0, 100.0])
+def test_at_rest_each_finger_presses_with_the_commanded_force(grip, force):
+    cell, robot, control, gripper = grip
+    gripper.close(force)
+    cell.step(1000)
+    for finger in ("left_finger", "right_finger"):
+        pressed = cell.contacts.between(f"panda/{finger}", "cube").normal
+        assert pressed == pytest.approx(force, rel=0.05)
+
+
+def test_width_and_forces_are_composers_observables(grip):
+    cell, robot, control, gripper = grip
+    gripper.observables.enable_all()
+    environment = composer.Environment(
+        composer.NullTask(cell.arena), strip_singleton_obs_buffer_dim=True, random_state=0
+    )
+    environment.reset()
+    gripper.close(50.0)
+    for _ in range(600):
+        seen = environment.step(np.zeros(cell.model.nu)).observation
+    key = "panda/gripper_controller/"
+    np.testing.assert_allclose(seen[f"{key}finger_forces"], 50.0, rtol=0.05)
+    assert seen[f"{key}width"] == pytest.approx(0.05, abs=1e-3)  # the cube's edge

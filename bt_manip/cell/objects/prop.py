@@ -9,6 +9,7 @@ import numpy as np
 from dm_control import composer, mjcf
 
 from bt_manip.cell.exceptions import CellError
+from bt_manip.cell.objects.object_observables import ObjectObservables
 
 
 class Prop(composer.Entity):
@@ -27,6 +28,9 @@ class Prop(composer.Entity):
 
     _mjcf_root: mjcf.RootElement
     _parameters: dict[str, Any]
+
+    def _build_observables(self) -> ObjectObservables:
+        return ObjectObservables(self)
 
     @property
     def mjcf_model(self) -> mjcf.RootElement:

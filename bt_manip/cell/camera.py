@@ -1,0 +1,221 @@
+"""Cameras: colour, depth, and what is seen where."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+from dm_control import composer, mjcf
+from dm_control.composer.observation import observable
+
+from bt_manip.cell.exceptions import CellError
+from bt_manip.cell.labels import Labels
+from bt_manip.cell.naming import entity_of
+
+NOTHING = -1
+
+
+class Segmentation(NamedTuple):
+    """Which entity each pixel shows."""
+
+    indices: np.ndarray  # (height, width) int, into the names; -1 where nothing is seen
+    names: tuple[str, ...]
+
+    def mask(self, name: str) -> np.ndarray:
+        """Mark the pixels that show an entity."""  # (height, width) bool
+        wanted = self.names.index(name) if name in self.names else NOTHING - 1
+        return self.indices == wanted
+
+
+class Camera(composer.Entity):
+    """A camera to put into a cell, or to attach to a site of a robot.
+
+    It looks along its own -z, with x to the right and y up, as MuJoCo's cameras do;
+    ``looking_at`` gives the pose for that. An image is of the state after the last step. Shadows,
+    reflections and smooth edges are left out: they take most of the time.
+    """
+
+    kind = "camera"
+    category = "sensor"
+
+    def _build(
+        self, name: str = "camera", fovy: float = 45.0, width: int = 320, height: int = 240
+    ) -> None:
+        """Build the camera.
+
+        Args:
+            name: Model name.
+            fovy: Vertical angle of view [degrees].
+            width: Of the images [pixels].
+            height: Of the images [pixels].
+
+        Raises:
+            CellError: When there is no such angle or size.
+        """
+        if not 0 < fovy < 180:
+            raise CellError(f"fovy is between 0 and 180 degrees, got {fovy}")
+        if not (width > 0 and height > 0):
+            raise CellError(f"an image has a width and a height in pixels, got {width} x {height}")
+        self._parameters = {"fovy": fovy, "width": width, "height": height}
+        self.width, self.height = width, height
+        self._mjcf_root = mjcf.RootElement(model=name)
+        body = self._mjcf_root.worldbody.add("body", name="camera")
+        self.eye = body.add("camera", name="eye", fovy=fovy)
+        # What is seen of it stands behind the eye, which then does not see it.
+        body.add(
+            "geom", name="case", type="box", size=(0.02, 0.015, 0.02), pos=(0, 0, 0.022),
+            rgba=(0.15, 0.15, 0.17, 1), mass=0.1, group=2, contype=0, conaffinity=0,
+        )  # fmt: skip
+        self._renderer: mujoco.Renderer | None = None
+        self._model: mujoco.MjModel | None = None
+
+    def _build_observables(self) -> "CameraObservables":
+        return CameraObservables(self)
+
+    @property
+    def mjcf_model(self) -> mjcf.RootElement:
+        """The model, which carries the entity's name."""
+        return self._mjcf_root
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        """What it was made with."""
+        return MappingProxyType(self._parameters)
+
+    @property
+    def mass(self) -> float:
+        """Mass of the case [kg]."""
+        return 0.1
+
+    # Images
+
+    def rgb(self) -> np.ndarray:
+        """Draw what it sees: red, green and blue from 0 to 255, the top row first."""
+        return self._draw().render()  # (height, width, 3) uint8
+
+    def depth(self) -> np.ndarray:
+        """Measure how far what it sees is, along its axis [m]."""  # (height, width) float32
+        renderer = self._draw()
+        renderer.enable_depth_rendering()
+        try:
+            return renderer.render()
+        finally:
+            renderer.disable_depth_rendering()
+
+    def segmentation(self) -> Segmentation:
+        """Tell which entity each pixel shows."""
+        renderer = self._draw()
+        renderer.enable_segmentation_rendering()
+        try:
+            seen = renderer.render()  # (height, width, 2): id, type
+        finally:
+            renderer.disable_segmentation_rendering()
+        assert self._model is not None
+        owners = [entity_of(label) for label in Labels(self._model).of_geom]
+        names = tuple(dict.fromkeys(owners))
+        table = np.array([names.index(owner) for owner in owners] + [NOTHING])
+        geoms = np.where(seen[..., 1] == int(mujoco.mjtObj.mjOBJ_GEOM), seen[..., 0], NOTHING)
+        return Segmentation(table[geoms], names)
+
+    def close(self) -> None:
+        """Let go of the graphics; the next image takes them up again."""
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+
+    # Composer's hooks
+
+    def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Look at a compiled model (composer's hook)."""
+        self.close()
+        self._model, self._data = physics.model.ptr, physics.data.ptr
+        self._id = int(self._model.camera(self.eye.full_identifier).id)
+        self._now: mujoco.MjData | None = None
+
+    # Inside
+
+    def _draw(self) -> mujoco.Renderer:
+        if self._model is None:
+            raise CellError(f"camera '{self._mjcf_root.model}' stands in no cell yet")
+        if self._renderer is None:
+            self._renderer = self._open(self._model)
+        if self._now is None:
+            self._now = mujoco.MjData(self._model)
+        # After a step, bodies are still where the step began: bring them up to date in a copy.
+        mujoco.mj_copyData(self._now, self._model, self._data)
+        mujoco.mj_fwdPosition(self._model, self._now)
+        self._renderer.update_scene(self._now, self._id)
+        for flag in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION):
+            self._renderer.scene.flags[flag] = 0
+        return self._renderer
+
+    def _open(self, model: mujoco.MjModel) -> mujoco.Renderer:
+        most = (int(model.vis.global_.offwidth), int(model.vis.global_.offheight))
+        if self.width > most[0] or self.height > most[1]:
+            raise CellError(
+                f"an image of this cell has up to {most[0]} x {most[1]} pixels, "
+                f"got {self.width} x {self.height}"
+            )
+        quality = model.vis.quality
+        kept = quality.offsamples, quality.shadowsize
+        quality.offsamples, quality.shadowsize = 0, 16
+        try:
+            return mujoco.Renderer(model, self.height, self.width)
+        except Exception as error:  # each backend raises an error of its own
+            raise CellError(
+                f"nothing can be drawn here ({' '.join(str(error).split())}); without a display, "
+                "MUJOCO_GL=egl or MUJOCO_GL=osmesa draws where one of them is installed"
+            ) from error
+        finally:
+            quality.offsamples, quality.shadowsize = kept
+
+
+class CameraObservables(composer.Observables):
+    """The images of a camera, drawn by dm_control."""
+
+    @composer.observable
+    def rgb(self) -> observable.Observable:
+        """Red, green and blue from 0 to 255."""
+        return self._camera()
+
+    @composer.observable
+    def depth(self) -> observable.Observable:
+        """Distance along the camera's axis [m]."""
+        return self._camera(depth=True)
+
+    @composer.observable
+    def segmentation(self) -> observable.Observable:
+        """Id and type of what each pixel shows, -1 where nothing is seen."""
+        return self._camera(segmentation=True)
+
+    def _camera(self, **options: bool) -> observable.Observable:
+        camera = self._entity
+        return observable.MJCFCamera(
+            camera.eye, height=camera.height, width=camera.width, **options
+        )
+
+
+def looking_at(
+    position: np.ndarray | tuple[float, ...], target: np.ndarray | tuple[float, ...]
+) -> pin.SE3:
+    """Give the pose of a camera that looks at a place, upright where that is possible.
+
+    Args:
+        position: Where the camera is [m].  # (3,)
+        target: What it looks at [m].  # (3,)
+
+    Raises:
+        CellError: When both are the same place.
+    """
+    eye = np.asarray(position, dtype=float)
+    back = eye - np.asarray(target, dtype=float)
+    distance = float(np.linalg.norm(back))
+    if not distance > 0.0:
+        raise CellError("a camera cannot look at the place where it is")
+    back /= distance
+    up = np.array([0.0, 0.0, 1.0]) if abs(back[2]) < 0.999 else np.array([1.0, 0.0, 0.0])
+    right = np.cross(up, back)
+    right /= np.linalg.norm(right)
+    return pin.SE3(np.column_stack([right, np.cross(back, right), back]), eye)

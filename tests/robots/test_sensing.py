@@ -1,0 +1,123 @@
+"""The wrist feels weights computed by hand; the tool moves as its kinematics say."""
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+from dm_control import composer
+
+from bt_manip.cell import Cell
+from bt_manip.robots import Robot, RobotDescription
+
+G = 9.81
+ARM = """
+<mujoco model="pole">
+  <compiler angle="radian"/>
+  <worldbody>
+    <body name="upper" pos="0 0 1">
+      <joint name="shoulder" axis="0 1 0"/>
+      <geom type="capsule" size="0.03" fromto="0 0 0 0.4 0 0" mass="2"/>
+      <body name="lower" pos="0.4 0 0">
+        <joint name="elbow" axis="0 1 0"/>
+        <geom type="capsule" size="0.02" fromto="0 0 0 0.3 0 0" mass="1"/>
+        {hand}
+      </body>
+    </body>
+  </worldbody>
+</mujoco>"""
+MOUNTED = """<body name="hand" pos="0.3 0 0"><geom size="0.01" pos="0.1 0 0" mass="0.5"/>
+  <body name="palm"><geom size="0.01" pos="0.1 0 0" mass="0.2"/><site name="tip" pos="0.2 0 0"/>
+  </body></body>"""
+BARE = '<site name="tip" pos="0.3 0 0"/>'
+
+
+@pytest.fixture
+def make(tmp_path):
+    def make(hand):
+        path = tmp_path / "arm.xml"
+        path.write_text(ARM.format(hand=hand))
+        robot = Robot(
+            RobotDescription(
+                name="pole", model=str(path), arm_joints=("shoulder", "elbow"), tool_frame="tip",
+                home=(0.0, 0.0), velocity=(3.0, 3.0), acceleration=(20.0, 20.0),
+                jerk=(1000.0, 1000.0), effort=(100.0, 100.0),
+            )
+        )  # fmt: skip
+        cell = Cell()
+        cell.add(robot)
+        return cell, robot
+
+    return make
+
+
+def at_rest(cell, robot):
+    """Hold the arm still by exactly the efforts that it takes."""
+    cell.data.qvel[:] = 0
+    mujoco.mj_forward(cell.model, cell.data)
+    cell.data.ctrl[robot.ctrl_adr] = cell.data.qfrc_bias[robot.dof_adr]
+    mujoco.mj_forward(cell.model, cell.data)
+
+
+def test_the_wrist_bears_what_is_mounted_on_it(make):
+    cell, robot = make(MOUNTED)
+    assert cell.model.body(robot.wrist_body_id).name == "pole/hand"
+    at_rest(cell, robot)
+    force, torque = robot.wrist_wrench(pin.SE3.Identity())
+    np.testing.assert_allclose(force, (0, 0, 0.7 * G), atol=1e-9)
+    # About the world's origin: r x f with r = (0.8, 0, 1).
+    np.testing.assert_allclose(torque, (0, -0.8 * 0.7 * G, 0), atol=1e-9)
+    # About the tool, 0.1 m beyond the weight: it pulls the other way.
+    force, torque = robot.wrist_wrench()
+    np.testing.assert_allclose(force, (0, 0, 0.7 * G), atol=1e-9)
+    np.testing.assert_allclose(torque, (0, 0.1 * 0.7 * G, 0), atol=1e-9)
+
+
+def test_the_wrist_feels_what_pulls_from_outside_along_its_frame(make):
+    cell, robot = make(MOUNTED)
+    robot.set_configuration(np.array([0.0, np.pi / 2]))  # the tool hangs down
+    at_rest(cell, robot)
+    hanging = robot.wrist_wrench()
+    np.testing.assert_allclose(hanging.force, (-0.7 * G, 0, 0), atol=1e-9)
+    cell.data.xfrc_applied[cell.body_id("pole/palm"), :3] = (0, 3.0, 0)
+    mujoco.mj_forward(cell.model, cell.data)
+    pulled = robot.wrist_wrench()
+    assert pulled.force[1] == pytest.approx(-3.0, abs=1e-9)  # the arm holds against it
+
+
+def test_without_a_hand_the_wrist_is_the_last_link(make):
+    cell, robot = make(BARE)
+    assert cell.model.body(robot.wrist_body_id).name == "pole/lower"
+    at_rest(cell, robot)
+    assert robot.wrist_wrench().force[2] == pytest.approx(1.0 * G, abs=1e-9)
+
+
+def test_the_tools_velocity_is_that_of_its_jacobian(make):
+    cell, robot = make(MOUNTED)
+    cell.data.qvel[:] = (0.7, -0.4)
+    mujoco.mj_forward(cell.model, cell.data)
+    model = robot.make_model()
+    expected = model.jacobian(robot.q) @ robot.v
+    np.testing.assert_allclose(robot.tool_velocity, expected, atol=1e-12)
+    assert np.linalg.norm(expected) > 0.1
+
+
+def test_asking_changes_no_bit(make):
+    cell, robot = make(MOUNTED)
+    other, idle = make(MOUNTED)
+    for _ in range(50):
+        cell.step()
+        other.step()
+        robot.wrist_wrench()
+        _ = robot.tool_velocity
+    assert cell.state_bytes() == other.state_bytes()
+    assert idle.mj_model is not robot.mj_model
+
+
+def test_all_of_it_are_composers_observables(make):
+    cell, robot = make(MOUNTED)
+    wanted = ("tool_velocity", "wrist_force", "wrist_torque", "joint_torques")
+    for name in wanted:
+        getattr(robot.observables, name).enabled = True
+    observation = composer.Environment(composer.NullTask(cell.arena)).reset().observation
+    assert {f"pole/{name}" for name in wanted} <= observation.keys()
+    assert observation["pole/wrist_force"].shape[-1] == 3
