@@ -262,6 +262,8 @@ def casts_safely(value: Any, source: PortType, target: PortType) -> bool:
         return True
     if target is BOOL or target.family not in ("integer", "real"):
         return False
+    if source is BOOL and not value and target.family == "integer":
+        return False  # the engine compares with the lower limit as a truth value, which is true
     try:
         return bool(cast(value, source, target) == value)
     except ValueError:

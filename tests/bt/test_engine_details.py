@@ -176,3 +176,49 @@ def test_a_model_default_of_the_same_name_shorthand_means_the_key_of_that_sign()
     )
 
     assert found == []
+
+
+def test_a_tree_inside_a_tree_that_nothing_uses_is_not_found_by_the_engine():
+    inside = '<BehaviorTree ID="U"><Inverter><BehaviorTree ID="V"><AlwaysSuccess/></BehaviorTree>'
+    text = document("<AlwaysSuccess/>", others=inside + "</Inverter></BehaviorTree>")
+
+    assert compare(text, once("SUCCESS")) == []
+
+
+def test_a_tree_inside_a_tree_is_an_error_for_users_whether_it_is_used_or_not(bench):
+    inside = '<BehaviorTree ID="V"><AlwaysSuccess/></BehaviorTree>'
+    unused = f'<BehaviorTree ID="U">{inside}</BehaviorTree>'
+
+    for text in (document(inside), document("<AlwaysSuccess/>", others=unused)):
+        errors = read_tree_text(text, bench.registry).errors
+        assert ["cannot stand inside another" in str(error) for error in errors] == [True]
+
+
+def test_an_explicit_element_with_the_id_subtree_names_a_tree():
+    assert compare(document('<Action ID="SubTree"/>'), REJECTED) == []
+
+
+@pytest.mark.parametrize(("levels", "accepted"), [(496, True), (497, False)])
+def test_elements_nest_as_deep_as_in_the_engine(levels, accepted):
+    model = f"<TreeNodesModel>{'<a>' * levels}{'</a>' * levels}</TreeNodesModel>"
+    text = document("<AlwaysSuccess/>", others=model)
+
+    assert compare(text, once("SUCCESS") if accepted else REJECTED) == []
+
+
+@pytest.mark.parametrize(("value", "written"), [("true", 1), ("false", None)])
+def test_an_integer_entry_takes_the_truth_value_true_only(value, written):
+    body = (
+        '<Sequence><SetOutInt name="a" value="5" out="{@z}"/>'
+        f'<SetOutBool name="b" value="{value}" out="{{@z}}"/></Sequence>'
+    )
+    events = [{"node": "a", "ev": "tick", "wrote": 5}]
+    if written is not None:
+        events.append({"node": "b", "ev": "tick", "wrote": written})
+    text = document(
+        '<SubTree ID="T" name="t"/>', "bb.string.z=s", f'<BehaviorTree ID="T">{body}</BehaviorTree>'
+    )
+
+    trace = once(None if written is None else "SUCCESS", *events, Main={"z": written or 5}, t={})
+
+    assert compare(text, trace) == []

@@ -100,8 +100,13 @@ class Builder:
                 self._problems.error(element.place, f"the tree has more than {MAX_NODES} nodes")
             return None
         uid = self._count
-        if element.name == "SubTree":
+        if element.name == "SubTree" or (
+            element.name in EXPLICIT and element.get("ID") == "SubTree"
+        ):
             return self._subtree(element, chain, prefix, uid)
+        if element.name == "BehaviorTree":
+            self._problems.error(element.place, "a <BehaviorTree> cannot stand inside another")
+            return None
         explicit = element.name in EXPLICIT
         name = (element.get("ID") or "") if explicit else element.name
         if name not in self._registry:

@@ -19,7 +19,7 @@ from bt_manip.bt.xml.problem import Place
 from bt_manip.exceptions import TreeError
 
 MAX_CHARACTERS: Final = 16_000_000
-MAX_DEPTH: Final = 500
+MAX_DEPTH: Final = 498  # of the engine's parser
 
 _NAME: Final = r"[A-Za-z_:\u0080-\U0010ffff][A-Za-z0-9_:.\-\u0080-\U0010ffff]*"
 _ATTRIBUTE: Final = re.compile(

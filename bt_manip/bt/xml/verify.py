@@ -68,6 +68,7 @@ class _Verifier:
         for child in root.children:
             if child.name == "BehaviorTree":
                 self._tree(child, single)
+                self._nodes(child, single)
             elif child.name not in ("include", "TreeNodesModel", *EXPLICIT):
                 self._problems.warning(
                     child.place,
@@ -92,19 +93,21 @@ class _Verifier:
             self._problems.error(
                 element.place, f"a tree has exactly 1 root, not {len(element.children)}"
             )
-        stack = [(child, 1) for child in reversed(element.children)]
+
+    def _nodes(self, tree: Element, single: bool) -> None:
+        stack = [(child, 1) for child in reversed(tree.children)]
         while stack:
             node, depth = stack.pop()
             if depth > MAX_DEPTH:
                 self._problems.error(node.place, f"nested deeper than {MAX_DEPTH} levels")
                 continue
-            self._node(node)
+            self._node(node, single)
             stack.extend((child, depth + 1) for child in reversed(node.children))
 
     def _name_problem(self, name: str) -> str | None:
         return name_problem(self._dialect.plain_name(name))
 
-    def _node(self, element: Element) -> None:
+    def _node(self, element: Element, single: bool) -> None:
         count = len(element.children)
         name = element.name
         explicit = name in EXPLICIT
@@ -116,7 +119,7 @@ class _Verifier:
             self._subtree(element, node_id)
             return
         if name == "BehaviorTree":
-            self._problems.error(element.place, "a <BehaviorTree> cannot stand inside another")
+            self._tree(element, single)  # it is refused when its place is built
             return
         lookup = node_id if explicit else name
         if not explicit:
