@@ -4,6 +4,8 @@ from bt_manip.testing.behaviour_contract import Example
 from bt_manip.testing.contracts import contracts_of, trees_of
 from bt_manip.testing.situations import AROUND_THE_CUBE, HOLDING
 
+from .conftest import BESIDE_ANOTHER
+
 NEAR_HOME = "0.1;-0.6;0.1;-2.2;0.1;1.6;0.9"
 BEYOND = "0;-0.6;0;0.5;0;1.6;0.9"
 
@@ -22,10 +24,15 @@ EXAMPLES = {
     "MoveToPose": Example({"pose": "0.35;-0.2;1.3;0;1;0;0"}, fails=({"pose": "3;0;1"},)),
     "ObjectExists": Example({"object": "cube"}),
     "OpenGripper": Example(start=HOLDING, fails=({"patience": 0.01},)),
+    "PlaceAt": Example(
+        {"object": "cube", "pose": "0.35;-0.15;1.015"}, HOLDING,
+        fails=({"pose": "3;0;1"}, {"patience": 0.01}),
+    ),
+    "PlaceOn": Example({"object": "cube", "support": "other"}, BESIDE_ANOTHER),
     "Reach": Example({"object": "cube"}, fails=({"height": 2.0},)),
     "RemoveObject": Example({"object": "cube"}),
     "SpawnObject": Example({"object": "{object}"}, fails=({"region": "1;0;0;1"},)),
-}
+}  # fmt: skip
 
 test_built_in_parts_keep_their_contracts = contracts_of("builtin", examples=EXAMPLES)
 

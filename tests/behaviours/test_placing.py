@@ -1,0 +1,168 @@
+"""Behaviours that set things down: on others, at poses, with room for the fingers."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip import spatial
+from bt_manip.behaviours import Hover, Lift, PlaceAt, PlaceOn, Reach
+from bt_manip.behaviours.extent import extent
+from bt_manip.behaviours.poses import GRIP_HEIGHT, centre_pose, grips_from_above, yaw_of
+from bt_manip.behaviours.room import HandRoom, with_room
+from bt_manip.bt import NodeStatus
+from bt_manip.cell import CellError, Cube
+from bt_manip.testing.end_states import assert_tower
+
+RUNNING = NodeStatus.RUNNING
+PLACE = "0.35;-0.15;1.015"
+
+
+@pytest.fixture
+def beside_another(with_the_cube):
+    yaw = 0.4
+    turn = (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2))
+    with_the_cube.cell.add(Cube(), spatial.pose((0.4, -0.15, 1.04), turn), name="other")
+    with_the_cube.cell.step(100)
+    return with_the_cube
+
+
+def test_place_on_leaves_a_tower(beside_another, trial):
+    placing = trial(PlaceOn(object="cube", support="other"))
+    assert placing.tick() is RUNNING
+    placing.tick_until("SUCCESS", timeout=5.0)
+    trial(Lift(height=0.1)).tick_until("SUCCESS")
+    cell = beside_another.cell
+    cell.step(500)
+    assert_tower(cell, ["other", "cube"], on="table")
+    off = cell.pose("cube").translation - cell.pose("other").translation
+    assert np.linalg.norm(off[:2]) < 2e-3
+    quarter = (yaw_of(cell.pose("cube")) - yaw_of(cell.pose("other"))) / (np.pi / 2)
+    assert abs(quarter - round(quarter)) < 0.02
+
+
+def test_what_was_set_down_is_no_payload_any_more(with_the_cube, trial):
+    assert with_the_cube.arm.payload is not None
+    trial(PlaceAt(object="cube", pose=PLACE)).tick_until("SUCCESS", timeout=5.0)
+    assert with_the_cube.arm.payload is None and with_the_cube.gripper.is_free
+
+
+def test_place_at_puts_the_middle_of_the_bottom_at_the_pose(with_the_cube, trial):
+    target = spatial.pose((0.4, -0.1, 1.015), (np.cos(0.15), 0, 0, np.sin(0.15)))
+    trial(PlaceAt(object="cube", pose=target)).tick_until("SUCCESS", timeout=5.0)
+    with_the_cube.cell.step(300)
+    placed = with_the_cube.cell.pose("cube")
+    assert placed.translation == pytest.approx([0.4, -0.1, 1.04], abs=2e-3)
+    quarter = (yaw_of(placed) - 0.3) / (np.pi / 2)
+    assert abs(quarter - round(quarter)) < 0.02
+
+
+def test_it_comes_down_straight(with_the_cube, trial):
+    placing = trial(PlaceAt(object="cube", pose=PLACE, height=0.1))
+    placing.tick_until(lambda: placing.behaviour.feedback_message == "going down", timeout=5.0)
+    while placing.tick() is RUNNING and with_the_cube.gripper.width < 0.055:
+        assert with_the_cube.cell.pose("cube").translation[:2] == pytest.approx(
+            [0.35, -0.15], abs=1.5e-3
+        )
+
+
+def test_what_is_not_held_cannot_be_set_down(station, trial):
+    assert trial(PlaceOn(object="cube", support="table")).fails_with("hold nothing, not 'cube'")
+
+
+def test_what_is_lost_on_the_way_is_told(with_the_cube, trial):
+    placing = trial(PlaceAt(object="cube", pose=PLACE))
+    placing.tick()
+    with_the_cube.gripper.open()
+    assert placing.fails_with("'cube' was lost on the way")
+
+
+@pytest.mark.parametrize(
+    ("placing", "message"),
+    [
+        (lambda: PlaceOn(object="cube", support="tabel"), "did you mean 'table'"),
+        (lambda: PlaceOn(object="cube", support="cube"), "on itself"),
+        (lambda: PlaceAt(object="cube", pose="3;0;1"), "unreachable"),
+    ],
+)
+def test_a_place_that_is_none_fails_and_keeps_hold(with_the_cube, trial, placing, message):
+    assert trial(placing()).fails_with(message)
+    assert with_the_cube.gripper.held == ("cube",)
+
+
+def test_fingers_that_cannot_let_go_are_told(with_the_cube, trial):
+    placing = trial(PlaceAt(object="cube", pose=PLACE, patience=0.01))
+    assert placing.fails_with("still touch cube after 0.01 s", timeout=5.0)
+
+
+@pytest.mark.parametrize("ticks", [10, 60])
+def test_a_halted_placing_brakes_and_keeps_hold(with_the_cube, trial, ticks):
+    placing = trial(PlaceAt(object="cube", pose=PLACE))
+    for _ in range(ticks):
+        assert placing.tick() is RUNNING
+    placing.halt()
+    with_the_cube.cell.step(500)
+    assert not with_the_cube.arm.moving
+    assert with_the_cube.gripper.held == ("cube",)
+
+
+# Room for the hand
+
+
+def neighbour(station, offset, name="other"):
+    """Put a cube beside the cube, by an offset along its own axes [m]."""
+    T_wo = station.cell.pose("cube")
+    station.cell.add(Cube(), T_wo * pin.SE3(np.eye(3), np.array(offset)), name=name)
+    station.cell.step()
+    return station
+
+
+def test_room_is_the_distance_to_the_nearest(station):
+    grip = grips_from_above(centre_pose(station.cell, "cube"), GRIP_HEIGHT)[0]
+    alone = HandRoom(station.cell, station.robot, ["cube"]).at(grip)
+    # The fingertips end 9.5 mm below the tool's centre, which is 40 mm over the table.
+    assert alone.nearest == "table" and alone.distance == pytest.approx(0.0305, abs=1e-3)
+    # Open pads end 55 mm from the middle: a cube at 90 mm begins at 65 mm.
+    axis = grip.rotation[:, 1]
+    cube = station.cell.pose("cube")
+    station.cell.add(Cube(), pin.SE3(cube.rotation, cube.translation + 0.09 * axis), name="other")
+    room = HandRoom(station.cell, station.robot, ["cube"]).at(grip)
+    assert room.nearest == "other" and 0.0 < room.distance < 0.0105
+
+
+@pytest.mark.parametrize("offset", [(0.07, 0, 0), (0, 0.07, 0), (-0.07, 0, 0), (0, -0.07, 0)])
+def test_the_fingers_take_the_faces_that_a_neighbour_leaves_free(station, trial, offset):
+    neighbour(station, offset)
+    before = station.cell.pose("other").translation
+    for behaviour in (Hover(object="cube", height=0.15), Reach(object="cube")):
+        trial(behaviour).tick_until("SUCCESS")
+        assert not station.cell.touch.judge().unexpected
+    assert station.gripper.is_free
+    assert station.cell.pose("other").translation == pytest.approx(before, abs=1e-4)
+    towards = station.cell.pose("cube").rotation @ np.array(offset) / 0.07
+    assert abs(station.robot.tool_pose.rotation[:, 1] @ towards) < 0.1
+
+
+def test_faces_that_are_all_taken_fail_with_who_takes_them(station, trial):
+    trial(Hover(object="cube", height=0.15)).tick_until("SUCCESS")
+    for i, offset in enumerate([(0.07, 0, 0), (0, 0.07, 0), (-0.07, 0, 0), (0, -0.07, 0)]):
+        neighbour(station, offset, f"n{i}")
+    grips = grips_from_above(centre_pose(station.cell, "cube"), GRIP_HEIGHT)
+    _, most = with_room(grips, HandRoom(station.cell, station.robot, ["cube"]))
+    assert most.distance < 0.0
+    assert trial(Reach(object="cube")).fails_with("leaves the fingers no room at 'cube'")
+
+
+def test_the_extent_of_a_turned_cube_is_that_of_its_corners(station):
+    station.cell.add(
+        Cube(), spatial.pose((0.4, -0.2, 1.1), (np.cos(np.pi / 8), 0, 0, np.sin(np.pi / 8))),
+        name="turned",
+    )  # fmt: skip
+    lower, upper = extent(station.cell, "turned")
+    half = 0.025 * np.sqrt(2)
+    assert lower == pytest.approx([0.4 - half, -0.2 - half, 1.075], abs=1e-6)
+    assert upper == pytest.approx([0.4 + half, -0.2 + half, 1.125], abs=1e-6)
+
+
+def test_nothing_has_no_extent(station):
+    with pytest.raises(CellError, match="no 'ball'"):
+        extent(station.cell, "ball")
