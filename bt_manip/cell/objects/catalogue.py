@@ -6,7 +6,11 @@ from typing import Any
 
 from bt_manip.cell.objects.model_object import ModelObject
 from bt_manip.models import MjcfModel, Progress, is_address, load_model, terminal_progress
+from bt_manip.models.convex import can_decompose
 from bt_manip.registry import Registry
+
+CONTAINER = "container"
+"""Category of objects that others are put into."""
 
 
 class Catalogue:
@@ -28,7 +32,8 @@ class Catalogue:
         """
         self._registered = registered
         self._progress = progress
-        self._loaded: dict[str, MjcfModel] = {}
+        self._loaded: dict[tuple[str, str], MjcfModel] = {}
+        self._lost: dict[str, None] = {}  # a set that keeps its order
 
     def get(self, name: str) -> Callable[..., Any]:
         """Give what makes an object; a model is fetched and read now.
@@ -42,10 +47,27 @@ class Catalogue:
         """
         if not is_address(name) or name in self._registered:
             return self._registered.get(name)
-        if name not in self._loaded:
-            model = load_model(name, progress=self._progress)
-            self._loaded[name] = self._loaded[model.address] = model
-        return partial(ModelObject, self._loaded[name])
+        self._load(name, "hull")
+        return partial(self._make, name)
+
+    def _make(self, address: str, *, convex: str | None = None, **parameters: Any) -> ModelObject:
+        """Make an object of a model; a container's meshes are hollow where that can be had."""
+        if parameters.get("category") == CONTAINER and convex is None:
+            if can_decompose():
+                convex = "parts"
+            elif self._load(address, "hull").assets:
+                self._lost[
+                    f"{address}: its meshes collide as if they were filled, so nothing may fit "
+                    "into it; pip install 'bt-manip[convex]' makes them hollow"
+                ] = None
+        return ModelObject(self._load(address, convex or "hull"), convex=convex, **parameters)
+
+    def _load(self, address: str, convex: str) -> MjcfModel:
+        if (address, convex) not in self._loaded:
+            model = load_model(address, convex=convex, progress=self._progress)
+            self._loaded[address, convex] = self._loaded[model.address, convex] = model
+            self._lost.update(dict.fromkeys(model.warnings))
+        return self._loaded[address, convex]
 
     def create(self, name: str, *arguments: Any, **parameters: Any) -> Any:
         """Make an object.
@@ -58,8 +80,7 @@ class Catalogue:
 
     def warnings(self) -> tuple[str, ...]:
         """Give what was lost when models were converted, each with file and line."""
-        lost = (text for model in self._loaded.values() for text in model.warnings)
-        return tuple(dict.fromkeys(lost))
+        return tuple(self._lost)
 
     def names(self) -> tuple[str, ...]:
         """Name the registered objects."""

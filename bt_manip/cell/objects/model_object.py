@@ -42,6 +42,7 @@ class ModelObject(Prop):
         friction: float | None = None,
         colour: Sequence[float] | None = None,
         category: str | None = None,
+        convex: str | None = None,
     ) -> None:
         """Load the model; ``None`` keeps what it says itself.
 
@@ -52,19 +53,22 @@ class ModelObject(Prop):
             friction: Coefficient of sliding friction [-].
             colour: Red, green, blue, and opacity where given, from 0 to 1.
             category: What behaviours may do with it: ``graspable``, ``container``, ...
+            convex: What meshes collide by, for an address: their ``"hull"`` (the default), or
+                convex ``"parts"``, without which nothing fits into a hollow one.
 
         Raises:
             ModelError: When the address leads to no model.
             CellError: When MuJoCo refuses the model, or a parameter is wrong.
         """
         if isinstance(model, str):
-            model = load_model(model)
+            model = load_model(model, convex=convex or "hull")
         self.kind = model.address
         self._parameters = {
             "mass": mass,
             "friction": friction,
             "colour": None if colour is None else list(colour),
             "category": category,
+            "convex": convex,
         }
         self._mjcf_root = root = read_model(model)
         root.model = name or model.name
