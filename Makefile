@@ -1,13 +1,13 @@
 # Everything works on a fresh clone with git, make and Python 3.11 or 3.12.
 .DEFAULT_GOAL := help
-.PHONY: help setup run test lint types bench soak
+.PHONY: help setup run test test-packages lint types bench soak
 
 READY := .venv/.ready
 BIN := .venv/bin
 SEEDS ?= 0 1 2
 
 help:  ## Show what there is
-	@sed -n 's/^\([a-z]*\):.*## \(.*\)/make \1\t\2/p' Makefile | expand -t 14
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' Makefile | expand -t 20
 
 setup: $(READY)  ## Make .venv with exact versions of everything
 
@@ -19,6 +19,9 @@ run: setup  ## Set up, and let the Panda drop a cube into the basket
 
 test: setup  ## Set up, and run all tests
 	$(BIN)/python -m pytest
+
+test-packages: setup  ## Test each package of plugins/ where nothing else of this checkout is
+	$(BIN)/python tools/test_packages.py
 
 lint: setup  ## Check style
 	$(BIN)/ruff check .

@@ -43,6 +43,14 @@ def register_controllers(register: Callable[[str, Callable[..., Any]], None]) ->
 
 
 @hookimpl
+def register_planners(register: Callable[[str, Callable[[], Any]], None]) -> None:
+    """Bring RRT-Connect."""
+    from bt_manip.motion import planning
+
+    register("rrt_connect", planning.RRTConnect)
+
+
+@hookimpl
 def register_behaviours(register: Callable[..., None]) -> None:
     """Bring the behaviours of picking and placing."""
     from bt_manip import behaviours

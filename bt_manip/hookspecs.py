@@ -51,6 +51,16 @@ def register_controllers(register: Callable[[str, Callable[..., Any]], None]) ->
 
 
 @hookspec
+def register_planners(register: Callable[[str, Callable[[], Any]], None]) -> None:
+    """Bring planners, which find ways around what is in the arm's way.
+
+    Args:
+        register: ``register(name, factory)``, where ``factory()`` makes a
+            `bt_manip.motion.planning.Planner`.
+    """
+
+
+@hookspec
 def register_behaviours(register: Callable[..., None]) -> None:
     """Bring behaviours: leaves, decorators and control nodes of trees.
 

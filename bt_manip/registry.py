@@ -149,6 +149,7 @@ class Parts:
         objects: Factories, ``factory(**parameters) -> composer.Entity``.
         robots: Robot descriptions.
         controllers: Factories, ``factory(robot) -> Controller``.
+        planners: Factories, ``factory() -> Planner``.
         behaviours: Classes of tree nodes; the nodes of the tree language itself are not here.
         trees: Places: ``path.xml`` or ``path.py:function``.
         scenes: Factories, ``factory() -> Scene``.
@@ -161,6 +162,7 @@ class Parts:
     controllers: Registry[Callable[..., Any]] = field(
         default_factory=lambda: Registry("controller")
     )
+    planners: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("planner"))
     behaviours: Registry[type] = field(default_factory=lambda: Registry("behaviour"))
     trees: Registry[str] = field(default_factory=lambda: Registry("tree"))
     scenes: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("scene"))
@@ -173,6 +175,7 @@ class Parts:
             "objects": self.objects,
             "robots": self.robots,
             "controllers": self.controllers,
+            "planners": self.planners,
             "behaviours": self.behaviours,
             "trees": self.trees,
             "scenes": self.scenes,

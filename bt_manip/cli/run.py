@@ -37,6 +37,7 @@ class RunOptions:
     robot: str
     controller: str | None
     scene: str | None
+    planner: str
     settings: dict[str, str]
     tick_ms: float
     real_time: float | None
@@ -72,6 +73,10 @@ EXIT_CODES = (
 @click.option(
     "--scene", metavar="S",
     help="What stands in the cell.  [default: the tree's, or table_and_basket]",
+)  # fmt: skip
+@click.option(
+    "--planner", default="rrt_connect", show_default=True, metavar="P",
+    help="What finds ways around what is in the arm's way.",
 )  # fmt: skip
 @click.option(
     "--set", "settings", multiple=True, metavar="KEY=VALUE",
@@ -178,6 +183,7 @@ class _Job:
             robot=options.robot,
             controller=options.controller or wants.controller or CONTROLLER,
             scene=options.scene or wants.scene or SCENE,
+            planner=options.planner,
             cycles=options.cycles,
             seed=options.seed,
             tick=options.tick_ms / 1e3,

@@ -66,6 +66,9 @@ class Stage:
     def _register_controllers(self, name: str, factory: Callable[..., Any]) -> None:
         self._add_factory("controllers", name, factory)
 
+    def _register_planners(self, name: str, factory: Callable[[], Any]) -> None:
+        self._add_factory("planners", name, factory)
+
     def _register_scenes(self, name: str, factory: Callable[[], Any]) -> None:
         self._add_factory("scenes", name, factory)
 

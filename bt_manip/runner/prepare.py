@@ -36,6 +36,7 @@ def prepare(request: RunRequest, parts: Parts, warn: Warn = lambda message: None
         parts,
         robot=request.robot,
         controller=request.controller,
+        planner=request.planner,
         scene=furnished(scene, models, catalogue) if models else scene,
         catalogue=catalogue,
         seed=request.seed,

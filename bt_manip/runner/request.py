@@ -13,6 +13,9 @@ CONTROLLER = "computed_torque"
 SCENE = "table_and_basket"
 """Name of the scene of a run that asks for none."""
 
+PLANNER = "rrt_connect"
+"""Name of the planner of a run that asks for none."""
+
 CONTROL_STEP = 0.001
 """Time between two control steps [s]."""
 
@@ -28,6 +31,7 @@ class RunRequest:
         robot: Name of a registered robot, or path of a TOML file that describes one.
         controller: Name of a registered controller.
         scene: Name of a registered scene.
+        planner: Name of a registered planner.
         cycles: Runs of the root from idle to SUCCESS or FAILURE; 0 goes on until it is stopped.
         seed: Seed of all randomness.
         tick: Simulated time between two ticks of the tree [s], a whole number of control steps.
@@ -39,6 +43,7 @@ class RunRequest:
     robot: str = "panda"
     controller: str = CONTROLLER
     scene: str = SCENE
+    planner: str = PLANNER
     cycles: int = 1
     seed: int = 0
     tick: float = 0.010

@@ -15,6 +15,7 @@ from bt_manip.control import Controller, GripperController
 from bt_manip.motion import Arm, CollisionWorld
 from bt_manip.registry import Parts
 from bt_manip.robots import Robot
+from bt_manip.runner.request import CONTROLLER, PLANNER
 from bt_manip.runner.robot_choice import find_robot
 from bt_manip.runner.scene import Scene, table_and_basket
 
@@ -134,7 +135,8 @@ def build_station(
     parts: Parts | None = None,
     *,
     robot: str = "panda",
-    controller: str = "computed_torque",
+    controller: str = CONTROLLER,
+    planner: str = PLANNER,
     scene: Scene | None = None,
     seed: int = 0,
     catalogue: Catalogue | None = None,
@@ -145,6 +147,7 @@ def build_station(
         parts: The registered parts to choose from; default: those of all installed plugins.
         robot: Name of a registered robot, or path of a TOML file that describes one.
         controller: Name of a registered controller.
+        planner: Name of a registered planner.
         scene: What stands in the cell; default: a table and a basket.
         seed: Seed of the station's randomness.
         catalogue: Makes the objects; default: one of the registered parts.
@@ -160,6 +163,7 @@ def build_station(
     catalogue = catalogue or Catalogue(parts.objects)
     arm_entity = Robot(find_robot(robot, parts.robots))
     make_controller = parts.controllers.get(controller)
+    make_planner = parts.planners.get(planner)
     fixtures = [(f, catalogue.create(f.model, **f.parameters)) for f in scene.fixtures]
     control = make_controller(arm_entity)
     gripper = GripperController(arm_entity)
@@ -171,6 +175,8 @@ def build_station(
             cell.add(entity, fixture.T_wo, name=fixture.name, free=fixture.free)
         cell.add(arm_entity, scene.T_wb, free=False)
     model = arm_entity.make_model()
-    arm = Arm(arm_entity, model=model, world=CollisionWorld(arm_entity, model))
+    arm = Arm(
+        arm_entity, model=model, world=CollisionWorld(arm_entity, model), planner=make_planner()
+    )
     control.reference = arm
     return Station(cell, arm_entity, arm, control, gripper, np.random.default_rng(seed), catalogue)

@@ -8,8 +8,11 @@ import numpy as np
 
 from bt_manip.runner.observer import RunObserver
 
-SLOW = 0.25
-"""Share of a control step from which on a controller is called slow."""
+SLOW = 0.5
+"""Share of a control step from which on a call is slow.
+
+A controller is slow when most of its calls are: what a busy machine does to some does not count.
+"""
 
 WARM_UP = 10
 """Calls that do not count: the first ones of anything take longer."""
@@ -26,7 +29,7 @@ class Stopwatch(RunObserver):
             warn: Takes the one line about one that is slow.
         """
         self._who, self._warn = who, warn
-        self._calls = 0
+        self._calls = self._slow = 0
         self._busy = self._wall = 0.0  # [s]
         self._controller: Any = None
 
@@ -47,6 +50,7 @@ class Stopwatch(RunObserver):
                     self._began = end
                 elif self._calls > WARM_UP:
                     self._busy += end - start
+                    self._slow += end - start > SLOW * self._dt
                     self._wall = end - self._began
 
         controller.compute = self._timed = timed
@@ -58,7 +62,7 @@ class Stopwatch(RunObserver):
         if vars(self._controller).get("compute") is self._timed:
             del self._controller.compute
         counted = self._calls - WARM_UP
-        if counted <= 0 or self._busy < SLOW * self._dt * counted:
+        if 2 * self._slow <= max(counted, 0):
             return
         mean = self._busy / counted
         self._warn(

@@ -68,7 +68,7 @@ def test_a_start_on_another_python_says_so(version, monkeypatch, capsys):
 
 
 def makefile_targets() -> set[str]:
-    return set(re.findall(r"^([a-z]+):", (REPOSITORY / "Makefile").read_text(), re.MULTILINE))
+    return set(re.findall(r"^([a-z-]+):", (REPOSITORY / "Makefile").read_text(), re.MULTILINE))
 
 
 @pytest.mark.parametrize("document", ["README.md", "CONTRIBUTING.md", "docs/architecture.md"])
@@ -77,7 +77,7 @@ def test_documents_name_only_commands_that_there_are(document):
     if not path.exists():
         return
     text = path.read_text()
-    assert set(re.findall(r"(?:^|`)make ([a-z]+)", text, re.MULTILINE)) <= makefile_targets()
+    assert set(re.findall(r"(?:^|`)make ([a-z-]+)", text, re.MULTILINE)) <= makefile_targets()
 
 
 def test_the_readme_begins_with_what_a_user_types():
@@ -86,9 +86,11 @@ def test_the_readme_begins_with_what_a_user_types():
         assert command in first_screen
 
 
-def test_ci_runs_the_tests_then_the_linter_then_the_type_checker():
+def test_ci_runs_the_tests_the_linter_the_type_checker_and_the_packages():
     text = (REPOSITORY / ".ci" / "run").read_text()
-    order = [text.rindex(f"\nmake {target}\n") for target in ("test", "lint", "types")]
+    order = [
+        text.rindex(f"\nmake {target}\n") for target in ("test", "lint", "types", "test-packages")
+    ]
     assert order == sorted(order)
     assert subprocess.run(["bash", "-n", ".ci/run"], cwd=REPOSITORY).returncode == 0
 

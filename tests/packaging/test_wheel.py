@@ -55,6 +55,9 @@ def test_trees_and_models_travel_in_the_wheel(wheel):
     for folder in ("trees", "models"):
         for path in (REPOSITORY / folder).rglob("*.xml"):
             assert f"bt_manip/bundled/{path.relative_to(REPOSITORY).as_posix()}" in packed
+    for path in (REPOSITORY / "templates").rglob("pyproject.toml"):
+        assert f"bt_manip/bundled/{path.relative_to(REPOSITORY).as_posix()}" in packed
+    assert not [name for name in packed if "__pycache__" in name]
     assert "bt_manip/py.typed" in packed
     assert any(name.endswith("licenses/LICENSE") for name in packed)
     tops = {name.partition("/")[0] for name in packed}

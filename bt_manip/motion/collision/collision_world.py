@@ -93,7 +93,9 @@ class CollisionWorld:
         fingers = np.isin(of_geom, self._robot.finger_body_ids)
         carried, own = held[of_geom], self._arm[of_geom]
         self._moving = moving = own | carried
-        may_touch = (fingers | carried)[:, np.newaxis] & carried
+        # Fingers that have closed on nothing touch each other, however the arm moves.
+        gripping = fingers | carried
+        may_touch = gripping[:, np.newaxis] & gripping
         self.counts = (moving[:, np.newaxis] | moving) & ~may_touch & ~may_touch.T
         self.own = own[:, np.newaxis] & own
 

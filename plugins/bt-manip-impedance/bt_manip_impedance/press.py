@@ -38,7 +38,7 @@ class Press(MotionBehaviour):
         T_wt, T_wo = self.T_wt, self.cell.pose(self.object)
         goal = T_wo.translation + np.array([0.0, 0.0, button.height - self.depth])
         # Motions keep off everything in the arm's world; this one is there to touch.
-        world, self.arm.world = getattr(self.arm, "world", None), None
+        world, self.arm.world = self.arm.world, None
         try:
             self.arm.move_linear(pin.SE3(T_wt.rotation, goal), speed=self.speed)
         finally:

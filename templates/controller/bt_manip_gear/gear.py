@@ -1,0 +1,23 @@
+"""The controller."""
+
+import numpy as np
+from bt_manip.control import Controller
+
+
+class Gear(Controller):
+    """``tau = M (a_ref + kp e + kd de/dt) + bias + friction``: computed torque in a few lines."""
+
+    kind = "gear"
+    cuts_to_limits = True  # efforts beyond the limits are cut, not taken for a fault
+
+    def _build(self, robot, kp=900.0, kd=60.0):
+        super()._build(robot)
+        self.kp, self.kd = kp, kd  # [1/s2], [1/s]: both poles at -30 rad/s
+
+    def compute(self, q, v, q_ref, v_ref, a_ref):
+        """Give the efforts for one step of 1 ms [N m]."""  # (nv,)
+        model = self.model  # it carries the payload, too
+        a = a_ref + self.kp * (q_ref - q) + self.kd * (v_ref - v)
+        # Dry friction by where the reference goes: the measured velocity would chatter at rest.
+        friction = model.damping * v + model.friction * np.tanh(v_ref / 0.01)
+        return model.rnea(q, v, a) + friction

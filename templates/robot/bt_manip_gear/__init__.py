@@ -1,0 +1,1 @@
+"""A robot for bt-manip."""

@@ -1,0 +1,27 @@
+"""The robot: what its model file does not say."""
+
+from math import pi
+from pathlib import Path
+
+from bt_manip.robots import GripperDescription, RobotDescription
+
+
+def gear():
+    """Describe the robot; the limits are those of its data sheet."""
+    return RobotDescription(
+        name="gear",
+        model=str(Path(__file__).parent / "gear.xml"),
+        arm_joints=("base", "shoulder", "elbow", "wrist_1", "wrist_2", "wrist_3"),
+        tool_frame="tool",
+        home=(0.0, -0.4, 1.4, 0.57, -pi / 2, 0.0),
+        velocity=(3.0,) * 6,
+        acceleration=(10.0,) * 6,
+        jerk=(5000.0,) * 6,
+        gripper=GripperDescription(
+            joints=("left_slide", "right_slide"),
+            fingers=("left_finger", "right_finger"),
+            open_width=0.08,
+            max_speed=0.2,
+            max_force=80.0,
+        ),
+    )

@@ -1,0 +1,23 @@
+"""The robot is what its description says, and keeps the contract of all robots."""
+
+import pytest
+from bt_manip.behaviours import Grasp, Hover, Lift, Reach
+from bt_manip.bt import Sequence
+from bt_manip.runner import build_station as build
+from bt_manip.testing.contracts import contracts_of
+
+test_contracts = contracts_of("gear")
+
+
+@pytest.fixture(scope="session")
+def build_station(parts):
+    """All tests here stand this robot on the table."""
+    return lambda: build(parts, robot="gear")
+
+
+def test_it_picks_the_cube(trial, cell):
+    steps = [Hover(object="cube", height=0.15), Reach(object="cube")]
+    steps += [Grasp(object="cube", force=30.0), Lift(height=0.15)]
+    before = cell.pose("cube").translation[2]
+    trial(Sequence(*steps)).tick_until("SUCCESS", timeout=15.0)
+    assert cell.pose("cube").translation[2] > before + 0.1

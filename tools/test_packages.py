@@ -1,0 +1,97 @@
+"""Test each package of plugins/ where it finds what its users have, and nothing of this checkout.
+
+Every package gets a fresh environment: the third-party packages of the environment that this runs
+in, the wheel of bt-manip, and the package's own wheel. Its tests run from a copy outside of the
+repository.
+
+    .venv/bin/python tools/test_packages.py [FOLDER...]
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tempfile
+import venv
+from pathlib import Path
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+OURS = ("bt_manip", "_bt_manip", "__editable__")
+"""What the names of installed files of this project begin with."""
+
+
+def main(arguments: list[str]) -> int:
+    """Test the packages; give 1 if any fails."""
+    folders = [Path(a) for a in arguments] or sorted(
+        file.parent for file in (REPOSITORY / "plugins").glob("*/pyproject.toml")
+    )
+    failed = []
+    with tempfile.TemporaryDirectory() as temporary:
+        work = Path(temporary)
+        ours = build_wheel(REPOSITORY, work / "bt-manip")
+        for folder in folders:
+            print(f"--- {folder.name}", flush=True)
+            python = make_environment(work / folder.name / "env", ours)
+            install(python, build_wheel(folder, work / folder.name / "wheel"))
+            if not test(python, folder, work / folder.name / "tested"):
+                failed.append(folder.name)
+    if failed:
+        print(f"failed: {', '.join(failed)}", file=sys.stderr)
+    return 1 if failed else 0
+
+
+def build_wheel(source: Path, into: Path) -> Path:
+    """Build a wheel with the tools of this environment."""
+    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(into)]
+    done = subprocess.run(
+        [*build, str(source)], capture_output=True, text=True, stdin=subprocess.DEVNULL
+    )
+    if done.returncode != 0:
+        sys.exit(f"{source} does not build:\n{done.stdout}{done.stderr}")
+    (wheel,) = into.glob("*.whl")
+    return wheel
+
+
+def make_environment(folder: Path, wheel: Path) -> Path:
+    """Make an environment with third-party packages and one wheel; give its interpreter."""
+    venv.create(folder, with_pip=False, symlinks=True)
+    (site,) = folder.glob("lib/python*/site-packages")
+    for entry in Path(sysconfig.get_path("purelib")).iterdir():
+        # By links, one each: a search path to that folder would bring this checkout along.
+        if not entry.name.startswith(OURS) and not (site / entry.name).exists():
+            (site / entry.name).symlink_to(entry)
+    python = folder / "bin" / "python"
+    install(python, wheel)
+    return python
+
+
+def install(python: Path, wheel: Path) -> None:
+    """Install a wheel, alone and without looking anywhere."""
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--python", str(python)]
+    subprocess.run([*pip, "install", "-q", "--no-index", "--no-deps", str(wheel)], check=True)
+
+
+def test(python: Path, package: Path, copy: Path) -> bool:
+    """Run a package's tests, and see that nothing is wrong with it as a plugin."""
+    copy.mkdir(parents=True)
+    shutil.copy(package / "pyproject.toml", copy)
+    shutil.copytree(package / "tests", copy / "tests", ignore=shutil.ignore_patterns("__*"))
+    environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
+    menagerie = REPOSITORY.parent / "shared" / "menagerie"
+    if menagerie.is_dir():
+        environment.setdefault("MENAGERIE_ROOT", str(menagerie))
+
+    def run(*command: str) -> bool:
+        return subprocess.run([str(python), *command], cwd=copy, env=environment).returncode == 0
+
+    where = "import bt_manip, sys; sys.exit(not bt_manip.__file__.startswith(sys.prefix))"
+    return (
+        run("-I", "-c", where)
+        and run("-I", "-m", "bt_manip", "plugins", "--check")
+        and run("-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib", "tests")
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
