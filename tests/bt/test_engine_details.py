@@ -222,3 +222,9 @@ def test_an_integer_entry_takes_the_truth_value_true_only(value, written):
     trace = once(None if written is None else "SUCCESS", *events, Main={"z": written or 5}, t={})
 
     assert compare(text, trace) == []
+
+
+def test_of_two_ports_with_one_key_the_last_one_declares_the_entry():
+    body = '<LoopDouble queue="{u}" value="{u}"><SetOutInt value="1" out="{u}"/></LoopDouble>'
+
+    assert compare(document(body), REJECTED) == []

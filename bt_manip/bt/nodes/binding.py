@@ -119,8 +119,12 @@ class _Binder:
         return inner, path + "/"
 
     def _declare(self, node: Node, scope: Blackboard) -> None:
-        """Declare the entries that the ports point to: the first strong type of a key counts."""
-        for name, port in node.ports.items():
+        """Declare the entries that the ports point to: the first strong type of a key counts.
+
+        The engine's table of a node's ports hands them out last first; one key in two ports of a
+        node gets the type of the last one.
+        """
+        for name, port in reversed(list(node.ports.items())):
             text = node.given.get(name)
             key = pointed_key(name, text) if isinstance(text, str) else None
             if key is None:
