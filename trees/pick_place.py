@@ -26,7 +26,7 @@ def pick_place(
     """Pick a cube from a random place on the table and drop it into the basket.
 
     Args:
-        cube: Object to pick, one of: bt-manip list objects.
+        cube: Object to pick: a name of bt-manip list objects, or the address of a model.
         basket: Name of the container in the cell.
         force: Normal force of each finger [N].
         attempts: How often a pick is tried.
