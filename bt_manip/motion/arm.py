@@ -8,13 +8,15 @@ import pinocchio as pin
 
 from bt_manip.robots import Payload, Robot, RobotModel
 
-from .checks import check_configuration, check_inside, check_pose, check_speed
+from .checks import check_configuration, check_inside, check_pace, check_pose, check_speed
 from .collision import CollisionWorld
 from .errors import MotionError
 from .goal_choice import choose_configurations
 from .inverse_kinematics import InverseKinematics
 from .limit_check import limit_use, step_times
 from .move_planning import Avoiding, Present, plan_line, plan_stop, plan_to_configurations
+from .paced_trajectory import PacedTrajectory
+from .pacing import paced
 from .planning import Planner, RRTConnect
 from .trajectory import Trajectory, trajectory_from_state
 
@@ -74,6 +76,8 @@ class Arm:
         self._now[:] = 0.0
         self._now[0] = self.robot.q if q is None else q
         self._trajectory: Trajectory | None = None
+        self._paused: tuple[Trajectory, float] | None = None  # and where in it [s]
+        self._pace, self._stopping = 1.0, False
         self._start = 0.0  # [s] into the trajectory, where the table begins
         self._dt = 1e-3
         self._step = self._last = 0
@@ -93,6 +97,16 @@ class Arm:
     def moving(self) -> bool:
         """Whether the reference has not yet come to rest."""
         return self._trajectory is not None
+
+    @property
+    def paused(self) -> bool:
+        """Whether it rests in the middle of a motion, which a pace above 0 goes on with."""
+        return self._paused is not None
+
+    @property
+    def busy(self) -> bool:
+        """Whether a motion has not come to its end, moving or paused."""
+        return self._trajectory is not None or self._paused is not None
 
     @property
     def remaining(self) -> float:
@@ -211,7 +225,46 @@ class Arm:
 
     def stop(self) -> None:
         """Come to rest as soon as the limits allow, on the planned path where there is one."""
-        self._begin(plan_stop(self._present, self.model))
+        self._paused, self._stopping = None, True
+        self._follow(plan_stop(self._present, self.model))
+
+    @property
+    def pace(self) -> float:
+        """Fraction of their planned speed that motions are driven at, 0 to 1; 0 pauses.
+
+        It can be changed at any time, also in the middle of a motion, which stays on its path.
+        """
+        return self._pace
+
+    @pace.setter
+    def pace(self, pace: float) -> None:
+        pace = check_pace(pace)
+        if self._paused is not None:
+            if pace > 0.0:
+                whole, since = self._paused
+                self._go_on(whole, (since, 0.0, 0.0), pace)
+        elif self._trajectory is not None and not self._stopping:
+            trajectory, t = self._trajectory, self._time
+            if isinstance(trajectory, PacedTrajectory):
+                self._go_on(trajectory.whole, trajectory.clock.sample(t), pace)
+            else:
+                self._go_on(trajectory, (t, 1.0, 0.0), pace)
+        self._pace = pace
+
+    def pause(self) -> None:
+        """Come to rest on the path; `resume` goes on."""
+        self.pace = 0.0
+
+    def resume(self) -> None:
+        """Go on at full pace."""
+        self.pace = 1.0
+
+    def _go_on(self, whole: Trajectory, clock: tuple[float, float, float], pace: float) -> None:
+        """Change the pace of a motion; too near to its end, it goes on as it was."""
+        changed = paced(whole, clock, pace, self.model)
+        if changed is not None:
+            self._paused = None
+            self._follow(changed)
 
     def advance(self, dt: float) -> None:
         """Move the reference on by a control step [s]."""
@@ -223,7 +276,14 @@ class Arm:
         self._step = step = self._step + 1
         self._now[:] = self._rows[step]
         if step == self._last:
-            self._trajectory = None
+            self._end()
+
+    def _end(self) -> None:
+        """Be at the end of a trajectory, or at rest in the middle of one."""
+        ended, self._trajectory = self._trajectory, None
+        if isinstance(ended, PacedTrajectory) and not (self._stopping or ended.complete):
+            self._paused = ended.whole, ended.clock.end
+        self._stopping = False
 
     # Planning
 
@@ -243,7 +303,23 @@ class Arm:
         )
 
     def _begin(self, trajectory: Trajectory | None) -> None:
-        """Take a planned trajectory, once it is proven to be inside the limits."""
+        """Take a planned motion, at the present pace."""
+        self._follow(trajectory)
+        if trajectory is None:
+            self._paused = None
+            return
+        # What is planned as paced is but a stop, where that is all that is asked for.
+        self._paused, self._stopping = None, isinstance(trajectory, PacedTrajectory)
+        if self._pace < 1.0 and not self._stopping:
+            rest = not (self.v.any() or self.a.any())
+            if rest and self._pace == 0.0:
+                self._trajectory, self._paused = None, (trajectory, 0.0)
+            else:
+                clock = (0.0, self._pace if rest else 1.0, 0.0)
+                self._go_on(trajectory, clock, self._pace)
+
+    def _follow(self, trajectory: Trajectory | None) -> None:
+        """Follow a trajectory, once it is proven to be inside the limits."""
         if trajectory is None:
             return
         use = limit_use(trajectory, self.model.limits)
@@ -274,7 +350,7 @@ class Arm:
 
     def get_state(self) -> dict[str, Any]:
         """Give everything as plain data."""
-        payload, trajectory = self.payload, self._trajectory
+        payload, trajectory, paused = self.payload, self._trajectory, self._paused
         return {
             "q": self.q.tolist(),
             "v": self.v.tolist(),
@@ -284,6 +360,9 @@ class Arm:
             "start": self._start,
             "dt": self._dt,
             "step": self._step,
+            "pace": self._pace,
+            "stopping": self._stopping,
+            "paused": None if paused is None else [paused[0].get_state(), paused[1]],
         }
 
     def set_state(self, state: dict[str, Any]) -> None:
@@ -296,3 +375,6 @@ class Arm:
         if self._trajectory is not None:
             self._tabulate()
         self._step = state["step"]
+        self._pace, self._stopping = state["pace"], state["stopping"]
+        paused = state["paused"]
+        self._paused = None if paused is None else (trajectory_from_state(paused[0]), paused[1])

@@ -8,6 +8,8 @@ from .effort import ALLOWED
 from .errors import MotionError
 from .jerk_profile import brake_profile, joint_profiles
 from .limit_check import effort_use, limit_use
+from .paced_trajectory import PacedTrajectory
+from .pacing import paced
 from .trajectory import (
     JointTrajectory,
     PathTrajectory,
@@ -38,8 +40,8 @@ def brake(
 ) -> Trajectory:
     """Plan the way to rest from the middle of a trajectory.
 
-    On a path the arm stays on the path. Elsewhere all joints come to rest at the same time. When
-    the limits leave no better way, the trajectory is driven to its end.
+    The arm stays on the way that it was on. Where the limits leave no other way, all joints come to
+    rest at the same time beside it, or the trajectory is driven to its end.
 
     Args:
         trajectory: What is being driven.
@@ -52,6 +54,14 @@ def brake(
     while isinstance(trajectory, TailTrajectory):
         t += trajectory.since
         trajectory = trajectory.whole
+    if isinstance(trajectory, PacedTrajectory):
+        slowed = paced(trajectory.whole, trajectory.clock.sample(t), 0.0, model)
+    elif not isinstance(trajectory, PathTrajectory):
+        slowed = paced(trajectory, (t, 1.0, 0.0), 0.0, model)
+    else:
+        slowed = None
+    if slowed is not None:
+        return slowed
     tail = TailTrajectory(trajectory, t)
     best: Trajectory = tail
     least: float | None = None  # effort of the best; that of the tail is seldom needed

@@ -92,5 +92,20 @@ def check_speed(speed: Any) -> float:
     return number
 
 
+def check_pace(pace: Any) -> float:
+    """Give a pace as a number.
+
+    Raises:
+        MotionError: When it is not from 0 to 1.
+    """
+    try:
+        number = float(pace)
+    except (TypeError, ValueError):
+        number = -1.0
+    if not 0.0 <= number <= 1.0:
+        raise MotionError(f"a pace is from 0 to 1, got {pace!r}", reason="target")
+    return number
+
+
 def _is_many(targets: Any) -> bool:
     return isinstance(targets, list | tuple)

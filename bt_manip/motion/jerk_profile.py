@@ -29,6 +29,11 @@ class JerkProfile:
         self.duration = duration
         self.end = end
 
+    @property
+    def segments(self) -> list[list[float]]:
+        """Start time, position, velocity, acceleration and jerk of each segment."""  # (n, 5)
+        return self._segments
+
     @classmethod
     def from_ruckig(cls, profile: ruckig.Profile, duration: float, end: float | None = None) -> Any:
         """Take one degree of freedom out of a computed trajectory.
@@ -125,9 +130,24 @@ def brake_profile(
     start: tuple[float, float, float], limits: tuple[float, float, float]
 ) -> JerkProfile:
     """Plan the fastest motion to rest, wherever that is."""
-    unit = limits[1]
-    motion = _scalar_input(start, limits, unit)
+    return ramp_profile(start, 0.0, limits[1:])
+
+
+def ramp_profile(
+    start: tuple[float, float, float], velocity: float, limits: tuple[float, float]
+) -> JerkProfile:
+    """Plan the fastest change to a velocity, wherever that ends.
+
+    Args:
+        start: Position, velocity, acceleration.
+        velocity: At the end.
+        limits: Of acceleration and jerk.
+    """
+    unit = limits[0]
+    bound = max(abs(start[1]), abs(velocity), 1e-6)
+    motion = _scalar_input(start, (bound, *limits), unit)
     motion.control_interface = ruckig.ControlInterface.Velocity
+    motion.target_velocity = [velocity / unit]
     trajectory = calculate(motion)
     return JerkProfile.from_ruckig(trajectory.profiles[0][0], trajectory.duration).times(unit)
 

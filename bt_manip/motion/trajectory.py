@@ -191,6 +191,10 @@ def trajectory_from_state(state: dict[str, Any]) -> Trajectory:
     """Make a trajectory from plain data."""
     if state["kind"] == "joints":
         return JointTrajectory([JerkProfile.from_state(p) for p in state["profiles"]])
+    if state["kind"] == "paced":
+        from .paced_trajectory import PacedTrajectory  # which is made of trajectories, too
+
+        return PacedTrajectory.from_state(state)
     if state["kind"] == "sequence":
         return SequenceTrajectory([trajectory_from_state(part) for part in state["parts"]])
     if state["kind"] == "tail":

@@ -1,0 +1,143 @@
+"""Changing the pace of a motion while it goes on.
+
+A trajectory is a path over its own time: with the pace ``p`` and its change ``u`` the joints move
+with ``v p`` and ``a p^2 + v u``. So the greatest ``u`` of either sign that acceleration and effort
+allow is known at each moment, and the fastest change of the pace is found by going forward once.
+"""
+
+import numpy as np
+
+from bt_manip.robots import RobotModel
+
+from .effort import ALLOWED
+from .jerk_profile import JerkProfile
+from .limit_check import effort_use, limit_use
+from .paced_trajectory import PacedTrajectory
+from .trajectory import Trajectory
+
+POINTS = 160  # at which the limits are looked at
+NODE = 5e-3  # [s] the pace's change is linear between nodes, and averaged over two of these
+MOST_NODES = 400
+MARGINS = (0.995, 0.97, 0.9, 0.8, 0.6, 0.4, 0.2)  # of what is left of the limits
+STEEPEST = 100.0  # [1/s] change of the pace
+_TINY = 1e-9
+
+
+def paced(
+    whole: Trajectory, clock: tuple[float, float, float], pace: float, model: RobotModel
+) -> PacedTrajectory | None:
+    """Change the pace of a trajectory inside all limits, about as quickly as these let.
+
+    Args:
+        whole: What is being driven.
+        clock: Its time now, the pace and the pace's change: [s], [-] and [1/s].
+        pace: From then on, 0 to 1; 0 comes to rest.
+        model: The arm with its payload.
+
+    Returns:
+        None where no change is possible any more, as shortly before the end.
+    """
+    now, present, _ = clock
+    if now >= whole.duration:
+        return None
+    moments = np.linspace(now, whole.duration, POINTS)
+    rates, squares, limits = _constraints(whole, moments, model)
+    worst = max(ALLOWED, effort_use(whole, model))
+    for margin in MARGINS:
+        speed = _change(rates, squares, limits, moments, present, pace, margin)
+        if pace == 0.0 and speed[-1] > 0.0:
+            continue  # it would not come to rest before the end
+        trial = PacedTrajectory(whole, _smoothed(moments, speed, clock, whole.duration))
+        if pace == 0.0 and trial.complete:
+            continue
+        inside = limit_use(trial, model.limits)._replace(position=0.0).inside
+        if inside and effort_use(trial, model) <= worst:
+            return trial
+    return None
+
+
+def _constraints(
+    whole: Trajectory, moments: np.ndarray, model: RobotModel
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Write the limits at each moment as ``|rates u + squares p^2 + rest| <= bound``.
+
+    Returns:
+        The rates, the squares, and the pair of lower and upper limits, the rest moved there.
+    """
+    q, v, a = whole.table(moments)
+    still = np.zeros(model.nq)
+    gravity = np.array([model.rnea(x, still, still) for x in q])
+    inertia = np.array([model.rnea(x, still, y) for x, y in zip(q, v, strict=True)])
+    motion = np.array([model.rnea(*row) for row in zip(q, v, a, strict=True)])
+    free = ALLOWED * model.limits.effort - model.friction - model.damping * np.abs(v)
+    bound = np.broadcast_to(model.limits.acceleration, v.shape)
+    return (
+        np.hstack([v, inertia - gravity]),
+        np.hstack([a, motion - gravity]),
+        np.stack([np.hstack([-bound, -free - gravity]), np.hstack([bound, free - gravity])]),
+    )
+
+
+def _change(
+    rates: np.ndarray,
+    squares: np.ndarray,
+    limits: np.ndarray,
+    moments: np.ndarray,
+    present: float,
+    pace: float,
+    margin: float,
+) -> np.ndarray:
+    """Give the pace at each moment of the trajectory, changed as fast as the limits allow."""
+    speed = np.full(len(moments), pace)
+    sign = 1.0 if pace > present else -1.0
+    step = moments[1] - moments[0]
+    moves = np.abs(rates) > _TINY
+    safe = np.where(moves, rates, 1.0)
+    z = present * present
+    for i in range(len(moments)):
+        speed[i] = np.sqrt(z)
+        if sign * (pace - speed[i]) <= 0.0:
+            speed[i:] = pace
+            break
+        low = (margin * limits[0, i] - squares[i] * z) / safe[i]
+        high = (margin * limits[1, i] - squares[i] * z) / safe[i]
+        bound = np.maximum(low, high) if sign > 0.0 else np.minimum(low, high)
+        allowed = float((sign * bound)[moves[i]].min(initial=STEEPEST))
+        z = max(0.0, z + sign * 2.0 * step * float(np.clip(margin * allowed, 0.0, STEEPEST)))
+    return speed
+
+
+def _smoothed(
+    moments: np.ndarray, speed: np.ndarray, clock: tuple[float, float, float], end: float
+) -> JerkProfile:
+    """Make a clock of paces: its change is averaged over two nodes and linear between them."""
+    now, present, change = clock
+    moving = np.flatnonzero(speed > _TINY)
+    last = min(len(speed) - 1, int(moving[-1]) + 1 if len(moving) else 0)
+    middle = np.maximum(0.5 * (speed[1 : last + 1] + speed[:last]), 1e-4)
+    t = np.concatenate([[0.0], np.cumsum(np.diff(moments[: last + 1]) / middle)])
+    node = max(NODE, t[-1] / MOST_NODES)
+    n = int(np.ceil(t[-1] / node)) + 2
+    times = node * np.arange(-2, n + 3)
+    paces = np.interp(times, t, speed[: last + 1])
+    paces[times < 0.0] = present + change * times[times < 0.0]
+    u = np.zeros(n + 3)
+    u[1:-1] = (paces[3:-1] - paces[1:-3]) / (2.0 * node)
+    u[0] = change
+    # What the averaging has shifted is taken out of the whole change, so that it ends at the pace.
+    wanted = float(paces[-1]) - present
+    got = float((0.5 * node * (u[1:] + u[:-1])).sum())
+    if abs(got - 0.5 * node * change) > _TINY:
+        u[1:] *= (wanted - 0.5 * node * change) / (got - 0.5 * node * change)
+    jerk = np.diff(u) / node
+    velocity = present + np.concatenate([[0.0], np.cumsum(0.5 * node * (u[1:] + u[:-1]))])
+    moved = node * (velocity[:-1] + node * (u[:-1] / 2.0 + node * jerk / 6.0))
+    position = now + np.concatenate([[0.0], np.cumsum(moved)])
+    rows = np.column_stack([node * np.arange(n + 2), position[:-1], velocity[:-1], u[:-1], jerk])
+    segments = rows.tolist()
+    duration, reading = node * (n + 2), float(position[-1])
+    pace = float(paces[-1])
+    if pace > _TINY and reading < end:
+        segments.append([duration, reading, pace, 0.0, 0.0])
+        duration, reading = duration + (end - reading) / pace, end
+    return JerkProfile(segments, duration, reading)
