@@ -1,0 +1,116 @@
+"""A gripper of linkages under one motor, through the same controller as two slides."""
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from bt_manip.cell import Cell, Cube
+from bt_manip.control import ComputedTorque, GripperController, Hold
+from bt_manip.robots import Robot, read_description
+from bt_manip.spatial import pose
+
+FILE = Path(__file__).parents[1] / "robots" / "models" / "post.toml"
+
+
+def make(cube=True):
+    """Let the gripper hang over a cube that stands on the floor."""
+    robot = Robot(read_description(FILE))
+    control, gripper = ComputedTorque(robot), GripperController(robot)
+    robot.attach(control)
+    robot.attach(gripper)
+    cell = Cell()
+    # The tool, 580 mm above the robot's place, comes 10 mm over the middle of the cube.
+    cell.add(robot, pose((0.4, 0.0, 0.035 - 0.58)), free=False)
+    if cube:
+        cell.add(Cube(), pose((0.0, 0.003, 0.025)))
+    control.reference = Hold(robot.q)
+    return cell, robot, gripper
+
+
+@pytest.fixture
+def empty():
+    return make(cube=False)
+
+
+@pytest.fixture
+def over_cube():
+    return make()
+
+
+def controller_of(robot):
+    return next(e for e in robot.iter_entities() if isinstance(e, ComputedTorque))
+
+
+def until(cell, condition, seconds=3.0):
+    for _ in range(round(seconds / cell.dt)):
+        if condition():
+            return
+        cell.step()
+    raise AssertionError("it has not happened")
+
+
+def gap(cell, robot):
+    mujoco.mj_forward(cell.model, cell.data)
+    left, right = robot.finger_geom_ids
+    return mujoco.mj_geomDistance(cell.model, cell.data, left[0], right[0], 1.0, None)
+
+
+@pytest.mark.parametrize("width", [0.02, 0.05, 0.09])
+def test_the_opening_is_the_distance_of_the_fingers(empty, width):
+    cell, robot, gripper = empty
+    gripper.move(width)
+    until(cell, lambda: not gripper.moving)
+    cell.step(100)
+    assert gripper.width == pytest.approx(width, abs=3e-4)
+    assert gap(cell, robot) == pytest.approx(width, abs=5e-4)
+
+
+def test_fingers_that_meet_have_closed_on_nothing(empty):
+    cell, _, gripper = empty
+    gripper.close(20.0)
+    until(cell, lambda: gripper.closed_on_nothing)
+    assert not gripper.steady and gripper.held == ()
+    gripper.open()
+    until(cell, lambda: gripper.is_open)
+
+
+@pytest.mark.parametrize("force", [10.0, 40.0])
+def test_both_fingers_press_with_the_asked_force_off_centre(over_cube, force):
+    cell, _, gripper = over_cube
+    gripper.close(force)
+    until(cell, lambda: gripper.steady)
+    assert gripper.held == ("cube",)
+    cell.step(500)
+    left, right = gripper.finger_forces
+    assert 0.5 * (left + right) == pytest.approx(force, rel=0.01)
+    # What the floor's friction carries of the fingers' difference; one motor cannot take it away.
+    assert left == pytest.approx(right, rel=0.1)
+
+
+def test_what_is_held_can_be_lifted_and_let_go(over_cube):
+    cell, robot, gripper = over_cube
+    gripper.close(40.0)
+    until(cell, lambda: gripper.steady)
+    until(cell, lambda: not gripper.moving)
+    lift = robot.q + np.array([0.1, 0.0])
+    controller_of(robot).reference = Hold(lift)
+    cell.step(1000)
+    assert cell.pose("cube").translation[2] > 0.1
+    gripper.open()
+    until(cell, lambda: gripper.is_free and gripper.is_open)
+
+
+def test_a_state_goes_on_bit_for_bit(over_cube):
+    cell, robot, gripper = over_cube
+    controller = controller_of(robot)
+    gripper.close(30.0)
+    cell.step(300)
+    states = [part.get_state() for part in (cell, gripper, controller)]
+    cell.step(200)
+    first = cell.data.qpos.copy()
+    for part, state in zip((cell, gripper, controller), states, strict=True):
+        part.set_state(state)
+    cell.step(200)
+    assert np.array_equal(first, cell.data.qpos)

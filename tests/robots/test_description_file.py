@@ -1,0 +1,105 @@
+"""A description in a TOML file: what may be written, and what is said of what may not."""
+
+from pathlib import Path
+
+import pinocchio as pin
+import pytest
+
+from bt_manip.robots import RobotError, ToolLimits, read_description
+
+FILE = Path(__file__).parent / "models" / "post.toml"
+LEAST = """
+model = "arm.xml"
+arm_joints = ["a", "b"]
+home = [0.0, 1.0]
+velocity = 2
+acceleration = 3.0
+jerk = [4, 5.5]
+[tool]
+frame = "tip"
+"""
+GRIPPER = """
+[gripper]
+joints = ["left", "right"]
+fingers = ["one", "two"]
+open_width = 0.08
+max_speed = 0.1
+max_force = 20
+"""
+
+
+@pytest.fixture
+def read(tmp_path):
+    def go(text, name="arm.toml"):
+        path = tmp_path / name
+        path.write_text(text)
+        return read_description(path)
+
+    return go
+
+
+def test_little_has_to_be_said(read, tmp_path):
+    arm = read(LEAST)
+    assert arm.name == "arm"
+    assert arm.model == str(tmp_path / "arm.xml")
+    assert (arm.velocity, arm.acceleration, arm.jerk) == ((2.0, 2.0), (3.0, 3.0), (4.0, 5.5))
+    assert arm.effort is None and arm.gripper is None
+    assert arm.tool_limits == ToolLimits()
+    assert arm.T_rb == arm.T_ft == pin.SE3.Identity()
+
+
+def test_everything_can_be_said():
+    arm = read_description(FILE)
+    assert arm.T_rb.translation == pytest.approx([0.0, 0.0, 0.2])
+    assert arm.T_rb.rotation[0, 0] == pytest.approx(-1.0)
+    assert arm.T_ft.translation == pytest.approx([0.0, 0.0, 0.11])
+    assert arm.tool_limits == ToolLimits(velocity=0.5)
+    gripper = arm.gripper
+    assert gripper.model == str(FILE.parent / "pincers.xml")
+    assert gripper.pads.solref == (0.004, 1.0) and gripper.pads.solimp is None
+    assert gripper.frictionloss == 0.001 and gripper.armature is None
+
+
+def test_a_model_of_the_menagerie_is_looked_for_when_it_is_used(read):
+    text = LEAST.replace("arm.xml", "menagerie:kuka_iiwa_14/iiwa14")
+    assert read(text).model == "menagerie:kuka_iiwa_14/iiwa14"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (LEAST.replace("velocity", "velocty"), "key 'velocity' is missing.*did you mean 'velocty'"),
+        (LEAST + "colour = 3\n", "key 'tool.colour' means nothing"),
+        ("speeds = 1\n" + LEAST, "key 'speeds' means nothing"),
+        (
+            LEAST.replace("home = [0.0, 1.0]", "home = [0.0]"),
+            "'home' is a list of 2 numbers, got 1",
+        ),
+        (
+            LEAST.replace("jerk = [4, 5.5]", 'jerk = "much"'),
+            "'jerk' is a list of 2 numbers, got 'mu",
+        ),
+        (LEAST.replace('["a", "b"]', '"a"'), "'arm_joints' is a list of names, got 'a'"),
+        (LEAST.replace('frame = "tip"', ""), "'tool.frame' is missing: a text"),
+        (LEAST.replace("[tool]", "[tol]"), "'tool' is missing: a table with the 'frame'"),
+        (LEAST + "quat_wxyz = [0, 0, 0, 0]\n", "'tool.quat_wxyz' is no rotation"),
+        (
+            LEAST + GRIPPER + "max_forze = 3\n",
+            "'gripper.max_forze' means nothing; did you mean 'max",
+        ),
+        (LEAST + GRIPPER.replace('"left", "right"', '"left"'), "'gripper.joints' names two"),
+        (LEAST + GRIPPER.replace("= 20", "= true"), "'gripper.max_force' is a number, got True"),
+        (LEAST + GRIPPER + 'model = "hand.xml"\n', "'gripper.mount' is missing: a text"),
+        (LEAST + GRIPPER + "[gripper.pads]\nfrction = [1.0]\n", "'gripper.pads.frction' means no"),
+        ("model = ", "not a TOML file"),
+    ],
+)
+def test_what_is_wrong_is_said_with_its_file_and_key(read, text, message):
+    with pytest.raises(RobotError, match=message) as error:
+        read(text)
+    assert "arm.toml" in str(error.value)
+
+
+def test_a_missing_file_is_said(tmp_path):
+    with pytest.raises(RobotError, match="no robot description .*nothing.toml: No such file"):
+        read_description(tmp_path / "nothing.toml")

@@ -1,0 +1,167 @@
+"""An arm and a gripper from a file each, put together as a third file says."""
+
+import dataclasses
+from math import asin, cos, sin
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip.robots import Robot, RobotError, compile_alone, read_description, verify
+
+FILE = Path(__file__).parent / "models" / "post.toml"
+CRANK, ROOT = 0.05, 0.02  # [m] of tests/robots/models/pincers.xml
+
+
+@pytest.fixture(scope="module")
+def description():
+    return read_description(FILE)
+
+
+@pytest.fixture(scope="module")
+def robot(description):
+    robot = Robot(description)
+    compile_alone(robot)
+    return robot
+
+
+def changed(description, **changes):
+    """Change the gripper of a description."""
+    gripper = dataclasses.replace(description.gripper, **changes)
+    return dataclasses.replace(description, gripper=gripper)
+
+
+def test_the_tool_is_where_base_mount_and_tool_put_it(robot):
+    # Column 0.5 + base 0.2 up, turned by half a turn: the boom's end is at x = -0.4. The mount
+    # points down; the gripper is 10 mm under it and the tool 110 mm under that.
+    T = robot.tool_pose
+    assert np.allclose(T.translation, (-0.4, 0.0, 0.7 - 0.12), atol=1e-9)
+    assert np.allclose(T.rotation[:, 2], (0, 0, -1), atol=1e-9)
+
+
+def test_the_model_is_the_one_that_is_simulated(robot, rng):
+    model = robot.make_model()
+    assert verify(robot.mj_model, model.model, rng=rng, qpos=model.locked_qpos).worst < 1e-9
+
+
+def test_the_way_of_a_finger_is_that_of_its_crank(robot):
+    travel = robot.gripper_travel
+    for polynomial in travel.polynomials:
+        for q in np.linspace(-0.4, 0.6, 11):
+            s = np.polynomial.polynomial.polyval(q, polynomial)
+            assert s == pytest.approx(ROOT + CRANK * sin(q), abs=2e-5)
+    assert travel.open_width == pytest.approx(0.1, abs=1e-4)
+    assert travel.min_width == pytest.approx(0.0, abs=1e-4)
+    assert travel.ratios == pytest.approx([1.0, 1.0], abs=1e-3)
+
+
+def test_the_inertia_behind_a_finger_is_that_of_its_mechanism(robot):
+    travel = robot.gripper_travel
+    # A crank of 30 g with its rotor, a finger of 20 g that only shifts, a rotor at its wrist.
+    q = asin((0.5 * travel.widths[8] - ROOT) / CRANK)
+    crank = 0.03 * CRANK**2 / 3 + 0.002
+    finger = 0.02 * CRANK**2
+    per_angle = crank + finger + 0.0002
+    assert travel.mass == pytest.approx(per_angle / (CRANK * cos(q)) ** 2, rel=0.03)
+    assert travel.loss == pytest.approx((0.02 + 0.0005) / (CRANK * cos(q)) ** 2, rel=0.01)
+
+
+def test_the_motor_is_strong_enough_for_the_described_force(robot):
+    (motor,) = robot.gripper_actuators
+    assert motor.tendon.name == "both"
+    # Power: F dL = 2 f ds with dL = dq, and a fifth for friction; steepest where cos(q) is 1.
+    assert motor.forcerange[1] == pytest.approx(1.2 * 2 * 40.0 * CRANK, rel=0.02)
+
+
+def test_it_starts_open_with_all_joints_of_the_mechanism_in_place(robot):
+    data, model = robot.mj_data, robot.mj_model
+    robot.initialize_episode(None, None)
+    mujoco.mj_forward(model, data)
+    equality = data.efc_type[: data.nefc] == int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+    assert np.abs(data.efc_pos[: data.nefc][equality]).max() < 1e-3
+    left, right = robot.finger_geom_ids
+    gap = mujoco.mj_geomDistance(model, data, left[0], right[0], 1.0, None)
+    assert gap == pytest.approx(0.1, abs=3e-4)
+
+
+def test_the_servos_of_both_models_are_replaced_and_their_worlds_left_out(robot):
+    model = robot.mj_model
+    assert model.nu == 3 and model.nlight == 0
+    assert (model.actuator_biasprm == 0).all()
+    assert model.opt.gravity[2] == pytest.approx(-9.81)
+
+
+def test_pads_and_friction_are_as_described(robot):
+    model = robot.mj_model
+    for geoms in robot.finger_geom_ids:
+        assert model.geom_friction[geoms[0]] == pytest.approx([1.0, 0.005, 0.0001])
+        assert model.geom_solref[geoms[0]] == pytest.approx([0.004, 1.0])
+        assert model.geom_priority[geoms[0]] == 1
+    moving = robot.mj_model.jnt_dofadr[
+        [robot.mj_model.joint(n).id for n in robot.gripper_travel.joints]
+    ]
+    assert (model.dof_frictionloss[moving] == 0.001).all()
+    assert (model.dof_frictionloss[robot.dof_adr] == 0.0).all()
+
+
+def test_a_body_can_be_the_mount_and_a_site_the_tool(description):
+    turned = changed(description, mount="boom", T_mg=pin.SE3(np.eye(3), np.array([0.1, 0, 0])))
+    turned = dataclasses.replace(
+        turned, tool_frame="end", T_ft=pin.SE3.Identity(), T_rb=pin.SE3.Identity()
+    )
+    robot = Robot(turned)
+    compile_alone(robot)
+    assert np.allclose(robot.tool_pose.translation, (0.4, 0.0, 0.5), atol=1e-9)
+    palm = robot.mj_data.body("pincers/palm").xpos
+    assert np.allclose(palm, (0.4, 0.0, 0.5), atol=1e-9)
+
+
+def test_two_motors_may_move_two_linkages(description):
+    robot = Robot(changed(description, motor=None))
+    assert len(robot.gripper_actuators) == 2
+    assert robot.gripper_actuators[0].forcerange[1] == pytest.approx(1.2 * 40.0 * CRANK, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"mount": "ent"}, "there is no 'ent'; did you mean 'end'"),
+        ({"joints": ("left_drive", "right_driver")}, "no joint 'left_drive'; did you mean 'left_"),
+        ({"fingers": ("left_finger", "left")}, "no body 'left'"),
+        ({"motor": "bot"}, "no joint 'bot'"),
+        ({"model": "nowhere.xml"}, "no model file nowhere.xml"),
+        (
+            {"fingers": ("left_crank", "right_crank")},
+            "'pincers/left_crank' has no geom that collides",
+        ),
+    ],
+)
+def test_what_does_not_fit_is_said(description, changes, message):
+    with pytest.raises(RobotError, match=message):
+        Robot(changed(description, **changes))
+
+
+def test_a_joint_that_leaves_the_fingers_where_they_are_is_no_gripper_joint(description, tmp_path):
+    model = (FILE.parent / "pincers.xml").read_text()
+    alone = model.replace('<geom class="crank"/>', '<geom class="crank"/><geom class="face"/>')
+    (tmp_path / "alone.xml").write_text(alone)
+    cranks = changed(
+        description, model=str(tmp_path / "alone.xml"), fingers=("palm", "palm"), motor=None
+    )
+    with pytest.raises(RobotError, match="'pincers/left_driver' does not open and close"):
+        Robot(cranks)
+
+
+def test_descriptions_can_be_compared_and_copied(description):
+    assert read_description(FILE) == description
+    assert dataclasses.replace(description, name="other") != description
+
+
+def test_the_steepest_place_decides_the_effort(robot):
+    travel = robot.gripper_travel
+    one, two = travel.efforts(10.0, together=False)
+    assert one == pytest.approx(two, rel=1e-2)
+    assert travel.efforts(10.0, together=True) == pytest.approx([one + two])
+    assert one == pytest.approx(1.2 * 10.0 * CRANK, rel=0.02)
