@@ -15,7 +15,7 @@ PENDULUM = """
   <option gravity="0 0 {gravity}"/>
   <worldbody>
     <body>
-      <joint name="j" axis="0 1 0"/>
+      <joint name="j" axis="0 1 0" damping="{damping}"/>
       <inertial pos="1 0 0" mass="2" diaginertia="1e-9 1e-9 1e-9"/>
       <site name="tip" pos="1 0 0"/>
     </body>
@@ -24,11 +24,11 @@ PENDULUM = """
 """
 
 
-def pendulum(gravity=0.0, effort=10.0, acceleration=100.0, velocity=100.0):
+def pendulum(gravity=0.0, effort=10.0, acceleration=100.0, velocity=100.0, damping=0.0):
     """A point of 2 kg on a bar of 1 m."""
     one = np.ones(1)
     return RobotModel(
-        mujoco.MjModel.from_xml_string(PENDULUM.format(gravity=gravity)),
+        mujoco.MjModel.from_xml_string(PENDULUM.format(gravity=gravity, damping=damping)),
         joints=["j"],
         tool_frame="tip",
         limits=JointLimits(
@@ -92,3 +92,11 @@ def test_at_a_tenth_of_the_speed_a_path_takes_ten_times_the_time(model):
     bounds = Bounds.of_joints(model.limits)
     fast, slow = (drive(path, bounds, model, speed).duration for speed in (1.0, 0.1))
     assert slow == pytest.approx(10 * fast, rel=0.02)
+
+
+def test_where_damping_would_take_all_effort_at_full_speed_it_goes_slower():
+    # At 100 rad/s the damping alone asks for 500 N m; with 10 there are 2 rad/s at the most.
+    model = pendulum(damping=5.0)
+    trajectory = drive_straight(np.zeros(1), np.ones(1), model)
+    assert effort_use(trajectory, model) <= 0.95
+    assert 0.5 < trajectory.duration < 2.0

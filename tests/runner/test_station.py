@@ -1,5 +1,7 @@
 """A station: built by names, and put back to any moment bit for bit."""
 
+from pathlib import Path
+
 import pytest
 
 from bt_manip import spatial
@@ -14,6 +16,7 @@ MISSPELT = Scene(AT_THE_ORIGIN, (Fixture("tabel", "table", AT_THE_ORIGIN),))
     ("choice", "message"),
     [
         ({"robot": "pando"}, "unknown robot 'pando'; did you mean 'panda'"),
+        ({"robot": "mine/arm.toml"}, "no robot description mine/arm.toml: No such file"),
         ({"controller": "computed_torqe"}, "did you mean 'computed_torque'"),
         ({"scene": MISSPELT}, "unknown object 'tabel'; did you mean 'table'"),
     ],
@@ -28,6 +31,15 @@ def test_it_begins_with_the_robot_at_home_on_the_table(parts):
     assert station.robot.q == pytest.approx(station.robot.description.home)
     assert list(station.cell.objects) == ["table", "basket"]
     assert station.cell.time == 0.0 and not station.arm.moving
+
+
+def test_a_robot_may_be_a_file(parts):
+    file = Path(__file__).parents[1] / "robots" / "models" / "post.toml"
+    station = build_station(parts, robot=str(file))
+    assert station.robot.description.name == "post"
+    station.gripper.move(0.03)
+    station.step_until(lambda: not station.gripper.moving, timeout=2.0)
+    assert station.gripper.width == pytest.approx(0.03, abs=5e-4)
 
 
 def test_a_station_goes_on_from_its_state_bit_for_bit(parts):
