@@ -1,18 +1,22 @@
 """What a control step costs beside the physics, and what coming and going costs."""
 
+import os
 import statistics
+import tempfile
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import mujoco
 import numpy as np
 from dm_control import composer, mjcf
 
-from bt_manip.cell import Basket, Cell, Cube, Table
+from bt_manip.cell import Basket, Cell, Cube, Region, Table
 from bt_manip.cell.state import integration_state
 from bt_manip.control import ComputedTorque, GripperController
 from bt_manip.motion import Arm
 from bt_manip.robots import Robot, panda
+from bt_manip.runner import build_station, load_snapshot, save_snapshot
 from bt_manip.spatial import pointing_down, pose
 
 BLOCK = 100  # steps
@@ -79,7 +83,7 @@ def control_step() -> tuple[float, float]:
         for i in range(first, first + BLOCK):
             command(i)
             start = clock()
-            cell.step()
+            cell.step(remember=False)  # as in nine of ten steps of a run
             cell.touch.judge()
             whole.append(clock() - start)
         for state in recorder.states[first : first + BLOCK]:
@@ -112,6 +116,57 @@ def insertion(present: int, times: int = 9) -> tuple[float, float, float]:
     return statistics.median(added), statistics.median(removed), statistics.median(compiled)
 
 
+def placing(present: int, times: int = 9) -> float:
+    """Time placing among others where the first pose drawn is mostly taken; median [s]."""
+    cell, _ = pick()
+    rng = np.random.default_rng(0)
+    region = Region((-0.6, -0.3), (-0.3, 0.3), (1.04, 1.04))
+    for _ in range(present):
+        cell.place(Cube(), region, rng)
+    took = []
+    for _ in range(times):
+        cube = Cube()
+        start = time.perf_counter()
+        name = cell.place(cube, region, rng)
+        took.append(time.perf_counter() - start)
+        cell.remove(name)
+    return statistics.median(took)
+
+
+def memory(times: int = 1000) -> float:
+    """Give by how much memory grows while objects come and go [bytes per object]."""
+
+    def resident() -> int:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
+
+    cell = Cell()
+    before = 0
+    for i in range(times + times // 5):
+        if i == times // 5:  # by now allocators have what they need
+            before = resident()
+        cell.remove(cell.add(Cube(), pose((1.0, 0.0, 0.025))))
+    return (resident() - before) / times
+
+
+def snapshot() -> tuple[float, float, float]:
+    """Time saving and restoring a station in mid-motion; medians [s], and the size [bytes]."""
+    station = build_station()
+    station.cell.add(Cube(), pose((0.3, 0.1, 1.04)))
+    station.arm.move_to_pose(pointing_down((0.3, 0.1, 1.055)))
+    station.cell.step(300)
+    saved, restored = [], []
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "snapshot.json"
+        for _ in range(9):
+            start = time.perf_counter()
+            save_snapshot(path, station.get_state())
+            saved.append(time.perf_counter() - start)
+            start = time.perf_counter()
+            station.set_state(load_snapshot(path))
+            restored.append(time.perf_counter() - start)
+        return statistics.median(saved), statistics.median(restored), path.stat().st_size
+
+
 def rows() -> list[tuple[str, str, str]]:
     """Give the figures: what, how much, beside what."""
     whole, alone = control_step()
@@ -131,6 +186,15 @@ def rows() -> list[tuple[str, str, str]]:
             (f"removal, {present} free objects present", f"{1e3 * removed:.1f} ms",
              f"{removed / compiled:.2f} {beside}"),
         ]  # fmt: skip
+    table.append(("placing among 12 others", f"{1e3 * placing(12):.1f} ms", ""))
+    table.append(
+        ("memory, 1,000 objects that come and go", f"{memory():.0f} bytes each", "(0 is flat)")
+    )
+    saved, restored, size = snapshot()
+    table.append(
+        ("snapshot of a station: save, restore", f"{1e3 * saved:.1f} ms, {1e3 * restored:.1f} ms",
+         f"{size / 1e3:.0f} kB")
+    )  # fmt: skip
     return table
 
 

@@ -54,30 +54,35 @@ class Compiled:
                 joint = self.model.joint(f"{name}/")
                 self.free_joints[name] = (int(joint.qposadr[0]), int(joint.dofadr[0]))
         self._kept = integration_state(self.model, self.data)
-        self.stepped = False
-        """Whether a step was made since the compile."""
+        self._remembers = False
         self._warnings = self.data.warning.number
         self._warned = self._warnings.tobytes()
 
-    def step(self, n: int, random_state: np.random.RandomState) -> None:
+    def step(self, n: int, random_state: np.random.RandomState, remember: bool = True) -> None:
         """Make ``n`` steps with the entities' hooks around each.
+
+        Args:
+            n: How many.
+            random_state: What the hooks draw from.
+            remember: Whether to keep the state that the last one was made from.
 
         Raises:
             PhysicsDiverged: When MuJoCo warned meanwhile.
         """
         physics, model, data = self.physics, self.model, self.data
         before, after, mj_step = self.before_substep, self.after_substep, mujoco.mj_step
-        get_state, kept = mujoco.mj_getState, self._kept
-        for _ in range(n):
+        last = n if remember else 0
+        for i in range(1, n + 1):
             for hook in before:
                 hook(physics, random_state)
-            get_state(model, data, kept, INTEGRATION)
+            if i == last:
+                mujoco.mj_getState(model, data, self._kept, INTEGRATION)
             mj_step(model, data)
             for hook in after:
                 hook(physics, random_state)
         if self._warnings.tobytes() != self._warned:
             self._raise_diverged()
-        self.stepped = True
+        self._remembers = remember
 
     def before_last_step(self) -> np.ndarray | None:
         """Give the state that the last step was made from, if the state of now follows from it.
@@ -85,7 +90,7 @@ class Compiled:
         A step leaves contacts, forces and poses of where it came from. Whoever wants them back
         makes it once more.
         """  # (nstate,)
-        if not self.stepped:
+        if not self._remembers:
             return None
         trial = mujoco.MjData(self.model)
         mujoco.mj_setState(self.model, trial, self._kept, INTEGRATION)
@@ -106,7 +111,7 @@ class Compiled:
             ValueError: When a state was taken from a model of another size.
         """
         set_integration_state(self.model, self.data, state)
-        self.stepped = before is not None
+        self._remembers = before is not None
         if before is not None:
             self._kept[:] = before
             mujoco.mj_setState(self.model, self.data, before, INTEGRATION)

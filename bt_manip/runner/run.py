@@ -158,8 +158,9 @@ class _Loop:
         """Make the control steps between this tick and the next."""
         cell, after_step = self._cell, self._after_step
         self._note_model()
-        for _ in range(self._request.steps_per_tick):
-            cell.step()
+        last = self._request.steps_per_tick - 1
+        for i in range(last + 1):
+            cell.step(remember=i == last)
             for look in after_step:
                 look()
         for observer in self._observers:

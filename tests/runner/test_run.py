@@ -20,7 +20,7 @@ class Cell:
     def time(self) -> float:
         return self.steps * 1e-3
 
-    def step(self) -> None:
+    def step(self, *, remember: bool = True) -> None:
         self.steps += 1
 
 
