@@ -82,6 +82,15 @@ def register_scenes(register: Callable[[str, Callable[[], Any]], None]) -> None:
 
 
 @hookimpl
+def register_model_sources(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Bring models that travel with the package, and those of Fuel, Menagerie and ROS packages."""
+    from bt_manip.models import built_in_sources
+
+    for kind, find in built_in_sources().items():
+        register(kind, find)
+
+
+@hookimpl
 def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
     """Bring the trace of the joints."""
     from bt_manip.recording.trace_recorder import TraceRecorder

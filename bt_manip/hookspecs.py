@@ -93,6 +93,17 @@ def register_scenes(register: Callable[[str, Callable[[], Any]], None]) -> None:
 
 
 @hookspec
+def register_model_sources(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Bring sources of models: kinds of addresses that objects can be made from.
+
+    Args:
+        register: ``register(kind, find)``, where ``find(address, progress)`` gives the
+            `bt_manip.models.FoundModel` or the path of the file for an address ``kind:...``;
+            ``progress(name, done, total)`` is told how far a download is [bytes].
+    """
+
+
+@hookspec
 def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
     """Bring recorders, which ``bt-manip run --record NAME=FILE`` writes a file with.
 

@@ -153,6 +153,8 @@ class Parts:
         behaviours: Classes of tree nodes; the nodes of the tree language itself are not here.
         trees: Places: ``path.xml`` or ``path.py:function``.
         scenes: Factories, ``factory() -> Scene``.
+        model_sources: Functions, ``find(address, progress) -> FoundModel | Path``, by what stands
+            before the colon of an address.
         recorders: Factories, ``factory(path) -> RunObserver``.
         surroundings: Where trees work that do not work everywhere, by their names.
     """
@@ -166,6 +168,9 @@ class Parts:
     behaviours: Registry[type] = field(default_factory=lambda: Registry("behaviour"))
     trees: Registry[str] = field(default_factory=lambda: Registry("tree"))
     scenes: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("scene"))
+    model_sources: Registry[Callable[..., Any]] = field(
+        default_factory=lambda: Registry("model source")
+    )
     recorders: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("recorder"))
     surroundings: dict[str, Surroundings] = field(default_factory=dict)
 
@@ -179,5 +184,6 @@ class Parts:
             "behaviours": self.behaviours,
             "trees": self.trees,
             "scenes": self.scenes,
+            "model_sources": self.model_sources,
             "recorders": self.recorders,
         }

@@ -1,22 +1,23 @@
 """``bt-manip models``: find, fetch and look at models."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from bt_manip.cli.plugin_options import load_chosen_plugins, plugin_options
 from bt_manip.exceptions import BtManipError
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from bt_manip.models import MjcfModel
+    from bt_manip.models import MjcfModel, Source
 
 SOURCES = ("bundled", "fuel", "menagerie")
 
 
 @click.group()
+@plugin_options
 def models() -> None:
     """Find, fetch and look at models."""
     os.environ.setdefault("MUJOCO_GL", "disable")
@@ -52,7 +53,7 @@ def fetch(addresses: tuple[str, ...]) -> None:
             found, path = FuelClient().fetch(fuel_address(address))
             click.echo(f"{found}  {path}")
         else:
-            model = find_model(address)
+            model = find_model(address, sources=_sources(address))
             click.echo(f"{model.address}  {model.path}")
 
 
@@ -62,7 +63,7 @@ def path(address: str) -> None:
     """Print where a model's file is on this machine, after fetching it where needed."""
     from bt_manip.models import find_model
 
-    click.echo(find_model(address).path)
+    click.echo(find_model(address, sources=_sources(address)).path)
 
 
 @models.command()
@@ -72,7 +73,7 @@ def show(address: str, mjcf: bool) -> None:
     """Tell what a model is: its file, parts, mass and size, and what was lost in converting it."""
     from bt_manip.models import load_model
 
-    model = load_model(address)
+    model = load_model(address, sources=_sources(address))
     if mjcf:
         click.echo(model.xml or (model.path.read_text("utf-8") if model.path else ""))
         return
@@ -125,7 +126,7 @@ def _facts(model: "MjcfModel", address: str) -> Iterator[tuple[str, str]]:
     from bt_manip.models import find_model
 
     thing = ModelObject(model)
-    found = find_model(address)
+    found = find_model(address, sources=_sources(address))
     root = thing.mjcf_model
     yield "address", model.address
     yield "file", str(found.path)
@@ -160,3 +161,15 @@ def _clear_all() -> list["Path"]:
     cache = FuelCache()
     gone = [path for address in list(cache.models()) for path in cache.remove(address)]
     return gone + [path for name in menagerie_names() for path in remove(name)]
+
+
+def _sources(address: str) -> "Mapping[str, Source]":
+    """Give what finds models; plugins are loaded only for kinds of address that they may know."""
+    from bt_manip.models import built_in_sources
+
+    known = built_in_sources()
+    kind, colon, _ = address.partition(":")
+    if not colon or kind.lower() in (*known, "file") or Path(address).exists():
+        return known
+    sources = load_chosen_plugins().parts.model_sources
+    return {kind: sources.get(kind) for kind in sources}

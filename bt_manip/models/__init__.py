@@ -1,6 +1,8 @@
 """Finding model files: bundled, by path, by address."""
 
 from .address import FoundModel as FoundModel
+from .address import Source as Source
+from .address import built_in_sources as built_in_sources
 from .address import bundled_names as bundled_names
 from .address import find_model as find_model
 from .address import is_address as is_address

@@ -1,7 +1,8 @@
 """From the address of a model to a file on this machine."""
 
 import re
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bt_manip.exceptions import BtManipError, did_you_mean
@@ -12,7 +13,6 @@ from bt_manip.models.model_config import MODEL_CONFIG, sdf_file
 from bt_manip.models.packages import find_package_file
 from bt_manip.models.progress import Progress, terminal_progress
 
-SCHEMES = ("bundled", "fuel", "menagerie", "package", "https")
 SUFFIXES = {
     ".sdf": "sdf", ".world": "sdf", ".urdf": "urdf",
     ".obj": "mesh", ".stl": "mesh", ".dae": "mesh",
@@ -48,13 +48,22 @@ def is_address(text: str) -> bool:
     return not all(c.isalnum() or c in "_-" for c in text)
 
 
-def find_model(address: str, progress: Progress = terminal_progress) -> FoundModel:
+Source = Callable[[str, Progress], FoundModel | Path]
+"""Finds the model of an address of one kind; a path alone will do."""
+
+
+def find_model(
+    address: str,
+    progress: Progress = terminal_progress,
+    sources: Mapping[str, Source] | None = None,
+) -> FoundModel:
     """Find a model by its address, and fetch it where it is not on this machine yet.
 
     Args:
         address: ``bundled:cube``, a path, ``package://NAME/PATH``, ``menagerie:NAME``,
             ``fuel:OWNER/NAME`` with or without a version, or the URL of a model on Fuel.
         progress: Told how far a download is.
+        sources: What finds models, by what stands before the colon; default: `built_in_sources`.
 
     Raises:
         ModelError: When there is no such model, or it cannot be fetched; nothing is left of it.
@@ -62,22 +71,40 @@ def find_model(address: str, progress: Progress = terminal_progress) -> FoundMod
     text = address.strip()
     match = _SCHEME.match(text)
     scheme = match.group(1).lower() if match else ""
-    rest = text[len(scheme) + 1 :]
-    if not scheme or (scheme not in (*SCHEMES, "http", "file") and Path(text).exists()):
+    known = built_in_sources() if sources is None else sources
+    if not scheme or (scheme not in known and scheme != "file" and Path(text).exists()):
         return _file(text, Path(text))
     if scheme == "file":
-        return _file(text, Path(rest.removeprefix("//")))
-    if scheme == "package":
-        return _file(text, find_package_file(text))
-    if scheme == "bundled":
-        return _bundled(rest)
-    if scheme == "menagerie":
-        path = menagerie_file(rest, progress)
-        return FoundModel(f"menagerie:{rest}", _name(rest.partition("/")[0]), path, "mjcf")
-    if scheme in ("fuel", "http", "https"):
-        return _fuel(text, progress)
-    near = did_you_mean(f"{scheme}:", (f"{known}:" for known in SCHEMES))
-    raise ModelError(f"'{address}': unknown kind of address '{scheme}:'{near}")
+        return _file(text, Path(text[len("file:") :].removeprefix("//")))
+    if scheme not in known:
+        near = did_you_mean(f"{scheme}:", (f"{other}:" for other in known))
+        raise ModelError(f"'{address}': unknown kind of address '{scheme}:'{near}")
+    found = known[scheme](text, progress)
+    if isinstance(found, Path):
+        return replace(_file(str(found), found), address=text)
+    return found
+
+
+def built_in_sources() -> dict[str, Source]:
+    """Give the sources that need no plugin, by the kinds of address that they know."""
+    return {
+        "bundled": lambda address, progress: _bundled(_rest(address)),
+        "fuel": _fuel,
+        "http": _fuel,
+        "https": _fuel,
+        "menagerie": _menagerie,
+        "package": lambda address, progress: _file(address, find_package_file(address)),
+    }
+
+
+def _rest(address: str) -> str:
+    return address.partition(":")[2]
+
+
+def _menagerie(address: str, progress: Progress) -> FoundModel:
+    rest = _rest(address)
+    path = menagerie_file(rest, progress)
+    return FoundModel(f"menagerie:{rest}", _name(rest.partition("/")[0]), path, "mjcf")
 
 
 def _bundled(name: str) -> FoundModel:

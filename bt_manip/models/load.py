@@ -1,6 +1,8 @@
 """From an address to a model that MuJoCo loads."""
 
-from bt_manip.models.address import FoundModel, find_model
+from collections.abc import Mapping
+
+from bt_manip.models.address import FoundModel, Source, find_model
 from bt_manip.models.errors import ModelError
 from bt_manip.models.mjcf_model import MjcfModel
 from bt_manip.models.progress import Progress, terminal_progress
@@ -10,7 +12,11 @@ CONVEX = ("hull", "parts")
 
 
 def load_model(
-    address: str, *, convex: str = "hull", progress: Progress = terminal_progress
+    address: str,
+    *,
+    convex: str = "hull",
+    progress: Progress = terminal_progress,
+    sources: Mapping[str, Source] | None = None,
 ) -> MjcfModel:
     """Find a model, fetch it where needed, and convert it to MJCF where it is something else.
 
@@ -18,13 +24,14 @@ def load_model(
         address: As for `find_model`.
         convex: What meshes collide by: their ``"hull"``, or convex ``"parts"`` of them.
         progress: Told how far a download is.
+        sources: As for `find_model`.
 
     Raises:
         ModelError: When it cannot be found, fetched or converted.
     """
     if convex not in CONVEX:
         raise ModelError(f"meshes collide by their 'hull' or by 'parts', not by '{convex}'")
-    return convert(find_model(address, progress), convex=convex, progress=progress)
+    return convert(find_model(address, progress, sources), convex=convex, progress=progress)
 
 
 def convert(

@@ -72,6 +72,9 @@ class Stage:
     def _register_scenes(self, name: str, factory: Callable[[], Any]) -> None:
         self._add_factory("scenes", name, factory)
 
+    def _register_model_sources(self, name: str, find: Callable[..., Any]) -> None:
+        self._add_factory("model_sources", name, find)
+
     def _register_recorders(self, name: str, factory: Callable[[Path | None], Any]) -> None:
         self._add_factory("recorders", name, factory)
 

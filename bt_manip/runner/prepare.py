@@ -31,7 +31,7 @@ def prepare(request: RunRequest, parts: Parts, warn: Warn = lambda message: None
         tree = load_document(request.tree, known_behaviours(parts), settings, clock, warn)
     else:
         tree = make_tree(request.tree, settings, clock)
-    catalogue = Catalogue(parts.objects)
+    catalogue = Catalogue(parts.objects, sources=parts.model_sources)
     clock.station = build_station(
         parts,
         robot=request.robot,

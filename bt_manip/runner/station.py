@@ -13,7 +13,7 @@ from bt_manip.cell import Cell
 from bt_manip.cell.objects import Catalogue
 from bt_manip.control import Controller, GripperController
 from bt_manip.motion import Arm, CollisionWorld
-from bt_manip.registry import Parts
+from bt_manip.registry import Parts, Registry
 from bt_manip.robots import Robot
 from bt_manip.runner.request import CONTROLLER, PLANNER
 from bt_manip.runner.robot_choice import find_robot
@@ -32,6 +32,7 @@ class Station:
         gripper: Moves the fingers.
         rng: Where all randomness of a run comes from.
         models: Makes objects, by registered name or address, to put more into the cell.
+        planners: The registered planners, for behaviours that name one.
     """
 
     cell: Cell
@@ -41,6 +42,7 @@ class Station:
     gripper: GripperController
     rng: np.random.Generator
     models: Catalogue
+    planners: Registry[Any]
 
     @property
     def infrastructure(self) -> dict[str, Any]:
@@ -52,6 +54,7 @@ class Station:
             "gripper": self.gripper,
             "rng": self.rng,
             "models": self.models,
+            "planners": self.planners,
         }
 
     def clock(self) -> float:
@@ -160,7 +163,7 @@ def build_station(
 
         parts = load_plugins().parts
     scene = scene or table_and_basket()
-    catalogue = catalogue or Catalogue(parts.objects)
+    catalogue = catalogue or Catalogue(parts.objects, sources=parts.model_sources)
     arm_entity = Robot(find_robot(robot, parts.robots))
     make_controller = parts.controllers.get(controller)
     make_planner = parts.planners.get(planner)
@@ -179,4 +182,5 @@ def build_station(
         arm_entity, model=model, world=CollisionWorld(arm_entity, model), planner=make_planner()
     )
     control.reference = arm
-    return Station(cell, arm_entity, arm, control, gripper, np.random.default_rng(seed), catalogue)
+    rng = np.random.default_rng(seed)
+    return Station(cell, arm_entity, arm, control, gripper, rng, catalogue, parts.planners)

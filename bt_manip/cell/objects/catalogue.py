@@ -5,7 +5,7 @@ from functools import partial
 from typing import Any
 
 from bt_manip.cell.objects.model_object import ModelObject
-from bt_manip.models import MjcfModel, Progress, is_address, load_model, terminal_progress
+from bt_manip.models import MjcfModel, Progress, Source, is_address, load_model, terminal_progress
 from bt_manip.models.convex import can_decompose
 from bt_manip.registry import Registry
 
@@ -23,13 +23,16 @@ class Catalogue:
         self,
         registered: Registry[Callable[..., Any]],
         progress: Progress = terminal_progress,
+        sources: Registry[Source] | None = None,
     ) -> None:
         """Know the registered objects.
 
         Args:
             registered: Factories by name.
             progress: Told how far a download is.
+            sources: What finds models, by kind of address; default: the built-in ones.
         """
+        self._sources = None if sources is None else {s: sources.get(s) for s in sources}
         self._registered = registered
         self._progress = progress
         self._loaded: dict[tuple[str, str], MjcfModel] = {}
@@ -64,7 +67,9 @@ class Catalogue:
 
     def _load(self, address: str, convex: str) -> MjcfModel:
         if (address, convex) not in self._loaded:
-            model = load_model(address, convex=convex, progress=self._progress)
+            model = load_model(
+                address, convex=convex, progress=self._progress, sources=self._sources
+            )
             self._loaded[address, convex] = self._loaded[model.address, convex] = model
             self._lost.update(dict.fromkeys(model.warnings))
         return self._loaded[address, convex]
