@@ -163,19 +163,14 @@ def test_a_comment_does_not_end_within_its_opening(comment):
     assert compare(document("<AlwaysSuccess/>", others=comment), REJECTED) == []
 
 
-def test_a_model_default_of_the_same_name_shorthand_means_the_key_of_that_sign():
-    model = (
-        '<TreeNodesModel><SubTree ID="L"><input_port name="h" default="{=}"/></SubTree>'
-        '</TreeNodesModel><BehaviorTree ID="L"><Log name="a" msg="{h}"/></BehaviorTree>'
-    )
-    body = '<Sequence><SubTree ID="L" name="t"/><Script code="h := 1"/></Sequence>'
-    event = {"node": "a", "ev": "tick", "msg": ""}
+def test_the_same_name_shorthand_in_a_model_means_the_name_and_is_warned_of(bench):
+    model = '<TreeNodesModel><SubTree ID="T"><input_port name="h" default="{=}"/></SubTree>'
+    text = document('<SubTree ID="T" name="t"/>', others=SUBTREE + model + "</TreeNodesModel>")
 
-    found = compare(
-        document(body, others=model), once("SUCCESS", event, Main={"=": None, "h": 1}, t={})
-    )
+    reading = read_tree_text(text, bench.registry)
 
-    assert found == []
+    assert reading.tree.scopes["t"].remapped == {"h": "h"}
+    assert any("write {h}" in str(warning) for warning in reading.warnings)
 
 
 def test_a_tree_inside_a_tree_that_nothing_uses_is_not_found_by_the_engine():

@@ -328,6 +328,5 @@ class Builder:
                         f"the sub-tree '{tree_id}' needs the port '{name}', as its model says",
                     )
                 else:
-                    # In a model, {=} is no shorthand: it means the key "=". The space keeps it so.
-                    remaps[name] = " {=}" if default == "{=}" else default
+                    remaps[name] = default
         return remaps, autoremap

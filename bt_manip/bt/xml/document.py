@@ -229,7 +229,7 @@ class _Reader:
         if default == "{=}":
             self._problems.warning(
                 port.place_of("default"),
-                f"in a model, '{{=}}' means the key '=', also to the engine; write {{{name}}}",
+                f"'{{=}}' in a model means the key '=' to BehaviorTree.CPP; write {{{name}}}",
             )
         model.ports[name] = default
 
