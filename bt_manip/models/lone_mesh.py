@@ -18,6 +18,7 @@ def convert_mesh(found: FoundModel, *, convex: str = "hull") -> MjcfModel:
     """
     from lxml import etree
 
+    from bt_manip.models.images import image_of_obj, read_png
     from bt_manip.models.meshes import read_mesh
     from bt_manip.models.sdf.assets import Assets
     from bt_manip.models.sdf.surfaces import SOLREF
@@ -33,8 +34,10 @@ def convert_mesh(found: FoundModel, *, convex: str = "hull") -> MjcfModel:
     for element in assets.element.iter("mesh"):
         element.set("inertia", "exact")
     parts = assets.colliding((), mesh, found.name, convex)
-    rgba = np.array(mesh.colour or (0.7, 0.7, 0.7, 1.0))
-    material = assets.material(rgba, 0.1, 0.0)
+    place = image_of_obj(found.path, found.root) if mesh.uv is not None else None
+    image = None if place is None else read_png(place)
+    grey = (0.7, 0.7, 0.7, 1.0) if image is None else (1.0, 1.0, 1.0, 1.0)
+    material = assets.material(np.array(mesh.colour or grey), 0.1, 0.0, image)
     root = etree.Element("mujoco", model=found.name)
     etree.SubElement(root, "compiler", angle="radian", autolimits="true")
     root.append(assets.element)

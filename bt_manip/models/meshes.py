@@ -3,18 +3,15 @@
 import io
 import logging
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bt_manip.exceptions import did_you_mean
 from bt_manip.models.errors import ModelError
 from bt_manip.models.hardened_xml import parse_xml
-
-if TYPE_CHECKING:
-    from trimesh import Trimesh
 
 MESHES = (".obj", ".stl", ".dae")
 
@@ -34,26 +31,40 @@ class Mesh:
         faces: Corners of each triangle.  # (m, 3)
         colour: Red, green, blue and opacity from 0 to 1, where the file has one for all of it.
         watertight: Whether they enclose a volume.
+        uv: Place of each corner in an image, from 0 to 1, where the file says.  # (n, 2)
     """
 
     vertices: np.ndarray
     faces: np.ndarray
     colour: tuple[float, ...] | None = None
     watertight: bool = False
+    uv: np.ndarray | None = None
 
     def scaled(self, scale: np.ndarray) -> "Mesh":
         """Stretch it along its axes."""
         faces = self.faces[:, ::-1] if np.prod(scale) < 0 else self.faces
-        return Mesh(self.vertices * scale, faces, self.colour, self.watertight)
+        return replace(self, vertices=self.vertices * scale, faces=faces)
 
     def to_obj(self) -> bytes:
         """Write it as an OBJ file."""
         out = io.StringIO()
         for x, y, z in self.vertices.tolist():
             out.write(f"v {x:.9g} {y:.9g} {z:.9g}\n")
-        for a, b, c in (self.faces + 1).tolist():
-            out.write(f"f {a} {b} {c}\n")
+        corner = "{0}" if self.uv is None else "{0}/{0}"
+        for u, v in [] if self.uv is None else self.uv.tolist():
+            out.write(f"vt {u:.7g} {v:.7g}\n")
+        for face in (self.faces + 1).tolist():
+            out.write(f"f {' '.join(corner.format(i) for i in face)}\n")
         return out.getvalue().encode()
+
+
+class _Part(NamedTuple):
+    """One of the meshes of a scene, in its place."""
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    uv: np.ndarray | None
+    colour: tuple[float, ...] | None
 
 
 def read_mesh(path: Path, submesh: str = "", centred: bool = False) -> Mesh:
@@ -79,34 +90,42 @@ def read_mesh(path: Path, submesh: str = "", centred: bool = False) -> Mesh:
     except OSError as error:
         raise ModelError(f"{path}: cannot be read: {error.strerror}") from None
     turn = _collada_turn(data, path) if kind == ".dae" else np.eye(3)
-    options: dict[str, Any] = {"split_object": True, "skip_materials": True} if submesh else {}
+    split: dict[str, Any] = {"split_object": True} if submesh and kind == ".obj" else {}
     logging.getLogger("trimesh").setLevel(logging.ERROR)
     try:
-        scene = trimesh.load_scene(
-            io.BytesIO(data), file_type=kind[1:], **(options if kind == ".obj" else {})
-        )
-        parts = _parts(scene, submesh, path)
-        mesh: Any = trimesh.util.concatenate(parts) if len(parts) > 1 else parts[0]
+        scene = trimesh.load_scene(io.BytesIO(data), file_type=kind[1:], **split)
+        parts = _parts(scene, submesh, path, coloured=kind == ".dae")
+        joined = _joined(parts)
+        # Corners that differ only in their place in an image are one corner.
+        watertight = trimesh.Trimesh(joined.vertices, joined.faces, process=True).is_watertight
     except ModelError:
         raise
     except Exception as error:  # readers of foreign files raise anything
         raise ModelError(f"{path}: not a mesh that can be read: {error}") from None
-    vertices = np.asarray(mesh.vertices, dtype=np.float64) @ turn.T
-    if len(mesh.faces) == 0 or not np.isfinite(vertices).all():
+    vertices = joined.vertices @ turn.T
+    if len(joined.faces) == 0 or not np.isfinite(vertices).all():
         raise ModelError(f"{path}: a mesh without triangles, or with points that are no numbers")
     if centred:
         vertices = vertices - 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-    return Mesh(vertices, np.asarray(mesh.faces), _colour(parts), bool(mesh.is_watertight))
+    return Mesh(vertices, joined.faces, joined.colour, bool(watertight), joined.uv)
 
 
-def _parts(scene: Any, submesh: str, path: Path) -> list["Trimesh"]:
+def _parts(scene: Any, submesh: str, path: Path, coloured: bool) -> list[_Part]:
     """List the parts of a scene where they belong."""
     parts = {}
     for node in scene.graph.nodes_geometry:
         T, name = scene.graph[node]
         part = scene.geometry[name]
         if hasattr(part, "faces"):
-            parts[node] = (name, part.copy().apply_transform(T))
+            vertices = np.asarray(part.vertices, dtype=np.float64) @ T[:3, :3].T + T[:3, 3]
+            faces = np.asarray(part.faces)
+            if np.linalg.det(T[:3, :3]) < 0:
+                faces = faces[:, ::-1]
+            uv = getattr(part.visual, "uv", None)
+            uv = None if uv is None or len(uv) != len(vertices) else np.asarray(uv)[:, :2]
+            material = getattr(part.visual, "material", None) if coloured else None
+            colour = None if material is None else tuple(c / 255 for c in material.main_color)
+            parts[node] = (name, _Part(vertices, faces, uv, colour))
     if submesh:
         chosen = [p for node, (name, p) in parts.items() if submesh in (node, name)]
         if not chosen:
@@ -116,6 +135,20 @@ def _parts(scene: Any, submesh: str, path: Path) -> list["Trimesh"]:
     if not parts:
         raise ModelError(f"{path}: a mesh without triangles")
     return [part for _, part in parts.values()]
+
+
+def _joined(parts: list[_Part]) -> _Part:
+    """Make one part of all; what they do not share is left out."""
+    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    faces = [part.faces + start for part, start in zip(parts, starts, strict=False)]
+    uvs = [part.uv for part in parts if part.uv is not None]
+    colours = {part.colour for part in parts}
+    return _Part(
+        np.vstack([part.vertices for part in parts]),
+        np.vstack(faces),
+        np.vstack(uvs) if len(uvs) == len(parts) else None,
+        colours.pop() if len(colours) == 1 else None,
+    )
 
 
 def _collada_turn(data: bytes, path: Path) -> np.ndarray:
@@ -129,14 +162,3 @@ def _collada_turn(data: bytes, path: Path) -> np.ndarray:
         if element is not None and re.fullmatch(r"[0-9.eE+-]+", element.get("meter", "")):
             unit = float(element.get("meter", "1"))
     return unit * _TURNS.get(up, np.eye(3))
-
-
-def _colour(parts: list["Trimesh"]) -> tuple[float, ...] | None:
-    """Give the one colour of all parts, if there is one."""
-    colours = set()
-    for part in parts:
-        material = getattr(part.visual, "material", None)
-        if material is None:
-            return None
-        colours.add(tuple(int(c) for c in material.main_color))
-    return tuple(c / 255.0 for c in colours.pop()) if len(colours) == 1 else None

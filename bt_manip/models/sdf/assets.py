@@ -20,7 +20,8 @@ class Assets:
         self.files: dict[str, bytes] = {}
         self._meshes: dict[tuple[object, ...], Mesh] = {}
         self._names: dict[tuple[object, ...], list[str]] = {}
-        self._materials: dict[tuple[float, ...], str] = {}
+        self._materials: dict[tuple[object, ...], str] = {}
+        self._images: dict[bytes, str] = {}
 
     def mesh(self, path: Path, submesh: str, centred: bool) -> Mesh:
         """Read a mesh, once.
@@ -50,17 +51,35 @@ class Assets:
         parts = convex_parts(mesh) if convex == "parts" else [mesh]
         return self._add(known, parts, stem, "convex")
 
-    def material(self, rgba: np.ndarray, specular: float, emission: float) -> str:
-        """Add a material; give its name."""
-        key = (*(float(c) for c in rgba), specular, emission)
+    def material(
+        self, rgba: np.ndarray, specular: float, emission: float, image: bytes | None = None
+    ) -> str:
+        """Add a material, perhaps with an image on it; give its name."""
+        key = (*(float(c) for c in rgba), specular, emission, self._texture(image))
         if key not in self._materials:
             name = f"material{len(self._materials)}"
             self._materials[key] = name
-            etree.SubElement(
-                self.element, "material", name=name, rgba=_numbers(rgba),
-                specular=f"{specular:.9g}", emission=f"{emission:.9g}",
-            )  # fmt: skip
+            attributes = {
+                "name": name,
+                "rgba": _numbers(rgba),
+                "specular": f"{specular:.9g}",
+                "emission": f"{emission:.9g}",
+            }
+            if key[-1]:
+                attributes["texture"] = str(key[-1])
+            etree.SubElement(self.element, "material", attributes)
         return self._materials[key]
+
+    def _texture(self, image: bytes | None) -> str:
+        if image is None:
+            return ""
+        if image not in self._images:
+            name = f"image{len(self._images)}"
+            self._images[image] = name
+            self.files[f"{name}.png"] = image
+            attributes = {"name": name, "type": "2d", "file": f"{name}.png"}
+            etree.SubElement(self.element, "texture", attributes)
+        return self._images[image]
 
     def _add(
         self, key: tuple[object, ...], meshes: list[Mesh], stem: str, inertia: str

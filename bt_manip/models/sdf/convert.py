@@ -203,7 +203,7 @@ class _Converter:
             _element(
                 body, "geom", **shape.attributes, **_place(self._in_link(link, visual, shape)),
                 group=2, contype=0, conaffinity=0, mass=0,
-                material=material_of(reader, self._assets, visual, shape.rgba),
+                material=material_of(reader, self._assets, visual, shape, self._shapes.fetch),
             )  # fmt: skip
 
     def _in_link(self, link: str, element: Element, shape: Shape) -> pin.SE3:

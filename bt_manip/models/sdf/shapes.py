@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.models.errors import ModelError
+from bt_manip.models.images import image_of_obj, read_png
 from bt_manip.models.meshes import Mesh
 from bt_manip.models.sdf.assets import Assets
 from bt_manip.models.sdf.reader import Element, SdfReader
@@ -21,11 +22,15 @@ class Shape(NamedTuple):
         attributes: Type and measures, as MJCF has them.
         T: Where it is in the frame of the visual or collision.
         rgba: The colour of a mesh's own file.
+        image: The image that a mesh's own file lays on it.
+        unfolded: Whether a mesh says where on an image each of its corners is.
     """
 
     attributes: dict[str, object]
     T: pin.SE3
     rgba: tuple[float, ...] | None = None
+    image: bytes | None = None
+    unfolded: bool = False
 
 
 class ShapeReader:
@@ -35,7 +40,7 @@ class ShapeReader:
         """Put meshes into `assets`; make them convex as `convex` says."""
         self._reader = reader
         self._assets = assets
-        self._fetch = fetch
+        self.fetch = fetch
         self._convex = convex
 
     def read(self, element: Element, *, collides: bool, static: bool) -> list[Shape]:
@@ -114,7 +119,7 @@ class ShapeReader:
         reader.only(shape, {"uri", "scale", "submesh", "convex_decomposition"})
         uri = reader.text(shape, "uri")
         try:
-            path = find_file(uri, reader.document(shape), self._fetch).path
+            path, root = find_file(uri, reader.document(shape), self.fetch)
             submesh = reader.text(shape, "submesh/name")
             centred = reader.flag(shape, "submesh/center")
             mesh = self._assets.mesh(path, submesh, centred)
@@ -134,7 +139,13 @@ class ShapeReader:
                 raise
             raise reader.error(shape, str(error)) from None
         T = pin.SE3.Identity()
-        return [Shape({"type": "mesh", "mesh": name}, T, mesh.colour) for name in names]
+        image, unfolded = None, mesh.uv is not None
+        if not collides and unfolded and path.suffix.lower() == ".obj":
+            place = image_of_obj(path, root)
+            image = None if place is None else read_png(place)
+        return [
+            Shape({"type": "mesh", "mesh": name}, T, mesh.colour, image, unfolded) for name in names
+        ]
 
     def _radius_and_half(self, shape: Element, radius: float, length: float) -> np.ndarray:
         lengths = self._lengths(shape, "radius", (radius,)), self._lengths(
