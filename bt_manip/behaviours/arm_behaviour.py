@@ -1,5 +1,6 @@
 """What behaviours that use the arm have in common."""
 
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
@@ -27,10 +28,16 @@ class CellBehaviour(Action):
     def initialise(self) -> None:
         """Begin, or fail with the reason why it cannot be done."""
         self._started = self.cell.time
+        self.try_to(self.start)
+
+    def try_to(self, begin: Callable[[], None]) -> bool:
+        """Begin something, or fail with the reason why it cannot be done; tell which it was."""
         try:
-            self.start()
+            begin()
         except (CellError, ControlError, ModelError, MotionError, UnknownPartError) as error:
             self.fail(str(error))
+            return False
+        return True
 
     def start(self) -> None:
         """Start what the behaviour waits for.
@@ -78,6 +85,11 @@ class MotionBehaviour(ArmBehaviour):
 
     _ended: float | None = None  # [s] when the reference came to rest
 
+    @property
+    def largest_error(self) -> float:
+        """Error of a joint up to which the arm has arrived [rad]."""
+        return self.ARRIVED
+
     def initialise(self) -> None:
         """Start the motion."""
         self._ended = None
@@ -85,11 +97,14 @@ class MotionBehaviour(ArmBehaviour):
 
     def update(self) -> Status:
         """Wait until the arm has arrived."""
+        if self.arm.paused:
+            self.feedback_message = "paused"
+            return Status.RUNNING
         if self.arm.moving:
             self.feedback_message = f"{self.arm.remaining:.2f} s to go"
             return Status.RUNNING
         error = float(np.max(np.abs(self.arm.q - self.arm.robot.q)))
-        if error <= self.ARRIVED:
+        if error <= self.largest_error:
             return self.arrived()
         if self._ended is None:
             self._ended = self.cell.time
@@ -107,5 +122,5 @@ class MotionBehaviour(ArmBehaviour):
 
     def terminate(self, new_status: Status) -> None:
         """Brake when halted in the middle."""
-        if new_status == Status.INVALID and self.arm.moving:
+        if new_status == Status.INVALID and self.arm.busy:
             self.arm.stop()

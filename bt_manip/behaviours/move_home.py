@@ -1,15 +1,12 @@
 """Move the arm home."""
 
-from bt_manip.bt import Input
-
-from .arm_behaviour import MotionBehaviour
+from .move import PlannedMove
 
 
-class MoveHome(MotionBehaviour):
-    """Move the arm to the home configuration of its description."""
-
-    speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
+class MoveHome(PlannedMove):
+    """Move the arm to the home configuration of its description, around what is in the way."""
 
     def start(self) -> None:
-        """Move all joints on a straight line of the joint space."""
-        self.arm.move_to_configuration(self.arm.robot.description.home, speed=self.speed)
+        """Move all joints on a straight line of the joint space where that is free."""
+        home = self.arm.robot.description.home
+        self.arm.move_to_configuration(home, speed=self.speed, **self.planning())

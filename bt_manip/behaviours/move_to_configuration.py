@@ -2,15 +2,14 @@
 
 from bt_manip.bt import Input
 
-from .arm_behaviour import MotionBehaviour
+from .move import PlannedMove
 
 
-class MoveToConfiguration(MotionBehaviour):
-    """Move the arm's joints to given positions."""
+class MoveToConfiguration(PlannedMove):
+    """Move the arm's joints to given positions, around what is in the way."""
 
     configuration = Input(list[float], doc="Joint positions, separated by ';' [rad].")
-    speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
 
     def start(self) -> None:
-        """Move all joints on a straight line of the joint space."""
-        self.arm.move_to_configuration(self.configuration, speed=self.speed)
+        """Move all joints on a straight line of the joint space where that is free."""
+        self.arm.move_to_configuration(self.configuration, speed=self.speed, **self.planning())

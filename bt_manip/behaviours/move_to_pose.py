@@ -2,18 +2,19 @@
 
 from bt_manip.bt import Input
 
-from .arm_behaviour import MotionBehaviour
+from .move import PlannedMove
 from .poses import pose_input
 
 
-class MoveToPose(MotionBehaviour):
-    """Move the tool to a pose in the world."""
+class MoveToPose(PlannedMove):
+    """Move the tool to a pose in the world, around what is in the way."""
 
     pose = pose_input("Pose of the tool in the world: x;y;z;qw;qx;qy;qz [m].")
     linear = Input(bool, default=False, doc="Along a straight line of the tool.")
-    speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
 
     def start(self) -> None:
         """Move in joint space, or on a straight line of the tool."""
-        move = self.arm.move_linear if self.linear else self.arm.move_to_pose
-        move(self.pose, speed=self.speed)
+        if self.linear:
+            self.arm.move_linear(self.pose, speed=self.speed)
+        else:
+            self.arm.move_to_pose(self.pose, speed=self.speed, **self.planning())

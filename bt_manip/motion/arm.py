@@ -223,6 +223,28 @@ class Arm:
         T_wt = check_pose(T_wt)
         self._begin(plan_line(self._present, T_wt, self.model, self.ik, speed, self.world))
 
+    def follow(self, T_wt: pin.SE3, speed: float = 1.0) -> None:
+        """Turn towards a target that moves; to be called again as it does.
+
+        The arm goes on from what it is doing, and comes to rest at the target if this is not
+        called again. It stays near the configurations that it came by.
+
+        Args:
+            T_wt: Pose of the tool in the world, now.
+            speed: 1 is as fast as the limits allow.
+
+        Raises:
+            MotionError: When the pose cannot be reached, or is inside an obstacle.
+        """
+        speed = check_speed(speed)
+        found = self.ik.follow(check_pose(T_wt), self.target)
+        if not found.solved:
+            found = self.ik.nearest(T_wt, self.target)
+        if not found.solved:
+            raise MotionError(f"the pose is unreachable: {found.reason}", reason="unreachable")
+        avoiding = self._avoiding(None, None)
+        self._begin(plan_to_configurations(self._present, [found.q], self.model, speed, avoiding))
+
     def stop(self) -> None:
         """Come to rest as soon as the limits allow, on the planned path where there is one."""
         self._paused, self._stopping = None, True

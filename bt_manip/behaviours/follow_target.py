@@ -1,0 +1,36 @@
+"""Follow an object that moves."""
+
+from bt_manip.bt import Input, Status
+
+from .arm_behaviour import MotionBehaviour
+from .poses import centre_pose, grips_from_above, nearest_turn
+
+
+class FollowTarget(MotionBehaviour):
+    """Keep the tool over an object, wherever it goes.
+
+    At each tick the arm turns towards where the object is now. It runs until it is halted, or for
+    as long as is asked.
+    """
+
+    object = Input(str, doc="Name of the object.")
+    height = Input(float, default=0.2, doc="Height of the tool over the object's centre [m].")
+    duration = Input(float, default=0.0, doc="For how long [s]; 0 goes on until it is halted.")
+    speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
+
+    def start(self) -> None:
+        """Turn towards the object."""
+        poses = grips_from_above(centre_pose(self.cell, self.object), self.height)
+        T_wt = self.arm.model.pose(self.arm.target)
+        self.arm.follow(nearest_turn(poses, T_wt), speed=self.speed)
+
+    def update(self) -> Status:
+        """Turn towards where the object is now, and say how far away that is."""
+        if self.duration > 0.0 and self.elapsed >= self.duration:
+            self.arm.stop()
+            return Status.SUCCESS
+        if self.try_to(self.start):
+            self.feedback_message = f"{self.arm.remaining:.2f} s behind '{self.object}'"
+            return Status.RUNNING
+        self.arm.stop()
+        return Status.FAILURE

@@ -1,0 +1,189 @@
+"""Lines, approaches, following, stopping and changing the pace."""
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip import spatial
+from bt_manip.behaviours import (
+    Approach,
+    FollowTarget,
+    MoveLinear,
+    MoveToConfiguration,
+    MoveToPose,
+    Retreat,
+    SetSpeed,
+    Stop,
+)
+from bt_manip.behaviours.poses import pose_to_text
+from bt_manip.bt import NodeStatus
+from bt_manip.motion import RRTConnect
+
+RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE
+NEAR_HOME = [0.1, -0.6, 0.1, -2.2, 0.1, 1.6, 0.9]
+LEFT, RIGHT = [-0.6, -0.6, 0.0, -2.2, 0.0, 1.6, 0.8], [0.6, -0.6, 0.0, -2.2, 0.0, 1.6, 0.8]
+
+
+def offset(station, T_wt):
+    return np.linalg.norm(station.robot.tool_pose.actInv(T_wt).translation)
+
+
+def test_move_linear_arrives_on_a_straight_line(station, trial):
+    start = station.robot.tool_pose
+    target = pin.SE3(start.rotation, start.translation + [0.1, 0.1, -0.1])
+    moving = trial(MoveLinear(pose=pose_to_text(target)))
+    along = (target.translation - start.translation) / np.sqrt(0.03)
+    while moving.tick() is RUNNING:
+        gone = station.robot.tool_pose.translation - start.translation
+        assert np.linalg.norm(gone - (gone @ along) * along) < 2e-3
+    assert offset(station, target) < 2e-3
+
+
+def test_move_linear_into_the_table_fails_with_what_it_would_touch(station, trial):
+    start = station.robot.tool_pose
+    below = pin.SE3(start.rotation, np.array([*start.translation[:2], 0.95]))
+    assert trial(MoveLinear(pose=below)).fails_with("blocked after", "'table'")
+    assert not station.arm.moving
+
+
+def test_approach_and_retreat_go_forth_and_back_along_the_tool(station, trial):
+    start = station.robot.tool_pose
+    assert trial(Approach(distance=0.08)).until_done() is SUCCESS
+    assert offset(station, start * spatial.pose((0.0, 0.0, 0.08))) < 2e-3
+    assert trial(Retreat(distance=0.08)).until_done() is SUCCESS
+    assert offset(station, start) < 2e-3
+
+
+def test_an_approach_into_the_table_fails(trial):
+    assert trial(Approach(distance=0.6)).fails_with("'table'")
+
+
+def test_a_retreat_out_of_reach_fails_with_how_far_it_would_get(trial):
+    assert trial(Retreat(distance=1.5)).fails_with("line")
+
+
+@pytest.mark.parametrize("behaviour", [MoveToPose, MoveLinear])
+def test_a_wide_tolerance_lets_a_disturbed_arm_arrive(station, trial, behaviour):
+    target = station.robot.tool_pose * spatial.pose((0.0, 0.0, 0.05))
+    moving = trial(behaviour(pose=target, tolerance=0.2))
+    assert moving.until_done() is SUCCESS
+
+
+def test_a_planner_is_chosen_by_name_and_an_unknown_one_fails_the_behaviour(trial, monkeypatch):
+    used = []
+    monkeypatch.setattr(RRTConnect, "__init__", lambda self: used.append(self))
+    moving = trial(MoveToConfiguration(configuration=NEAR_HOME, planner="rrt_connect"))
+    assert moving.until_done() is SUCCESS and len(used) == 1
+    wrong = trial(MoveToConfiguration(configuration=NEAR_HOME, planner="rrt_conect"))
+    assert wrong.fails_with("did you mean 'rrt_connect'")
+
+
+def test_set_speed_slows_a_motion_that_goes_on_and_at_nought_it_pauses(station, trial):
+    moving = trial(MoveToConfiguration(configuration=LEFT))
+    for _ in range(20):
+        assert moving.tick() is RUNNING
+    assert trial(SetSpeed(speed=0.0)).tick() is SUCCESS
+    for _ in range(60):
+        assert moving.tick() is RUNNING
+    assert moving.behaviour.feedback_message == "paused"
+    assert not station.arm.v.any()
+    assert trial(SetSpeed(speed=1.0)).tick() is SUCCESS
+    assert moving.until_done() is SUCCESS
+    assert station.robot.q == pytest.approx(LEFT, abs=2e-3)
+
+
+def test_set_speed_refuses_what_is_no_fraction(trial):
+    assert trial(SetSpeed(speed=1.5)).fails_with("from 0 to 1")
+
+
+def test_a_paused_motion_that_is_halted_is_given_up(station, trial):
+    moving = trial(MoveToConfiguration(configuration=LEFT))
+    for _ in range(20):
+        moving.tick()
+    trial(SetSpeed(speed=0.0)).tick()
+    moving.tick()
+    moving.tree.halt()
+    station.arm.resume()
+    station.cell.step(600)
+    assert not station.arm.busy
+    assert np.abs(station.robot.q - LEFT).max() > 0.05
+
+
+def test_stop_runs_until_the_arm_rests(station, trial):
+    station.arm.move_to_configuration(LEFT)
+    station.cell.step(300)
+    stopping = trial(Stop())
+    assert stopping.tick() is RUNNING
+    assert "to rest" in stopping.behaviour.feedback_message
+    assert stopping.until_done() is SUCCESS
+    assert not station.arm.busy and np.abs(station.robot.v).max() < 0.05
+
+
+def test_stop_at_rest_succeeds_at_once(trial):
+    assert trial(Stop()).tick() is SUCCESS
+
+
+def push_the_cube(station, velocity):
+    """Let the cube float away."""
+    joint = station.cell.model.joint("cube/")
+    station.cell.data.qpos[joint.qposadr[0] + 2] += 0.02  # off the table
+    station.cell.data.qvel[joint.dofadr[0] : joint.dofadr[0] + 3] = velocity
+    body = station.cell.body_id("cube")
+    weight = station.cell.model.body_subtreemass[body] * 9.81
+    station.cell.data.xfrc_applied[body][:3] = [0.0, 0.0, weight]
+    mujoco.mj_forward(station.cell.model, station.cell.data)
+
+
+def test_follow_target_stays_over_what_moves(station, trial):
+    following = trial(FollowTarget(object="cube", height=0.2))
+    push_the_cube(station, [0.0, -0.1, 0.02])
+    worst = 0.0
+    for tick in range(200):
+        assert following.tick() is RUNNING
+        if tick > 150:
+            above = station.cell.pose("cube").translation + [0.0, 0.0, 0.2]
+            worst = max(worst, np.linalg.norm(station.robot.tool_pose.translation - above))
+    assert 0.15 < np.abs(station.cell.pose("cube").translation[1] - 0.1)
+    assert worst < 0.02
+    following.tree.halt()
+    station.cell.step(300)
+    assert not station.arm.busy
+
+
+def test_follow_target_ends_when_its_time_is_over(station, trial):
+    began = station.cell.time
+    assert trial(FollowTarget(object="cube", duration=0.3)).until_done() is SUCCESS
+    assert station.cell.time - began == pytest.approx(0.31, abs=0.011)
+
+
+def test_follow_target_fails_when_the_object_is_unknown_or_out_of_reach(station, trial):
+    assert trial(FollowTarget(object="cubee")).fails_with("did you mean 'cube'")
+    assert trial(FollowTarget(object="cube", height=2.0)).fails_with("unreachable")
+
+
+def test_a_target_inside_the_table_is_refused_by_name(station, trial):
+    T = spatial.pointing_down((0.35, -0.2, 0.98), 0.0)
+    q = station.arm.q_ref
+    assert trial(MoveToPose(pose=T)).fails_with("inside an obstacle", "'table'")
+    assert (station.arm.q_ref == q).all()
+
+
+@pytest.mark.parametrize(
+    "behaviour",
+    [
+        lambda: MoveLinear(pose="0.35;-0.2;1.3;0;1;0;0"),
+        lambda: Approach(distance=0.2),
+        lambda: Retreat(distance=0.1),
+        lambda: FollowTarget(object="cube"),
+    ],
+    ids=["MoveLinear", "Approach", "Retreat", "FollowTarget"],
+)
+def test_halted_in_the_middle_it_comes_to_rest(station, trial, behaviour):
+    moving = trial(behaviour())
+    for _ in range(12):
+        assert moving.tick() is RUNNING
+    assert np.abs(station.arm.v).max() > 0.02
+    moving.tree.halt()
+    station.cell.step(400)
+    assert not station.arm.busy and np.abs(station.robot.v).max() < 0.01
