@@ -1,0 +1,91 @@
+"""Every hook has a page whose example works, and a test; every kind of plugin has a tutorial."""
+
+import inspect
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+from bt_manip import hookspecs
+from bt_manip.models import bundled_root
+from bt_manip.plugins import Choice, load_plugins
+from bt_manip.plugins.scaffold import KINDS
+
+DOCS = Path(__file__).resolve().parents[2] / "docs" / "plugins"
+HOOKS = (*hookspecs.REGISTERING, *hookspecs.OBSERVING)
+
+
+def page(hook: str) -> str:
+    return (DOCS / "hooks" / f"{hook}.md").read_text()
+
+
+def test_every_function_among_the_hooks_is_one_of_them():
+    functions = {name for name, f in vars(hookspecs).items() if inspect.isfunction(f)}
+    assert functions == set(HOOKS)
+
+
+@pytest.mark.parametrize("hook", HOOKS)
+def test_a_hook_has_a_page_with_its_exact_signature(hook):
+    parameters = ", ".join(inspect.signature(getattr(hookspecs, hook)).parameters)
+    assert page(hook).splitlines()[0] == f"# `{hook}({parameters})`"
+    for name in parameters.split(", "):
+        assert f"`{name}" in page(hook)
+
+
+@pytest.mark.parametrize("hook", HOOKS)
+def test_the_example_of_a_page_is_a_plugin_that_uses_the_hook(hook, tmp_path):
+    (code,) = re.findall(r"```python\n(.*?)```", page(hook), re.DOTALL)
+    (tmp_path / f"example_{hook}.py").write_text(code)
+    plugins = load_plugins(
+        entry_points=(), warn=pytest.fail, choice=Choice(folders=(tmp_path,))
+    ).plugins
+    used = [f"register_{kind}" for kind in plugins[1].provides]
+    used += [observer.name for observer in plugins[1].observers]
+    assert used == [hook]
+
+
+@pytest.mark.parametrize("hook", HOOKS)
+def test_a_hook_has_a_test(hook):
+    tests = Path(__file__).with_name("test_each_hook.py").read_text()
+    assert f"\ndef test_{hook}_" in tests
+
+
+def test_there_is_a_page_for_nothing_else():
+    assert {path.stem for path in (DOCS / "hooks").iterdir()} == set(HOOKS)
+    assert {path.stem for path in (DOCS / "tutorials").iterdir()} == set(KINDS)
+
+
+def test_the_first_page_leads_to_all_others():
+    links = set(
+        re.findall(r"\]\(((?:hooks|tutorials)/\w+\.md)\)", (DOCS / "README.md").read_text())
+    )
+    assert links == {f"hooks/{hook}.md" for hook in HOOKS} | {f"tutorials/{k}.md" for k in KINDS}
+
+
+@pytest.mark.parametrize("path", sorted(DOCS.rglob("*.md")), ids=lambda path: path.stem)
+def test_links_lead_somewhere(path):
+    for link in re.findall(r"\]\(([^)#]+)\)", path.read_text()):
+        assert (path.parent / link).is_file(), link
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_code_of_a_tutorial_is_that_of_the_package_which_ci_runs(kind):
+    """The packages themselves are written, installed and tested in test_scaffold.py."""
+    template = bundled_root("templates") / kind
+    text = (DOCS / "tutorials" / f"{kind}.md").read_text()
+    shown = re.findall(r"## `([\w/.]+)`\n.*?```\w+\n(.*?)```", text, re.DOTALL)
+    for name, code in shown:
+        assert code == (template / name).read_text()
+    code_files = {p.relative_to(template).as_posix() for p in template.rglob("*_gear/*.*")}
+    code_files -= {"bt_manip_gear/__init__.py"}
+    wanted = {name for name in code_files if "__pycache__" not in name} | {"tests/test_gear.py"}
+    assert {name for name, _ in shown} == wanted
+
+
+@pytest.fixture(autouse=True)
+def forget_examples():
+    """Leave no module of an example behind."""
+    yield
+    for name in [name for name in sys.modules if name.startswith("_bt_manip_plugin_")]:
+        del sys.modules[name]

@@ -1,0 +1,193 @@
+"""What each hook brings in is used; the plugins are the examples of the documentation."""
+
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bt_manip.cli.app import run_app
+from bt_manip.cli.interrupt import Interrupt
+from bt_manip.motion.planning import PlanningProblem
+from bt_manip.plugins import Choice, load_plugins
+from bt_manip.runner import build_station
+from bt_manip.spatial import pose
+
+PAGES = Path(__file__).resolve().parents[2] / "docs" / "plugins" / "hooks"
+WAIT = """<root BTCPP_format="4"><BehaviorTree ID="Main">{}</BehaviorTree></root>"""
+
+
+@pytest.fixture
+def example(tmp_path):
+    """Put the example of a hook's page into a folder of plugins."""
+    folder = tmp_path / "plugins"
+    folder.mkdir()
+
+    def put(hook: str, extra: str = "") -> Path:
+        (code,) = re.findall(r"```python\n(.*?)```", (PAGES / f"{hook}.md").read_text(), re.DOTALL)
+        (folder / f"of_{hook}.py").write_text(code + extra)
+        return folder
+
+    yield put
+    for name in [name for name in sys.modules if name.startswith("_bt_manip_plugin_")]:
+        del sys.modules[name]
+
+
+@pytest.fixture
+def parts_of(example):
+    """Load the example of a hook's page."""
+
+    def load(hook: str):
+        choice = Choice(folders=(example(hook),))
+        return load_plugins(entry_points=(), warn=pytest.fail, choice=choice).parts
+
+    return load
+
+
+@pytest.fixture
+def run(example, tmp_path, capfd):
+    """Run a tree with the example of a hook's page; give what was printed."""
+
+    def bt_manip(hook: str, *options: object, tree="", body='<Sleep msec="30"/>', extra="") -> str:
+        if not tree:
+            tree = tmp_path / "task.xml"
+            tree.write_text(WAIT.format(body))
+        arguments = ["run", tree, "--plugins-dir", example(hook, extra), *options]
+        code = run_app(Interrupt(), [str(argument) for argument in arguments])
+        out, err = capfd.readouterr()
+        assert (code, err) == (0, "")
+        return out
+
+    return bt_manip
+
+
+def test_register_objects_makes_things_that_can_stand_in_a_cell(parts_of):
+    station = build_station(parts_of("register_objects"))
+    name = station.cell.add(station.models.create("puck"), pose((0.4, 0.2, 1.03)))
+    station.cell.step(300)
+    assert station.cell.pose(name).translation[2] == pytest.approx(1.03, abs=1e-3)
+
+
+def test_register_robots_makes_arms_that_can_be_chosen(parts_of):
+    station = build_station(parts_of("register_robots"), robot="careful_panda")
+    assert station.arm.model.limits.velocity[0] == pytest.approx(2.175 / 2)
+
+
+def test_register_controllers_makes_controllers_that_can_be_chosen(parts_of):
+    station = build_station(parts_of("register_controllers"), controller="gentle")
+    station.cell.step(500)
+    assert abs(station.robot.q - station.arm.q).max() < 0.01
+    assert type(station.controller).__name__ == "Gentle"
+
+
+def test_register_planners_makes_planners_that_the_arm_asks(parts_of):
+    station = build_station(parts_of("register_planners"), planner="patient")
+    start = station.arm.q_ref
+    goal = start + 0.5
+    problem = PlanningProblem(
+        start, goal[np.newaxis], lambda q: True, station.arm.model.limits, station.rng
+    )
+    assert type(station.arm.planner).__name__ == "Patient"
+    np.testing.assert_array_equal(station.arm.planner.plan(problem).path[-1], goal)
+
+
+def test_register_behaviours_makes_nodes_of_trees(run):
+    wait = '<Sequence><Sleep msec="60"/><IsWarm after="0.05"/></Sequence>'
+    assert "SUCCESS" in run("register_behaviours", body=wait)
+
+
+def test_register_trees_makes_trees_by_name_with_their_surroundings(run, example, tmp_path):
+    assert "SUCCESS" in run("register_trees", tree="clap")
+    choice = Choice(folders=(example("register_trees"),))
+    parts = load_plugins(entry_points=(), warn=pytest.fail, choice=choice).parts
+    assert parts.surroundings["clap"].controller == "gravity_compensated_pd"
+    assert parts.surroundings["clap"].scene is None
+
+
+def test_register_scenes_makes_what_stands_in_the_cell(run, parts_of):
+    body = '<ObjectExists object="cube"/>'
+    assert "SUCCESS" in run("register_scenes", "--scene", "two_tables", body=body)
+    parts = parts_of("register_scenes")
+    station = build_station(parts, scene=parts.scenes.create("two_tables"))
+    assert set(station.cell.objects) >= {"table", "cube"}
+    cube = station.cell.body_id("cube")
+    assert station.cell.model.body_subtreemass[cube] == pytest.approx(0.1)
+
+
+def test_register_model_sources_finds_models_that_objects_are_made_of(parts_of, tmp_path):
+    station = build_station(parts_of("register_model_sources"))
+    shelf = tmp_path / "plugins" / "shelf"
+    shelf.mkdir()
+    (shelf / "ball.xml").write_text(
+        "<mujoco><worldbody><geom type='sphere' size='0.0234'/></worldbody></mujoco>"
+    )
+    name = station.cell.add(station.models.create("shelf:ball"), pose((0.4, 0.2, 1.2)))
+    assert name == "ball"
+    assert 0.0234 in station.cell.model.geom_size[:, 0]
+    with pytest.raises(Exception, match="there is nothing like it"):
+        station.models.create("shelf:nothing")
+
+
+def test_register_recorders_writes_files_about_a_run(run, tmp_path):
+    file = tmp_path / "heights.txt"
+    run("register_recorders", "--record", f"heights={file}")
+    times, heights = np.loadtxt(file).T
+    assert len(times) >= 3 and (np.diff(times) > 0).all()
+    assert (heights > 1.0).all()
+
+
+NOTES = """
+
+import json
+from pathlib import Path
+
+LOG = Path(__file__).with_name("log.txt")
+
+
+@hookimpl(specname="{hook}")
+def note({arguments}):
+    with LOG.open("a") as file:
+        file.write({text} + "\\n")
+"""
+
+
+@pytest.fixture
+def notes(run, tmp_path):
+    """Run with a hook that writes a line each time; give the lines."""
+
+    def write(hook: str, arguments: str, text: str, *options: object, **run_options) -> list[str]:
+        extra = NOTES.format(hook=hook, arguments=arguments, text=text)
+        run(hook, *options, extra=extra, **run_options)
+        return (tmp_path / "plugins" / "log.txt").read_text().splitlines()
+
+    return write
+
+
+def test_after_compile_comes_first_and_after_each_change(notes):
+    body = '<Sequence><Sleep msec="20"/><SpawnObject/><Sleep msec="20"/></Sequence>'
+    lines = notes("after_compile", "station", "str('cube' in station.cell.objects)", body=body)
+    assert lines == ["False", "True"]
+
+
+def test_initialize_episode_comes_once_an_episode(notes):
+    text = "f'{episode} {tree.root.name} {station.cell.time:.2f}'"
+    lines = notes("initialize_episode", "station, tree, episode", text, "--cycles", 2)
+    assert [line.split()[0] for line in lines] == ["0", "1"]
+    assert lines[0].endswith("0.00")
+
+
+def test_before_tick_sees_the_state_that_the_tree_will_see(notes):
+    lines = notes("before_tick", "station", "f'{station.cell.time:.2f}'")
+    assert lines == ["0.00", "0.01", "0.02", "0.03"]
+
+
+def test_after_tick_sees_the_state_after_the_control_steps(notes):
+    lines = notes("after_tick", "station, tree", "f'{station.cell.time:.2f}'")
+    assert lines == ["0.01", "0.02", "0.03", "0.04"]
+
+
+def test_episode_ended_is_told_how(notes):
+    arguments = "episode, status, reason"
+    lines = notes("episode_ended", arguments, "f'{episode} {status} {reason}'", "--cycles", 2)
+    assert [line.strip() for line in lines] == ["0 SUCCESS", "1 SUCCESS"]
