@@ -10,13 +10,13 @@ from bt_manip.bt.conformance.options import options_in, parse_options
 from bt_manip.bt.conformance.runner import run
 
 
-@pytest.mark.parametrize("name", ["nodes", "ports", "scripts", "documents"])
+@pytest.mark.parametrize("name", ["nodes", "ports", "scripts", "documents", "timers", "substitutes"])
 def test_random_trees_do_what_the_engine_did(repository, name):
     path = repository / "tests" / "bt" / "traces" / f"{name}.jsonl"
 
     results = dict(cases(path))
 
-    assert len(results) > 200
+    assert len(results) > 100
     assert {seed: found for seed, found in results.items() if found} == {}
 
 
