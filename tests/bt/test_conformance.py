@@ -10,7 +10,9 @@ from bt_manip.bt.conformance.options import options_in, parse_options
 from bt_manip.bt.conformance.runner import run
 
 
-@pytest.mark.parametrize("name", ["nodes", "ports", "scripts", "documents", "timers", "substitutes"])
+@pytest.mark.parametrize(
+    "name", ["nodes", "ports", "scripts", "documents", "timers", "substitutes"]
+)
 def test_random_trees_do_what_the_engine_did(repository, name):
     path = repository / "tests" / "bt" / "traces" / f"{name}.jsonl"
 
