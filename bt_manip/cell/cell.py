@@ -1,7 +1,6 @@
 """The cell: an arena whose entities come and go while the physics runs."""
 
 import contextlib
-import re
 from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
@@ -12,18 +11,17 @@ import pinocchio as pin
 from dm_control import composer, mjcf
 
 from bt_manip.cell.arena import Arena
+from bt_manip.cell.assembly import Assembly
 from bt_manip.cell.compiled import Compiled
 from bt_manip.cell.contact_events import ContactChanges, ContactEvent
 from bt_manip.cell.contacts import Contacts
 from bt_manip.cell.exceptions import CellError, OverlapError
 from bt_manip.cell.inventory import Inventory
 from bt_manip.cell.naming import unique_name
-from bt_manip.cell.overlap import refuse_overlap
 from bt_manip.cell.placement import Factory, Placement
 from bt_manip.cell.placing import CLEAR, find_place
-from bt_manip.cell.probe import Probe
 from bt_manip.cell.region import Region
-from bt_manip.cell.state import carry_state, integration_state
+from bt_manip.cell.state import integration_state
 from bt_manip.cell.touch import TouchMonitor
 from bt_manip.exceptions import did_you_mean
 from bt_manip.spatial import pose as make_pose
@@ -50,20 +48,15 @@ class Cell:
             timestep: Step of the physics [s].
             random_state: What composer's hooks get to draw from; default: seed 0.
         """
-        self._inventory = Inventory(arena if arena is not None else Arena(timestep=timestep))
-        self.arena.mjcf_model.option.timestep = timestep
+        arena = arena if arena is not None else Arena(timestep=timestep)
+        arena.mjcf_model.option.timestep = timestep
         self.random_state = random_state or np.random.RandomState(0)
-        self.generation = 0
-        """Counts the compiles; whoever keeps views of the data looks here whether they are old."""
+        self._assembly = Assembly(arena, self.random_state)
         self.before_remove: list[Callable[[str], None]] = []
         """Called with the name of an entity that is about to be taken out."""
         self.contact_changed: list[Callable[[ContactEvent], None]] = []
         """Called after each step with every contact that begins or ends; costs nothing if empty."""
         self._changes: ContactChanges | None = None
-        self._editing = False
-        self._now: Compiled | None = None
-        self._compile()
-        self._inventory.fresh.clear()
 
     # What is in it
 
@@ -71,6 +64,11 @@ class Cell:
     def arena(self) -> composer.Arena:
         """The room and everything in it, as composer has it."""
         return self._inventory.arena
+
+    @property
+    def generation(self) -> int:
+        """Number of compiles; whoever keeps views of the data looks here whether they are old."""
+        return self._assembly.generation
 
     @property
     def entities(self) -> Mapping[str, composer.Entity]:
@@ -121,7 +119,7 @@ class Cell:
         model_name = entity.mjcf_model.model
         label, placement = self._prepare(entity, pose or pin.SE3.Identity(), name, free)
         try:
-            with self._change(f"'{label}' cannot be added"):
+            with self._assembly.change(f"'{label}' cannot be added"):
                 self._inventory.attach(label, placement)
                 self._inventory.accepted[label] = overlap
         except CellError:
@@ -159,22 +157,14 @@ class Cell:
             CellError: When no free place was found, with the reason; the cell is unchanged.
         """
         T_wo = region.sample(rng)
-        if not drop and not self._editing:
+        if not drop and not self._assembly.editing:
             with contextlib.suppress(OverlapError):  # most often there is room at once
                 return self.add(entity, T_wo, name=name, free=free, overlap=CLEAR)
         label, placement = self._prepare(entity, T_wo, name, free)
         if drop and not placement.free:
             raise CellError(f"'{label}' is fixed: only what moves freely can be dropped")
-        try:
-            with self._inventory.trying(label, placement) as model:
-                data = mujoco.MjData(model)
-                carry_state(self.model, self.data, model, data)
-                probe = Probe(model, data, label, placement.free)
-                T_wo = find_place(probe, region, rng, first=T_wo, attempts=attempts, drop=drop)
-        except CellError as error:
-            raise CellError(f"'{label}' cannot be placed: {error}") from error
-        except ValueError as error:
-            raise CellError(f"'{label}' cannot be placed: {_reason(error)}") from error
+        with self._assembly.probe(label, placement) as probe:
+            T_wo = find_place(probe, region, rng, first=T_wo, attempts=attempts, drop=drop)
         return self.add(entity, T_wo, name=name, free=free)
 
     def remove(self, name: str) -> composer.Entity:
@@ -191,7 +181,7 @@ class Cell:
         entity = self.find(name)
         for listener in tuple(self.before_remove):
             listener(name)
-        with self._change(f"'{name}' cannot be removed"):
+        with self._assembly.change(f"'{name}' cannot be removed"):
             self._inventory.detach(name)
         return entity
 
@@ -206,12 +196,8 @@ class Cell:
         Raises:
             CellError: When the changed cell does not compile.
         """
-        with self._change("the cell cannot be changed"):
-            self._editing = True
-            try:
-                yield
-            finally:
-                self._editing = False
+        with self._assembly.edit():
+            yield
 
     # How it moves
 
@@ -384,58 +370,9 @@ class Cell:
         return label, Placement.of(entity, T_we, free)
 
     @property
+    def _inventory(self) -> Inventory:
+        return self._assembly.inventory
+
+    @property
     def _compiled(self) -> Compiled:
-        assert self._now is not None
-        return self._now
-
-    @contextlib.contextmanager
-    def _change(self, failure: str) -> Iterator[None]:
-        """Compile after a change of the arena, or undo the change."""
-        if self._editing:  # whoever edits compiles, and undoes
-            yield
-            return
-        try:
-            with self._inventory.changing():
-                yield
-                self._compile()
-        except CellError:
-            raise
-        except Exception as error:
-            raise CellError(f"{failure}: {_reason(error)}") from error
-
-    def _compile(self) -> None:
-        """Compile the arena and carry the state over; only then the old physics goes."""
-        old, model = self._now, self._inventory.compile()
-        new = Compiled(model, self.arena, self._inventory.placed)
-        entities = list(self.arena.iter_entities())
-        try:
-            if old is not None:
-                carry_state(old.model, old.data, new.model, new.data)
-                mujoco.mj_forward(new.model, new.data)
-            for entity in entities:
-                entity.after_compile(new.physics, self.random_state)
-            for entity in self._inventory.fresh:
-                entity.initialize_episode(new.physics, self.random_state)
-            mujoco.mj_forward(new.model, new.data)
-            for name, accepted in self._inventory.accepted.items():
-                refuse_overlap(new.model, new.data, new.labels, name, accepted)
-        except BaseException:
-            if old is not None:
-                for entity in entities:  # those that stay look at the old physics again
-                    if entity not in self._inventory.fresh:
-                        entity.after_compile(old.physics, self.random_state)
-            raise
-        self._now = new
-        self.generation += 1
-        if old is not None:
-            old.physics.free()
-
-
-def _reason(error: BaseException) -> str:
-    """Give what says most: MuJoCo's first line, and the name of the element it is about."""
-    while error.__cause__ or error.__context__:
-        error = error.__cause__ or error.__context__ or error
-    text = str(error).strip()
-    element = re.search(r"^Element name '([^']+)'", text, re.MULTILINE)
-    line = (text or type(error).__name__).splitlines()[0].removeprefix("Error: ")
-    return f"{line} (at '{element[1]}')" if element else line
+        return self._assembly.compiled

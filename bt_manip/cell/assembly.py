@@ -1,0 +1,129 @@
+"""An arena and the physics compiled from it, which change together or not at all."""
+
+import contextlib
+import re
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+from dm_control import composer
+
+from bt_manip.cell.compiled import Compiled
+from bt_manip.cell.exceptions import CellError
+from bt_manip.cell.inventory import Inventory
+from bt_manip.cell.overlap import refuse_overlap
+from bt_manip.cell.placement import Placement
+from bt_manip.cell.probe import Probe
+from bt_manip.cell.state import carry_state
+
+
+class Assembly:
+    """Compiles an arena whenever what stands in it has changed, and undoes changes that fail.
+
+    Attributes:
+        inventory: What stands in the arena.
+        compiled: The physics of now, and what follows from it.
+        generation: Counts the compiles.
+        editing: Whether several changes are under way, which are compiled together.
+    """
+
+    def __init__(self, arena: composer.Arena, random_state: np.random.RandomState):
+        """Compile an arena for the first time.
+
+        Args:
+            arena: The arena.
+            random_state: What composer's hooks get to draw from.
+        """
+        self.inventory = Inventory(arena)
+        self.generation = 0
+        self.editing = False
+        self._random_state = random_state
+        self.compiled = self._compile(None)
+        self.inventory.fresh.clear()
+
+    @contextlib.contextmanager
+    def change(self, failure: str) -> Iterator[None]:
+        """Compile what is changed inside, or undo the change.
+
+        Args:
+            failure: What cannot be done, for the message.
+
+        Raises:
+            CellError: When it does not compile.
+        """
+        if self.editing:  # whoever edits compiles, and undoes
+            yield
+            return
+        try:
+            with self.inventory.changing():
+                yield
+                old = self.compiled
+                self.compiled = self._compile(old)
+                old.physics.free()
+        except CellError:
+            raise
+        except Exception as error:
+            raise CellError(f"{failure}: {_reason(error)}") from error
+
+    @contextlib.contextmanager
+    def edit(self) -> Iterator[None]:
+        """Compile once for all changes inside, or undo them."""
+        with self.change("the cell cannot be changed"):
+            self.editing = True
+            try:
+                yield
+            finally:
+                self.editing = False
+
+    @contextlib.contextmanager
+    def probe(self, name: str, placement: Placement) -> Iterator[Probe]:
+        """Give a copy with one thing more, to try out where it could stand.
+
+        Raises:
+            CellError: When it does not compile, or what is tried inside raises one.
+        """
+        failure = f"'{name}' cannot be placed"
+        try:
+            with self.inventory.trying(name, placement) as model:
+                data = mujoco.MjData(model)
+                carry_state(self.compiled.model, self.compiled.data, model, data)
+                yield Probe(model, data, name, placement.free)
+        except CellError as error:
+            raise CellError(f"{failure}: {error}") from error
+        except ValueError as error:
+            raise CellError(f"{failure}: {_reason(error)}") from error
+
+    def _compile(self, old: Compiled | None) -> Compiled:
+        """Compile the arena and carry the state over; the old physics is left as it is."""
+        inventory, random_state = self.inventory, self._random_state
+        new = Compiled(inventory.compile(), inventory.arena, inventory.placed)
+        entities = list(inventory.arena.iter_entities())
+        try:
+            if old is not None:
+                carry_state(old.model, old.data, new.model, new.data)
+                mujoco.mj_forward(new.model, new.data)
+            for entity in entities:
+                entity.after_compile(new.physics, random_state)
+            for entity in inventory.fresh:
+                entity.initialize_episode(new.physics, random_state)
+            mujoco.mj_forward(new.model, new.data)
+            for name, accepted in inventory.accepted.items():
+                refuse_overlap(new.model, new.data, new.labels, name, accepted)
+        except BaseException:
+            if old is not None:
+                for entity in entities:  # those that stay look at the old physics again
+                    if entity not in inventory.fresh:
+                        entity.after_compile(old.physics, random_state)
+            raise
+        self.generation += 1
+        return new
+
+
+def _reason(error: BaseException) -> str:
+    """Give what says most: MuJoCo's first line, and the name of the element it is about."""
+    while error.__cause__ or error.__context__:
+        error = error.__cause__ or error.__context__ or error
+    text = str(error).strip()
+    element = re.search(r"^Element name '([^']+)'", text, re.MULTILINE)
+    line = (text or type(error).__name__).splitlines()[0].removeprefix("Error: ")
+    return f"{line} (at '{element[1]}')" if element else line
