@@ -5,6 +5,7 @@ from typing import Any
 
 from bt_manip.bt import BehaviourRegistry, TreeWatch
 from bt_manip.exceptions import BtManipError, NodeError
+from bt_manip.models import is_address
 from bt_manip.runner.observer import RunObserver
 from bt_manip.runner.tree_source import TreeSource
 from bt_manip.runner.xml_tree import set_keys
@@ -53,8 +54,16 @@ class Reloader(RunObserver):
             if reading.tree is None or reading.errors:
                 self._tell(f"{self._source.path} has errors; the tree goes on as it was")
                 return
-            set_keys(self._source, tree, self._run.request.settings, only_new=True)
+            set_keys(self._source, tree, self._settings(), only_new=True)
         except (BtManipError, NodeError) as error:
             self._tell(str(error))
         else:
             self._tell(f"{self._source.path} was edited; the tree begins anew")
+
+    def _settings(self) -> dict[str, str]:
+        """Give the settings that are for the tree, and not for what stands in the scene."""
+        return {
+            key: text
+            for key, text in self._run.request.settings.items()
+            if not (is_address(text) and key in self._run.station.cell.objects)
+        }

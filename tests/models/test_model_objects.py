@@ -1,6 +1,7 @@
 """Objects made of models: in a cell, in a tree, in a scene, in a state."""
 
 import json
+import os
 
 import mujoco
 import numpy as np
@@ -16,8 +17,10 @@ from bt_manip.models import ModelError
 from bt_manip.plugins import load_plugins
 from bt_manip.recording.recorder import Recorder
 from bt_manip.registry import UnknownPartError
-from bt_manip.runner import RunRequest, find_tree, prepare
+from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
+from bt_manip.runner.reloading import Reloader
 from bt_manip.runner.station import build_station
+from bt_manip.runner.xml_tree import known_behaviours
 
 from .conftest import bundled_sdf, model_zip
 
@@ -105,6 +108,30 @@ def test_an_address_that_leads_nowhere_is_found_before_anything_runs(server, par
 def test_a_plain_name_is_for_the_tree(parts):
     with pytest.raises(BtManipError, match="has no key 'table'"):
         run(parts, {"table": "bascet"})
+
+
+def test_a_tree_that_is_edited_leaves_the_scenes_models_alone(parts, tmp_path):
+    copy = tmp_path / "task.xml"
+    copy.write_text(find_tree("pick_place", {"pick_place": parts.trees.get("pick_place")})
+                    .path.read_text())  # fmt: skip
+    told: list[str] = []
+
+    class Editor(RunObserver):
+        ticks = 0
+
+        def after_tick(self):
+            self.ticks += 1
+            if self.ticks == 3:
+                copy.write_text(copy.read_text().replace("<MoveHome/>", "<MoveHome />"))
+                os.utime(copy, (1e9, 1e9))
+
+    source = find_tree(str(copy), {})
+    prepared = prepare(RunRequest(source, settings={"table": "bundled:table"}), parts)
+    behaviours = known_behaviours(parts)
+    editor = Editor()
+    prepared.execute([editor, Reloader(source, behaviours, told.append)],
+                     stop=lambda: editor.ticks > 6)  # fmt: skip
+    assert told == [f"{copy} was edited; the tree begins anew"]
 
 
 def test_a_model_knows_of_itself_what_the_projects_own_objects_know(server):
