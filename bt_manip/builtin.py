@@ -13,14 +13,14 @@ from bt_manip.hookspecs import hookimpl
 @hookimpl
 def register_objects(register: Callable[[str, Callable[..., Any]], None]) -> None:
     """Bring things to pick up, to put them in and on, and to move around."""
-    from bt_manip.cell import objects
+    from bt_manip.cell import Camera, objects
 
     for make in (
         objects.Cube, objects.Box, objects.Cylinder, objects.Sphere, objects.Capsule,
         objects.ConvexMesh, objects.Block, objects.RedBlock, objects.GreenBlock,
         objects.BlueBlock, objects.YellowBlock, objects.Bottle, objects.Can, objects.Mug,
         objects.Peg, objects.HoleBoard, objects.Basket, objects.Bin, objects.Tray,
-        objects.Table, objects.Shelf, objects.Wall,
+        objects.Table, objects.Shelf, objects.Wall, Camera,
     ):  # fmt: skip
         register(make.kind, make)
 
