@@ -1,5 +1,6 @@
 """What a server may send that must be refused: one clear error, and nothing left on the disk."""
 
+import gzip
 import io
 import stat
 import struct
@@ -53,6 +54,12 @@ def test_no_zip_at_all(server, refused):
 def test_an_answer_that_says_itself_that_it_is_no_zip(server, refused):
     server.says(Answer(b"<html>Sorry</html>", kind="text/html"))
     assert "expected a zip, got 'text/html'" in refused()
+
+
+def test_an_answer_that_is_packed_once_more(server, refused):
+    packed = gzip.compress(GOOD)
+    server.says(Answer(packed, headers={"Content-Encoding": "gzip"}))
+    assert "packed as 'gzip'" in refused()
 
 
 def stored_zip(content: str) -> bytearray:

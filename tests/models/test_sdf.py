@@ -355,10 +355,14 @@ def test_a_mesh_collides_by_its_hull_or_by_convex_parts_that_are_kept(tmp_path, 
     from bt_manip.models import convex
 
     monkeypatch.setenv("BT_MANIP_CACHE", str(tmp_path / "kept"))
-    corner = trimesh.util.concatenate([
-        trimesh.creation.box((0.3, 0.1, 0.1)).apply_translation((0.15, 0.05, 0.05)),
-        trimesh.creation.box((0.1, 0.2, 0.1)).apply_translation((0.05, 0.2, 0.05)),
-    ])  # fmt: skip
+    rim = [(0, 0), (0.3, 0), (0.3, 0.1), (0.1, 0.1), (0.1, 0.3), (0, 0.3)]
+    flat = np.array([(0, 1, 3), (1, 2, 3), (0, 3, 5), (3, 4, 5)])
+    i, j = np.arange(6), (np.arange(6) + 1) % 6
+    corner = trimesh.Trimesh(
+        [(x, y, z) for z in (0, 0.1) for x, y in rim],
+        np.vstack([flat[:, ::-1], flat + 6, np.c_[i, j, j + 6], np.c_[i, j + 6, i + 6]]),
+    )
+    assert corner.is_volume
     corner.export(tmp_path / "corner.stl")
     uri = "<mesh><uri>corner.stl</uri></mesh>"
     sdf = MODEL.format(link("a", f"<collision name='c'><geometry>{uri}</geometry></collision>"))
@@ -573,8 +577,18 @@ def test_an_include_brings_another_file_under_its_own_name(tmp_path):
 
 
 def test_a_model_that_includes_itself_is_refused(tmp_path):
-    message = refused(tmp_path, link("l") + "<include><uri>thing.sdf</uri></include>")
-    assert "models inside models" in message
+    itself = "<include><uri>thing.sdf</uri><name>{}</name></include>"
+    message = refused(tmp_path, link("l") + itself.format("a") + itself.format("b"))
+    assert "a model includes itself" in message
+
+
+def test_includes_that_multiply_are_refused(tmp_path):
+    twice = "".join(f"<include><uri>{{0}}.sdf</uri><name>{n}</name></include>" for n in "ab")
+    for i in range(14):
+        inside = link("l") + twice.format(i + 1)
+        (tmp_path / f"{i}.sdf").write_text(MODEL.format(inside))
+    (tmp_path / "14.sdf").write_text(MODEL.format(link("l")))
+    assert "more than 5000 links and frames" in refused(tmp_path, twice.format(0))
 
 
 @pytest.mark.parametrize(

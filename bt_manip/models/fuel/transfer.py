@@ -119,6 +119,11 @@ class Transfer:
 
     def _check_status(self, url: str, response: requests.Response) -> None:
         status = response.status_code
+        encoding = response.headers.get("Content-Encoding", "identity").lower()
+        if encoding != "identity":  # what it unpacks to would have no bound
+            raise ModelError(
+                f"{url}: the answer is packed as '{encoding}', which was not asked for"
+            )
         if status == 200:
             return
         hint = {

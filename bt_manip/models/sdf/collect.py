@@ -1,5 +1,7 @@
 """Gathering the links, joints and frames of a model, and of the models in it."""
 
+from pathlib import Path
+
 from bt_manip.models.errors import ModelError
 from bt_manip.models.sdf.reader import Element, SdfReader
 from bt_manip.models.sdf.scopes import MODEL, SEPARATOR, Frame, Scopes
@@ -21,6 +23,7 @@ class Collector:
         self._reader = reader
         self._fetch = fetch
         self.scopes = Scopes(reader)
+        self._open: list[Path] = []
 
     def collect(self, model: Element) -> Scopes:
         """Gather everything of a model.
@@ -28,6 +31,7 @@ class Collector:
         Raises:
             ModelError: When the document is wrong, or names what is not there.
         """
+        self._open = [self._reader.document(model).path.resolve()]
         pose = model.find("pose")
         if not self._reader.pose(pose).isIdentity(1e-12):
             assert pose is not None
@@ -90,9 +94,14 @@ class Collector:
             found = included_file(uri, reader.document(include), self._fetch)
         except ModelError as error:
             raise reader.error(include, str(error)) from None
+        path = found.path.resolve()
+        if path in self._open:
+            raise reader.error(include, f"'{uri}': a model includes itself")
+        self._open.append(path)
         model = reader.open_model(found.path, found.root)
         name = reader.text(include, "name") or self._name(model)
         self._nested(model, include, scope, name, depth)
+        self._open.pop()
 
     def _static_root(self, model: Element) -> bool:
         return self._reader.flag(model, "static") and model.getparent() is None
