@@ -85,17 +85,21 @@ def test_the_tree_in_python_takes_the_same_settings(reference, parts):
     assert in_python.state_digest == run(parts, REFERENCE)[0].state_digest
 
 
-def test_a_lower_table_takes_the_robot_and_the_basket_along(server, parts):
-    sdf = bundled_sdf("table", static=True, raised=-0.3)
-    server.add("someone", "low", model_zip(sdf))
-    report, station, _ = run(parts, {"table": "fuel:someone/low"})
-    # The table stands on the floor: its legs, which reach 0.3 m below its origin, lift it.
-    assert station.cell.pose("basket").translation[2] == pytest.approx(1.015, abs=1e-9)
-    assert report.cycles[0].placed
-    low = sdf.replace("1.5 0.8 0.03", "1.5 0.8 0.33")  # a thick top, from 0.7 to 1.03 m, or so
-    server.add("someone", "thick", model_zip(low))
+def test_a_table_of_another_height_takes_the_robot_and_the_basket_along(server, parts):
+    # 15 mm of the top's half thickness become 165 mm: its surface comes to 1.165 m.
+    thick = bundled_sdf("table", static=True).replace("1.5 0.8 0.03", "1.5 0.8 0.33")
+    server.add("someone", "thick", model_zip(thick))
     report, station, _ = run(parts, {"table": "fuel:someone/thick"})
     assert station.cell.pose("basket").translation[2] == pytest.approx(1.165, abs=1e-9)
+    assert report.cycles[0].placed
+
+
+def test_a_model_with_its_origin_elsewhere_stands_where_the_old_one_stood(server, parts):
+    raised = bundled_sdf("table", static=True, raised=-0.3)
+    server.add("someone", "raised", model_zip(raised))
+    report, station, _ = run(parts, {"table": "fuel:someone/raised"})
+    assert station.cell.pose("table").translation[2] == pytest.approx(0.3, abs=1e-9)
+    assert station.cell.pose("basket").translation[2] == pytest.approx(1.015, abs=1e-9)
     assert report.cycles[0].placed
 
 
