@@ -12,12 +12,14 @@ BEYOND = "0;-0.6;0;0.5;0;1.6;0.9"
 EXAMPLES = {
     "CloseGripper": Example(fails=({"patience": 0.05}, {"force": 500.0})),
     "Drop": Example({"container": "basket"}, HOLDING, fails=({"patience": 0.01},)),
+    "FollowTarget": Example({"object": "cube", "duration": 0.3}, fails=({"height": 2.0},)),
     "Grasp": Example({"object": "cube"}, AROUND_THE_CUBE, fails=({"force": 500.0},)),
     "Hover": Example({"object": "cube", "height": 0.15}, fails=({"height": 2.0},)),
     "IsAt": Example({"pose": "0.4;0;1.3"}, status="FAILURE"),
     "IsHolding": Example({"object": "cube"}, HOLDING),
     "Lift": Example({"height": 0.1}, HOLDING, fails=({"height": 2.0}, {"speed": 0.0})),
     "MoveHome": Example(start=HOLDING, fails=({"speed": -1.0},)),
+    "MoveLinear": Example({"pose": "0.4;-0.05;1.4;0;1;0;0"}, fails=({"pose": "3;0;1"},)),
     "MoveToConfiguration": Example(
         {"configuration": NEAR_HOME}, fails=({"configuration": BEYOND},)
     ),
