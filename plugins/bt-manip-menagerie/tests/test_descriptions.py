@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -10,40 +11,8 @@ from bt_manip.plugins import load_plugins
 from bt_manip.robots import read_description
 from bt_manip_menagerie import description_files
 
-UR5E_WITH_XARM_GRIPPER = """
-model = "menagerie:universal_robots_ur5e/ur5e"
-arm_joints = [
-    "shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint",
-    "wrist_1_joint", "wrist_2_joint", "wrist_3_joint",
-]
-home = [0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0]
-velocity = 3.1416
-acceleration = 5.0
-jerk = 250.0
-
-[base]
-position = [0.05, 0.0, 0.1]
-quat_wxyz = [0.0, 0.0, 0.0, 1.0]
-
-[tool]
-frame = "xarm_gripper_base_link"
-position = [0.0, 0.0, 0.153]
-
-[gripper]
-model = "menagerie:ufactory_xarm7/hand"
-mount = "attachment_site"
-joints = ["right_driver_joint", "left_driver_joint"]
-fingers = ["right_finger", "left_finger"]
-motor = "split"
-open_width = 0.085
-max_speed = 0.1
-max_force = 50.0
-armature = 0.005
-frictionloss = 0.0
-
-[gripper.pads]
-solref = [0.004, 1.0]
-"""
+README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+UR5E_WITH_XARM_GRIPPER = README.partition("```toml\n")[2].partition("```")[0]
 
 
 @pytest.fixture
@@ -73,7 +42,7 @@ def test_reading_them_needs_no_models(monkeypatch, tmp_path):
     assert len([read_description(path) for path in description_files()]) == 5
 
 
-def test_an_arm_and_a_gripper_that_nobody_listed_pick_and_place(tmp_path, run):
+def test_the_readmes_arm_and_gripper_which_nobody_listed_pick_and_place(tmp_path, run):
     path = tmp_path / "ur5e_xarm.toml"
     path.write_text(UR5E_WITH_XARM_GRIPPER)
     code, report = run(path, 2)
