@@ -1,4 +1,4 @@
-"""An object of one's own: a can, which then every behaviour and tree can use by its name."""
+"""An object of one's own: a tin, which then every behaviour and tree can use by its name."""
 
 from typing import Any
 
@@ -10,19 +10,19 @@ from bt_manip.plugins import load_plugins
 from bt_manip.runner import build_station
 
 
-class Can(composer.Entity):
-    """A can, as a composer entity: it works in any dm_control environment too."""
+class Tin(composer.Entity):
+    """A tin, as a composer entity: it works in any dm_control environment too."""
 
-    kind = "can"  # the name that it is registered by
+    kind = "tin"  # the name that it is registered by
     category = "graspable"
     free = True  # it moves freely, unless it is placed as a fixture
 
-    def _build(self, name: str = "can", radius: float = 0.03, mass: float = 0.2) -> None:
+    def _build(self, name: str = "tin", radius: float = 0.03, mass: float = 0.2) -> None:
         self._mjcf_root = mjcf.RootElement(model=name)
-        self._height = 0.08  # [m]
+        self._height = 0.06  # [m]: higher, and it would touch the palm
         # The fingers press on lines here, not on faces: stiff contacts keep them from sinking in.
         self._mjcf_root.worldbody.add(
-            "geom", name="can", type="cylinder", size=(radius, self._height / 2), mass=mass,
+            "geom", name="tin", type="cylinder", size=(radius, self._height / 2), mass=mass,
             solref=(0.004, 1), friction=(0.8,), rgba=(0.75, 0.15, 0.12, 1),
         )  # fmt: skip
         self._parameters = {"radius": radius, "mass": mass}
@@ -44,17 +44,17 @@ class Can(composer.Entity):
 
 
 def main() -> None:
-    """Let the Panda pick the can."""
+    """Let the Panda pick the tin."""
     parts = load_plugins().parts  # all that is built in or installed
-    parts.objects.add("can", Can, owner="this example")
+    parts.objects.add("tin", Tin, owner="this example")
     station = build_station(parts, seed=1)
     tree = Tree(
         Sequence(
-            "pick a can",
-            SpawnObject(model="can", object="{can}"),
-            Hover(object="{can}", height=0.15),
-            Reach(object="{can}"),
-            Grasp(object="{can}", force=40.0),
+            "pick a tin",
+            SpawnObject(model="tin", object="{tin}"),
+            Hover(object="{tin}", height=0.15),
+            Reach(object="{tin}"),
+            Grasp(object="{tin}", force=40.0),
             Lift(height=0.3),
             Drop(container="basket"),
         ),
