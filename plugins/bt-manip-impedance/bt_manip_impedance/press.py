@@ -1,5 +1,7 @@
 """Press a button."""
 
+from typing import Any
+
 import numpy as np
 import pinocchio as pin
 
@@ -11,15 +13,19 @@ PRESSED = 0.95
 """Fraction of the travel at which a cap is down: the spring is stiff towards the end."""
 
 
+CLEAR = 0.03
+"""How far over the cap's top the tool goes afterwards [m]."""
+
+
 class Press(MotionBehaviour):
-    """Press a button all the way down and hold it, without ever pressing too hard.
+    """Press a button all the way down, hold it, and let go, without ever pressing too hard.
 
     The tool is sent to a place inside the button, as if nobody knew exactly where that stands: how
     hard it presses is up to the controller's stiffness. A controller that insists on the place
-    presses ever harder, until this fails.
+    presses ever harder, until this lets go and fails.
     """
 
-    memory = (*MotionBehaviour.memory, "_since")
+    memory = (*MotionBehaviour.memory, "_since", "_verdict")
 
     object = Input(str, doc="Name of the button.")
     depth = Input(float, default=0.02, doc="How far below the cap's top the tool is sent [m].")
@@ -28,15 +34,66 @@ class Press(MotionBehaviour):
     speed = Input(float, default=0.1, doc="Fraction of the arm's limits, above 0 and up to 1.")
 
     _since: float | None = None  # [s] when the cap was down
+    _verdict: str | None = None  # why it will fail, empty for success; None while it presses
+    _guard: Any = None  # what stops the arm when something pushes it, at other times
 
     def start(self) -> None:
         """Move straight down."""
-        self._since = None
+        self._since = self._verdict = None
         button = self.cell.find(self.object)
         if not hasattr(button, "travel"):
             raise CellError(f"'{self.object}' is no button")
+        self._let_touch()
+        self._move_over_the_cap(-self.depth)
+
+    def update(self) -> Status:
+        """Wait until the cap has been down for long enough, and then until it is free again."""
+        self._let_touch()
+        if self._verdict is None:
+            self._judge()
+        elif not self.arm.moving:
+            return self.fail(self._verdict) if self._verdict else Status.SUCCESS
+        return Status.RUNNING
+
+    def terminate(self, new_status: Status) -> None:
+        """Stop pressing however it ends."""
+        if self._guard is not None:
+            self.arm.guard, self._guard = self._guard, None
+        super().terminate(new_status)
+
+    def _judge(self) -> None:
+        """Look at the button, and let go of it when there is a verdict."""
+        button, now = self.cell.find(self.object), self.cell.time
+        force = float(np.linalg.norm(self.cell.contacts.wrench(self.object).force))
+        self.feedback_message = f"{1e3 * button.depth:.1f} mm down, {force:.1f} N"
+        if button.depth < PRESSED * button.travel:
+            self._since = None
+        elif self._since is None:
+            self._since = now
+        if self._ended is None and not self.arm.moving:
+            self._ended = now
+        if force > self.max_force:
+            self._verdict = (
+                f"'{self.object}' is pressed with {force:.1f} N, at most {self.max_force:g} N "
+                "are allowed; a stiff controller cannot do this"
+            )
+        elif self._since is not None:
+            if now - self._since >= self.hold:
+                self._verdict = ""
+        elif self._ended is not None and now - self._ended > self.SETTLING:
+            self._verdict = (
+                f"'{self.object}' is down by {1e3 * button.depth:.1f} of "
+                f"{1e3 * button.travel:.1f} mm when the arm stands; it takes more depth, or more "
+                "stiffness"
+            )
+        if self._verdict is not None:
+            self._move_over_the_cap(CLEAR)
+
+    def _move_over_the_cap(self, height: float) -> None:
+        """Move the tool straight to a height over the cap's top [m]."""
         T_wt, T_wo = self.T_wt, self.cell.pose(self.object)
-        goal = T_wo.translation + np.array([0.0, 0.0, button.height - self.depth])
+        top = self.cell.find(self.object).height
+        goal = T_wo.translation + np.array([0.0, 0.0, top + height])
         # Motions keep off everything in the arm's world; this one is there to touch.
         world, self.arm.world = self.arm.world, None
         try:
@@ -44,35 +101,8 @@ class Press(MotionBehaviour):
         finally:
             self.arm.world = world
 
-    def update(self) -> Status:
-        """Wait until the cap has been down for long enough."""
-        button = self.cell.find(self.object)
-        force = float(np.linalg.norm(self.cell.contacts.wrench(self.object).force))
-        if force > self.max_force:
-            return self.fail(
-                f"'{self.object}' is pressed with {force:.1f} N, at most {self.max_force:g} N "
-                "are allowed; a stiff controller cannot do this"
-            )
-        if button.depth < PRESSED * button.travel:
-            self._since = None
-        elif self._since is None:
-            self._since = self.cell.time
-        self.feedback_message = f"{1e3 * button.depth:.1f} mm down, {force:.1f} N"
-        if self._since is not None and self.cell.time - self._since >= self.hold:
-            return Status.SUCCESS
-        if self.arm.moving or self._since is not None:
-            return Status.RUNNING
-        if self._ended is None:
-            self._ended = self.cell.time
-        if self.cell.time - self._ended > self.SETTLING:
-            return self.fail(
-                f"'{self.object}' is down by {1e3 * button.depth:.1f} of "
-                f"{1e3 * button.travel:.1f} mm when the arm stands; it takes more depth, or more "
-                "stiffness"
-            )
-        return Status.RUNNING
-
-    def terminate(self, new_status: Status) -> None:
-        """Stop pressing harder however it ends."""
-        if new_status != Status.RUNNING and self.arm.moving:
-            self.arm.stop()
+    def _let_touch(self) -> None:
+        """Do not let the arm stop because it touches; also after a state was taken back."""
+        guard = getattr(self.arm, "guard", None)
+        if guard is not None:
+            self._guard, self.arm.guard = guard, None

@@ -28,9 +28,11 @@ def press(parts, controller=None, scene=None, **ports):
     for key, value in {"button": "button", "hold": 0.1, "max_force": 40.0, **ports}.items():
         tree.blackboard.set_text(key, str(value))
     button = station.cell.find("button")
+    tree.setup(**station.infrastructure)
     depths = []
-    tree.observers.append(lambda *_: depths.append(button.depth))
-    status = station.run(tree)
+    while (status := tree.tick()) is NodeStatus.RUNNING:
+        station.cell.step(10)
+        depths.append(button.depth)
     reason = tree.failure_reason() if status is NodeStatus.FAILURE else ""
     return status, reason, max(depths), button.depth
 
