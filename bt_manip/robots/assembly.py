@@ -59,6 +59,7 @@ def assemble(description: RobotDescription, name: str) -> Assembly:
         alone = _compile(root, where)
     tool = _tool_site(root, hand, alone, description, where)
     _move_base(root, alone, description.T_rb)
+    _add_pedestal(root, description)
     return Assembly(root, alone, hand, tool)
 
 
@@ -191,6 +192,18 @@ def _move_base(root: mjcf.RootElement, alone: mujoco.MjModel, T_rb: pin.SE3) -> 
     for body in root.worldbody.body:
         compiled = alone.body(body.full_identifier)
         _place(body, T_rb * spatial.pose(compiled.pos, compiled.quat))
+
+
+def _add_pedestal(root: mjcf.RootElement, description: RobotDescription) -> None:
+    """Put a block under the base, beside its bodies: the arm can hit it."""
+    if description.pedestal is None:
+        return
+    half = [0.5 * size for size in description.pedestal]
+    x, y, _ = description.T_rb.translation
+    root.worldbody.add(
+        "geom", name="pedestal", type="box", size=half, pos=(x, y, half[2]), mass=0.0,
+        rgba=(0.35, 0.36, 0.38, 1.0),
+    )  # fmt: skip
 
 
 def _site_pose(alone: mujoco.MjModel, site: Any) -> pin.SE3:

@@ -45,6 +45,7 @@ def read_description(path: Path | str) -> RobotDescription:
         tool_frame=tool.needed_text("frame"),
         T_ft=tool.pose(),
         T_rb=pin.SE3.Identity() if base is None else base.pose(),
+        pedestal=None if base is None else _pedestal(base),
         home=table.needed_numbers("home", n),
         velocity=table.needed_numbers("velocity", n),
         acceleration=table.needed_numbers("acceleration", n),
@@ -57,6 +58,11 @@ def read_description(path: Path | str) -> RobotDescription:
         if part is not None:
             part.finish()
     return description
+
+
+def _pedestal(base: TomlTable) -> tuple[float, float, float] | None:
+    size = base.numbers("pedestal", 3)
+    return None if size is None else (size[0], size[1], size[2])
 
 
 def _model(text: str, path: Path) -> str:

@@ -104,6 +104,8 @@ class RobotDescription:
         tool_limits: Bounds of the tool's motion along a straight line.
         T_ft: Pose of the tool in the tool frame.
         T_rb: Pose of the model's base where the robot is put: where it stands in a scene.
+        pedestal: Size of a block that carries the base, in x, y and z [m]; it stands under it, on
+            the plane that the robot is put on. None: there is none.
     """
 
     name: str
@@ -119,9 +121,10 @@ class RobotDescription:
     tool_limits: ToolLimits = ToolLimits()
     T_ft: pin.SE3 = field(default_factory=pin.SE3.Identity)
     T_rb: pin.SE3 = field(default_factory=pin.SE3.Identity)
+    pedestal: tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:
-        """Check that there is one number a joint."""
+        """Check that there is one number a joint, and that what has a size has one."""
         n = len(self.arm_joints)
         if n == 0:
             raise RobotError(f"robot '{self.name}': a robot has at least one arm joint")
@@ -132,3 +135,7 @@ class RobotDescription:
                     f"robot '{self.name}': one {what} for each of its {n} arm joints, "
                     f"got {len(values)}"
                 )
+        if self.pedestal is not None and (len(self.pedestal) != 3 or min(self.pedestal) <= 0.0):
+            raise RobotError(
+                f"robot '{self.name}': a pedestal has three positive sizes, got {self.pedestal}"
+            )

@@ -1,5 +1,6 @@
 """A gripper of linkages under one motor, through the same controller as two slides."""
 
+import dataclasses
 from pathlib import Path
 
 import mujoco
@@ -16,7 +17,7 @@ FILE = Path(__file__).parents[1] / "robots" / "models" / "post.toml"
 
 def make(cube=True):
     """Let the gripper hang over a cube that stands on the floor."""
-    robot = Robot(read_description(FILE))
+    robot = Robot(dataclasses.replace(read_description(FILE), pedestal=None))
     control, gripper = ComputedTorque(robot), GripperController(robot)
     robot.attach(control)
     robot.attach(gripper)

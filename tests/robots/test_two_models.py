@@ -41,6 +41,11 @@ def test_the_tool_is_where_base_mount_and_tool_put_it(robot):
     assert np.allclose(T.rotation[:, 2], (0, 0, -1), atol=1e-9)
 
 
+def test_the_pedestal_stands_under_the_base(robot):
+    geom = robot.mj_model.geom("pedestal")
+    assert np.allclose(geom.size, (0.05, 0.05, 0.1)) and np.allclose(geom.pos, (0.0, 0.0, 0.1))
+
+
 def test_the_model_is_the_one_that_is_simulated(robot, rng):
     model = robot.make_model()
     assert verify(robot.mj_model, model.model, rng=rng, qpos=model.locked_qpos).worst < 1e-9
