@@ -97,6 +97,8 @@ class MotionBehaviour(ArmBehaviour):
 
     def update(self) -> Status:
         """Wait until the arm has arrived."""
+        if self.arm.fault:
+            return self.fail(self.arm.fault)
         if self.arm.paused:
             self.feedback_message = "paused"
             return Status.RUNNING

@@ -4,6 +4,7 @@ from .arm import Arm as Arm
 from .collision import CollisionWorld as CollisionWorld
 from .collision import FreeSpace as FreeSpace
 from .collision import Near as Near
+from .deviation_guard import DeviationGuard as DeviationGuard
 from .effort import within_effort as within_effort
 from .errors import MotionError as MotionError
 from .ik_result import IKResult as IKResult

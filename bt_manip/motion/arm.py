@@ -10,6 +10,7 @@ from bt_manip.robots import Payload, Robot, RobotModel
 
 from .checks import check_configuration, check_inside, check_pace, check_pose, check_speed
 from .collision import CollisionWorld
+from .deviation_guard import EVERY, DeviationGuard
 from .errors import MotionError
 from .goal_choice import choose_configurations
 from .inverse_kinematics import InverseKinematics
@@ -37,6 +38,8 @@ class Arm:
         ik: Its inverse kinematics.
         world: What its motions shall not touch; None where it does not look.
         planner: Finds ways around what is in the way.
+        guard: Notices that something pushes the arm, which stops it; None where nobody looks.
+        fault: Why the arm stopped by itself, empty when it did not; the next motion clears it.
         q: Reference position [rad], read-only and live.  # (nq,)
         v: Reference velocity [rad/s], read-only and live.  # (nq,)
         a: Reference acceleration [rad/s2], read-only and live.  # (nq,)
@@ -50,6 +53,7 @@ class Arm:
         ik: InverseKinematics | None = None,
         world: CollisionWorld | None = None,
         planner: Planner | None = None,
+        guard: DeviationGuard | None = None,
     ) -> None:
         """Begin where the robot is.
 
@@ -59,12 +63,15 @@ class Arm:
             ik: Its inverse kinematics; by default made from the model.
             world: What its motions shall not touch; by default it does not look.
             planner: Finds ways around what is in the way; by default `RRTConnect`.
+            guard: Notices that something pushes the arm; by default nobody looks.
         """
         self.robot = robot
         self.model = robot.make_model() if model is None else model
         self.ik = InverseKinematics(self.model) if ik is None else ik
         self.world = world
         self.planner = RRTConnect() if planner is None else planner
+        self.guard = guard
+        self.fault, self._guarded = "", False
         self._now = np.zeros((3, self.model.nq))
         live = self._now.view()
         live.setflags(write=False)
@@ -206,7 +213,7 @@ class Arm:
         avoiding = self._avoiding(planner, rng)
         self._begin(plan_to_configurations(self._present, targets, self.model, speed, avoiding))
 
-    def move_linear(self, T_wt: pin.SE3, speed: float = 1.0) -> None:
+    def move_linear(self, T_wt: pin.SE3, speed: float = 1.0, *, contact: bool = False) -> None:
         """Move the tool to a pose on a straight line, turning evenly on the way.
 
         A moving arm comes to rest first.
@@ -214,6 +221,8 @@ class Arm:
         Args:
             T_wt: Pose of the tool in the world.
             speed: 1 is as fast as joints and tool may; at 0.5 it takes twice the time.
+            contact: Whether it shall touch something: then nobody minds what is in its way, nor
+                what pushes the arm.
 
         Raises:
             MotionError: When the line cannot be followed to its end (the message says how far),
@@ -221,7 +230,9 @@ class Arm:
         """
         speed = check_speed(speed)
         T_wt = check_pose(T_wt)
-        self._begin(plan_line(self._present, T_wt, self.model, self.ik, speed, self.world))
+        world = None if contact else self.world
+        line = plan_line(self._present, T_wt, self.model, self.ik, speed, world)
+        self._begin(line, guarded=world is not None)
 
     def follow(self, T_wt: pin.SE3, speed: float = 1.0) -> None:
         """Turn towards a target that moves; to be called again as it does.
@@ -299,6 +310,16 @@ class Arm:
         self._now[:] = self._rows[step]
         if step == self._last:
             self._end()
+        elif self._guarded and step % EVERY == 0 and not self.fault:
+            self._look()
+
+    def _look(self) -> None:
+        """Stop when something pushes the arm, and remember why."""
+        fault = "" if self.guard is None else self.guard.look(self.model)
+        if fault:
+            touching = "" if self.world is None else self.world.touching_now()
+            self.stop()
+            self.fault = f"{fault}; {touching}" if touching else fault
 
     def _end(self) -> None:
         """Be at the end of a trajectory, or at rest in the middle of one."""
@@ -324,8 +345,11 @@ class Arm:
             np.random.default_rng(0) if rng is None else rng,
         )
 
-    def _begin(self, trajectory: Trajectory | None) -> None:
+    def _begin(self, trajectory: Trajectory | None, guarded: bool = True) -> None:
         """Take a planned motion, at the present pace."""
+        self.fault, self._guarded = "", guarded and self.world is not None
+        if self.guard is not None:
+            self.guard.begin(self.model)
         self._follow(trajectory)
         if trajectory is None:
             self._paused = None
@@ -384,6 +408,9 @@ class Arm:
             "step": self._step,
             "pace": self._pace,
             "stopping": self._stopping,
+            "fault": self.fault,
+            "guarded": self._guarded,
+            "guard": None if self.guard is None else self.guard.get_state(),
             "paused": None if paused is None else [paused[0].get_state(), paused[1]],
         }
 
@@ -397,6 +424,9 @@ class Arm:
         if self._trajectory is not None:
             self._tabulate()
         self._step = state["step"]
+        self.fault, self._guarded = state["fault"], state["guarded"]
+        if self.guard is not None and state["guard"] is not None:
+            self.guard.set_state(state["guard"])
         self._pace, self._stopping = state["pace"], state["stopping"]
         paused = state["paused"]
         self._paused = None if paused is None else (trajectory_from_state(paused[0]), paused[1])

@@ -178,6 +178,11 @@ class Robot(composer.Entity):
         return self.mj_data.qvel[self.dof_adr]
 
     @property
+    def a(self) -> np.ndarray:
+        """Accelerations of the arm's joints in the last step, a copy [rad/s2]."""  # (nq,)
+        return self.mj_data.qacc[self.dof_adr]
+
+    @property
     def tau(self) -> np.ndarray:
         """Efforts that the arm's motors made in the last step, a copy [N m]."""  # (nq,)
         return self.mj_data.qfrc_actuator[self.dof_adr]

@@ -12,7 +12,7 @@ from bt_manip.bt import NodeStatus, Tree
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import Catalogue
 from bt_manip.control import Controller, GripperController
-from bt_manip.motion import Arm, CollisionWorld
+from bt_manip.motion import Arm, CollisionWorld, DeviationGuard
 from bt_manip.registry import Parts, Registry
 from bt_manip.robots import Robot
 from bt_manip.runner.request import CONTROLLER, PLANNER
@@ -179,7 +179,11 @@ def build_station(
         cell.add(arm_entity, scene.T_wb, free=False)
     model = arm_entity.make_model()
     arm = Arm(
-        arm_entity, model=model, world=CollisionWorld(arm_entity, model), planner=make_planner()
+        arm_entity,
+        model=model,
+        world=CollisionWorld(arm_entity, model),
+        planner=make_planner(),
+        guard=DeviationGuard(arm_entity, model),
     )
     control.reference = arm
     rng = np.random.default_rng(seed)

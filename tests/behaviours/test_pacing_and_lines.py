@@ -187,3 +187,16 @@ def test_halted_in_the_middle_it_comes_to_rest(station, trial, behaviour):
     moving.tree.halt()
     station.cell.step(400)
     assert not station.arm.busy and np.abs(station.robot.v).max() < 0.01
+
+
+def test_a_pushed_arm_stops_and_the_behaviour_fails_with_the_reason(station, trial):
+    moving = trial(MoveToConfiguration(configuration=LEFT))
+    for _ in range(15):
+        assert moving.tick() is RUNNING
+    hand = station.cell.body_id("panda/hand")
+    station.cell.data.xfrc_applied[hand][:3] = [0.0, 60.0, 0.0]
+    assert moving.fails_with("something pushes the arm", "joint", timeout=0.05)
+    station.cell.data.xfrc_applied[hand][:3] = 0.0
+    station.cell.step(300)
+    assert not station.arm.busy
+    assert trial(MoveToConfiguration(configuration=LEFT)).until_done() is SUCCESS

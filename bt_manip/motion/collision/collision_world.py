@@ -140,6 +140,14 @@ class CollisionWorld:
                     found[pair] = min(distance, found.get(pair, distance))
         return sorted((Near(*pair, d) for pair, d in found.items()), key=lambda near: near.distance)
 
+    def touching_now(self) -> str:
+        """Say what the arm touches in the physics, that it should not; empty when nothing."""
+        self.refresh()
+        contact = self._robot.mj_data.contact
+        pressing = contact.geom[contact.efc_address >= 0].tolist()
+        pairs = sorted({self.names(a, b) for a, b in pressing if self.counts[a, b]})
+        return " and ".join(f"'{first}' touches '{second}'" for first, second in pairs)
+
     def names(self, first: int, second: int) -> tuple[str, str]:
         """Name the bodies of two geoms, that which the arm moves first."""
         label = self._labels.of_geom

@@ -1,0 +1,133 @@
+"""A push is noticed at once, and what belongs to a motion is not taken for one."""
+
+import json
+
+import numpy as np
+import pytest
+
+from bt_manip import spatial
+from bt_manip.cell import Cell
+from bt_manip.control import ComputedTorque
+from bt_manip.motion import Arm, CollisionWorld, DeviationGuard, MotionError
+from bt_manip.robots import Robot, panda
+
+from .conftest import Box
+
+THERE = np.array([0.6, -0.3, 0.3, -2.0, 0.2, 1.8, 0.4])
+
+
+class Bench:
+    """The Panda under control in an otherwise empty cell."""
+
+    def __init__(self) -> None:
+        robot = Robot(panda())
+        control = ComputedTorque(robot)
+        robot.attach(control)
+        self.cell = Cell()
+        self.cell.add(robot, spatial.pose((0.0, 0.0, 1.0)), free=False)
+        model = robot.make_model()
+        world, guard = CollisionWorld(robot, model), DeviationGuard(robot, model)
+        self.arm = control.reference = Arm(robot, model=model, world=world, guard=guard)
+        self.hand = self.cell.body_id("panda/hand")
+        self.rest = self.cell.get_state(), self.arm.get_state()
+
+    def reset(self) -> "Bench":
+        self.cell.set_state(self.rest[0])
+        self.arm.set_state(self.rest[1])
+        self.arm.robot.mj_data.xfrc_applied[:] = 0.0
+        return self
+
+    def until_noticed(self, steps: int) -> int | None:
+        """Step until the arm says that something is wrong; give how long that took [steps]."""
+        for step in range(1, steps + 1):
+            self.cell.step()
+            if self.arm.fault:
+                return step
+        return None
+
+
+@pytest.fixture(scope="module")
+def built() -> Bench:
+    return Bench()
+
+
+@pytest.fixture
+def bench(built) -> Bench:
+    return built.reset()
+
+
+def test_a_push_of_50_newtons_in_any_direction_is_noticed_within_20_milliseconds(bench, rng):
+    for _ in range(12):
+        bench.reset()
+        bench.arm.move_to_configuration(THERE)
+        assert bench.until_noticed(int(rng.integers(20, 400))) is None
+        direction = rng.normal(size=3)
+        push = 50.0 * direction / np.linalg.norm(direction)
+        bench.cell.data.xfrc_applied[bench.hand][:3] = push
+        noticed = bench.until_noticed(50)
+        assert noticed is not None and noticed <= 20
+        assert "something pushes the arm: joint" in bench.arm.fault
+
+
+def test_it_brakes_then_and_the_next_motion_forgets_it(bench):
+    bench.arm.move_to_configuration(THERE)
+    bench.cell.step(150)
+    bench.cell.data.xfrc_applied[bench.hand][:3] = [0.0, 60.0, 0.0]
+    assert bench.until_noticed(20)
+    bench.cell.data.xfrc_applied[bench.hand][:3] = 0.0
+    bench.cell.step(400)
+    assert not bench.arm.busy and np.abs(bench.arm.q - THERE).max() > 0.05
+    bench.arm.move_to_configuration(THERE)
+    assert bench.arm.fault == "" and bench.until_noticed(1500) is None
+    assert np.array_equal(bench.arm.q, THERE)
+
+
+def test_nothing_is_noticed_where_there_is_nothing(bench, rng):
+    limits = bench.arm.model.limits
+    moved = 0
+    while moved < 8:
+        try:
+            bench.arm.move_to_configuration(rng.uniform(limits.lower, limits.upper))
+        except MotionError:  # some are inside the floor, or the arm itself
+            continue
+        moved += 1
+        assert bench.until_noticed(int(rng.integers(200, 900))) is None, bench.arm.fault
+
+
+def test_an_obstacle_that_came_unseen_stops_it_and_is_named(bench):
+    bench.arm.move_to_configuration(THERE)
+    bench.cell.step(50)
+    tool = bench.arm.model.pose(0.5 * (THERE + bench.arm.model.home))
+    bench.cell.add(Box((0.06, 0.06, 0.3)), tool, name="post")
+    try:
+        assert bench.until_noticed(800) is not None
+        assert "touches 'post'" in bench.arm.fault
+    finally:
+        bench.cell.remove("post")
+
+
+def test_a_line_that_shall_touch_something_is_driven_on(bench):
+    tool = bench.arm.model.pose(bench.arm.q)
+    below = tool * spatial.pose((0.0, 0.0, 0.06))
+    bench.cell.add(Box((0.2, 0.2, 0.04)), below, name="block")
+    goal = tool * spatial.pose((0.0, 0.0, 0.0325))  # 2 mm inside
+    try:
+        with pytest.raises(MotionError, match="blocked .* touch 'block'"):
+            bench.arm.move_linear(goal, speed=0.1)
+        bench.arm.move_linear(goal, speed=0.1, contact=True)
+        assert bench.until_noticed(2500) is None
+        assert bench.cell.contacts.touching("panda", "block")
+    finally:
+        bench.cell.remove("block")
+
+
+def test_it_goes_on_from_its_state(bench):
+    bench.arm.move_to_configuration(THERE)
+    bench.cell.step(103)
+    bench.cell.data.xfrc_applied[bench.hand][:3] = [0.0, 50.0, 0.0]
+    bench.cell.step(6)
+    states = bench.cell.get_state(), json.loads(json.dumps(bench.arm.get_state()))
+    first = bench.until_noticed(30)
+    bench.cell.set_state(states[0])
+    bench.arm.set_state(states[1])
+    assert bench.until_noticed(30) == first
