@@ -1,10 +1,13 @@
 """What a run of pick_place costs: a control step beside the physics alone, and the whole."""
 
+import os
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -112,16 +115,32 @@ def whole_run(cycles: int = 5) -> tuple[float, float]:
     return report.real_time_factor, report.simulated_s / cycles
 
 
-def command(*arguments: str, runs: int = 5) -> float:
+def command(*arguments: str, runs: int = 5, **variables: str) -> float:
     """Time a whole process; median [s]."""
     times = []
     for _ in range(runs):
         start = time.perf_counter()
         subprocess.run(
-            [sys.executable, "-m", "bt_manip", *arguments], check=True, capture_output=True
-        )
+            [sys.executable, "-m", "bt_manip", *arguments],
+            check=True, capture_output=True, env={**os.environ, **variables},
+        )  # fmt: skip
         times.append(time.perf_counter() - start)
     return statistics.median(times)
+
+
+def help_with_plugins(count: int = 20) -> float:
+    """Time the help where many plugins are installed, all of which import mujoco; median [s]."""
+    with tempfile.TemporaryDirectory() as temporary:
+        for i in range(count):
+            name = f"bt_manip_many{i}"
+            Path(temporary, f"{name}.py").write_text("import mujoco\n\n\ndef main():\n    pass\n")
+            info = Path(temporary, f"{name}-1.0.dist-info")
+            info.mkdir()
+            (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+            (info / "entry_points.txt").write_text(
+                f"[bt_manip]\nmany{i} = {name}\n[bt_manip.commands]\nmany{i} = {name}:main\n"
+            )
+        return command("--help", PYTHONPATH=temporary)
 
 
 def rows() -> list[tuple[str, str, str]]:
@@ -143,6 +162,7 @@ def rows() -> list[tuple[str, str, str]]:
         ("real-time factor of pick_place, all included", f"{factor:.1f}", "bare mj_step: 53"),
         ("mean cycle", f"{cycle:.2f} s simulated", "at most 5 s"),
         ("bt-manip --help", f"{command('--help'):.2f} s", ""),
+        ("the same, with 20 plugins", f"{help_with_plugins():.2f} s", "at most 0.3 s"),
         ("bt-manip list", f"{command('list'):.2f} s", ""),
         ("bt-manip run pick_place, a cycle", f"{command('run', 'pick_place'):.2f} s", ""),
     ]

@@ -20,6 +20,9 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 OURS = ("bt_manip", "_bt_manip", "__editable__")
 """What the names of installed files of this project begin with."""
 
+PYTEST = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib")
+PYTEST += ("-m", "not soak", "-o", "markers=soak")  # what takes minutes has its own time
+
 
 def main(arguments: list[str]) -> int:
     """Test the packages; give 1 if any fails."""
@@ -89,7 +92,7 @@ def test(python: Path, package: Path, copy: Path) -> bool:
     return (
         run("-I", "-c", where)
         and run("-I", "-m", "bt_manip", "plugins", "--check")
-        and run("-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib", "tests")
+        and run(*PYTEST, "tests")
     )
 
 
