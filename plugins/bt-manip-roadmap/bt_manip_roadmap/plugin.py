@@ -1,0 +1,11 @@
+"""What this package brings to bt-manip."""
+
+from bt_manip import hookimpl
+
+
+@hookimpl
+def register_planners(register):
+    """Bring the planner."""
+    from bt_manip_roadmap.lazy_roadmap import LazyRoadmap
+
+    register("lazy_roadmap", LazyRoadmap)

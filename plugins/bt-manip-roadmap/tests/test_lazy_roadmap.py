@@ -1,0 +1,73 @@
+"""Ways on a roadmap are free, short, and the same for the same seed."""
+
+import numpy as np
+import pytest
+
+from bt_manip.motion.planning import PlanningProblem, RRTConnect
+from bt_manip.plugins import load_plugins
+from bt_manip.robots import JointLimits
+from bt_manip.runner import build_station
+from bt_manip_roadmap import LazyRoadmap
+
+LIMITS = JointLimits(*(np.full(2, x) for x in (-2.0, 2.0, 1.0, 1.0, 1.0, 1.0)))
+RADIUS = 0.5
+SHORTEST = 2 * (np.sqrt(1 - RADIUS**2) + RADIUS * np.arcsin(RADIUS))
+"""From (-1, 0) to (1, 0) around the disc: two tangents and the arc between them."""
+
+
+def problem(free, seed=0, goals=((1.0, 0.0),)):
+    rng = np.random.default_rng(seed)
+    return PlanningProblem(np.array([-1.0, 0.0]), np.array(goals), free, LIMITS, rng)
+
+
+def around_the_disc(q):
+    return bool(np.linalg.norm(q) > RADIUS)
+
+
+def length(path):
+    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_way_is_free_and_nearly_the_shortest(seed):
+    path = LazyRoadmap().plan(problem(around_the_disc, seed)).path
+    np.testing.assert_array_equal(path[[0, -1]], [[-1.0, 0.0], [1.0, 0.0]])
+    for start, end in zip(path, path[1:], strict=False):
+        line = start + np.linspace(0.0, 1.0, 500)[:, np.newaxis] * (end - start)
+        assert np.linalg.norm(line, axis=1).min() > RADIUS - 0.01
+    assert length(path) < 1.15 * SHORTEST
+
+
+def test_on_average_it_is_shorter_than_the_first_way_found():
+    def mean(planner):
+        seeds = range(10)
+        return np.mean([length(planner.plan(problem(around_the_disc, s)).path) for s in seeds])
+
+    assert mean(LazyRoadmap()) < mean(RRTConnect())
+
+
+def test_a_free_line_needs_no_sample():
+    planning = LazyRoadmap().plan(problem(lambda q: True))
+    assert planning.samples == 0 and len(planning.path) == 2
+
+
+def test_of_several_goals_it_takes_the_nearest():
+    goals = ((1.9, 1.9), (-1.0, 0.5))
+    path = LazyRoadmap().plan(problem(lambda q: True, goals=goals)).path
+    np.testing.assert_array_equal(path[-1], goals[1])
+
+
+def test_the_same_seed_gives_the_same_way():
+    first, second = (LazyRoadmap().plan(problem(around_the_disc, 3)).path for _ in range(2))
+    np.testing.assert_array_equal(first, second)
+
+
+def test_where_there_is_no_way_it_says_so_after_a_count():
+    planning = LazyRoadmap(samples=300).plan(problem(lambda q: q[0] < 0.0 or q[0] > 0.9))
+    assert planning.path.size == 0 and planning.samples == 300
+    assert "300 samples" in planning.reason
+
+
+def test_an_arm_can_be_told_to_use_it():
+    station = build_station(load_plugins().parts, planner="lazy_roadmap")
+    assert isinstance(station.arm.planner, LazyRoadmap)
