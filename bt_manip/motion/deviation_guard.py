@@ -6,7 +6,7 @@ import numpy as np
 
 from bt_manip.robots import Robot, RobotModel
 
-EVERY = 5  # control steps between two looks
+EVERY = 7  # control steps between two looks
 PATIENCE = 2  # looks in a row; a single one may be an impact of no consequence
 SHARE = 0.03  # of a joint's effort limit that an unmeant effort has to exceed
 AT_FIRST = 1.5  # times what presses on it when a motion begins

@@ -1,0 +1,107 @@
+"""Scenes to plan in: a wall between two places, and obstacles drawn from a seed."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from dm_control import composer, mjcf
+
+from bt_manip import spatial
+from bt_manip.cell import Cell
+from bt_manip.control import ComputedTorque
+from bt_manip.motion import Arm, CollisionWorld, DeviationGuard, InverseKinematics
+from bt_manip.robots import Robot, panda
+
+TOP = ((0.7, 1.2, 0.1), (0.55, 0.0, -0.05))
+WALL = ((0.5, 0.04, 0.4), (0.5, 0.0, 0.2))
+
+
+class Fixed(composer.Entity):
+    """A box, cylinder or sphere that stands fixed."""
+
+    def _build(self, kind: str, size: Sequence[float], name: str = "obstacle") -> None:
+        self._root = mjcf.RootElement(model=name)
+        self._root.worldbody.add("geom", name="geom", type=kind, size=list(size))
+
+    @property
+    def mjcf_model(self) -> mjcf.RootElement:
+        """The model that composer attaches."""
+        return self._root
+
+
+class Empty(composer.Arena):
+    """An arena with nothing in it."""
+
+
+class Planned(NamedTuple):
+    """An arm under control among obstacles, its base in the origin of the world."""
+
+    cell: Cell
+    robot: Robot
+    control: ComputedTorque
+    arm: Arm
+
+
+def build(obstacles: Sequence[tuple[str, Sequence[float], pin.SE3]]) -> Planned:
+    """Put the Panda among obstacles: kind, size as MuJoCo has it, and pose of each."""
+    robot = Robot(panda())
+    control = ComputedTorque(robot)
+    robot.attach(control)
+    arena = Empty()
+    arena.mjcf_model.option.cone = "elliptic"
+    cell = Cell(arena)
+    with cell.editing():
+        cell.add(robot, free=False)
+        for i, (kind, size, pose) in enumerate(obstacles):
+            cell.add(Fixed(kind, size), pose, name=f"obstacle_{i}", free=False, overlap=np.inf)
+    model = robot.make_model()
+    arm = Arm(
+        robot,
+        model=model,
+        world=CollisionWorld(robot, model),
+        guard=DeviationGuard(robot, model),
+    )
+    control.reference = arm
+    return Planned(cell, robot, control, arm)
+
+
+def wall() -> tuple[Planned, pin.SE3, pin.SE3]:
+    """Give the wall between two places over a table, and the two places."""
+    boxes = [("box", 0.5 * np.array(size), spatial.pose(at)) for size, at in (TOP, WALL)]
+    left, right = (spatial.pointing_down((0.5, y, 0.12), 0.0) for y in (0.25, -0.25))
+    return build(boxes), left, right
+
+
+def random_scene(seed: int) -> tuple[Planned, np.ndarray, np.ndarray]:
+    """Draw five to ten obstacles, and start and goal clear of them, tool in front of the robot."""
+    rng = np.random.default_rng(seed)
+    obstacles = [("box", (1.0, 1.0, 0.05), spatial.pose((0.0, 0.0, -0.07)))]
+    for _ in range(int(rng.integers(5, 11))):
+        kind = str(rng.choice(["box", "cylinder", "sphere"]))
+        sizes = {"box": 3, "cylinder": 2, "sphere": 1}[kind]
+        size = rng.uniform(0.03, 0.14, sizes)
+        angle, radius = rng.uniform(-2.0, 2.0), rng.uniform(0.4, 0.8)
+        at = (radius * np.cos(angle), radius * np.sin(angle), rng.uniform(0.05, 0.8))
+        yaw = rng.uniform(-np.pi, np.pi)
+        turn = (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2))
+        obstacles.append((kind, size, spatial.pose(at, turn)))
+    planned = build(obstacles)
+    ends = []
+    ik = planned.arm.ik
+    while len(ends) < 2:
+        q = _somewhere(rng, ik)
+        apart = not ends or np.abs(q - ends[0]).max() > 1.0
+        if apart and not planned.arm.world.near(q, 8e-3):
+            ends.append(q)
+    return planned, ends[0], ends[1]
+
+
+def _somewhere(rng: np.random.Generator, ik: InverseKinematics) -> np.ndarray:
+    """Draw a configuration whose tool is in front of the robot and not under it."""
+    limits = ik.model.limits
+    while True:
+        q = rng.uniform(limits.lower + 0.1, limits.upper - 0.1)
+        x, y, z = ik.model.pose(q).translation
+        if x > 0.2 and abs(y) < 0.7 and 0.05 < z < 0.9:
+            return q
