@@ -78,7 +78,8 @@ def install(python: Path, wheel: Path) -> None:
 def test(python: Path, package: Path, copy: Path) -> bool:
     """Run a package's tests, and see that nothing is wrong with it as a plugin."""
     copy.mkdir(parents=True)
-    shutil.copy(package / "pyproject.toml", copy)
+    for file in ("pyproject.toml", "README.md"):  # whose examples tests may run
+        shutil.copy(package / file, copy)
     shutil.copytree(package / "tests", copy / "tests", ignore=shutil.ignore_patterns("__*"))
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
     menagerie = REPOSITORY.parent / "shared" / "menagerie"
