@@ -52,7 +52,7 @@ def build(obstacles: Sequence[tuple[str, Sequence[float], pin.SE3]]) -> Planned:
     arena.mjcf_model.option.cone = "elliptic"
     cell = Cell(arena)
     with cell.editing():
-        cell.add(robot, free=False)
+        cell.add(robot, free=False, overlap=np.inf)  # at home it may be inside something
         for i, (kind, size, pose) in enumerate(obstacles):
             cell.add(Fixed(kind, size), pose, name=f"obstacle_{i}", free=False, overlap=np.inf)
     model = robot.make_model()

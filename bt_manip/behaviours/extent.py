@@ -45,3 +45,28 @@ def solid_geoms(cell: Cell, name: str) -> np.ndarray:
     ]
     solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
     return np.flatnonzero(np.isin(model.geom_bodyid, bodies) & solid)
+
+
+def nearest_free(cell: Cell, name: str, within: float) -> float:
+    """Give the distance from an entity to the nearest other one that moves freely [m].
+
+    Args:
+        cell: The cell.
+        name: The entity.
+        within: Larger distances are not measured; then this is the answer [m].
+
+    Raises:
+        CellError: When there is none of that name.
+    """
+    mine = solid_geoms(cell, name)
+    nearest = within
+    for other, entity in cell.objects.items():
+        if other == name or not getattr(entity, "free", False):
+            continue
+        for a in mine:
+            for b in solid_geoms(cell, other):
+                distance = mujoco.mj_geomDistance(
+                    cell.model, cell.data, int(a), int(b), within, None
+                )
+                nearest = min(nearest, float(distance))
+    return nearest

@@ -4,6 +4,7 @@ import contextlib
 from typing import Any
 
 import numpy as np
+from dm_control import composer
 
 from bt_manip.bt import Input, Output, Status
 from bt_manip.cell import CellError, Region
@@ -12,7 +13,10 @@ from bt_manip.exceptions import PortError
 from bt_manip.models import is_address
 
 from .arm_behaviour import CellBehaviour
+from .extent import nearest_free
 from .poses import centre_pose
+
+ATTEMPTS = 100  # to keep the gap
 
 
 class SpawnObject(CellBehaviour):
@@ -29,6 +33,7 @@ class SpawnObject(CellBehaviour):
         default=[0.2, 0.4, -0.3, 0.3],
         doc="Where its centre may come to lie, in the world: x_min;x_max;y_min;y_max [m].",
     )
+    gap = Input(float, default=0.0, doc="Distance from what else lies freely in the cell [m].")
     name_hint = Input(str, default="", doc="Name to give it; by default that of the model.")
     object = Output(str, doc="Unique name that it got.")
 
@@ -57,9 +62,23 @@ class SpawnObject(CellBehaviour):
         middle_x, middle_y, _ = getattr(entity, "centre_offset", (0.0, 0.0, 0.0))
         region = Region((x_min, x_max), (y_min, y_max), (z, z), middle=(middle_x, middle_y))
         hint = self.name_hint or ("" if is_address(self.model) else self.model)
-        self.object = name = self.cell.place(entity, region, self.rng, name=hint or None)
+        self.object = name = self._place(entity, region, hint or None)
         x, y, _ = centre_pose(self.cell, name).translation
         self.feedback_message = f"'{name}' at ({x:.3f}, {y:.3f}) m"
+
+    def _place(self, entity: composer.Entity, region: Region, hint: str | None) -> str:
+        """Put it into the region, again and again until the gap is kept.
+
+        Raises:
+            CellError: When there is no such place.
+        """
+        gap = self.gap
+        for _ in range(ATTEMPTS):
+            name = self.cell.place(entity, region, self.rng, name=hint)
+            if gap <= 0.0 or nearest_free(self.cell, name, gap) >= gap:
+                return name
+            self.cell.remove(name)
+        raise CellError(f"no place {1e3 * gap:g} mm from everything in {ATTEMPTS} attempts")
 
     def _bounds(self) -> tuple[float, float, float, float]:
         region = self.region

@@ -2,6 +2,7 @@
 
 import math
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -118,3 +119,20 @@ def test_object_exists_looks_at_the_cell_at_every_tick(station, trial):
     station.cell.remove("cube")
     assert looking.tick() is FAILURE
     assert "no object 'cube'" in looking.behaviour.feedback_message
+
+
+def test_spawn_keeps_a_gap_from_what_lies_around(station, trial):
+    small = [0.22, 0.38, 0.02, 0.18]  # around the cube that is there
+    for _ in range(5):
+        assert trial(SpawnObject(region=small, gap=0.01, object="{new}")).tick() is SUCCESS
+        model, data = station.cell.model, station.cell.data
+        names = ("cube/", "cube_1/")
+        a, b = ([g for g in range(model.ngeom) if model.geom(g).name.startswith(n)] for n in names)
+        least = min(mujoco.mj_geomDistance(model, data, x, y, 1.0, None) for x in a for y in b)
+        assert least >= 0.01
+        station.cell.remove("cube_1")
+
+
+def test_spawn_with_a_gap_that_leaves_no_place_fails(trial):
+    tight = [0.29, 0.31, 0.09, 0.11]
+    assert trial(SpawnObject(region=tight, gap=0.05, object="{new}")).fails_with("no")
