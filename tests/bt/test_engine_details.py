@@ -223,3 +223,30 @@ def test_of_two_ports_with_one_key_the_last_one_declares_the_entry():
     body = '<LoopDouble queue="{u}" value="{u}"><SetOutInt value="1" out="{u}"/></LoopDouble>'
 
     assert compare(document(body), REJECTED) == []
+
+
+def test_a_script_cannot_create_a_root_key_through_a_remap():
+    inner = '<BehaviorTree ID="S"><Script code="x := 2"/></BehaviorTree>'
+    text = document('<SubTree ID="S" name="t" x="{@x}"/>', others=inner)
+
+    trace = once(None)
+    trace.pop("final_blackboard")
+
+    assert compare(text, trace) == []
+
+
+def test_a_loop_over_a_root_key_that_does_not_exist_is_empty():
+    loop = '<LoopInt queue="{y}" if_empty="FAILURE"><AlwaysSuccess/></LoopInt>'
+    inner = f'<BehaviorTree ID="S">{loop}</BehaviorTree>'
+    text = document('<SubTree ID="S" name="t" y="{@y}"/>', others=inner)
+
+    trace = once("FAILURE")
+    trace.pop("final_blackboard")
+
+    assert compare(text, trace) == []
+
+
+def test_set_blackboard_takes_any_number_of_signs_of_the_root():
+    text = document('<SetBlackboard value="7" output_key="@@x"/>')
+
+    assert compare(text, once("SUCCESS", Main={"x": "7"})) == []

@@ -31,9 +31,15 @@ def assignment(target: Expression, symbol: str, source: Expression) -> Expressio
                     f"the blackboard entry '{key}' does not exist; [:=] would create it"
                 )
             try:
-                entry = env.scope.declare(key)
+                env.scope.declare(key)
             except BlackboardError as error:
                 raise ScriptError(str(error)) from None
+            entry = env.scope.entry(key)
+            if entry is None:
+                raise ScriptError(
+                    f"'{key}' is remapped to an entry of the root that does not exist; "
+                    "only its own name, with @, creates it"
+                )
         value = source(env)
         if value[0] is EMPTY:
             raise ScriptError(f"the right operand of operator [{symbol}] {missing(value)}")

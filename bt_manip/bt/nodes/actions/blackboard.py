@@ -52,7 +52,7 @@ class SetBlackboard(SyncAction):
         local = scope if key[:1] != "@" else scope.root
         found = local.entries.get(key.lstrip("@"))
         if found is None:
-            scope.declare(key, type).put(value, type)
+            local.declare(key.lstrip("@"), type).put(value, type)
         elif not found.declared.strong:
             if type is not STRING or found.declared is not UNTYPED:
                 found.declared = ANY

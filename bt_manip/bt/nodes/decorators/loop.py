@@ -102,7 +102,10 @@ class Loop(Decorator):
     def _look_up(self, key: str) -> None:
         entry = self.scope.entry(key)
         if entry is None:
-            entry = self.scope.declare(key)
+            self.scope.declare(key)
+            entry = self.scope.entry(key)
+        if entry is None:  # remapped to a root key that does not exist: there is no queue
+            return
         value = entry.value
         if value is EMPTY:
             raise self._port_error("queue", f"the blackboard entry '{key}' was never written")
