@@ -173,3 +173,14 @@ def test_when_there_is_no_way_it_says_what_is_in_it(walled, arm):
 def test_the_planned_way_is_looked_at_with_everything_where_it_is_now(walled, arm):
     space = FreeSpace(walled.world, arm.q)
     assert space.free(arm.q)
+
+
+def test_joints_that_go_around_more_than_once_are_searched_near_start_and_goals():
+    one = np.ones(3)
+    far = np.array([1.0, 2 * np.pi, np.inf])
+    limits = JointLimits(-far, far, one, one, one, one)
+    start, goals = np.array([0.0, 0.5, 0.0]), np.array([[0.5, -5.0, 1.0]])
+    problem = PlanningProblem(start, goals, lambda q: True, limits, np.random.default_rng(0))
+    lower, upper = problem.bounds()
+    assert lower == pytest.approx([-1.0, -2 * np.pi, -np.pi])
+    assert upper == pytest.approx([1.0, 0.5 + np.pi, 1.0 + np.pi])

@@ -16,7 +16,7 @@ class PlanningProblem(NamedTuple):
         start: Where it begins; free.  # (nq,)
         goals: Where it may end; each is free.  # (n, nq)
         free: Tells of a configuration whether the arm may be there.
-        limits: Of the joints; unlimited ones may turn by half a turn from start and goals.
+        limits: Of the joints.
         rng: The only source of chance: the same problem and generator give the same answer.
     """
 
@@ -27,12 +27,16 @@ class PlanningProblem(NamedTuple):
     rng: np.random.Generator
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Give the box that is searched."""  # (nq,), (nq,)
+        """Give the box that is searched.
+
+        Joints that can go around more than once go at the most half a turn beyond start and goals.
+        """  # (nq,), (nq,)
         known = np.vstack([self.start, self.goals])
         lower, upper = self.limits.lower, self.limits.upper
+        around = upper - lower > 2.0 * np.pi
         return (
-            np.where(np.isfinite(lower), lower, known.min(axis=0) - np.pi),
-            np.where(np.isfinite(upper), upper, known.max(axis=0) + np.pi),
+            np.where(around, np.maximum(lower, known.min(axis=0) - np.pi), lower),
+            np.where(around, np.minimum(upper, known.max(axis=0) + np.pi), upper),
         )
 
 
