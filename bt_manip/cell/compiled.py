@@ -1,6 +1,6 @@
 """All that follows from one compile of a cell's arena."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import mujoco
 import numpy as np
@@ -58,31 +58,39 @@ class Compiled:
         self._warnings = self.data.warning.number
         self._warned = self._warnings.tobytes()
 
-    def step(self, n: int, random_state: np.random.RandomState, remember: bool = True) -> None:
+    def step(
+        self,
+        n: int,
+        random_state: np.random.RandomState,
+        then: Sequence[Callable[[], None]] = (),
+    ) -> None:
         """Make ``n`` steps with the entities' hooks around each.
 
         Args:
             n: How many.
             random_state: What the hooks draw from.
-            remember: Whether to keep the state that the last one was made from.
+            then: Called after each.
 
         Raises:
             PhysicsDiverged: When MuJoCo warned meanwhile.
         """
         physics, model, data = self.physics, self.model, self.data
         before, after, mj_step = self.before_substep, self.after_substep, mujoco.mj_step
-        last = n if remember else 0
+        warnings, warned = self._warnings, self._warned
+        self._remembers = False
         for i in range(1, n + 1):
             for hook in before:
                 hook(physics, random_state)
-            if i == last:
+            if i == n:  # what the last one is made from, for a state that is taken afterwards
                 mujoco.mj_getState(model, data, self._kept, INTEGRATION)
             mj_step(model, data)
+            if warnings.tobytes() != warned:
+                self._raise_diverged()
             for hook in after:
                 hook(physics, random_state)
-        if self._warnings.tobytes() != self._warned:
-            self._raise_diverged()
-        self._remembers = remember
+            for look in then:
+                look()
+        self._remembers = True
 
     def before_last_step(self) -> np.ndarray | None:
         """Give the state that the last step was made from, if the state of now follows from it.

@@ -156,13 +156,9 @@ class _Loop:
 
     def _steps(self) -> None:
         """Make the control steps between this tick and the next."""
-        cell, after_step = self._cell, self._after_step
+        cell = self._cell
         self._note_model()
-        last = self._request.steps_per_tick - 1
-        for i in range(last + 1):
-            cell.step(remember=i == last)
-            for look in after_step:
-                look()
+        cell.step(self._request.steps_per_tick, then=self._after_step)
         for observer in self._observers:
             observer.after_tick()
         self._pacing.wait(cell.time)

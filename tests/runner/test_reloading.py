@@ -37,8 +37,8 @@ class Editor(RunObserver):
 class Cell:
     generation = time = 0
 
-    def step(self, remember=True):
-        self.time += 1e-3
+    def step(self, n, then=()):
+        self.time += 1e-3 * n
 
 
 def document(seen=1, msec=100, more="", port=""):

@@ -20,8 +20,11 @@ class Cell:
     def time(self) -> float:
         return self.steps * 1e-3
 
-    def step(self, *, remember: bool = True) -> None:
-        self.steps += 1
+    def step(self, n, then=()):
+        for _ in range(n):
+            self.steps += 1
+            for look in then:
+                look()
 
 
 class Log(RunObserver):
