@@ -9,16 +9,16 @@ import pinocchio as pin
 from bt_manip.bt import Input, Status
 from bt_manip.cell import CellError
 
-from .arm_behaviour import MotionBehaviour
 from .extent import extent
+from .letting_go import LettingGoBehaviour
 from .poses import pose_input, yaw_of
 from .room import HandRoom, with_room
 
 _QUARTER_TURN = math.pi / 2
-OVER, DOWN, OPENING = "over", "down", "opening"
+OVER, DOWN = "over", "down"
 
 
-class PlacingBehaviour(MotionBehaviour):
+class PlacingBehaviour(LettingGoBehaviour):
     """Carry what is held over a place, lower it straight down, and let it go.
 
     Of the quarter turns by which it can be set down the hand takes one at which the fingers have
@@ -29,12 +29,10 @@ class PlacingBehaviour(MotionBehaviour):
     height = Input(float, default=0.1, doc="How far over the place it comes down from [m].")
     gap = Input(float, default=1e-3, doc="How far over the place it is let go [m].")
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
-    patience = Input(float, default=2.0, doc="Longest simulated time for the fingers to open [s].")
 
-    memory = (*MotionBehaviour.memory, "_phase", "_opened")
+    memory = (*LettingGoBehaviour.memory, "_phase")
 
     _phase = OVER
-    _opened = 0.0  # [s] when the fingers began to open
 
     def start(self) -> None:
         """Move over the place."""
@@ -63,23 +61,7 @@ class PlacingBehaviour(MotionBehaviour):
         """Go on: from over the place down to it, and then open."""
         if self._phase == OVER:
             return self._lower()
-        if self._phase == DOWN:
-            self._phase, self._opened = OPENING, self.cell.time
-            self.gripper.open()
-        self.feedback_message = f"opening, {1000 * self.gripper.width:.0f} mm"
-        if self.gripper.is_free and self.gripper.is_open:
-            self.arm.payload = None
-            return Status.SUCCESS
-        if self.cell.time - self._opened > self.patience:
-            touching = ", ".join(self.gripper.held) or "something"
-            return self.fail(f"the fingers still touch {touching} after {self.patience:g} s")
-        return Status.RUNNING
-
-    def terminate(self, new_status: Status) -> None:
-        """Brake, and keep the fingers where they are, when halted."""
-        super().terminate(new_status)
-        if new_status == Status.INVALID:
-            self.gripper.stop()
+        return self.let_go()
 
     def _lower(self) -> Status:
         if self.object not in self.gripper.held:

@@ -4,13 +4,13 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from bt_manip.bt import BehaviourRegistry, Tree
+from bt_manip.bt import Tree
 from bt_manip.bt.nodes.test_node import TestNodeConfig
 from bt_manip.bt.substitution import Rule
 from bt_manip.registry import Parts
 from bt_manip.runner.python_tree import make_tree
 from bt_manip.runner.tree_source import TreeSource, find_tree
-from bt_manip.runner.xml_tree import load_document
+from bt_manip.runner.xml_tree import known_behaviours, load_document
 from bt_manip.testing.stubs import Stub
 
 Substitute = Mapping[str, "Stub | Rule"]
@@ -46,12 +46,14 @@ def read_test_tree(
         if substitute:
             raise ValueError(f"'{text}' is made by a function: build it with other leaves there")
         return make_tree(source, texts, clock)
-    behaviours = BehaviourRegistry()
-    for name in parts.behaviours.names():
-        behaviours.register(parts.behaviours.get(name), name)
     rules = {pattern: _rule(rule) for pattern, rule in (substitute or {}).items()}
     return load_document(
-        source, behaviours, texts, clock, warn=lambda message: None, substitutions=rules
+        source,
+        known_behaviours(parts),
+        texts,
+        clock,
+        warn=lambda message: None,
+        substitutions=rules,
     )
 
 

@@ -1,0 +1,40 @@
+"""What behaviours that let go at the end of a motion have in common."""
+
+from bt_manip.bt import Input, Status
+
+from .arm_behaviour import MotionBehaviour
+
+
+class LettingGoBehaviour(MotionBehaviour):
+    """Move, and then open the fingers until nothing touches them."""
+
+    patience = Input(float, default=2.0, doc="Longest simulated time for the fingers to open [s].")
+
+    memory = (*MotionBehaviour.memory, "_opening")
+
+    _opening: float | None = None  # [s] when the fingers began to open
+
+    def initialise(self) -> None:
+        """Start the motion, with the fingers as they are."""
+        self._opening = None
+        super().initialise()
+
+    def let_go(self) -> Status:
+        """Open, and wait until the fingers are free."""
+        if self._opening is None:
+            self._opening = self.cell.time
+            self.gripper.open()
+        self.feedback_message = f"opening, {1000 * self.gripper.width:.0f} mm"
+        if self.gripper.is_free and self.gripper.is_open:
+            self.arm.payload = None
+            return Status.SUCCESS
+        if self.cell.time - self._opening > self.patience:
+            touching = ", ".join(self.gripper.held) or "something"
+            return self.fail(f"the fingers still touch {touching} after {self.patience:g} s")
+        return Status.RUNNING
+
+    def terminate(self, new_status: Status) -> None:
+        """Brake, and keep the fingers where they are, when halted."""
+        super().terminate(new_status)
+        if new_status == Status.INVALID:
+            self.gripper.stop()
