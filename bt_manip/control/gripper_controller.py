@@ -8,6 +8,7 @@ from dm_control import composer, mjcf
 
 from bt_manip.control.exceptions import ControlError
 from bt_manip.control.finger_contacts import FingerContacts, Touched
+from bt_manip.control.finger_loop import FingerLoop
 from bt_manip.control.gripper_observables import GripperObservables
 from bt_manip.control.press import Press
 from bt_manip.control.stroke import Motion, Stroke, StrokeLimits
@@ -20,9 +21,6 @@ CLOSING = "closing"
 GRIPPING = "gripping"
 RELEASING = "releasing"
 
-# Poles of a finger's position loop [rad/s]; a tenth of the sampling rate is 628.
-_POLE = 150.0
-_PUSH = 20.0  # [N] most that a finger pushes with while it follows a position
 _TOUCHED = 0.2  # [N] normal force that counts as a touch
 _SPEED = 0.1  # [m/s] of each finger, unless it is slower
 _SLOW = 0.04  # [m/s] speed of each finger once one of them touches
@@ -210,9 +208,7 @@ class GripperController(composer.Entity):
         self._dt = float(model.opt.timestep)
         fingers = self._fingers
         fingers.bind(model, data)
-        self._mass, self._loss = fingers.mass, fingers.loss
-        self._stiffness = self._mass * _POLE * _POLE
-        self._damping = 2.0 * self._mass * _POLE
+        self._loop = FingerLoop(fingers.mass, fingers.loss)
         self._contacts.bind(model, data)
 
     def initialize_episode(
@@ -226,11 +222,12 @@ class GripperController(composer.Entity):
         """Command the fingers for the step that begins now."""
         if self.state == CLOSING:
             self._look_for_contact()
-        s1, s2, v1, v2 = self._fingers.read()
+        fingers, loop = self._fingers.read(), self._loop
         if self.state in (GRIPPING, RELEASING):
-            f1, f2 = self._press.forces(self._stiffness, self._damping, s1 - s2, v1, v2)
+            s1, s2, v1, v2 = fingers
+            f1, f2 = self._press.forces(loop.stiffness, loop.damping, s1 - s2, v1, v2)
         else:
-            f1, f2 = self._follow(s1, s2, v1, v2)
+            f1, f2 = loop.forces(self._motion, fingers)
         self._fingers.push(f1, f2)
 
     def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
@@ -279,17 +276,6 @@ class GripperController(composer.Entity):
 
     def _travel(self, target: float | None) -> None:
         self._stroke = Stroke(self._motion, target, self._limits)
-
-    def _follow(self, s1: float, s2: float, v1: float, v2: float) -> tuple[float, float]:
-        """Give the forces that keep the fingers on the stroke [N]."""
-        s, v, a = self._motion
-        k, c = self._stiffness, self._damping
-        ahead = self._mass * a + c * v + k * s
-        f1 = ahead - k * s1 - (c - self._loss) * v1
-        f2 = ahead - k * s2 - (c - self._loss) * v2
-        if -_PUSH < f1 < _PUSH and -_PUSH < f2 < _PUSH:
-            return f1, f2
-        return min(max(f1, -_PUSH), _PUSH), min(max(f2, -_PUSH), _PUSH)
 
     def _look_for_contact(self) -> None:
         left, right = self._forces
