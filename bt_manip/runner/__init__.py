@@ -6,6 +6,7 @@ from bt_manip.runner.request import RunRequest as RunRequest
 from bt_manip.runner.run import Run as Run
 from bt_manip.runner.scene import Fixture as Fixture
 from bt_manip.runner.scene import Scene as Scene
+from bt_manip.runner.scene import SceneRobot as SceneRobot
 from bt_manip.runner.scene import table_and_basket as table_and_basket
 from bt_manip.runner.snapshot import load_snapshot as load_snapshot
 from bt_manip.runner.snapshot import save_snapshot as save_snapshot

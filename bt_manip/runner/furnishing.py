@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from bt_manip.cell.objects import Catalogue
 from bt_manip.models import is_address
-from bt_manip.runner.scene import Fixture, Scene
+from bt_manip.runner.scene import Fixture, Scene, SceneRobot
 
 
 def fixture_models(settings: Mapping[str, str], scene: Scene) -> dict[str, str]:
@@ -26,8 +26,8 @@ def furnished(scene: Scene, models: Mapping[str, str], catalogue: Catalogue) -> 
     """Give a scene in which some fixtures are other models.
 
     Each keeps its name and its category, and stands with the middle of its bottom where the one
-    before had it. Where the one that carries the robot is of another height, the robot and all
-    that stands as high as it come along.
+    before had it. Where one that carries a robot is of another height, the robot and all that
+    stands as high as it come along.
 
     Args:
         scene: The scene as it is.
@@ -38,7 +38,7 @@ def furnished(scene: Scene, models: Mapping[str, str], catalogue: Catalogue) -> 
         ModelError: When an address leads to no model.
         BtManipError: When a model cannot be used.
     """
-    rise = 0.0
+    rise = base = 0.0
     fixtures = []
     for fixture in scene.fixtures:
         if fixture.name not in models:
@@ -49,18 +49,25 @@ def furnished(scene: Scene, models: Mapping[str, str], catalogue: Catalogue) -> 
         after = catalogue.create(models[fixture.name], **parameters)
         T_wo = fixture.T_wo * _bottom(before) * _bottom(after).inverse()
         fixtures.append(Fixture(models[fixture.name], fixture.name, T_wo, parameters, fixture.free))
-        if _carries(before, fixture, scene):
-            rise = float(T_wo.translation[2] + after.surface_height - scene.T_wb.translation[2])
+        carried = _carried(before, fixture, scene)
+        if carried is not None:
+            base = float(carried.T_wb.translation[2])
+            rise = float(T_wo.translation[2] + after.surface_height - base)
     if not rise:
         return replace(scene, fixtures=tuple(fixtures))
-    base = float(scene.T_wb.translation[2])
     lifted = [
         replace(new, T_wo=_lifted(new.T_wo, rise))
         if old.T_wo.translation[2] >= base - 1e-3
         else new
         for old, new in zip(scene.fixtures, fixtures, strict=True)
     ]
-    return Scene(_lifted(scene.T_wb, rise), tuple(lifted))
+    robots = [
+        replace(robot, T_wb=_lifted(robot.T_wb, rise))
+        if robot.T_wb.translation[2] >= base - 1e-3
+        else robot
+        for robot in scene.robots
+    ]
+    return replace(scene, robots=tuple(robots), fixtures=tuple(lifted))
 
 
 def _bottom(entity: Any) -> pin.SE3:
@@ -69,13 +76,14 @@ def _bottom(entity: Any) -> pin.SE3:
     return pin.SE3(np.eye(3), np.array([x, y, -getattr(entity, "rest_height", 0.0)]))
 
 
-def _carries(entity: Any, fixture: Fixture, scene: Scene) -> bool:
-    """Tell whether the robot stands on a fixture, to a millimetre."""
+def _carried(entity: Any, fixture: Fixture, scene: Scene) -> SceneRobot | None:
+    """Give the first robot that stands on a fixture, to a millimetre; None where none does."""
     surface = getattr(entity, "surface_height", None)
     if surface is None:
-        return False
+        return None
     height = fixture.T_wo.translation[2] + surface
-    return bool(abs(height - scene.T_wb.translation[2]) < 1e-3)
+    on_it = [r for r in scene.robots if abs(height - r.T_wb.translation[2]) < 1e-3]
+    return on_it[0] if on_it else None
 
 
 def _lifted(T: pin.SE3, rise: float) -> pin.SE3:

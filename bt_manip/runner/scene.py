@@ -8,6 +8,7 @@ from typing import Any
 import pinocchio as pin
 
 from bt_manip import spatial
+from bt_manip.exceptions import BtManipError
 
 
 @dataclass(frozen=True)
@@ -30,16 +31,56 @@ class Fixture:
 
 
 @dataclass(frozen=True)
+class SceneRobot:
+    """A robot that stands in the cell from the beginning, at home.
+
+    Attributes:
+        T_wb: Pose of its base in the world.
+        name: Its name in the cell; empty gives it that of its description.
+        description: Name of a registered robot, or path of a TOML file that describes one; None is
+            the one that a run asks for.
+        controller: Name of a registered controller; None is the one that a run asks for.
+        planner: Name of a registered planner; None is the one that a run asks for.
+    """
+
+    T_wb: pin.SE3
+    name: str = ""
+    description: str | None = None
+    controller: str | None = None
+    planner: str | None = None
+
+
+@dataclass(frozen=True)
 class Scene:
     """A cell as a tree finds it.
 
     Attributes:
-        T_wb: Pose of the robot's base in the world.
+        robots: The robots, at least one.
         fixtures: What stands there, in the order in which it is put there.
     """
 
-    T_wb: pin.SE3
-    fixtures: tuple[Fixture, ...]
+    robots: tuple[SceneRobot, ...]
+    fixtures: tuple[Fixture, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse a scene whose robots cannot be told apart.
+
+        Raises:
+            BtManipError: When there is no robot, or two have one name.
+        """
+        if not self.robots:
+            raise BtManipError("a scene needs at least one robot")
+        names = [robot.name for robot in self.robots]
+        for name in names:
+            if len(names) > 1 and not name:
+                raise BtManipError("where a scene has several robots, each needs a name")
+            if names.count(name) > 1:
+                raise BtManipError(f"two robots of the scene are called '{name}'")
+
+    @property
+    def T_wb(self) -> pin.SE3:
+        """Pose of the first robot's base in the world."""
+        return self.robots[0].T_wb
 
 
 @cache
@@ -52,7 +93,7 @@ def table_and_basket() -> Scene:
     surface = 1.015  # [m] above the floor
     quarter_turn = (0.5**0.5, 0.0, 0.0, 0.5**0.5)
     return Scene(
-        T_wb=spatial.pose((-0.1, 0.0, surface)),
+        robots=(SceneRobot(spatial.pose((-0.1, 0.0, surface))),),
         fixtures=(
             Fixture("table", "table", spatial.pose((0.0, 0.0, 0.0))),
             Fixture("basket", "basket", spatial.pose((0.68, 0.0, surface), quarter_turn)),

@@ -6,10 +6,10 @@ import pytest
 
 from bt_manip import spatial
 from bt_manip.exceptions import BtManipError
-from bt_manip.runner import Fixture, Scene, build_station
+from bt_manip.runner import Fixture, Scene, SceneRobot, build_station
 
 AT_THE_ORIGIN = spatial.pose((0.0, 0.0, 0.0))
-MISSPELT = Scene(AT_THE_ORIGIN, (Fixture("tabel", "table", AT_THE_ORIGIN),))
+MISSPELT = Scene((SceneRobot(AT_THE_ORIGIN),), (Fixture("tabel", "table", AT_THE_ORIGIN),))
 
 
 @pytest.mark.parametrize(
