@@ -14,12 +14,10 @@ from .deviation_guard import EVERY, DeviationGuard
 from .errors import MotionError
 from .goal_choice import choose_configurations
 from .inverse_kinematics import InverseKinematics
-from .limit_check import limit_use, step_times
-from .move_planning import Avoiding, Present, plan_line, plan_stop, plan_to_configurations
-from .paced_trajectory import PacedTrajectory
-from .pacing import paced
+from .move_planning import Avoiding, plan_line, plan_to_configurations
 from .planning import Planner, RRTConnect
-from .trajectory import Trajectory, trajectory_from_state
+from .reference import Reference
+from .trajectory import Trajectory
 
 MARGIN = 0.05  # [rad] that chosen configurations keep from the limits where they can
 
@@ -72,22 +70,12 @@ class Arm:
         self.planner = RRTConnect() if planner is None else planner
         self.guard = guard
         self.fault, self._guarded = "", False
-        self._now = np.zeros((3, self.model.nq))
-        live = self._now.view()
-        live.setflags(write=False)
-        self.q, self.v, self.a = live
-        self.reset()
+        self._reference = Reference(robot.q)
+        self.q, self.v, self.a = self._reference.q, self._reference.v, self._reference.a
 
     def reset(self, q: np.ndarray | None = None) -> None:
         """Forget all motion and stand at a configuration, by default where the robot is."""
-        self._now[:] = 0.0
-        self._now[0] = self.robot.q if q is None else q
-        self._trajectory: Trajectory | None = None
-        self._paused: tuple[Trajectory, float] | None = None  # and where in it [s]
-        self._pace, self._stopping = 1.0, False
-        self._start = 0.0  # [s] into the trajectory, where the table begins
-        self._dt = 1e-3
-        self._step = self._last = 0
+        self._reference.reset(self.robot.q if q is None else q)
 
     # What is moved
 
@@ -103,29 +91,28 @@ class Arm:
     @property
     def moving(self) -> bool:
         """Whether the reference has not yet come to rest."""
-        return self._trajectory is not None
+        return self._reference.trajectory is not None
 
     @property
     def paused(self) -> bool:
         """Whether it rests in the middle of a motion, which a pace above 0 goes on with."""
-        return self._paused is not None
+        return self._reference.paused is not None
 
     @property
     def busy(self) -> bool:
         """Whether a motion has not come to its end, moving or paused."""
-        return self._trajectory is not None or self._paused is not None
+        return self.moving or self.paused
 
     @property
     def remaining(self) -> float:
         """Time until the reference comes to rest [s]."""
-        if self._trajectory is None:
-            return 0.0
-        return max(0.0, self._trajectory.duration - self._time)
+        return self._reference.remaining
 
     @property
     def target(self) -> np.ndarray:
         """Configuration that the reference will come to rest at [rad]."""  # (nq,)
-        return (self.q if self._trajectory is None else self._trajectory.end).copy()
+        trajectory = self._reference.trajectory
+        return (self.q if trajectory is None else trajectory.end).copy()
 
     @property
     def q_ref(self) -> np.ndarray:
@@ -169,7 +156,9 @@ class Arm:
         target = check_configuration(q, self.model.nq)
         check_inside(target, self.model.limits)
         avoiding = self._avoiding(planner, rng)
-        self._begin(plan_to_configurations(self._present, [target], self.model, speed, avoiding))
+        self._begin(
+            plan_to_configurations(self._reference.present, [target], self.model, speed, avoiding)
+        )
 
     def move_to_pose(
         self,
@@ -211,7 +200,9 @@ class Arm:
             raise MotionError(message, reason="unreachable")
         targets = [result.q for result in found]
         avoiding = self._avoiding(planner, rng)
-        self._begin(plan_to_configurations(self._present, targets, self.model, speed, avoiding))
+        self._begin(
+            plan_to_configurations(self._reference.present, targets, self.model, speed, avoiding)
+        )
 
     def move_linear(self, T_wt: pin.SE3, speed: float = 1.0, *, contact: bool = False) -> None:
         """Move the tool to a pose on a straight line, turning evenly on the way.
@@ -231,7 +222,7 @@ class Arm:
         speed = check_speed(speed)
         T_wt = check_pose(T_wt)
         world = None if contact else self.world
-        line = plan_line(self._present, T_wt, self.model, self.ik, speed, world)
+        line = plan_line(self._reference.present, T_wt, self.model, self.ik, speed, world)
         self._begin(line, guarded=world is not None)
 
     def follow(self, T_wt: pin.SE3, speed: float = 1.0) -> None:
@@ -254,12 +245,13 @@ class Arm:
         if not found.solved:
             raise MotionError(f"the pose is unreachable: {found.reason}", reason="unreachable")
         avoiding = self._avoiding(None, None)
-        self._begin(plan_to_configurations(self._present, [found.q], self.model, speed, avoiding))
+        self._begin(
+            plan_to_configurations(self._reference.present, [found.q], self.model, speed, avoiding)
+        )
 
     def stop(self) -> None:
         """Come to rest as soon as the limits allow, on the planned path where there is one."""
-        self._paused, self._stopping = None, True
-        self._follow(plan_stop(self._present, self.model))
+        self._reference.stop(self.model)
 
     @property
     def pace(self) -> float:
@@ -267,22 +259,11 @@ class Arm:
 
         It can be changed at any time, also in the middle of a motion, which stays on its path.
         """
-        return self._pace
+        return self._reference.pace
 
     @pace.setter
     def pace(self, pace: float) -> None:
-        pace = check_pace(pace)
-        if self._paused is not None:
-            if pace > 0.0:
-                whole, since = self._paused
-                self._go_on(whole, (since, 0.0, 0.0), pace)
-        elif self._trajectory is not None and not self._stopping:
-            trajectory, t = self._trajectory, self._time
-            if isinstance(trajectory, PacedTrajectory):
-                self._go_on(trajectory.whole, trajectory.clock.sample(t), pace)
-            else:
-                self._go_on(trajectory, (t, 1.0, 0.0), pace)
-        self._pace = pace
+        self._reference.change_pace(check_pace(pace), self.model)
 
     def pause(self) -> None:
         """Come to rest on the path; `resume` goes on."""
@@ -292,25 +273,12 @@ class Arm:
         """Go on at full pace."""
         self.pace = 1.0
 
-    def _go_on(self, whole: Trajectory, clock: tuple[float, float, float], pace: float) -> None:
-        """Change the pace of a motion; too near to its end, it goes on as it was."""
-        changed = paced(whole, clock, pace, self.model)
-        if changed is not None:
-            self._paused = None
-            self._follow(changed)
-
     def advance(self, dt: float) -> None:
         """Move the reference on by a control step [s]."""
-        if self._trajectory is None:
+        if self._reference.trajectory is None:
             return
-        if dt != self._dt:
-            self._start, self._dt = self._time, dt
-            self._tabulate()
-        self._step = step = self._step + 1
-        self._now[:] = self._rows[step]
-        if step == self._last:
-            self._end()
-        elif self._guarded and step % EVERY == 0 and not self.fault:
+        self._reference.advance(dt)
+        if self._guarded and self._reference.step % EVERY == 0 and self.moving and not self.fault:
             self._look()
 
     def _look(self) -> None:
@@ -321,18 +289,7 @@ class Arm:
             self.stop()
             self.fault = f"{fault}; {touching}" if touching else fault
 
-    def _end(self) -> None:
-        """Be at the end of a trajectory, or at rest in the middle of one."""
-        ended, self._trajectory = self._trajectory, None
-        if isinstance(ended, PacedTrajectory) and not (self._stopping or ended.complete):
-            self._paused = ended.whole, ended.clock.end
-        self._stopping = False
-
     # Planning
-
-    @property
-    def _present(self) -> Present:
-        return Present(self.q, self.v, self.a, self._trajectory, self._time)
 
     def _avoiding(
         self, planner: Planner | None, rng: np.random.Generator | None
@@ -350,83 +307,24 @@ class Arm:
         self.fault, self._guarded = "", guarded and self.world is not None
         if self.guard is not None:
             self.guard.begin(self.model)
-        self._follow(trajectory)
-        if trajectory is None:
-            self._paused = None
-            return
-        # What is planned as paced is but a stop, where that is all that is asked for.
-        self._paused, self._stopping = None, isinstance(trajectory, PacedTrajectory)
-        if self._pace < 1.0 and not self._stopping:
-            rest = not (self.v.any() or self.a.any())
-            if rest and self._pace == 0.0:
-                self._trajectory, self._paused = None, (trajectory, 0.0)
-            else:
-                clock = (0.0, self._pace if rest else 1.0, 0.0)
-                self._go_on(trajectory, clock, self._pace)
-
-    def _follow(self, trajectory: Trajectory | None) -> None:
-        """Follow a trajectory, once it is proven to be inside the limits."""
-        if trajectory is None:
-            return
-        use = limit_use(trajectory, self.model.limits)
-        if not use._replace(position=0.0).inside or not self._position_allowed(use.position):
-            raise MotionError(f"the planned motion exceeds a limit: {use}", reason="limits")
-        self._trajectory, self._start = trajectory, 0.0
-        self._tabulate()
-
-    def _position_allowed(self, used: float) -> bool:
-        limits = self.model.limits
-        middle, half = 0.5 * (limits.upper + limits.lower), 0.5 * (limits.upper - limits.lower)
-        bounded = np.isfinite(half)
-        here = float((np.abs(self.q - middle)[bounded] / half[bounded]).max(initial=0.0))
-        return used <= max(1.0, here) + 1e-9
-
-    def _tabulate(self) -> None:
-        """Sample the rest of the trajectory at once: a step costs little then."""
-        assert self._trajectory is not None
-        times = self._start + step_times(self._trajectory.duration - self._start, self._dt)
-        self._rows = np.stack(self._trajectory.table(times), axis=1)
-        self._step, self._last = 0, len(times) - 1
-
-    @property
-    def _time(self) -> float:
-        return self._start + self._step * self._dt
+        self._reference.begin(trajectory, self.model)
 
     # State
 
     def get_state(self) -> dict[str, Any]:
         """Give everything as plain data."""
-        payload, trajectory, paused = self.payload, self._trajectory, self._paused
         return {
-            "q": self.q.tolist(),
-            "v": self.v.tolist(),
-            "a": self.a.tolist(),
-            "payload": None if payload is None else payload.get_state(),
-            "trajectory": None if trajectory is None else trajectory.get_state(),
-            "start": self._start,
-            "dt": self._dt,
-            "step": self._step,
-            "pace": self._pace,
-            "stopping": self._stopping,
+            **self._reference.get_state(),
+            "payload": None if self.payload is None else self.payload.get_state(),
             "fault": self.fault,
             "guarded": self._guarded,
             "guard": None if self.guard is None else self.guard.get_state(),
-            "paused": None if paused is None else [paused[0].get_state(), paused[1]],
         }
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Take everything back; the arm goes on bit for bit."""
-        self._now[:] = state["q"], state["v"], state["a"]
+        self._reference.set_state(state)
         self.payload = None if state["payload"] is None else Payload.from_state(state["payload"])
-        trajectory = state["trajectory"]
-        self._trajectory = None if trajectory is None else trajectory_from_state(trajectory)
-        self._start, self._dt = state["start"], state["dt"]
-        if self._trajectory is not None:
-            self._tabulate()
-        self._step = state["step"]
         self.fault, self._guarded = state["fault"], state["guarded"]
         if self.guard is not None and state["guard"] is not None:
             self.guard.set_state(state["guard"])
-        self._pace, self._stopping = state["pace"], state["stopping"]
-        paused = state["paused"]
-        self._paused = None if paused is None else (trajectory_from_state(paused[0]), paused[1])

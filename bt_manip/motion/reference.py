@@ -1,0 +1,181 @@
+"""The reference on its way along a trajectory: pace, pause, stop."""
+
+from typing import Any
+
+import numpy as np
+
+from bt_manip.robots import RobotModel
+
+from .errors import MotionError
+from .limit_check import limit_use, step_times
+from .move_planning import Present, plan_stop
+from .paced_trajectory import PacedTrajectory
+from .pacing import paced
+from .trajectory import Trajectory, trajectory_from_state
+
+
+class Reference:
+    """Goes through trajectories, step by step.
+
+    Attributes:
+        q: Position [rad], read-only and live.  # (nq,)
+        v: Velocity [rad/s], read-only and live.  # (nq,)
+        a: Acceleration [rad/s2], read-only and live.  # (nq,)
+        trajectory: What is followed; None at rest.
+        paused: A trajectory in whose middle it rests, and where in it [s]; None where it does not.
+        pace: Fraction of their planned speed that trajectories are driven at.
+        step: Control steps since the trajectory was last tabulated.
+    """
+
+    def __init__(self, q: np.ndarray) -> None:
+        """Stand at a configuration [rad]."""
+        self._now = np.zeros((3, len(q)))
+        live = self._now.view()
+        live.setflags(write=False)
+        self.q, self.v, self.a = live
+        self.reset(q)
+
+    def reset(self, q: np.ndarray) -> None:
+        """Forget all motion and stand at a configuration [rad]."""
+        self._now[:] = 0.0
+        self._now[0] = q
+        self.trajectory: Trajectory | None = None
+        self.paused: tuple[Trajectory, float] | None = None
+        self.pace, self._stopping = 1.0, False
+        self._start = 0.0  # [s] into the trajectory, where the table begins
+        self._dt = 1e-3
+        self.step = self._last = 0
+
+    @property
+    def present(self) -> Present:
+        """What it does now, for those who plan what comes next."""
+        return Present(self.q, self.v, self.a, self.trajectory, self.time)
+
+    @property
+    def time(self) -> float:
+        """Time since the start of the trajectory [s]."""
+        return self._start + self.step * self._dt
+
+    @property
+    def remaining(self) -> float:
+        """Time until it comes to rest [s]."""
+        return 0.0 if self.trajectory is None else max(0.0, self.trajectory.duration - self.time)
+
+    def begin(self, trajectory: Trajectory | None, model: RobotModel) -> None:
+        """Take a planned motion, at the present pace; None is no motion.
+
+        Raises:
+            MotionError: When it exceeds a limit; then nothing changes.
+        """
+        self.follow(trajectory, model)
+        if trajectory is None:
+            self.paused = None
+            return
+        # What is planned as paced is but a stop, where that is all that is asked for.
+        self.paused, self._stopping = None, isinstance(trajectory, PacedTrajectory)
+        if self.pace < 1.0 and not self._stopping:
+            rest = not (self.v.any() or self.a.any())
+            if rest and self.pace == 0.0:
+                self.trajectory, self.paused = None, (trajectory, 0.0)
+            else:
+                self._go_on(trajectory, (0.0, self.pace if rest else 1.0, 0.0), self.pace, model)
+
+    def stop(self, model: RobotModel) -> None:
+        """Come to rest as soon as the limits allow, and give the motion up."""
+        self.paused, self._stopping = None, True
+        self.follow(plan_stop(self.present, model), model)
+
+    def change_pace(self, pace: float, model: RobotModel) -> None:
+        """Go on at another fraction of the planned speed; 0 pauses."""
+        if self.paused is not None:
+            if pace > 0.0:
+                whole, since = self.paused
+                self._go_on(whole, (since, 0.0, 0.0), pace, model)
+        elif self.trajectory is not None and not self._stopping:
+            trajectory, t = self.trajectory, self.time
+            if isinstance(trajectory, PacedTrajectory):
+                self._go_on(trajectory.whole, trajectory.clock.sample(t), pace, model)
+            else:
+                self._go_on(trajectory, (t, 1.0, 0.0), pace, model)
+        self.pace = pace
+
+    def _go_on(
+        self, whole: Trajectory, clock: tuple[float, float, float], pace: float, model: RobotModel
+    ) -> None:
+        """Change the pace of a motion; too near to its end, it goes on as it was."""
+        changed = paced(whole, clock, pace, model)
+        if changed is not None:
+            self.paused = None
+            self.follow(changed, model)
+
+    def follow(self, trajectory: Trajectory | None, model: RobotModel) -> None:
+        """Follow a trajectory, once it is proven to be inside the limits."""
+        if trajectory is None:
+            return
+        use = limit_use(trajectory, model.limits)
+        if not use._replace(position=0.0).inside or not self._allows(use.position, model):
+            raise MotionError(f"the planned motion exceeds a limit: {use}", reason="limits")
+        self.trajectory, self._start = trajectory, 0.0
+        self._tabulate()
+
+    def _allows(self, used: float, model: RobotModel) -> bool:
+        """Tell whether a use of the position limits is none, or no more than here already."""
+        limits = model.limits
+        middle, half = 0.5 * (limits.upper + limits.lower), 0.5 * (limits.upper - limits.lower)
+        bounded = np.isfinite(half)
+        here = float((np.abs(self.q - middle)[bounded] / half[bounded]).max(initial=0.0))
+        return used <= max(1.0, here) + 1e-9
+
+    def advance(self, dt: float) -> None:
+        """Move on by a control step [s]."""
+        if self.trajectory is None:
+            return
+        if dt != self._dt:
+            self._start, self._dt = self.time, dt
+            self._tabulate()
+        self.step = step = self.step + 1
+        self._now[:] = self._rows[step]
+        if step == self._last:
+            self._end()
+
+    def _end(self) -> None:
+        """Be at the end of a trajectory, or at rest in the middle of one."""
+        ended, self.trajectory = self.trajectory, None
+        if isinstance(ended, PacedTrajectory) and not (self._stopping or ended.complete):
+            self.paused = ended.whole, ended.clock.end
+        self._stopping = False
+
+    def _tabulate(self) -> None:
+        """Sample the rest of the trajectory at once: a step costs little then."""
+        assert self.trajectory is not None
+        times = self._start + step_times(self.trajectory.duration - self._start, self._dt)
+        self._rows = np.stack(self.trajectory.table(times), axis=1)
+        self.step, self._last = 0, len(times) - 1
+
+    def get_state(self) -> dict[str, Any]:
+        """Give everything as plain data."""
+        trajectory, paused = self.trajectory, self.paused
+        return {
+            "q": self.q.tolist(),
+            "v": self.v.tolist(),
+            "a": self.a.tolist(),
+            "trajectory": None if trajectory is None else trajectory.get_state(),
+            "start": self._start,
+            "dt": self._dt,
+            "step": self.step,
+            "pace": self.pace,
+            "stopping": self._stopping,
+            "paused": None if paused is None else [paused[0].get_state(), paused[1]],
+        }
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Take everything back; it goes on bit for bit."""
+        self._now[:] = state["q"], state["v"], state["a"]
+        trajectory, paused = state["trajectory"], state["paused"]
+        self.trajectory = None if trajectory is None else trajectory_from_state(trajectory)
+        self._start, self._dt = state["start"], state["dt"]
+        if self.trajectory is not None:
+            self._tabulate()
+        self.step = state["step"]
+        self.pace, self._stopping = state["pace"], state["stopping"]
+        self.paused = None if paused is None else (trajectory_from_state(paused[0]), paused[1])
