@@ -1,6 +1,7 @@
 """The tree language: nodes, ports, scoped blackboard, scripting, XML in and out."""
 
 from bt_manip.bt.blackboard import Blackboard as Blackboard
+from bt_manip.bt.loading import ReadingOptions as ReadingOptions
 from bt_manip.bt.loading import load_tree as load_tree
 from bt_manip.bt.loading import parse_tree as parse_tree
 from bt_manip.bt.nodes.action import Action as Action

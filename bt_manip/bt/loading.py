@@ -4,7 +4,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 from bt_manip.bt.blackboard import Blackboard
 from bt_manip.bt.registry import BehaviourRegistry
@@ -44,31 +44,56 @@ class Reading:
         """The findings that do not stop it from being used."""
         return tuple(problem for problem in self.problems if not problem.is_error)
 
+    def raise_errors(self) -> None:
+        """Raise a `TreeError` that lists all errors, if there are any."""
+        if self.errors:
+            raise TreeError("\n".join(map(str, self.errors)), self.errors)
+
+    def usable_tree(self) -> Tree:
+        """Give the tree, if nothing is wrong with it.
+
+        Raises:
+            TreeError: If the document is wrong; it lists all that is.
+        """
+        self.raise_errors()
+        if self.tree is None:
+            raise TreeError("the document does not say which of its trees runs")
+        return self.tree
+
+
+class ReadingOptions(TypedDict, total=False):
+    """How a document is read; what is left out has its default.
+
+    Attributes:
+        clock: Gives the time [s] that Delay, Timeout and Sleep count; default: ``time.monotonic``.
+        main: The tree to run; by default the one that the document says.
+        dialect: ``btcpp``, ``moveit-pro``, or ``auto`` to recognise it; default: ``btcpp``.
+        blackboard: The root's entries that exist before.
+        substitutions: Rules that put other nodes in the place of some, for tests.
+        libraries: Other files whose trees may be named as sub-trees.
+        strict: Whether what the engine would only find at a tick is an error; default: it is.
+        library: Whether a document needs no main tree; default: it needs one.
+    """
+
+    clock: Clock
+    main: str | None
+    dialect: str
+    blackboard: Blackboard | Mapping[str, Any] | None
+    substitutions: Substitutions | None
+    libraries: Sequence[str | Path]
+    strict: bool
+    library: bool
+
 
 def load_tree(
-    path: str | Path,
-    registry: BehaviourRegistry,
-    *,
-    clock: Clock = time.monotonic,
-    main: str | None = None,
-    dialect: str = "btcpp",
-    blackboard: Blackboard | Mapping[str, Any] | None = None,
-    substitutions: Substitutions | None = None,
-    libraries: Sequence[str | Path] = (),
-    strict: bool = True,
+    path: str | Path, registry: BehaviourRegistry, **options: Unpack[ReadingOptions]
 ) -> Tree:
     """Read a tree from a file.
 
     Args:
         path: The file.
         registry: The behaviours that it may name.
-        clock: Gives the time [s] that Delay, Timeout and Sleep count.
-        main: The tree to run; by default the one that the document says.
-        dialect: ``btcpp``, ``moveit-pro``, or ``auto`` to recognise it.
-        blackboard: The root's entries that exist before.
-        substitutions: Rules that put other nodes in the place of some, for tests.
-        libraries: Other files whose trees may be named as sub-trees.
-        strict: Whether what the engine would only find at a tick is an error.
+        **options: As of `ReadingOptions`.
 
     Returns:
         A tree that can run.
@@ -76,49 +101,25 @@ def load_tree(
     Raises:
         TreeError: If the document is wrong; it lists all that is, with file, line and column.
     """
-    return _tree(
-        read_tree(
-            path,
-            registry,
-            clock=clock,
-            main=main,
-            dialect=dialect,
-            blackboard=blackboard,
-            substitutions=substitutions,
-            libraries=libraries,
-            strict=strict,
-        )
-    )
+    return read_tree(path, registry, **options).usable_tree()
 
 
 def parse_tree(
     text: str,
     registry: BehaviourRegistry,
     *,
-    clock: Clock = time.monotonic,
-    main: str | None = None,
-    dialect: str = "btcpp",
-    blackboard: Blackboard | Mapping[str, Any] | None = None,
-    substitutions: Substitutions | None = None,
-    libraries: Sequence[str | Path] = (),
-    strict: bool = True,
     file: str = "<text>",
     base: Path | None = None,
+    **options: Unpack[ReadingOptions],
 ) -> Tree:
     """Read a tree from a text.
 
     Args:
         text: The document.
         registry: The behaviours that it may name.
-        clock: Gives the time [s] that Delay, Timeout and Sleep count.
-        main: The tree to run; by default the one that the document says.
-        dialect: ``btcpp``, ``moveit-pro``, or ``auto`` to recognise it.
-        blackboard: The root's entries that exist before.
-        substitutions: Rules that put other nodes in the place of some, for tests.
-        libraries: Other files whose trees may be named as sub-trees.
-        strict: Whether what the engine would only find at a tick is an error.
         file: What places call the document.
         base: The folder of relative includes; the current one if none is given.
+        **options: As of `ReadingOptions`.
 
     Returns:
         A tree that can run.
@@ -126,30 +127,18 @@ def parse_tree(
     Raises:
         TreeError: If the document is wrong; it lists all that is, with line and column.
     """
-    return _tree(
-        read_tree_text(
-            text,
-            registry,
-            clock=clock,
-            main=main,
-            dialect=dialect,
-            blackboard=blackboard,
-            substitutions=substitutions,
-            libraries=libraries,
-            strict=strict,
-            file=file,
-            base=base,
-        )
-    )
+    return read_tree_text(text, registry, file=file, base=base, **options).usable_tree()
 
 
-def read_tree(path: str | Path, registry: BehaviourRegistry, **options: Any) -> Reading:
+def read_tree(
+    path: str | Path, registry: BehaviourRegistry, **options: Unpack[ReadingOptions]
+) -> Reading:
     """Read a tree from a file, and give all findings instead of raising.
 
     Args:
         path: The file.
         registry: The behaviours that it may name.
-        **options: As of `load_tree`; also ``library=True``, by which a document needs no main tree.
+        **options: As of `ReadingOptions`.
 
     Raises:
         TreeError: If the file cannot be opened.
@@ -165,7 +154,7 @@ def read_tree_text(
     *,
     file: str = "<text>",
     base: Path | None = None,
-    **options: Any,
+    **options: Unpack[ReadingOptions],
 ) -> Reading:
     """Read a tree from a text, and give all findings instead of raising.
 
@@ -174,18 +163,11 @@ def read_tree_text(
         registry: The behaviours that it may name.
         file: What places call the document.
         base: The folder of relative includes; the current one if none is given.
-        **options: As of `read_tree`.
+        **options: As of `ReadingOptions`.
     """
     problems = Problems()
     document = parse_document(text, problems, file=file, base=base)
     return _read(document, registry, problems, **options)
-
-
-def _tree(reading: Reading) -> Tree:
-    if reading.tree is None or reading.errors:
-        errors = reading.errors
-        raise TreeError("\n".join(map(str, errors)) or "the tree could not be read", errors)
-    return reading.tree
 
 
 def _read(

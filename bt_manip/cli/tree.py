@@ -165,7 +165,7 @@ def convert(
         _write(tree_to_xml(_made(source), registry, model=model), output)
         return
     reading = _read(source, registry, dialect, libraries, strict=True, library=True)
-    _raise_errors(reading)
+    reading.raise_errors()
     assert reading.document is not None
     if form == "xml":
         made: Any = reading.tree
@@ -259,17 +259,7 @@ def _load(
 
         made = _made(source)
         return made if isinstance(made, Tree) else Tree(made, tree_id=source.function)
-    reading = _read(source, registry, dialect, libraries, strict=False, library=False)
-    _raise_errors(reading)
-    assert reading.tree is not None
-    return reading.tree
-
-
-def _raise_errors(reading: "Reading") -> None:
-    from bt_manip.exceptions import TreeError
-
-    if reading.errors:
-        raise TreeError("\n".join(map(str, reading.errors)), reading.errors)
+    return _read(source, registry, dialect, libraries, strict=False, library=False).usable_tree()
 
 
 def _made(source: "TreeSource") -> Any:

@@ -6,7 +6,7 @@ from bt_manip.bt import BehaviourRegistry, Tree
 from bt_manip.bt.loading import read_tree
 from bt_manip.bt.port_types import STRING
 from bt_manip.bt.substitution import Substitutions
-from bt_manip.exceptions import BlackboardError, BtManipError, TreeError, did_you_mean
+from bt_manip.exceptions import BlackboardError, BtManipError, did_you_mean
 from bt_manip.registry import Parts
 from bt_manip.runner.tree_source import TreeSource
 
@@ -45,10 +45,9 @@ def load_document(
     )
     for warning in reading.warnings:
         warn(str(warning))
-    if reading.tree is None or reading.errors:
-        raise TreeError("\n".join(map(str, reading.errors)), reading.errors)
-    set_keys(source, reading.tree, settings)
-    return reading.tree
+    tree = reading.usable_tree()
+    set_keys(source, tree, settings)
+    return tree
 
 
 def known_behaviours(parts: Parts) -> BehaviourRegistry:

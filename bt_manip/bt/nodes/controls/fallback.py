@@ -1,12 +1,10 @@
 """Fallback and its kin: children one after the other, until one succeeds."""
 
-from typing import ClassVar
-
-from bt_manip.bt.nodes.control import Control
-from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, NodeStatus
+from bt_manip.bt.nodes.controls.in_order import InOrder
+from bt_manip.bt.status import FAILURE, SUCCESS
 
 
-class Fallback(Control):
+class Fallback(InOrder):
     """Tick the children one after the other; succeed as soon as one succeeds.
 
     | child   | what happens                                                        |
@@ -18,53 +16,8 @@ class Fallback(Control):
     | halt    | the running child is halted, the next round starts with the first   |
     """
 
-    memory: ClassVar = ("_index", "_skipped")
-    _yields = False
-    _index = 0
-    _skipped = 0
-
-    def _tick(self) -> NodeStatus:
-        links = self._links_cache or self.links
-        if self._node_status is not RUNNING:
-            if self._node_status is IDLE:
-                self._skipped = 0
-            self._enter()
-        index = self._index
-        count = len(links)
-        yields = self._yields
-        before = IDLE
-        try:
-            while index < count:
-                link = links[index]
-                if yields:
-                    before = link._node_status
-                state = link.execute()
-                if state is FAILURE:
-                    index += 1
-                    if yields and before is IDLE and index < count:
-                        self.runtime.wake_up = True
-                        return RUNNING
-                elif state is RUNNING:
-                    return RUNNING
-                elif state is SUCCESS:
-                    self._reset_children()
-                    index = 0
-                    return SUCCESS
-                else:
-                    index += 1
-                    self._skipped += 1
-            index = 0
-        finally:
-            self._index = index
-        all_skipped = self._skipped == count
-        self._skipped = 0
-        self._reset_children()
-        return SKIPPED if all_skipped else FAILURE
-
-    def _halt(self) -> None:
-        self._index = 0
-        self._skipped = 0
-        super()._halt()
+    _goes_on = FAILURE
+    _ends = SUCCESS
 
 
 class AsyncFallback(Fallback):

@@ -1,12 +1,10 @@
 """Sequence and its two kin: children one after the other, until one fails."""
 
-from typing import ClassVar
-
 from bt_manip.bt.nodes.control import Control
-from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, NodeStatus
+from bt_manip.bt.nodes.controls.in_order import InOrder
 
 
-class Sequence(Control):
+class Sequence(InOrder):
     """Tick the children one after the other; fail as soon as one fails.
 
     | child   | what happens                                                        |
@@ -17,58 +15,6 @@ class Sequence(Control):
     | SKIPPED | as SUCCESS; SKIPPED if all were skipped                             |
     | halt    | the running child is halted, the next round starts with the first   |
     """
-
-    memory: ClassVar = ("_index", "_skipped")
-    _yields = False
-    _index = 0
-    _skipped = 0
-
-    def _tick(self) -> NodeStatus:
-        links = self._links_cache or self.links
-        if self._node_status is not RUNNING:
-            if self._node_status is IDLE:
-                self._skipped = 0
-            self._enter()
-        index = self._index
-        count = len(links)
-        yields = self._yields
-        before = IDLE
-        try:
-            while index < count:
-                link = links[index]
-                if yields:
-                    before = link._node_status
-                state = link.execute()
-                if state is SUCCESS:
-                    index += 1
-                    if yields and before is IDLE and index < count:
-                        self.runtime.wake_up = True
-                        return RUNNING
-                elif state is RUNNING:
-                    return RUNNING
-                elif state is FAILURE:
-                    index = self._after_failure(index)
-                    return FAILURE
-                else:
-                    index += 1
-                    self._skipped += 1
-            index = 0
-        finally:
-            self._index = index
-        all_skipped = self._skipped == count
-        self._skipped = 0
-        self._reset_children()
-        return SKIPPED if all_skipped else SUCCESS
-
-    def _after_failure(self, index: int) -> int:
-        """Reset the children, and give the index of the child to start with next."""
-        self._reset_children()
-        return 0
-
-    def _halt(self) -> None:
-        self._index = 0
-        self._skipped = 0
-        super()._halt()
 
 
 class AsyncSequence(Sequence):
@@ -102,7 +48,7 @@ class SequenceWithMemory(Sequence):
 
     _yields = True
 
-    def _after_failure(self, index: int) -> int:
+    def _after_end(self, index: int) -> int:
         for later in range(index, len(self.links)):
             self._halt_child(later)
         return index

@@ -4,11 +4,56 @@ from typing import ClassVar
 
 from bt_manip.bt.nodes.decorator import Decorator
 from bt_manip.bt.ports import Input
-from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SUCCESS, NodeStatus
+from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, NodeStatus
 from bt_manip.exceptions import PortError
 
 
-class Repeat(Decorator):
+class _Counting(Decorator):
+    """Tick the child again each time it returns what is counted, until that is enough."""
+
+    memory: ClassVar = ("_count",)
+    _counted: ClassVar[NodeStatus] = SUCCESS
+    _count = 0
+
+    def _most(self) -> int:
+        """Read how many are enough; -1 for no end."""
+        raise NotImplementedError
+
+    def _most_now(self, most: int) -> int:
+        """Give how many are enough after one more was counted."""
+        return most
+
+    def _tick(self) -> NodeStatus:
+        most = self._most()
+        more = most == -1 or self._count < most
+        self._enter()
+        link = self.link
+        while more:
+            before = link._node_status
+            state = link.execute()
+            if state is RUNNING:
+                return RUNNING
+            if state is not self._counted:
+                if state is not SKIPPED:
+                    self._count = 0
+                self._reset_child()
+                return state
+            self._count += 1
+            most = self._most_now(most)
+            more = most == -1 or self._count < most
+            self._reset_child()
+            if more and before is IDLE:
+                self.runtime.wake_up = True
+                return RUNNING
+        self._count = 0
+        return self._counted
+
+    def _halt(self) -> None:
+        self._count = 0
+        super()._halt()
+
+
+class Repeat(_Counting):
     """Tick the child until it has succeeded a number of times.
 
     | child   | what happens                                                         |
@@ -23,46 +68,16 @@ class Repeat(Decorator):
     -1 cycles never end, 0 cycles succeed without a tick of the child.
     """
 
-    memory: ClassVar = ("_count",)
     num_cycles = Input(
         int,
         doc="how many successes; -1 for no end",
     )
-    _count = 0
 
-    def _tick(self) -> NodeStatus:
-        cycles: int = self.num_cycles
-        more = cycles == -1 or self._count < cycles
-        self._enter()
-        link = self.link
-        while more:
-            before = link._node_status
-            state = link.execute()
-            if state is SUCCESS:
-                self._count += 1
-                more = cycles == -1 or self._count < cycles
-                self._reset_child()
-                if more and before is IDLE:
-                    self.runtime.wake_up = True
-                    return RUNNING
-            elif state is RUNNING:
-                return RUNNING
-            elif state is FAILURE:
-                self._count = 0
-                self._reset_child()
-                return FAILURE
-            else:
-                self._reset_child()
-                return state
-        self._count = 0
-        return SUCCESS
-
-    def _halt(self) -> None:
-        self._count = 0
-        super()._halt()
+    def _most(self) -> int:
+        return self.num_cycles
 
 
-class RetryUntilSuccessful(Decorator):
+class RetryUntilSuccessful(_Counting):
     """Tick the child until it succeeds, a number of times at the most.
 
     | child   | what happens                                                         |
@@ -78,46 +93,20 @@ class RetryUntilSuccessful(Decorator):
     -1 attempts never end, 0 attempts fail without a tick of the child.
     """
 
-    memory: ClassVar = ("_count",)
     num_attempts = Input(
         int,
         doc="how many attempts; -1 for no end",
     )
-    _count = 0
+    _counted = FAILURE
 
-    def _tick(self) -> NodeStatus:
-        attempts: int = self.num_attempts
-        more = attempts == -1 or self._count < attempts
-        self._enter()
-        link = self.link
-        while more:
-            before = link._node_status
-            state = link.execute()
-            if state is FAILURE:
-                self._count += 1
-                try:
-                    attempts = self.num_attempts
-                except PortError:
-                    pass  # it was there at the start of the tick: go on with what it said then
-                more = attempts == -1 or self._count < attempts
-                self._reset_child()
-                if more and before is IDLE:
-                    self.runtime.wake_up = True
-                    return RUNNING
-            elif state is RUNNING:
-                return RUNNING
-            elif state is SUCCESS:
-                self._count = 0
-                self._reset_child()
-                return SUCCESS
-            else:
-                self._reset_child()
-                return state
-        self._count = 0
+    def _most(self) -> int:
+        attempts = self.num_attempts
         if attempts == 0:
             self._because("no attempts are allowed")
-        return FAILURE
+        return attempts
 
-    def _halt(self) -> None:
-        self._count = 0
-        super()._halt()
+    def _most_now(self, most: int) -> int:
+        try:
+            return self._most()
+        except PortError:
+            return most  # it was there at the start of the tick: go on with what it said then
