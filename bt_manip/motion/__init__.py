@@ -7,8 +7,8 @@ from .collision import Near as Near
 from .deviation_guard import DeviationGuard as DeviationGuard
 from .effort import within_effort as within_effort
 from .errors import MotionError as MotionError
-from .ik_result import IKResult as IKResult
-from .inverse_kinematics import InverseKinematics as InverseKinematics
+from .kinematics import IKResult as IKResult
+from .kinematics import InverseKinematics as InverseKinematics
 from .limit_check import LimitUse as LimitUse
 from .limit_check import effort_use as effort_use
 from .limit_check import limit_use as limit_use

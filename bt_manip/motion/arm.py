@@ -13,7 +13,7 @@ from .collision import CollisionWorld
 from .deviation_guard import EVERY, DeviationGuard
 from .errors import MotionError
 from .goal_choice import choose_configurations
-from .inverse_kinematics import InverseKinematics
+from .kinematics import InverseKinematics
 from .move_planning import Avoiding, plan_line, plan_to_configurations
 from .planning import Planner, RRTConnect
 from .reference import Reference

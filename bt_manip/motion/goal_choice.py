@@ -8,8 +8,7 @@ import pinocchio as pin
 from .collision import CollisionWorld
 from .collision_check import line_free
 from .errors import MotionError
-from .ik_result import IKResult
-from .inverse_kinematics import InverseKinematics
+from .kinematics import IKResult, InverseKinematics
 from .tool_line import ToolLine, line_path
 
 _STARTS = (1, 8)  # few first: mostly the nearest serves

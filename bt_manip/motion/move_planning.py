@@ -16,8 +16,8 @@ from .driving import drive, drive_straight
 from .effort import within_effort
 from .errors import MotionError
 from .free_motion import plan_free_motion
-from .inverse_kinematics import InverseKinematics
 from .jerk_profile import joint_profiles
+from .kinematics import InverseKinematics
 from .limit_check import limit_use
 from .planning import Planner
 from .tool_line import ToolLine, line_path

@@ -7,8 +7,7 @@ from bt_manip.robots import JointLimits, ToolLimits
 
 from .bounds import Bounds
 from .errors import MotionError
-from .ik_result import IKResult
-from .inverse_kinematics import InverseKinematics
+from .kinematics import IKResult, InverseKinematics
 from .paths import SplinePath
 
 SPACING = 0.02  # [m] between the poses that are solved

@@ -7,10 +7,10 @@ import pinocchio as pin
 
 from bt_manip.robots import RobotModel
 
-from .checks import check_configuration, check_pose, check_poses
+from ..checks import check_configuration, check_pose, check_poses
 from .descent import Descended, Descent
-from .ik_result import IKResult
 from .reach import Reach
+from .result import IKResult
 from .self_motion import PULLS, SelfMotion
 
 STORED = 2000  # configurations to restart from
