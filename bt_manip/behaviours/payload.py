@@ -16,7 +16,7 @@ def payload_of(cell: Cell, name: str, T_wt: pin.SE3) -> Payload:
         name: The object's name.
         T_wt: Pose of the tool in the world.
     """
-    model = cell.model
+    model = cell.nominal_model  # what can be known of it
     root = cell.body_id(name)
     T_wo = cell.pose(name)
     total = pin.Inertia.Zero()

@@ -2,12 +2,13 @@
 
 import contextlib
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import mujoco
 import numpy as np
 from dm_control import composer
 
+from bt_manip.cell.alterations import Alterations, Values
 from bt_manip.cell.compiled import Compiled
 from bt_manip.cell.exceptions import CellError
 from bt_manip.cell.inventory import Inventory
@@ -15,6 +16,9 @@ from bt_manip.cell.overlap import refuse_overlap
 from bt_manip.cell.placement import Placement
 from bt_manip.cell.probe import Probe
 from bt_manip.cell.state import carry_state
+
+Vary = Callable[[str, composer.Entity], Values]
+"""Tells of an entity that comes in, by name, how it differs from its model."""
 
 
 class Assembly:
@@ -25,6 +29,8 @@ class Assembly:
         compiled: The physics of now, and what follows from it.
         generation: Counts the compiles.
         editing: Whether several changes are under way, which are compiled together.
+        alterations: How the physics differs from the models.
+        vary: Asked of what comes in how it differs; nobody at first.
     """
 
     def __init__(self, arena: composer.Arena, random_state: np.random.RandomState):
@@ -37,16 +43,19 @@ class Assembly:
         self.inventory = Inventory(arena)
         self.generation = 0
         self.editing = False
+        self.alterations = Alterations()
+        self.vary: Vary | None = None
         self._random_state = random_state
         self.compiled = self._compile(None)
-        self.inventory.fresh.clear()
+        self.inventory.settle()
 
     @contextlib.contextmanager
-    def change(self, failure: str) -> Iterator[None]:
+    def change(self, failure: str, *, varied: bool = True) -> Iterator[None]:
         """Compile what is changed inside, or undo the change.
 
         Args:
             failure: What cannot be done, for the message.
+            varied: Whether what comes in gets to differ from its model.
 
         Raises:
             CellError: When it does not compile.
@@ -54,21 +63,24 @@ class Assembly:
         if self.editing:  # whoever edits compiles, and undoes
             yield
             return
+        altered = self.alterations.get_state()
         try:
             with self.inventory.changing():
                 yield
                 old = self.compiled
-                self.compiled = self._compile(old)
+                self.compiled = self._compile(old, self.vary if varied else None)
                 old.physics.free()
         except CellError:
+            self.alterations.set_state(altered)
             raise
         except Exception as error:
+            self.alterations.set_state(altered)
             raise CellError(f"{failure}: {_reason(error)}") from error
 
     @contextlib.contextmanager
-    def edit(self) -> Iterator[None]:
+    def edit(self, *, varied: bool = True) -> Iterator[None]:
         """Compile once for all changes inside, or undo them."""
-        with self.change("the cell cannot be changed"):
+        with self.change("the cell cannot be changed", varied=varied):
             self.editing = True
             try:
                 yield
@@ -93,22 +105,28 @@ class Assembly:
         except ValueError as error:
             raise CellError(f"{failure}: {_reason(error)}") from error
 
-    def _compile(self, old: Compiled | None) -> Compiled:
+    def _compile(self, old: Compiled | None, vary: Vary | None = None) -> Compiled:
         """Compile the arena and carry the state over; the old physics is left as it is."""
         inventory, random_state = self.inventory, self._random_state
         new = Compiled(inventory.compile(), inventory.arena, inventory.placed)
         entities = list(inventory.arena.iter_entities())
         try:
             if old is not None:
-                carry_state(old.model, old.data, new.model, new.data)
+                carry_state(old.model, old.data, new.model, new.data, strangers=inventory.arrived)
                 mujoco.mj_forward(new.model, new.data)
             for entity in entities:
                 entity.after_compile(new.physics, random_state)
+            # Only now: what the entities take from the model is what can be known of it.
+            if vary is not None:
+                for name, entity in inventory.arrived.items():
+                    self.alterations.put(name, vary(name, entity), new.nominal)
+            new.alter(self.alterations)
             for entity in inventory.fresh:
                 entity.initialize_episode(new.physics, random_state)
             mujoco.mj_forward(new.model, new.data)
             for name, accepted in inventory.accepted.items():
-                refuse_overlap(new.model, new.data, new.labels, name, accepted)
+                verb = "added" if name in inventory.arrived else "moved"
+                refuse_overlap(new.model, new.data, new.labels, name, accepted, verb)
         except BaseException:
             if old is not None:
                 for entity in entities:  # those that stay look at the old physics again

@@ -1,5 +1,6 @@
 """All that follows from one compile of a cell's arena."""
 
+import copy
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import mujoco
@@ -7,10 +8,12 @@ import numpy as np
 from dm_control import composer, mjcf
 from dm_control.mujoco import wrapper
 
+from bt_manip.cell.alterations import Alterations
 from bt_manip.cell.contacts import Contacts
 from bt_manip.cell.exceptions import PhysicsDiverged
 from bt_manip.cell.labels import Labels
 from bt_manip.cell.naming import body_label
+from bt_manip.cell.overlap import refuse_overlap
 from bt_manip.cell.placement import Placement
 from bt_manip.cell.state import INTEGRATION, integration_state, set_integration_state
 from bt_manip.cell.touch import TouchMonitor
@@ -40,6 +43,8 @@ class Compiled:
         self.physics = mjcf.Physics.from_model(wrapper.MjModel(model))
         self.physics.legacy_step = False
         self.model = model
+        self.nominal = model
+        """As it was compiled; a model of its own as soon as the other one is altered."""
         self.data: mujoco.MjData = self.physics.data.ptr
         self.labels = Labels(self.model)
         _check_contact_damping(self.model)
@@ -91,6 +96,33 @@ class Compiled:
             for look in then:
                 look()
         self._remembers = True
+
+    def alter(self, alterations: Alterations) -> None:
+        """Let the model that is simulated differ in exactly these values from the compiled one."""
+        if self.nominal is self.model:
+            if not alterations:
+                return
+            self.nominal = copy.copy(self.model)
+        alterations.write(self.model, self.nominal)
+
+    def put(self, name: str, placement: Placement, accepted: float) -> None:
+        """Put something that moves freely somewhere, at rest.
+
+        Raises:
+            OverlapError: When it would be deeper inside something else than is accepted [m].
+        """
+        model, data = self.model, self.data
+        qpos, dof = self.free_joints[name]
+        there = (*placement.position, *placement.quat_wxyz)
+        trial = mujoco.MjData(model)
+        mujoco.mj_copyData(trial, model, data)
+        trial.qpos[qpos : qpos + 7] = there
+        mujoco.mj_fwdPosition(model, trial)
+        refuse_overlap(model, trial, self.labels, name, accepted, "moved")
+        data.qpos[qpos : qpos + 7] = there
+        for field in (data.qvel, data.qacc, data.qacc_warmstart):
+            field[dof : dof + 6] = 0.0
+        mujoco.mj_kinematics(model, data)
 
     def before_last_step(self) -> np.ndarray | None:
         """Give the state that the last step was made from, if the state of now follows from it.

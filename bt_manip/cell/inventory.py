@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import mujoco
-from dm_control import composer
+from dm_control import composer, mjcf
 
 from bt_manip.cell.exceptions import CellError
 from bt_manip.cell.model_writer import ModelWriter
@@ -24,6 +24,8 @@ class Inventory:
         self._writer = ModelWriter(arena.mjcf_model)
         self.fresh: list[composer.Entity] = list(arena.iter_entities())
         """Entities that have come since the last compile and want to be initialised."""
+        self.arrived: dict[str, composer.Entity] = {}
+        """The same by name, without what is attached to them."""
         self.accepted: dict[str, float] = {}
         """How deep what has come since the last compile may be inside something else [m]."""
 
@@ -52,12 +54,26 @@ class Inventory:
         frame.quat = placement.quat_wxyz
         if fresh:
             self.fresh.extend(entity.iter_entities())
+            self.arrived[name] = entity
 
     def detach(self, name: str) -> None:
         """Take an entity out of the arena."""
         entity = self.placed.pop(name).entity
+        self.arrived.pop(name, None)
         self._writer.forget(entity.mjcf_model)
         entity.detach()
+
+    def relocate(self, name: str, placement: Placement) -> None:
+        """Put an entity that is here at another pose."""
+        self.placed[name] = placement
+        frame = mjcf.get_attachment_frame(placement.entity.mjcf_model)
+        frame.pos, frame.quat = placement.position, placement.quat_wxyz
+
+    def settle(self) -> None:
+        """Take what has come as known."""
+        self.fresh.clear()
+        self.arrived.clear()
+        self.accepted.clear()
 
     def is_as(self, entries: Sequence[Mapping[str, Any]]) -> bool:
         """Tell whether what stands here is what was described, in the same order."""
@@ -109,26 +125,28 @@ class Inventory:
             yield
         except BaseException:
             for name, placement in list(self.placed.items()):
-                if before.get(name) is not placement:
+                known = before.get(name)
+                if known is None or known.entity is not placement.entity:
                     self.detach(name)
+                elif known is not placement:
+                    self.relocate(name, known)
             for name, placement in before.items():
                 if name not in self.placed:
                     self.attach(name, placement)
             self.placed = {name: self.placed[name] for name in before}
             raise
         finally:
-            self.fresh.clear()
-            self.accepted.clear()
+            self.settle()
 
     @contextlib.contextmanager
     def trying(self, name: str, placement: Placement) -> Iterator[mujoco.MjModel]:
         """Give the model with one thing more, and take that out again."""
         model_name = placement.entity.mjcf_model.model
-        fresh = list(self.fresh)
+        fresh, arrived = list(self.fresh), dict(self.arrived)
         self.attach(name, placement)
         try:
             yield self.compile()
         finally:
             self.detach(name)
-            self.fresh[:] = fresh
+            self.fresh[:], self.arrived = fresh, arrived
             placement.entity.mjcf_model.model = model_name

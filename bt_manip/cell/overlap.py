@@ -49,9 +49,22 @@ def deepest_overlap(
 
 
 def refuse_overlap(
-    model: mujoco.MjModel, data: mujoco.MjData, labels: Labels, name: str, accepted: float
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    labels: Labels,
+    name: str,
+    accepted: float,
+    verb: str = "added",
 ) -> None:
     """Refuse an entity that is deeper inside something else than is accepted [m].
+
+    Args:
+        model: The compiled model.
+        data: Its data, with contacts of the poses that are asked about.
+        labels: Names of the geoms.
+        name: The entity.
+        accepted: How deep it may be.
+        verb: What cannot be done with it then, for the message.
 
     Raises:
         OverlapError: When it is.
@@ -59,7 +72,7 @@ def refuse_overlap(
     found = deepest_overlap(model, data, labels, name)
     if found is not None and found.depth > accepted:
         raise OverlapError(
-            f"'{name}' cannot be added: it would be {found}; "
+            f"'{name}' cannot be {verb}: it would be {found}; "
             f"up to {1e3 * accepted:g} mm are accepted"
         )
 

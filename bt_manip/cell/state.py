@@ -1,9 +1,12 @@
 """The state of a compiled physics: whole as numbers, or carried by name to another model."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
+from functools import partial
 
 import mujoco
 import numpy as np
+
+from bt_manip.cell.naming import entity_of
 
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
 # Width of a joint in qpos and qvel by type: free, ball, slide, hinge.
@@ -36,13 +39,24 @@ def carry_state(
     old_data: mujoco.MjData,
     new_model: mujoco.MjModel,
     new_data: mujoco.MjData,
+    *,
+    strangers: Container[str] = (),
 ) -> None:
     """Copy the state of everything that both models have, bit for bit, matched by name.
 
     What only the new model has keeps its initial state. Nothing is recomputed here.
+
+    Args:
+        old_model: The model that the state is of.
+        old_data: The state.
+        new_model: The model that gets it.
+        new_data: Is changed.
+        strangers: Entities of the new model that are other ones, even when they are called like
+            one of the old model.
     """
+    shared = partial(_pairs, strangers)
     new_data.time = old_data.time
-    for old, new in _shared(old_model, new_model, mujoco.mjtObj.mjOBJ_JOINT, old_model.njnt):
+    for old, new in shared(old_model, new_model, mujoco.mjtObj.mjOBJ_JOINT, old_model.njnt):
         kind = int(old_model.jnt_type[old])
         if kind != int(new_model.jnt_type[new]):
             continue
@@ -52,35 +66,41 @@ def carry_state(
         for field in ("qvel", "qacc_warmstart", "qacc", "qfrc_applied"):
             _copy(getattr(old_data, field), source, getattr(new_data, field), target,
                   _DOF_WIDTH[kind])  # fmt: skip
-    for old, new in _shared(old_model, new_model, mujoco.mjtObj.mjOBJ_BODY, old_model.nbody):
+    for old, new in shared(old_model, new_model, mujoco.mjtObj.mjOBJ_BODY, old_model.nbody):
         new_data.xfrc_applied[new] = old_data.xfrc_applied[old]
         source, target = old_model.body_mocapid[old], new_model.body_mocapid[new]
         if source >= 0 and target >= 0:
             new_data.mocap_pos[target] = old_data.mocap_pos[source]
             new_data.mocap_quat[target] = old_data.mocap_quat[source]
-    for old, new in _shared(old_model, new_model, mujoco.mjtObj.mjOBJ_ACTUATOR, old_model.nu):
+    for old, new in shared(old_model, new_model, mujoco.mjtObj.mjOBJ_ACTUATOR, old_model.nu):
         new_data.ctrl[new] = old_data.ctrl[old]
         width = int(old_model.actuator_actnum[old])
         if width and width == int(new_model.actuator_actnum[new]):
             _copy(old_data.act, old_model.actuator_actadr[old], new_data.act,
                   new_model.actuator_actadr[new], width)  # fmt: skip
-    for old, new in _shared(old_model, new_model, mujoco.mjtObj.mjOBJ_EQUALITY, old_model.neq):
+    for old, new in shared(old_model, new_model, mujoco.mjtObj.mjOBJ_EQUALITY, old_model.neq):
         new_data.eq_active[new] = old_data.eq_active[old]
-    for old, new in _shared(old_model, new_model, mujoco.mjtObj.mjOBJ_SENSOR, old_model.nsensor):
+    for old, new in shared(old_model, new_model, mujoco.mjtObj.mjOBJ_SENSOR, old_model.nsensor):
         width = int(old_model.sensor_dim[old])
         if width == int(new_model.sensor_dim[new]):
             _copy(old_data.sensordata, old_model.sensor_adr[old], new_data.sensordata,
                   new_model.sensor_adr[new], width)  # fmt: skip
 
 
-def _shared(
-    old_model: mujoco.MjModel, new_model: mujoco.MjModel, kind: mujoco.mjtObj, count: int
+def _pairs(
+    strangers: Container[str],
+    old_model: mujoco.MjModel,
+    new_model: mujoco.MjModel,
+    kind: mujoco.mjtObj,
+    count: int,
 ) -> Iterator[tuple[int, int]]:
     """Pair the ids of equally named elements; elements without a name have no identity."""
     name: Callable[..., str | None] = mujoco.mj_id2name
     for old in range(count):
         label = name(old_model, kind, old)
-        new = mujoco.mj_name2id(new_model, kind, label) if label else -1
+        if not label or entity_of(label) in strangers:
+            continue
+        new = mujoco.mj_name2id(new_model, kind, label)
         if new >= 0:
             yield old, new
 

@@ -1,7 +1,7 @@
-"""A cell with its robot under control: what trees run in and scripts work with."""
+"""A cell with its robots under control: what trees run in and scripts work with."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,43 +12,63 @@ from bt_manip.bt import NodeStatus, Tree
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import Catalogue
 from bt_manip.control import Controller, GripperController
-from bt_manip.motion import Arm, CollisionWorld, DeviationGuard
+from bt_manip.motion import Arm
 from bt_manip.registry import Parts, Registry
 from bt_manip.robots import Robot
+from bt_manip.runner.commanded_robot import CommandedRobot, RobotEntities
 from bt_manip.runner.request import CONTROLLER, PLANNER
-from bt_manip.runner.robot_choice import find_robot
 from bt_manip.runner.scene import Scene, table_and_basket
 
 
 @dataclass(frozen=True)
 class Station:
-    """A cell, the robot in it, and what commands that robot.
+    """A cell, the robots in it, and what commands them.
 
     Attributes:
         cell: The simulated cell; it is also the clock.
-        robot: The robot's entity.
-        arm: Moves the arm.
-        controller: Makes the arm follow.
-        gripper: Moves the fingers.
+        robots: The robots by name, in the scene's order.
         rng: Where all randomness of a run comes from.
         models: Makes objects, by registered name or address, to put more into the cell.
         planners: The registered planners, for behaviours that name one.
     """
 
     cell: Cell
-    robot: Robot
-    arm: Arm
-    controller: Controller
-    gripper: GripperController
+    robots: Mapping[str, CommandedRobot]
     rng: np.random.Generator
     models: Catalogue
     planners: Registry[Any]
+
+    @property
+    def first(self) -> CommandedRobot:
+        """The only robot, or the first of several."""
+        return next(iter(self.robots.values()))
+
+    @property
+    def robot(self) -> Robot:
+        """The entity of the only robot, or of the first of several."""
+        return self.first.robot
+
+    @property
+    def arm(self) -> Arm:
+        """The arm of the only robot, or of the first of several."""
+        return self.first.arm
+
+    @property
+    def controller(self) -> Controller:
+        """The controller of the only robot, or of the first of several."""
+        return self.first.controller
+
+    @property
+    def gripper(self) -> GripperController:
+        """The gripper of the only robot, or of the first of several."""
+        return self.first.gripper
 
     @property
     def infrastructure(self) -> dict[str, Any]:
         """What behaviours get from their ``setup``, by keyword."""
         return {
             "cell": self.cell,
+            "robots": self.robots,
             "robot": self.robot,
             "arm": self.arm,
             "gripper": self.gripper,
@@ -110,10 +130,8 @@ class Station:
     def get_state(self) -> dict[str, Any]:
         """Give everything that goes on with time, as plain data."""
         return {
-            "cell": self.cell.get_state(),
-            "arm": self.arm.get_state(),
-            "controller": self.controller.get_state(),
-            "gripper": self.gripper.get_state(),
+            "cell": self.cell.snapshot(),
+            "robots": {name: robot.get_state() for name, robot in self.robots.items()},
             "rng": self.rng.bit_generator.state,
         }
 
@@ -127,10 +145,9 @@ class Station:
         def make(entry: Mapping[str, Any]) -> composer.Entity:
             return self.models.create(entry["kind"], **entry["parameters"])
 
-        self.cell.set_state(state["cell"], make)
-        self.arm.set_state(state["arm"])
-        self.controller.set_state(state["controller"])
-        self.gripper.set_state(state["gripper"])
+        self.cell.restore(state["cell"], make)
+        for name, robot in self.robots.items():
+            robot.set_state(state["robots"][name])
         self.rng.bit_generator.state = state["rng"]
 
 
@@ -144,14 +161,15 @@ def build_station(
     seed: int = 0,
     catalogue: Catalogue | None = None,
 ) -> Station:
-    """Build a cell and put a robot in it, at home, under control.
+    """Build a cell and put its robots in it, at home, under control.
 
     Args:
         parts: The registered parts to choose from; default: those of all installed plugins.
-        robot: Name of a registered robot, or path of a TOML file that describes one.
-        controller: Name of a registered controller.
-        planner: Name of a registered planner.
-        scene: What stands in the cell; default: a table and a basket.
+        robot: Name of a registered robot, or path of a TOML file that describes one; for each
+            robot of the scene that has no description of its own.
+        controller: Name of a registered controller, for robots that have none of their own.
+        planner: Name of a registered planner, for robots that have none of their own.
+        scene: What stands in the cell; default: a robot, a table and a basket.
         seed: Seed of the station's randomness.
         catalogue: Makes the objects; default: one of the registered parts.
 
@@ -164,27 +182,22 @@ def build_station(
         parts = load_plugins().parts
     scene = scene or table_and_basket()
     catalogue = catalogue or Catalogue(parts.objects, sources=parts.model_sources)
-    arm_entity = Robot(find_robot(robot, parts.robots))
-    make_controller = parts.controllers.get(controller)
-    make_planner = parts.planners.get(planner)
+    chosen = [
+        replace(
+            one,
+            description=one.description or robot,
+            controller=one.controller or controller,
+            planner=one.planner or planner,
+        )
+        for one in scene.robots
+    ]
+    entities = [RobotEntities(one, parts) for one in chosen]
     fixtures = [(f, catalogue.create(f.model, **f.parameters)) for f in scene.fixtures]
-    control = make_controller(arm_entity)
-    gripper = GripperController(arm_entity)
-    arm_entity.attach(control)
-    arm_entity.attach(gripper)
     cell = Cell()
     with cell.editing():
         for fixture, entity in fixtures:
             cell.add(entity, fixture.T_wo, name=fixture.name, free=fixture.free)
-        cell.add(arm_entity, scene.T_wb, free=False)
-    model = arm_entity.make_model()
-    arm = Arm(
-        arm_entity,
-        model=model,
-        world=CollisionWorld(arm_entity, model),
-        planner=make_planner(),
-        guard=DeviationGuard(arm_entity, model),
-    )
-    control.reference = arm
+        names = [one.put_into(cell) for one in entities]
+    robots = {name: one.commanded(name) for name, one in zip(names, entities, strict=True)}
     rng = np.random.default_rng(seed)
-    return Station(cell, arm_entity, arm, control, gripper, rng, catalogue, parts.planners)
+    return Station(cell, robots, rng, catalogue, parts.planners)

@@ -129,10 +129,10 @@ def test_what_stays_keeps_its_exact_state_when_something_comes_and_goes(cell):
 
 def test_adding_and_removing_a_distant_thing_changes_no_bit_of_the_future(cell):
     disturb(cell)
-    state = cell.get_state()
+    state = cell.snapshot()
     cell.step(100)
     future = cell.state_bytes()
-    cell.set_state(state)
+    cell.restore(state)
     name = cell.add(Cube(), pose((5, 5, 3)))
     cell.remove(name)
     cell.step(100)
@@ -227,7 +227,7 @@ def test_pose_and_velocity_of_a_free_entity_are_in_the_world():
 def test_a_state_comes_back_with_the_objects_that_were_there(cell):
     cell.add(Cube(size=0.04, mass=0.1), pose((0, 2, 0.5)))
     cell.step(30)
-    state = cell.get_state()
+    state = cell.snapshot()
     cell.step(20)
     future = cell.state_bytes()
 
@@ -235,19 +235,19 @@ def test_a_state_comes_back_with_the_objects_that_were_there(cell):
     arena.mjcf_model.worldbody.add("body", name="target", mocap="true")
     other = Cell(arena)
     other.add(Pendulum())
-    other.set_state(state, lambda entry: Cube(**entry["parameters"]))
-    assert other.get_state() == state
+    other.restore(state, lambda entry: Cube(**entry["parameters"]))
+    assert other.snapshot() == state
     other.step(20)
     assert other.state_bytes() == future
 
 
 def test_a_state_with_an_unknown_object_and_no_factory_changes_nothing(cell):
-    state = cell.get_state()
+    state = cell.snapshot()
     other = Cell()
     other.add(Pendulum())
     names = list(other.entities)
     with pytest.raises(CellError, match="'cube'"):
-        other.set_state(state)
+        other.restore(state)
     assert list(other.entities) == names
 
 

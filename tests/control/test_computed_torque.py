@@ -125,13 +125,13 @@ def test_its_state_comes_back_bit_for_bit(make_arm):
     control.reference = Wave(robot.q, 0.2, 5.0)
     control.payload = Payload(0.2)
     cell.step(200)
-    kept = cell.get_state(), control.get_state(), control.reference.t
+    kept = cell.snapshot(), control.get_state(), control.reference.t
     cell.step(100)
     future = cell.state_bytes()
     control.payload = Payload(3.0)
     cell.step(10)
 
-    cell.set_state(kept[0])
+    cell.restore(kept[0])
     control.set_state(kept[1])
     control.reference.t = kept[2]
     control.reference.advance(0.0)

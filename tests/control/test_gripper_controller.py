@@ -188,11 +188,11 @@ def test_its_state_comes_back_bit_for_bit(grip, when):
         cell.step()
         if gripper.steady and gripper.state == "gripping" and when > 300:
             gripper.open()
-    kept = cell.get_state(), control.get_state(), gripper.get_state()
+    kept = cell.snapshot(), control.get_state(), gripper.get_state()
     held = gripper.held
     cell.step(150)
     future, after = cell.state_bytes(), gripper.get_state()
-    cell.set_state(kept[0])
+    cell.restore(kept[0])
     control.set_state(kept[1])
     gripper.set_state(kept[2])
     assert gripper.held == held

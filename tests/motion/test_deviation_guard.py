@@ -29,10 +29,10 @@ class Bench:
         world, guard = CollisionWorld(robot, model), DeviationGuard(robot, model)
         self.arm = control.reference = Arm(robot, model=model, world=world, guard=guard)
         self.hand = self.cell.body_id("panda/hand")
-        self.rest = self.cell.get_state(), self.arm.get_state()
+        self.rest = self.cell.snapshot(), self.arm.get_state()
 
     def reset(self) -> "Bench":
-        self.cell.set_state(self.rest[0])
+        self.cell.restore(self.rest[0])
         self.arm.set_state(self.rest[1])
         self.arm.robot.mj_data.xfrc_applied[:] = 0.0
         return self
@@ -126,8 +126,8 @@ def test_it_goes_on_from_its_state(bench):
     bench.cell.step(103)
     bench.cell.data.xfrc_applied[bench.hand][:3] = [0.0, 50.0, 0.0]
     bench.cell.step(6)
-    states = bench.cell.get_state(), json.loads(json.dumps(bench.arm.get_state()))
+    states = bench.cell.snapshot(), json.loads(json.dumps(bench.arm.get_state()))
     first = bench.until_noticed(30)
-    bench.cell.set_state(states[0])
+    bench.cell.restore(states[0])
     bench.arm.set_state(states[1])
     assert bench.until_noticed(30) == first

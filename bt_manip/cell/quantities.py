@@ -1,0 +1,228 @@
+"""What can be altered in a compiled model, and how each of it is read and written."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+
+from bt_manip.cell.exceptions import CellError
+from bt_manip.exceptions import did_you_mean
+
+Ids = np.ndarray
+"""Of bodies, of a light, of a camera."""
+
+
+class Quantity(NamedTuple):
+    """Something that can be altered without compiling anew.
+
+    A change begins from the model as it was compiled: ``nominal`` is that one, ``model`` gets the
+    change.
+    """
+
+    read: Callable[[mujoco.MjModel, Ids], Any]
+    """Gives the nominal value."""
+    write: Callable[[mujoco.MjModel, mujoco.MjModel, Ids, np.ndarray], None]
+    """Takes ``(model, nominal, ids, value)``."""
+    allowed: Callable[[np.ndarray], bool]
+    """Tells whether a value, an array of the shape of the nominal one, is possible."""
+    what: str
+    """What a value is, with its unit, to end the sentence "a ... is"."""
+
+
+# Bodies of an entity
+
+
+def _geoms(model: mujoco.MjModel, bodies: Ids, *, seen: bool) -> np.ndarray:
+    """List the geoms of bodies that are seen, or those that can touch something."""
+    solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    wanted = model.geom_group <= 2 if seen else solid
+    geoms = np.flatnonzero(np.isin(model.geom_bodyid, bodies) & wanted)
+    if not len(geoms):
+        raise CellError("it has no shapes that are seen" if seen else "it can touch nothing")
+    return geoms
+
+
+def _actuators(model: mujoco.MjModel, bodies: Ids) -> np.ndarray:
+    """List the actuators whose force is that of their gain and bias, on joints of bodies."""
+    joints = np.flatnonzero(np.isin(model.jnt_bodyid, bodies))
+    tendons = np.flatnonzero(
+        [
+            np.isin(model.wrap_objid[adr : adr + n], joints).any()
+            for adr, n in zip(model.tendon_adr, model.tendon_num, strict=True)
+        ]
+    )
+    kinds, targets = model.actuator_trntype, model.actuator_trnid[:, 0]
+    on_joint = np.isin(
+        kinds, (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
+    )
+    on_tendon = kinds == int(mujoco.mjtTrn.mjTRN_TENDON)
+    affine = model.actuator_gaintype <= int(mujoco.mjtGain.mjGAIN_AFFINE)
+    mine = (on_joint & np.isin(targets, joints)) | (on_tendon & np.isin(targets, tendons))
+    found = np.flatnonzero(mine & affine)
+    if not len(found):
+        raise CellError("it has no actuators")
+    return found
+
+
+def _mass(model: mujoco.MjModel, bodies: Ids) -> float:
+    mass = float(model.body_mass[bodies].sum())
+    if not mass > 0.0:
+        raise CellError("it has no mass")
+    return mass
+
+
+def _set_mass(model: mujoco.MjModel, nominal: mujoco.MjModel, bodies: Ids, value: Any) -> None:
+    share = float(value) / _mass(nominal, bodies)
+    model.body_mass[bodies] = nominal.body_mass[bodies] * share
+    model.body_inertia[bodies] = nominal.body_inertia[bodies] * share
+
+
+def _friction(model: mujoco.MjModel, bodies: Ids) -> float:
+    return float(model.geom_friction[_geoms(model, bodies, seen=False), 0].max())
+
+
+def _set_friction(model: mujoco.MjModel, nominal: mujoco.MjModel, bodies: Ids, value: Any) -> None:
+    geoms = _geoms(nominal, bodies, seen=False)
+    sliding = nominal.geom_friction[geoms, 0]
+    most = sliding.max()
+    # Exactly the value where it was the largest, for which value * (most / most) is not enough.
+    model.geom_friction[geoms, 0] = np.where(
+        sliding == most, value, value * sliding / (most or 1.0)
+    )
+
+
+def _colour(model: mujoco.MjModel, bodies: Ids) -> np.ndarray:  # (4,)
+    geom = _geoms(model, bodies, seen=True)[0]
+    material = model.geom_matid[geom]
+    return (model.geom_rgba[geom] if material < 0 else model.mat_rgba[material]).astype(float)
+
+
+def _set_colour(model: mujoco.MjModel, nominal: mujoco.MjModel, bodies: Ids, value: Any) -> None:
+    geoms = _geoms(nominal, bodies, seen=True)
+    model.geom_matid[geoms] = -1
+    model.geom_rgba[geoms] = value
+
+
+def _gain(model: mujoco.MjModel, bodies: Ids) -> np.ndarray:  # (n,)
+    return np.ones(len(_actuators(model, bodies)))
+
+
+def _set_gain(model: mujoco.MjModel, nominal: mujoco.MjModel, bodies: Ids, value: Any) -> None:
+    actuators = _actuators(nominal, bodies)
+    for name in ("actuator_gainprm", "actuator_biasprm"):
+        getattr(model, name)[actuators, :3] = (
+            getattr(nominal, name)[actuators, :3] * np.asarray(value)[:, None]
+        )
+
+
+# Lights
+
+
+def _light_colour(model: mujoco.MjModel, light: Ids) -> np.ndarray:  # (3,)
+    return model.light_diffuse[light[0]].astype(float)
+
+
+def _set_light_colour(model: Any, nominal: mujoco.MjModel, light: Ids, value: Any) -> None:
+    model.light_diffuse[light[0]] = value
+
+
+def _set_brightness(model: Any, nominal: mujoco.MjModel, light: Ids, value: Any) -> None:
+    for name in ("light_diffuse", "light_ambient", "light_specular"):  # on top of a new colour
+        field = getattr(model, name)
+        field[light[0]] = field[light[0]] * value
+
+
+def _set_direction(model: Any, nominal: mujoco.MjModel, light: Ids, value: Any) -> None:
+    model.light_dir[light[0]] = value / np.linalg.norm(value)
+
+
+# Cameras
+
+
+def _set_rotation(model: Any, nominal: mujoco.MjModel, camera: Ids, value: Any) -> None:
+    angle = float(np.linalg.norm(value))
+    turn, turned = np.empty(4), np.empty(4)
+    mujoco.mju_axisAngle2Quat(turn, np.asarray(value) / (angle or 1.0), angle)
+    mujoco.mju_mulQuat(turned, nominal.cam_quat[camera[0]], turn)
+    model.cam_quat[camera[0]] = turned
+
+
+def _number(field: str) -> Callable[[mujoco.MjModel, Ids], float]:
+    return lambda model, ids: float(getattr(model, field)[ids[0]])
+
+
+def _vector(field: str) -> Callable[[mujoco.MjModel, Ids], np.ndarray]:
+    return lambda model, ids: np.array(getattr(model, field)[ids[0]], dtype=float)
+
+
+def _put(field: str) -> Callable[[mujoco.MjModel, mujoco.MjModel, Ids, Any], None]:
+    def write(model: mujoco.MjModel, nominal: mujoco.MjModel, ids: Ids, value: Any) -> None:
+        getattr(model, field)[ids[0]] = value
+
+    return write
+
+
+def _any(value: np.ndarray) -> bool:
+    return True
+
+
+def _positive(value: np.ndarray) -> bool:
+    return bool((value > 0.0).all())
+
+
+def _not_negative(value: np.ndarray) -> bool:
+    return bool((value >= 0.0).all())
+
+
+def _share(value: np.ndarray) -> bool:
+    return bool(((value >= 0.0) & (value <= 1.0)).all())
+
+
+ENTITY, LIGHT, CAMERA = "entity", "light", "camera"
+
+QUANTITIES: dict[str, dict[str, Quantity]] = {
+    ENTITY: {
+        "mass": Quantity(_mass, _set_mass, _positive, "a positive number [kg]"),
+        "friction": Quantity(_friction, _set_friction, _positive, "a positive number"),
+        "colour": Quantity(_colour, _set_colour, _share, "3 or 4 numbers from 0 to 1"),
+        "gain": Quantity(_gain, _set_gain, _positive, "a positive factor, or one an actuator"),
+    },
+    LIGHT: {
+        "colour": Quantity(_light_colour, _set_light_colour, _share, "3 numbers from 0 to 1"),
+        "brightness": Quantity(
+            lambda model, ids: 1.0, _set_brightness, _not_negative, "a factor that is not negative"
+        ),
+        "position": Quantity(_vector("light_pos"), _put("light_pos"), _any, "3 numbers [m]"),
+        "direction": Quantity(
+            _vector("light_dir"), _set_direction, lambda v: bool(v.any()), "3 numbers, not all 0"
+        ),
+    },
+    CAMERA: {
+        "position": Quantity(_vector("cam_pos"), _put("cam_pos"), _any, "3 numbers [m]"),
+        "rotation": Quantity(
+            lambda model, ids: np.zeros(3), _set_rotation, _any,
+            "a turn about the camera's own axes, 3 numbers [rad]",
+        ),
+        "fovy": Quantity(
+            _number("cam_fovy"), _put("cam_fovy"), lambda v: bool(0 < v < 180),
+            "an angle of view between 0 and 180 [degrees]",
+        ),
+    },
+}  # fmt: skip
+"""What can be altered, by kind of thing and name; written in this order."""
+
+
+def quantity(kind: str, name: str) -> Quantity:
+    """Find a quantity.
+
+    Raises:
+        CellError: When there is none of the name for this kind of thing.
+    """
+    known = QUANTITIES[kind]
+    if name not in known:
+        what = {ENTITY: "of a thing", LIGHT: "of a light", CAMERA: "of a camera"}[kind]
+        raise CellError(
+            f"'{name}' {what} cannot be altered{did_you_mean(name, known)}; {', '.join(known)} can"
+        )
+    return known[name]

@@ -1,0 +1,230 @@
+"""What is altered differs from its model, in the physics and nowhere else, and stays so."""
+
+import json
+
+import mujoco
+import numpy as np
+import pytest
+
+from bt_manip.cell import Camera, Cell, CellError, Cube, OverlapError, Table, looking_at
+from bt_manip.cell.objects import Bottle, Wall
+from bt_manip.runner import build_station
+from bt_manip.spatial import pose
+
+G = 9.81
+
+
+@pytest.fixture
+def cell():
+    cell = Cell()
+    with cell.editing():
+        cell.add(Cube(mass=0.1, friction=1.0), pose((0.0, 0.0, 0.025)))
+        cell.add(Bottle(), pose((0.5, 0.0, 0.0)))
+    return cell
+
+
+def whole(model) -> bytes:
+    """Give all bits of a compiled model."""
+    buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return buffer.tobytes()
+
+
+def mass(cell, name) -> float:
+    return float(cell.model.body_subtreemass[cell.body_id(name)])
+
+
+def test_a_heavier_thing_weighs_and_turns_as_much_more(cell):
+    body = int(cell.model.body("cube/cube").id)
+    inertia = cell.model.body_inertia[body].copy()
+    assert inertia.all()
+    cell.alter("cube", mass=0.3)
+    np.testing.assert_allclose(cell.model.body_inertia[body], 3 * inertia, rtol=1e-12)
+    cell.step(500)
+    assert cell.contacts.wrench("cube").force[2] == pytest.approx(0.3 * G, rel=0.01)
+    assert cell.model.dof_M0[:3] == pytest.approx(0.3)  # what MuJoCo derives follows
+
+
+def test_a_slippery_thing_slides_down_a_slope_that_held_it():
+    slope = 0.3  # [rad]; its tangent is 0.31
+    cell = Cell()
+    with cell.editing():
+        cell.arena.mjcf_model.find("geom", "floor").friction = (0.01,)
+        cell.add(Cube(friction=0.5), pose((0.0, 0.0, 0.026)))
+    cell.model.opt.gravity[:] = (G * np.sin(slope), 0.0, -G * np.cos(slope))
+    cell.step(500)
+    assert abs(cell.velocity("cube")[0]) < 5e-3
+    cell.alter("cube", friction=0.2)
+    before = cell.velocity("cube")[0]
+    cell.step(200)
+    # Newton on a slope: a = g (sin - mu cos).
+    expected = G * (np.sin(slope) - 0.2 * np.cos(slope))
+    assert (cell.velocity("cube")[0] - before) / 0.2 == pytest.approx(expected, rel=0.05)
+
+
+def test_a_weak_motor_makes_so_much_less_of_the_same_command(parts):
+    station = build_station(parts)
+    cell, robot = station.cell, station.robot
+    cell.alter("panda", gain=0.5)
+    cell.step()
+    np.testing.assert_allclose(robot.tau, 0.5 * station.controller.tau, rtol=1e-12)
+
+
+def test_lights_and_cameras_are_altered_by_name(cell):
+    cell.add(Camera(), looking_at((1.0, 0.0, 1.0), (0.0, 0.0, 0.0)))
+    cell.alter("light:key", brightness=0.5, colour=(1.0, 0.8, 0.6), direction=(0, 0, -2))
+    light = cell.model.light("key")
+    np.testing.assert_allclose(light.diffuse, (0.5, 0.4, 0.3), rtol=1e-6)
+    np.testing.assert_allclose(light.dir, (0, 0, -1))
+    cell.alter("camera:overview", fovy=50.0)
+    cell.alter("camera:camera", rotation=(0.0, 0.0, np.pi / 2))  # an entity, by its own name
+    assert cell.model.camera("overview").fovy == 50.0
+    np.testing.assert_allclose(cell.model.camera("camera/eye").quat, (0.5**0.5, 0, 0, 0.5**0.5))
+
+
+def test_colours_take_the_place_of_materials(cell):
+    cell.alter("cube", colour=(0.2, 0.4, 0.6))
+    seen = [g for g in range(cell.model.ngeom) if cell.model.geom(g).name.startswith("cube/")]
+    seen = [g for g in seen if cell.model.geom_group[g] <= 2]
+    np.testing.assert_allclose(cell.model.geom_rgba[seen[0]], (0.2, 0.4, 0.6, 1.0), rtol=1e-6)
+    assert cell.model.geom_matid[seen[0]] == -1
+
+
+def test_what_can_be_known_of_the_things_does_not_change(cell):
+    before = whole(cell.model)
+    cell.alter("cube", mass=0.3, friction=0.2)
+    cell.alter("light:key", brightness=0.1)
+    assert whole(cell.nominal_model) == before
+    assert whole(cell.model) != before
+    cell.alter("cube", mass=None, friction=None)
+    cell.alter("light:key", brightness=None)
+    assert whole(cell.model) == before
+    assert cell.altered == {}
+
+
+def test_altering_changes_no_state(cell):
+    cell.step(10)
+    before = cell.state_bytes()
+    cell.alter("cube", mass=0.3, friction=0.2, colour=(1, 0, 0))
+    assert cell.state_bytes() == before
+
+
+def test_alterations_stay_when_other_things_come_and_go_and_go_with_the_thing(cell):
+    cell.alter("cube", mass=0.3)
+    cell.add(Cube(mass=0.1), pose((1.0, 0.0, 0.025)))
+    assert mass(cell, "cube") == pytest.approx(0.3)
+    assert mass(cell, "cube_1") == pytest.approx(0.1)
+    assert cell.nominal("cube", "mass") == pytest.approx(0.1)
+    cell.remove("cube")
+    cell.add(Cube(mass=0.1), pose((0.0, 0.0, 0.025)))
+    assert mass(cell, "cube") == pytest.approx(0.1)
+    assert cell.altered == {}
+
+
+def test_what_comes_in_can_be_asked_how_it_differs(cell):
+    cell.vary = lambda name, entity: {"friction": 0.25} if entity.kind == "cube" else {}
+    name = cell.add(Cube(), pose((1.0, 0.0, 0.025)))
+    assert cell.altered == {name: {"friction": 0.25}}
+
+
+def test_a_change_that_fails_leaves_the_alterations_as_they_were(cell):
+    cell.alter("cube", mass=0.3)
+    cell.vary = lambda name, entity: {"mass": -1.0}
+    with pytest.raises(CellError, match=r"mass of 'wall' is a positive number \[kg\], got -1"):
+        cell.add(Wall(), pose((2.0, 0.0, 0.0)))
+    with pytest.raises(CellError), cell.editing():
+        cell.remove("cube")
+        cell.add(Wall(), pose((2.0, 0.0, 0.0)))
+    assert cell.altered == {"cube": {"mass": 0.3}}
+    assert list(cell.entities) == ["cube", "bottle"]
+    cell.step(10)
+
+
+def test_a_snapshot_brings_alterations_back_bit_for_bit(cell):
+    cell.alter("cube", mass=0.3, friction=0.4)
+    cell.alter("light:fill", brightness=2.0)
+    cell.step(20)
+    snapshot = json.loads(json.dumps(cell.snapshot()))
+    cell.step(30)
+    future = cell.state_bytes()
+    made = {"cube": Cube, "bottle": Bottle}
+    other = Cell()
+    other.vary = lambda name, entity: {"mass": 7.0}  # is not asked of what comes back
+    other.restore(snapshot, lambda entry: made[entry["kind"]](**entry["parameters"]))
+    assert other.altered == snapshot["altered"]
+    other.step(30)
+    assert other.state_bytes() == future
+    cell.alter("cube", mass=None)
+    cell.restore(snapshot)
+    cell.step(30)
+    assert cell.state_bytes() == future
+
+
+@pytest.mark.parametrize(
+    ("thing", "values", "message"),
+    [
+        ("cub", {"mass": 1.0}, "there is no 'cub' in the cell; did you mean 'cube'"),
+        ("light:kay", {"brightness": 1.0}, "no light 'kay' in the cell; did you mean 'key'"),
+        ("camera:over", {"fovy": 1.0}, "no camera 'over' in the cell; did you mean 'overview'"),
+        ("cube", {"mas": 1.0}, "'mas' of a thing cannot be altered; did you mean 'mass'"),
+        ("cube", {"mass": 0.0}, r"the mass of 'cube' is a positive number \[kg\], got 0.0"),
+        ("cube", {"mass": (1.0, 2.0)}, "is a positive number"),
+        ("cube", {"mass": float("nan")}, "is a positive number"),
+        ("cube", {"mass": 0.3, "friction": -1.0}, "the friction of 'cube' is a positive number"),
+        ("cube", {"colour": (2.0, 0.0, 0.0)}, "3 or 4 numbers from 0 to 1"),
+        ("cube", {"gain": 1.1}, "the gain of 'cube' cannot be altered: it has no actuators"),
+        ("camera:overview", {"fovy": 180.0}, r"between 0 and 180 \[degrees\], got 180"),
+        ("light:key", {"direction": (0, 0, 0)}, "not all 0"),
+    ],
+)
+def test_what_cannot_be_altered_is_one_error_and_alters_nothing(cell, thing, values, message):
+    before = whole(cell.model)
+    with pytest.raises(CellError, match=message):
+        cell.alter(thing, **values)
+    assert whole(cell.model) == before
+    assert cell.altered == {}
+
+
+def test_a_free_thing_is_moved_to_rest_and_all_else_keeps_its_state(cell):
+    cell.data.qvel[:] = 0.1
+    other = cell.velocity("bottle")
+    generation = cell.generation
+    cell.move("cube", pose((0.0, 1.0, 0.025), (0.0, 0.0, 0.0, 1.0)))
+    assert cell.generation == generation
+    np.testing.assert_allclose(cell.pose("cube").translation, (0.0, 1.0, 0.025))
+    assert not cell.velocity("cube").any()
+    assert (cell.velocity("bottle") == other).all()
+
+
+def test_a_fixed_thing_is_moved_too_and_stays_moved_in_snapshots(cell):
+    cell.add(Table(), pose((2.0, 0.0, 0.0)))
+    there = pose((2.0, 0.5, 0.0))
+    cell.move("table", there)
+    assert cell.pose("table") == there
+    assert cell.data.xpos[cell.body_id("table")][1] == 0.5
+    snapshot = cell.snapshot()
+    cell.move("table", pose((2.0, -0.5, 0.0)))
+    cell.restore(snapshot, lambda entry: Table())
+    assert cell.pose("table") == there
+
+
+def test_nothing_is_moved_into_something_else(cell):
+    cell.add(Wall(), pose((2.0, 0.0, 0.0)))
+    before, places = cell.state_bytes(), {n: cell.pose(n) for n in cell.entities}
+    for name in ("cube", "wall"):
+        with pytest.raises(OverlapError, match=f"'{name}' cannot be moved: it would be"):
+            cell.move(name, pose((0.5, 0.0, 0.03)))
+    assert cell.state_bytes() == before
+    assert {n: cell.pose(n) for n in cell.entities} == places
+    cell.step(10)
+
+
+def test_a_thing_that_takes_the_name_of_another_does_not_take_its_state(cell):
+    cell.data.qvel[:] = 1.0
+    there = pose((0.0, 0.0, 0.5))
+    with cell.editing():
+        cell.remove("cube")
+        cell.add(Cube(), there)
+    assert not cell.velocity("cube").any()
+    assert cell.pose("cube").isApprox(there, 1e-12)
+    assert cell.velocity("bottle").all()
