@@ -1,5 +1,6 @@
 """The one loop: a tree, a cell, a clock."""
 
+from bt_manip.runner.commanded_robot import CommandedRobot as CommandedRobot
 from bt_manip.runner.observer import RunObserver as RunObserver
 from bt_manip.runner.prepare import prepare as prepare
 from bt_manip.runner.request import RunRequest as RunRequest

@@ -106,18 +106,19 @@ class _Loop:
             self._end(started)
 
     def _brake(self) -> None:
-        """Bring the arm to rest, as far as the physics and those who watch still work.
+        """Bring all arms to rest, as far as the physics and those who watch still work.
 
         What raises here follows from what raised before, and that is what has to be told.
         """
         with contextlib.suppress(Exception):
             self._tree.halt()
         with contextlib.suppress(Exception):
-            arm = self._run.station.arm
-            if arm.moving:
-                arm.stop()
+            arms = [robot.arm for robot in self._run.station.robots.values()]
+            for arm in arms:
+                if arm.moving:
+                    arm.stop()
             end = self._cell.time + BRAKING
-            while arm.moving and self._cell.time < end:
+            while any(arm.moving for arm in arms) and self._cell.time < end:
                 self._steps()
 
     def _end(self, started: Sequence[RunObserver]) -> None:
