@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
+import pinocchio as pin
 
 from bt_manip import spatial
 from bt_manip.cell.labels import Labels
@@ -11,7 +12,8 @@ from bt_manip.cell.naming import entity_of
 from bt_manip.robots import Robot, RobotModel
 
 from .held import held_root
-from .private_model import look_only_at, moved_bodies, private_copy
+from .lookout import Lookout
+from .private_model import moved_bodies
 
 PADDING = 8e-3  # [m] how far away contacts are seen
 
@@ -27,9 +29,8 @@ class Near(NamedTuple):
 class CollisionWorld:
     """Tells what the arm would be near to, with its gripper and what it holds.
 
-    MuJoCo's own collision detection answers, on a private copy of the compiled model: whatever the
-    physics takes for a contact is one here, for every kind of geom and with the model's exclusions.
-    Everything that the arm does not move stands where it stood at the last `refresh`.
+    MuJoCo's own collision detection answers, in a `Lookout`. Everything that the arm does not move
+    stands where it stood at the last `refresh`.
 
     What all fingers touch is held: it goes with the tool, and fingers may touch it.
 
@@ -55,11 +56,10 @@ class CollisionWorld:
         robot = self._robot
         if robot.mj_model is not self._source:
             self._source = robot.mj_model
-            self._model = private_copy(self._source, PADDING)
-            self._data = mujoco.MjData(self._model)
-            self._labels = Labels(self._model)
-            self._arm = moved_bodies(self._model, robot.dof_adr)
             self._adr = np.array(robot.qpos_adr)
+            self._near = Lookout(self._source, PADDING, self._adr)
+            self._labels = Labels(self._source)
+            self._arm = moved_bodies(self._source, robot.dof_adr)
             self._held_root = 0
             self._watch()
         held = held_root(self._source, robot.mj_data, robot.finger_body_ids)
@@ -67,11 +67,10 @@ class CollisionWorld:
             self._held_root = held
             self._watch()
         data = robot.mj_data
-        self._data.qpos[:] = data.qpos
-        self._data.mocap_pos[:] = data.mocap_pos
-        self._data.mocap_quat[:] = data.mocap_quat
+        self._near.take(data)
         if self._held_root:
-            q = data.qpos[self._held_adr : self._held_adr + 7]
+            start = int(self._source.jnt_qposadr[self._source.body_jntadr[self._held_root]])
+            q = data.qpos[start : start + 7]
             T_wt = self._kinematics.pose(data.qpos[self._adr])
             self._T_to = T_wt.actInv(spatial.pose(q[:3], q[3:]))
 
@@ -82,13 +81,10 @@ class CollisionWorld:
 
     def _watch(self) -> None:
         """Look at what moves, and at what of it may touch."""
-        model, root = self._model, self._held_root
-        assert self._source is not None
-        held = np.zeros(model.nbody, dtype=bool)
-        if root:
-            self._held_adr = int(model.jnt_qposadr[model.body_jntadr[root]])
-            held = model.body_rootid == root
-        look_only_at(model, self._source, self._arm | held)
+        model, root = self._source, self._held_root
+        assert model is not None
+        held = (model.body_rootid == root) & (root > 0)
+        self._near.watch(self._arm | held, root)
         of_geom = model.geom_bodyid
         fingers = np.isin(of_geom, self._robot.finger_body_ids)
         carried, own = held[of_geom], self._arm[of_geom]
@@ -105,25 +101,16 @@ class CollisionWorld:
         Returns:
             How many contacts were seen; `seen` has them.
         """
-        model, data = self._model, self._data
-        data.qpos[self._adr] = q
-        if self._held_root:
-            T_wo = self._kinematics.pose(q) * self._T_to
-            data.qpos[self._held_adr : self._held_adr + 3] = T_wo.translation
-            data.qpos[self._held_adr + 3 : self._held_adr + 7] = spatial.quat_wxyz(T_wo)
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_collision(model, data)
-        return int(data.ncon)
+        return self._near.look(q, self._carried(q))
 
     @property
     def seen(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Geoms on both sides of each contact last seen, and their distance [m]."""
-        contact = self._data.contact
-        geoms = contact.geom
-        # Less than what the model has for a margin: the physics pushes from there on.
-        distance = contact.dist - contact.includemargin + PADDING
-        return geoms[:, 0], geoms[:, 1], distance
+        return self._near.seen
+
+    def _carried(self, q: np.ndarray) -> pin.SE3 | None:
+        """Give where what is held comes to be, with the arm at a configuration."""
+        return self._kinematics.pose(q) * self._T_to if self._held_root else None
 
     def near(self, q: np.ndarray, within: float = 0.0) -> list[Near]:
         """Name what the arm would touch at a configuration, or be near to; the nearest first.

@@ -1,0 +1,78 @@
+"""Where contacts are looked for, away from the physics."""
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from .private_model import look_only_at, private_copy
+
+
+class Lookout:
+    """A private copy of the compiled model, in which the arm is put anywhere.
+
+    MuJoCo's own collision detection answers: whatever the physics takes for a contact is one here,
+    for every kind of geom and with the model's exclusions.
+
+    Attributes:
+        model: The copy.
+        data: Its data.
+    """
+
+    def __init__(self, source: mujoco.MjModel, padding: float, qpos_adr: np.ndarray) -> None:
+        """Copy a model.
+
+        Args:
+            source: What is simulated.
+            padding: How far away contacts are seen, beyond the model's own margins [m].
+            qpos_adr: Where the arm's positions are.  # (nq,)
+        """
+        self._source, self._padding, self._adr = source, padding, qpos_adr
+        self.model = private_copy(source, padding)
+        self.data = mujoco.MjData(self.model)
+        self.watch(np.zeros(source.nbody, dtype=bool))
+
+    def watch(self, bodies: np.ndarray, held: int = 0) -> None:
+        """Choose what is looked at.
+
+        Args:
+            bodies: Mark what moves.  # (nbody,)
+            held: Root body of what goes with the tool; 0 where nothing does.
+        """
+        look_only_at(self.model, self._source, bodies)
+        start = int(self.model.jnt_qposadr[self.model.body_jntadr[held]]) if held else 0
+        qpos = self.data.qpos
+        self._held_pos, self._held_quat = qpos[start : start + 3], qpos[start + 3 : start + 7]
+
+    def take(self, data: mujoco.MjData) -> None:
+        """Take over where everything is."""
+        self.data.qpos[:] = data.qpos
+        self.data.mocap_pos[:] = data.mocap_pos
+        self.data.mocap_quat[:] = data.mocap_quat
+
+    def look(self, q: np.ndarray, T_wo: pin.SE3 | None = None) -> int:
+        """Put the arm at a configuration and find what is near.
+
+        Args:
+            q: Positions of the arm's joints [rad].  # (nq,)
+            T_wo: Where what is held is then.
+
+        Returns:
+            How many contacts were seen; `seen` has them.
+        """
+        model, data = self.model, self.data
+        data.qpos[self._adr] = q
+        if T_wo is not None:
+            self._held_pos[:] = T_wo.translation
+            mujoco.mju_mat2Quat(self._held_quat, T_wo.rotation.ravel())
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_collision(model, data)
+        return int(data.ncon)
+
+    @property
+    def seen(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Geoms on both sides of each contact last seen, and their distance [m]."""
+        contact = self.data.contact
+        geoms = contact.geom
+        # Less than what the model has for a margin: the physics pushes from there on.
+        distance = contact.dist - contact.includemargin + self._padding
+        return geoms[:, 0], geoms[:, 1], distance
