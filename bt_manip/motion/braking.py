@@ -1,12 +1,15 @@
 """Coming to rest, from wherever a motion is."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from bt_manip.robots import RobotModel
 
 from .effort import ALLOWED
 from .errors import MotionError
-from .jerk_profile import brake_profile, joint_profiles
+from .halting import Curve, halting_clocks
+from .jerk_profile import joint_profiles
 from .limit_check import effort_use, limit_use
 from .paced_trajectory import PacedTrajectory
 from .pacing import paced
@@ -18,18 +21,7 @@ from .trajectory import (
     Trajectory,
 )
 
-_FACTORS = (
-    1.0,
-    0.9,
-    0.8,
-    0.7,
-    0.6,
-    0.5,
-    0.4,
-    0.3,
-    0.2,
-)  # of acceleration and jerk, the hardest first
-_AHEAD = np.linspace(0.0, 1.0, 20)
+_FACTORS = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)  # of the limits, beside the path
 
 
 def brake(
@@ -49,67 +41,75 @@ def brake(
         state: Reference position, velocity and acceleration now.  # (nq,) each
         model: The arm with its payload.
     """
-    if isinstance(trajectory, SequenceTrajectory):
-        trajectory, t = trajectory.active(t)
-    while isinstance(trajectory, TailTrajectory):
-        t += trajectory.since
-        trajectory = trajectory.whole
-    if isinstance(trajectory, PacedTrajectory):
-        slowed = paced(trajectory.whole, trajectory.clock.sample(t), 0.0, model)
-    elif not isinstance(trajectory, PathTrajectory):
-        slowed = paced(trajectory, (t, 1.0, 0.0), 0.0, model)
-    else:
-        slowed = None
-    if slowed is not None:
-        return slowed
+    trajectory, t = _innermost(trajectory, t)
     tail = TailTrajectory(trajectory, t)
     best: Trajectory = tail
     least: float | None = None  # effort of the best; that of the tail is seldom needed
-    for factor in _FACTORS:
-        trial: Trajectory | None
-        try:
-            if isinstance(trajectory, PathTrajectory):
-                trial = _on_path(trajectory, t, factor)
-            else:
-                trial = _all_joints(state, model, factor)
-        except MotionError:
-            continue
-        if trial is None or trial.duration >= tail.duration:
-            continue
-        if not limit_use(trial, model.limits).inside:
-            continue
-        effort = effort_use(trial, model)
-        if effort <= ALLOWED:
-            return trial
-        if least is None:
-            least = effort_use(tail, model)
-        if effort < least:
-            best, least = trial, effort
+    for trials in (_on_the_way(trajectory, t, model), _beside_it(state, model)):
+        for trial in trials:
+            if trial.duration >= tail.duration:
+                break  # those that come after it take even longer
+            if not limit_use(trial, model.limits).inside:
+                continue
+            effort = effort_use(trial, model)
+            if effort <= ALLOWED:
+                return trial
+            if least is None:
+                least = effort_use(tail, model)
+            if effort < least:
+                best, least = trial, effort
     return best
 
 
-def _on_path(trajectory: PathTrajectory, t: float, factor: float) -> PathTrajectory | None:
-    """Brake the parameter; whether the curvature allows it is for the caller to see."""
-    s, ds, dds = trajectory.profile.sample(t)
+def _innermost(trajectory: Trajectory, t: float) -> tuple[Trajectory, float]:
+    """Give what is driven at a time, without what comes before or behind it."""
+    while True:
+        if isinstance(trajectory, SequenceTrajectory):
+            trajectory, t = trajectory.active(t)
+        elif isinstance(trajectory, TailTrajectory):
+            trajectory, t = trajectory.whole, t + trajectory.since
+        else:
+            return trajectory, t
+
+
+def _on_the_way(trajectory: Trajectory, t: float, model: RobotModel) -> Iterator[Trajectory]:
+    clock = (t, 1.0, 0.0)
+    if isinstance(trajectory, PacedTrajectory):
+        trajectory, clock = trajectory.whole, trajectory.clock.sample(t)
+    if isinstance(trajectory, PathTrajectory):
+        now, pace, change = clock
+        s, ds, dds = trajectory.profile.sample(now)
+        yield from _on_path(trajectory, (s, ds * pace, dds * pace * pace + ds * change), model)
+        return
+    slowed = paced(trajectory, clock, 0.0, model)
+    if slowed is not None:
+        yield slowed
+
+
+def _on_path(
+    trajectory: PathTrajectory, state: tuple[float, float, float], model: RobotModel
+) -> Iterator[PathTrajectory]:
     path, bounds = trajectory.path, trajectory.bounds
-    slope = np.abs(path.evaluate(s + (1.0 - s) * _AHEAD, 1)[1]).max(axis=0)
-    moves = slope > 0.0
-    acceleration, jerk = (
-        factor * float((bound[moves] / slope[moves]).min())
-        for bound in (bounds.acceleration, bounds.jerk)
-    )
-    profile = brake_profile((s, ds, dds), (max(ds, 1e-6), acceleration, jerk))
-    if not 0.0 <= profile.end <= 1.0:
-        return None
-    braked = PathTrajectory(path, profile, bounds)
-    return braked if max(braked.use()) <= 1.0 + 1e-9 else None
+
+    def evaluate(s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        x, d1, d2 = path.evaluate(s)
+        return x, d1, d2
+
+    for profile in halting_clocks(Curve(evaluate, bounds, 1.0), state, model, ALLOWED):
+        braked = PathTrajectory(path, profile, bounds)
+        if max(braked.use()) <= 1.0 + 1e-9:
+            yield braked
 
 
-def _all_joints(
-    state: tuple[np.ndarray, np.ndarray, np.ndarray], model: RobotModel, factor: float
-) -> JointTrajectory:
+def _beside_it(
+    state: tuple[np.ndarray, np.ndarray, np.ndarray], model: RobotModel
+) -> Iterator[JointTrajectory]:
+    """Brake all joints by themselves, so that they come to rest at the same time."""
     limits = model.limits
-    profiles = joint_profiles(
-        state, None, limits.velocity, factor * limits.acceleration, factor * limits.jerk
-    )
-    return JointTrajectory(profiles)
+    for factor in _FACTORS:
+        acceleration, jerk = factor * limits.acceleration, factor * limits.jerk
+        try:
+            profiles = joint_profiles(state, None, limits.velocity, acceleration, jerk)
+        except MotionError:
+            continue
+        yield JointTrajectory(profiles)

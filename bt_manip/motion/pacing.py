@@ -5,11 +5,15 @@ with ``v p`` and ``a p^2 + v u``. So the greatest ``u`` of either sign that acce
 allow is known at each moment, and the fastest change of the pace is found by going forward once.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from bt_manip.robots import RobotModel
 
+from .bounds import Bounds
 from .effort import ALLOWED
+from .halting import Curve, halting_clocks
 from .jerk_profile import JerkProfile
 from .limit_check import effort_use, limit_use
 from .paced_trajectory import PacedTrajectory
@@ -37,23 +41,36 @@ def paced(
     Returns:
         None where no change is possible any more, as shortly before the end.
     """
-    now, present, _ = clock
-    if now >= whole.duration:
+    if clock[0] >= whole.duration:
         return None
-    moments = np.linspace(now, whole.duration, POINTS)
-    rates, squares, limits = _constraints(whole, moments, model)
     worst = max(ALLOWED, effort_use(whole, model))
-    for margin in MARGINS:
-        speed = _change(rates, squares, limits, moments, present, pace, margin)
-        if pace == 0.0 and speed[-1] > 0.0:
-            continue  # it would not come to rest before the end
-        trial = PacedTrajectory(whole, _smoothed(moments, speed, clock, whole.duration))
-        if pace == 0.0 and trial.complete:
-            continue
+    trials = _halted(whole, clock, model) if pace == 0.0 else _changed(whole, clock, pace, model)
+    for trial in trials:
         inside = limit_use(trial, model.limits)._replace(position=0.0).inside
         if inside and effort_use(trial, model) <= worst:
             return trial
     return None
+
+
+def _halted(
+    whole: Trajectory, clock: tuple[float, float, float], model: RobotModel
+) -> Iterator[PacedTrajectory]:
+    """Come to rest before the end with all that the limits leave, and then with less."""
+    curve = Curve(whole.table, Bounds.of_joints(model.limits), whole.duration)
+    for profile in halting_clocks(curve, clock, model, ALLOWED):
+        yield PacedTrajectory(whole, profile)
+
+
+def _changed(
+    whole: Trajectory, clock: tuple[float, float, float], pace: float, model: RobotModel
+) -> Iterator[PacedTrajectory]:
+    """Change the pace with all that the limits leave, and then with less."""
+    now, present, _ = clock
+    moments = np.linspace(now, whole.duration, POINTS)
+    rates, squares, limits = _constraints(whole, moments, model)
+    for margin in MARGINS:
+        speed = _change(rates, squares, limits, moments, present, pace, margin)
+        yield PacedTrajectory(whole, _smoothed(moments, speed, clock, whole.duration))
 
 
 def _constraints(

@@ -1,0 +1,178 @@
+"""The shortest time in which a motion can come to rest on its path, computed without bt-manip.
+
+Two answers. `alone` bounds it from below: no joint, and no coordinate that the path carries, can
+rest sooner than it could by itself, whatever the path. `on_the_path` looks for the optimum itself:
+for a given time, whether a clock along the path can come to rest is a linear programme in the
+clock's changes, once the limits are linearised around the programme before it; the time is bisected.
+"""
+
+import numpy as np
+import ruckig
+from scipy import sparse
+from scipy.optimize import linprog
+
+from bt_manip.motion.halting import Curve
+from bt_manip.robots import RobotModel
+
+NODES = 120  # at which the limits hold
+PROGRAMMES = 8  # after which a time counts as too short
+CLOSE = 2e-3  # of the limits, that an answer may be off
+BISECTIONS = 8
+State = tuple[float, float, float]
+
+
+def alone(curve: Curve, state: State) -> float:
+    """Give the longest time that any coordinate needs by itself, path and efforts apart [s]."""
+    s, p, u = state
+    _, d1, d2 = (rows[0] for rows in curve.evaluate(np.array([s])))
+    v, a = d1 * p, d1 * u + d2 * p * p
+    longest = 0.0
+    for i in np.flatnonzero((np.abs(v) > 1e-9) | (np.abs(a) > 1e-9)):
+        unit = float(curve.bounds.acceleration[i])
+        asked = ruckig.InputParameter(1)
+        asked.control_interface = ruckig.ControlInterface.Velocity
+        asked.current_velocity = [v[i] / unit]
+        asked.current_acceleration = [a[i] / unit]
+        asked.max_acceleration, asked.max_jerk = [1.0], [float(curve.bounds.jerk[i]) / unit]
+        answer = ruckig.Trajectory(1)
+        ruckig.Ruckig(1).calculate(asked, answer)
+        longest = max(longest, answer.duration)
+    return longest
+
+
+def on_the_path(curve: Curve, state: State, model: RobotModel, known: float) -> float:
+    """Give the shortest time that the path and all limits leave [s].
+
+    Args:
+        curve: What the clock goes through.
+        state: The clock's reading, its pace and the pace's change.
+        model: The arm with its payload.
+        known: A time in which it is possible [s].
+    """
+    low, high = alone(curve, state), known
+    if low >= high or _possible(curve, state, model, low):
+        return min(low, high)
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        if _possible(curve, state, model, middle):
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+def _possible(curve: Curve, state: State, model: RobotModel, duration: float) -> bool:
+    """Tell whether a clock can come to rest in a time, all limits kept."""
+    h = duration / NODES
+    u = np.interp(np.arange(NODES + 1), [0, 1, NODES - 1, NODES], [state[2], -1, -1, 0.0])
+    u[1:-1] = -(state[1] + 0.5 * h * state[2]) / (h * (NODES - 1))
+    for _ in range(PROGRAMMES):
+        programme = _Programme(curve, state, model, h, u)
+        if programme.excess <= CLOSE:
+            return True
+        found = programme.solve()
+        if found is None:
+            return False
+        u = found
+    return _Programme(curve, state, model, h, u).excess <= CLOSE
+
+
+class _Programme:
+    """The limits along a clock, linearised around it."""
+
+    def __init__(self, curve: Curve, state: State, model: RobotModel, h: float, u: np.ndarray):
+        n = len(u) - 1
+        p = state[1] + np.concatenate([[0.0], np.cumsum(0.5 * h * (u[1:] + u[:-1]))])
+        moved = h * (p[:-1] + h * (u[:-1] / 3.0 + u[1:] / 6.0))
+        s = np.minimum(state[0] + np.concatenate([[0.0], np.cumsum(moved)]), curve.end)
+        self.u, self.p, self.s, self._h, self._n, self._state = u, p, s, h, n, state
+        step = 1e-5 * max(float(np.ptp(s)), 1e-6)
+        here, there = _limited(curve, model, s), _limited(curve, model, s + step)
+        change = [(b - a) / step for a, b in zip(here, there, strict=True)]
+        up, pp = u[:, np.newaxis], p[:, np.newaxis]
+        rates, squares, linear, rest = here
+        drift = change[0] * up + change[1] * pp**2 + change[2] * pp + change[3]
+        # value = constant + rates u + by_p p + drift s, around this clock
+        self._rates, self._by_p, self._drift = rates, 2.0 * squares * pp + linear, drift
+        value = rates * up + squares * pp**2 + linear * pp + rest
+        self._constant = value - rates * up - self._by_p * pp - drift * s[:, np.newaxis]
+        b, m = curve.bounds, len(curve.bounds.jerk)
+        self._bound = np.concatenate([b.acceleration, model.limits.effort])
+        self._jerk, self._m = b.jerk, m
+        # The first node is where the arm is: what it uses there cannot be helped.
+        used = np.abs(value[1:] / self._bound).max()
+        steep = np.abs(np.diff(value[:, :m], axis=0) / (h * b.jerk)).max()
+        speed = (np.abs(rates[1:, :m] * pp[1:]) / b.velocity).max()
+        off = abs(p[-1]) / max(state[1], 1e-9)
+        self.excess = max(used, steep, speed, 1.0 + off, 1.0 - p.min() / max(state[1], 1e-9)) - 1.0
+
+    def solve(self) -> np.ndarray | None:
+        """Give the changes of the clock that exceed the limits least."""  # (n + 1,)
+        n, h, m = self._n, self._h, self._m
+        size = 3 * (n + 1) + 1
+        at_u, at_p, at_s = (k * (n + 1) + np.arange(n + 1) for k in range(3))
+        equal, right = self._motion(size, at_u, at_p, at_s)
+        blocks, bounds = [], []
+        for row in range(len(self._bound)):
+            value = sparse.lil_matrix((n + 1, size))
+            k = np.arange(n + 1)
+            value[k, at_u] = self._rates[:, row]
+            value[k, at_p] = self._by_p[:, row]
+            value[k, at_s] = self._drift[:, row]
+            value, constant = value.tocsr(), self._constant[:, row]
+            pairs = [(value[1:], constant[1:], self._bound[row])]
+            if row < m:
+                pairs.append((value[1:] - value[:-1], np.diff(constant), h * self._jerk[row]))
+            for matrix, offset, most in pairs:
+                slack = sparse.csr_matrix(
+                    (np.full(n, -most), (np.arange(n), np.full(n, size - 1))), shape=(n, size)
+                )
+                blocks += [matrix + slack, slack - matrix]
+                bounds += [most - offset, most + offset]
+        ranges = [(None, None)] * (n + 1) + [(0.0, None)] * (n + 1) + [(None, None)] * (n + 1)
+        cost = np.zeros(size)
+        cost[-1] = 1.0
+        found = linprog(
+            cost,
+            A_ub=sparse.vstack(blocks).tocsc(),
+            b_ub=np.concatenate(bounds),
+            A_eq=equal,
+            b_eq=right,
+            bounds=[*ranges, (0.0, None)],
+            method="highs",
+        )
+        return None if found.x is None else found.x[at_u]
+
+    def _motion(self, size, at_u, at_p, at_s):
+        """Write what pace and reading are when the change is linear in each step."""
+        n, h = self._n, self._h
+        rows = sparse.lil_matrix((2 * n + 5, size))
+        right = np.zeros(2 * n + 5)
+        k = np.arange(n)
+        for column, factor in ((at_p[1:], 1.0), (at_p[:-1], -1.0)):
+            rows[k, column] = factor
+        rows[k, at_u[1:]] = rows[k, at_u[:-1]] = -0.5 * h
+        rows[n + k, at_s[1:]], rows[n + k, at_s[:-1]], rows[n + k, at_p[:-1]] = 1.0, -1.0, -h
+        rows[n + k, at_u[:-1]], rows[n + k, at_u[1:]] = -h * h / 3.0, -h * h / 6.0
+        fixed = [(at_s[0], self._state[0]), (at_p[0], self._state[1]), (at_u[0], self._state[2])]
+        for i, (column, value) in enumerate([*fixed, (at_p[-1], 0.0), (at_u[-1], 0.0)]):
+            rows[2 * n + i, column] = 1.0
+            right[2 * n + i] = value
+        return rows.tocsc(), right
+
+
+def _limited(curve: Curve, model: RobotModel, s: np.ndarray) -> list[np.ndarray]:
+    """Give what multiplies u, p^2, p and 1 in accelerations and efforts."""  # (n, m + nq) each
+    x, d1, d2 = curve.evaluate(np.minimum(s, curve.end))
+    nq, none = model.nq, np.zeros_like(d1)
+    q, v, a = x[:, :nq], d1[:, :nq], d2[:, :nq]
+    still = np.zeros(nq)
+    gravity = np.array([model.rnea(row, still, still) for row in q])
+    inertia = np.array([model.rnea(i, still, j) for i, j in zip(q, v, strict=True)]) - gravity
+    motion = np.array([model.rnea(i, j, k) for i, j, k in zip(q, v, a, strict=True)]) - gravity
+    return [
+        np.hstack([d1, inertia]),
+        np.hstack([d2, motion]),
+        np.hstack([none, model.damping * v]),
+        np.hstack([none, gravity + model.friction * np.sign(v)]),
+    ]
