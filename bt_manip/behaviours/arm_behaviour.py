@@ -6,12 +6,17 @@ from typing import Any, ClassVar
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.bt import Action, Status
+from bt_manip.bt import Action, Input, Status
 from bt_manip.cell import Cell, CellError
-from bt_manip.control import ControlError, GripperController
+from bt_manip.control import ControlError
 from bt_manip.models import ModelError
-from bt_manip.motion import Arm, MotionError
+from bt_manip.motion import MotionError
 from bt_manip.registry import UnknownPartError
+
+from .robot_port import RobotPort
+
+FAILURES = (CellError, ControlError, ModelError, MotionError, UnknownPartError)
+"""Errors for which a behaviour fails; all others end the run."""
 
 
 class CellBehaviour(Action):
@@ -34,7 +39,7 @@ class CellBehaviour(Action):
         """Begin something, or fail with the reason why it cannot be done; tell which it was."""
         try:
             begin()
-        except (CellError, ControlError, ModelError, MotionError, UnknownPartError) as error:
+        except FAILURES as error:
             self.fail(str(error))
             return False
         return True
@@ -56,14 +61,16 @@ class CellBehaviour(Action):
         return self.cell.time - self._started
 
 
-class ArmBehaviour(CellBehaviour):
-    """A behaviour that uses the arm and its gripper."""
+class ArmBehaviour(RobotPort, CellBehaviour):
+    """A behaviour that uses a robot's arm and its gripper."""
 
-    def setup(self, **infrastructure: Any) -> None:
-        """Keep the cell, the arm and its gripper."""
-        super().setup(**infrastructure)
-        self.arm: Arm = infrastructure["arm"]
-        self.gripper: GripperController = infrastructure["gripper"]
+    memory: ClassVar[tuple[str, ...]] = (*CellBehaviour.memory, *RobotPort.memory)
+
+    def initialise(self) -> None:
+        """Begin with the robot that is meant now."""
+        self._started = self.cell.time
+        if self.try_to(self.choose_robot):
+            self.try_to(self.start)
 
     @property
     def T_wt(self) -> pin.SE3:
@@ -76,14 +83,25 @@ class MotionBehaviour(ArmBehaviour):
 
     A motion has arrived when its reference has ended and the measured joints are within
     `ARRIVED` of it; the controller gets `SETTLING` of simulated time for the rest.
+
+    Where another robot is in the way, it is tried again every `RETRY`, for as long as `wait` says.
     """
 
     ARRIVED = 5e-3  # [rad]; a controller without an integral leaves some friction uncompensated
     SETTLING = 0.5  # [s]
+    RETRY = 0.1  # [s]
 
-    memory: ClassVar[tuple[str, ...]] = (*ArmBehaviour.memory, "_ended")
+    wait = Input(
+        float,
+        default=10.0,
+        doc="Longest simulated time to wait for another robot to go out of the way [s].",
+    )
+
+    memory: ClassVar[tuple[str, ...]] = (*ArmBehaviour.memory, "_ended", "_blocked", "_tried")
 
     _ended: float | None = None  # [s] when the reference came to rest
+    _blocked: float | None = None  # [s] since when another robot has been in the way
+    _tried = 0.0  # [s] when the motion was asked for last
 
     @property
     def largest_error(self) -> float:
@@ -92,11 +110,41 @@ class MotionBehaviour(ArmBehaviour):
 
     def initialise(self) -> None:
         """Start the motion."""
-        self._ended = None
-        super().initialise()
+        self._started, self._ended, self._blocked = self.cell.time, None, None
+        if self.try_to(self.choose_robot):
+            self.begin_motion(self.start)
+
+    def begin_motion(self, begin: Callable[[], None]) -> Status:
+        """Begin a motion, wait where another robot is in its way, or fail and say why.
+
+        Args:
+            begin: Asks the arm for the motion.
+        """
+        try:
+            begin()
+        except MotionError as error:
+            if error.reason != "robot":
+                return self.fail(str(error))
+            now = self._tried = self.cell.time
+            self._blocked = now if self._blocked is None else self._blocked
+            if now - self._blocked >= self.wait:
+                return self.fail(f"{error}, for {self.wait:g} s" if self.wait else str(error))
+            self.feedback_message = f"waits: {error}"
+            return Status.RUNNING
+        except FAILURES as error:
+            return self.fail(str(error))
+        self._blocked = None
+        return Status.RUNNING
+
+    def begin_again(self) -> Status:
+        """Ask once more for the motion that another robot was in the way of."""
+        return self.begin_motion(self.start)
 
     def update(self) -> Status:
         """Wait until the arm has arrived."""
+        if self._blocked is not None:
+            late = self.cell.time >= self._tried + self.RETRY - 1e-9
+            return self.begin_again() if late else Status.RUNNING
         if self.arm.fault:
             return self.fail(self.arm.fault)
         if self.arm.paused:

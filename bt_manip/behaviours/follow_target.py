@@ -29,8 +29,9 @@ class FollowTarget(MotionBehaviour):
         if self.duration > 0.0 and self.elapsed >= self.duration:
             self.arm.stop()
             return Status.SUCCESS
-        if self.try_to(self.start):
+        status = self.begin_motion(self.start)
+        if status is Status.FAILURE:
+            self.arm.stop()
+        elif self._blocked is None:
             self.feedback_message = f"{self.arm.remaining:.2f} s behind '{self.object}'"
-            return Status.RUNNING
-        self.arm.stop()
-        return Status.FAILURE
+        return status

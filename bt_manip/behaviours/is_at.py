@@ -1,26 +1,20 @@
 """Check where the tool is."""
 
-from typing import Any
-
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.bt import Condition, Input, Status
-from bt_manip.motion import Arm
+from bt_manip.bt import Input, Status
 
 from .poses import pose_input
+from .robot_port import RobotCondition
 
 
-class IsAt(Condition):
+class IsAt(RobotCondition):
     """Check that the tool is at a pose."""
 
     pose = pose_input("Pose of the tool in the world: x;y;z;qw;qx;qy;qz [m].")
     position_tolerance = Input(float, default=1e-3, doc="Largest distance [m].")
     rotation_tolerance = Input(float, default=1e-2, doc="Largest angle [rad].")
-
-    def setup(self, **infrastructure: Any) -> None:
-        """Keep the arm."""
-        self.arm: Arm = infrastructure["arm"]
 
     def update(self) -> Status:
         """Compare the measured tool pose with the asked one."""

@@ -1,19 +1,14 @@
 """Check that the gripper holds an object."""
 
-from typing import Any
+from bt_manip.bt import Input, Status
 
-from bt_manip.bt import Condition, Input, Status
-from bt_manip.control import GripperController
+from .robot_port import RobotCondition
 
 
-class IsHolding(Condition):
+class IsHolding(RobotCondition):
     """Check that both fingers press an object."""
 
     object = Input(str, doc="Name of the object.")
-
-    def setup(self, **infrastructure: Any) -> None:
-        """Keep the gripper."""
-        self.gripper: GripperController = infrastructure["gripper"]
 
     def update(self) -> Status:
         """Look at what touches both fingers."""

@@ -59,20 +59,23 @@ class PlacingBehaviour(LettingGoBehaviour):
 
     def arrived(self) -> Status:
         """Go on: from over the place down to it, and then open."""
-        if self._phase == OVER:
-            return self._lower()
-        return self.let_go()
-
-    def _lower(self) -> Status:
+        if self._phase == DOWN:
+            return self.let_go()
         if self.object not in self.gripper.held:
             return self.fail(f"'{self.object}' was lost on the way")
         self._phase, self._ended = DOWN, None
+        self.feedback_message = "going down"
+        return self.begin_motion(self._lower)
+
+    def begin_again(self) -> Status:
+        """Ask once more for the motion that another robot was in the way of."""
+        return self.begin_motion(self._lower if self._phase == DOWN else self.start)
+
+    def _lower(self) -> None:
         T_now = self.T_wt
         grip = min(self._grips(), key=lambda T: float(np.linalg.norm(pin.log3(
             T.rotation.T @ T_now.rotation))))  # fmt: skip
         self.arm.move_linear(grip, speed=self.speed)
-        self.feedback_message = "going down"
-        return Status.RUNNING
 
     def _grips(self) -> list[pin.SE3]:
         """List the tool poses at which the object, held as it is, is where it shall be let go."""

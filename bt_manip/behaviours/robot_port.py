@@ -1,0 +1,91 @@
+"""The port that says which robot a behaviour means."""
+
+import contextlib
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from bt_manip.bt import Condition, Input
+from bt_manip.bt.nodes.node import Node
+from bt_manip.cell import CellError
+from bt_manip.control import GripperController
+from bt_manip.exceptions import PortError, did_you_mean
+from bt_manip.motion import Arm
+
+
+ENTRY = "robot"
+"""Key of the blackboard entry that names the robot where no port does."""
+
+
+class RobotPort(Node):
+    """A behaviour of one robot.
+
+    Where nothing is given, the robot is what the entry ``robot`` of the blackboard scope says: a
+    sub-tree that gets ``robot="left"`` is a sub-tree of that robot. Where there is no such entry
+    either, it is the only robot of the cell.
+    """
+
+    robot = Input(
+        str,
+        default="",
+        doc="Name of the robot; by default that of the scope's entry 'robot', or the only one.",
+    )
+
+    memory: ClassVar[tuple[str, ...]] = ("_robot_name",)
+
+    _robot_name = ""
+
+    def setup(self, **infrastructure: Any) -> None:
+        """Keep the robots, and find out which is meant where that is already known.
+
+        Raises:
+            CellError: When there are several and none is named, or none has the name.
+        """
+        super().setup(**infrastructure)
+        self._robots: Mapping[str, Any] = infrastructure["robots"]
+        with contextlib.suppress(PortError):  # an entry that is only written later
+            self.choose_robot()
+
+    def choose_robot(self) -> None:
+        """Take the robot that is meant now.
+
+        Raises:
+            CellError: When there are several and none is named, or none has the name.
+            PortError: When the entry that is to say it was never written.
+        """
+        name = self.robot
+        if not name and ENTRY in self.scope:
+            name = str(self.scope[ENTRY])
+        if not name:
+            if len(self._robots) > 1:
+                known = ", ".join(f"'{known}'" for known in self._robots)
+                raise CellError(
+                    f"the cell has the robots {known}; say which by the port robot, here or at "
+                    "the sub-tree"
+                )
+            name = next(iter(self._robots))
+        if name not in self._robots:
+            raise CellError(f"there is no robot '{name}'{did_you_mean(name, self._robots)}")
+        self._robot_name = name
+
+    @property
+    def arm(self) -> Arm:
+        """The arm of the robot that is meant."""
+        arm: Arm = self._robots[self._robot_name].arm
+        return arm
+
+    @property
+    def gripper(self) -> GripperController:
+        """The gripper of the robot that is meant."""
+        gripper: GripperController = self._robots[self._robot_name].gripper
+        return gripper
+
+
+class RobotCondition(RobotPort, Condition):
+    """A condition on one robot."""
+
+    def initialise(self) -> None:
+        """Look at the robot that is meant now."""
+        try:
+            self.choose_robot()
+        except CellError as error:
+            self.fail(str(error))
