@@ -11,7 +11,6 @@ from bt_manip.control import GripperController
 from bt_manip.exceptions import PortError, did_you_mean
 from bt_manip.motion import Arm
 
-
 ENTRY = "robot"
 """Key of the blackboard entry that names the robot where no port does."""
 
