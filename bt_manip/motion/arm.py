@@ -104,6 +104,16 @@ class Arm:
         return self.moving or self.paused
 
     @property
+    def trajectory(self) -> Trajectory | None:
+        """What is being driven; None at rest."""
+        return self._reference.trajectory
+
+    @property
+    def elapsed(self) -> float:
+        """Time since the start of the trajectory [s]."""
+        return self._reference.time
+
+    @property
     def remaining(self) -> float:
         """Time until the reference comes to rest [s]."""
         return self._reference.remaining

@@ -42,7 +42,7 @@ def test_another_arm_moves_and_stays_inside_its_limits(menagerie, rng, file):
     lines = 0
     for _ in range(8):
         arm.move_to_configuration(rng.uniform(lower, upper))
-        trajectory = arm._reference.trajectory
+        trajectory = arm.trajectory
         assert limit_use(trajectory, limits).inside
         while arm.moving:
             arm.advance(1e-3)
