@@ -17,8 +17,8 @@ from bt_manip.cell.placement import Placement
 from bt_manip.cell.probe import Probe
 from bt_manip.cell.state import carry_state
 
-Vary = Callable[[str, composer.Entity], Values]
-"""Tells of an entity that comes in, by name, how it differs from its model."""
+Vary = Callable[[str, composer.Entity, mujoco.MjModel], Values]
+"""Tells of an entity that comes in, by name, how it differs from the model that was compiled."""
 
 
 class Assembly:
@@ -119,7 +119,7 @@ class Assembly:
             # Only now: what the entities take from the model is what can be known of it.
             if vary is not None:
                 for name, entity in inventory.arrived.items():
-                    self.alterations.put(name, vary(name, entity), new.nominal)
+                    self.alterations.put(name, vary(name, entity, new.nominal), new.nominal)
             new.alter(self.alterations)
             for entity in inventory.fresh:
                 entity.initialize_episode(new.physics, random_state)

@@ -81,14 +81,6 @@ class Cell(Contents):
         return self._compiled.model
 
     @property
-    def nominal_model(self) -> mujoco.MjModel:
-        """MuJoCo's model without what has been altered: what can be known of the things.
-
-        The same object as ``model`` where nothing is altered; otherwise alike but for the values.
-        """
-        return self._compiled.nominal
-
-    @property
     def data(self) -> mujoco.MjData:
         """MuJoCo's own data."""
         return self._compiled.data

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 from dm_control import composer
@@ -237,6 +238,14 @@ class Contents:
         """
         self._known(thing)
         return nominal_value(self._compiled.nominal, thing, quantity)
+
+    @property
+    def nominal_model(self) -> mujoco.MjModel:
+        """MuJoCo's model without what has been altered: what can be known of the things.
+
+        The same object as ``model`` where nothing is altered; otherwise alike but for the values.
+        """
+        return self._compiled.nominal
 
     @property
     def altered(self) -> dict[str, dict[str, Any]]:

@@ -219,4 +219,5 @@ class Recorder(RunObserver):
             unexpected_contacts=tuple(self._unexpected),
             max_torque_rate_nm_s=self._statistics.torque_rate,
             max_tool_speed_m_s=self._statistics.tool_speed,
+            randomized=self._station.randomizer.drawn,
         )

@@ -73,6 +73,7 @@ class CycleReport:
         unexpected_contacts: Pairs of names of what touched though it should not.
         max_torque_rate_nm_s: Largest change of a joint's torque [N m/s].
         max_tool_speed_m_s: Largest speed of the tool's origin [m/s].
+        randomized: What was drawn for it: values by kind of thing, thing and quantity.
     """
 
     status: str
@@ -88,6 +89,7 @@ class CycleReport:
     unexpected_contacts: tuple[tuple[str, str], ...] = ()
     max_torque_rate_nm_s: float = 0.0
     max_tool_speed_m_s: float = 0.0
+    randomized: dict[str, dict[str, dict[str, Any]]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

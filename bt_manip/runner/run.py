@@ -131,6 +131,8 @@ class _Loop:
 
     def _cycle(self, cycle: int) -> bool:
         """Run the root from idle to its end; give False when the run was stopped meanwhile."""
+        self._run.station.randomizer.begin(cycle)
+        self._note_model()
         for observer in self._observers:
             observer.cycle_started(cycle)
         status = NodeStatus.RUNNING

@@ -8,6 +8,7 @@ from typing import Any
 import pinocchio as pin
 
 from bt_manip import spatial
+from bt_manip.cell.randomization import Randomization
 from bt_manip.exceptions import BtManipError
 
 
@@ -57,10 +58,12 @@ class Scene:
     Attributes:
         robots: The robots, at least one.
         fixtures: What stands there, in the order in which it is put there.
+        randomization: What of it varies from cycle to cycle.
     """
 
     robots: tuple[SceneRobot, ...]
     fixtures: tuple[Fixture, ...] = ()
+    randomization: Randomization = field(default_factory=Randomization)
 
     def __post_init__(self) -> None:
         """Refuse a scene whose robots cannot be told apart.

@@ -11,6 +11,7 @@ from py_trees.behaviour import Behaviour
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import Catalogue
+from bt_manip.cell.randomization import Randomizer, Stand
 from bt_manip.control import Controller, GripperController
 from bt_manip.motion import Arm
 from bt_manip.registry import Parts, Registry
@@ -30,6 +31,7 @@ class Station:
         rng: Where all randomness of a run comes from.
         models: Makes objects, by registered name or address, to put more into the cell.
         planners: The registered planners, for behaviours that name one.
+        randomizer: Varies the cell when an episode begins.
     """
 
     cell: Cell
@@ -37,6 +39,7 @@ class Station:
     rng: np.random.Generator
     models: Catalogue
     planners: Registry[Any]
+    randomizer: Randomizer
 
     @property
     def first(self) -> CommandedRobot:
@@ -133,6 +136,7 @@ class Station:
             "cell": self.cell.snapshot(),
             "robots": {name: robot.get_state() for name, robot in self.robots.items()},
             "rng": self.rng.bit_generator.state,
+            "randomizer": self.randomizer.get_state(),
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
@@ -143,12 +147,13 @@ class Station:
         """
 
         def make(entry: Mapping[str, Any]) -> composer.Entity:
-            return self.models.create(entry["kind"], **entry["parameters"])
+            return self.models.nominal(entry["kind"], **entry["parameters"])
 
         self.cell.restore(state["cell"], make)
         for name, robot in self.robots.items():
             robot.set_state(state["robots"][name])
         self.rng.bit_generator.state = state["rng"]
+        self.randomizer.set_state(state["randomizer"])
 
 
 def build_station(
@@ -200,4 +205,8 @@ def build_station(
         names = [one.put_into(cell) for one in entities]
     robots = {name: one.commanded(name) for name, one in zip(names, entities, strict=True)}
     rng = np.random.default_rng(seed)
-    return Station(cell, robots, rng, catalogue, parts.planners)
+    stands = {f.name: Stand(f.model, f.T_wo, f.parameters, f.free) for f in scene.fixtures}
+    randomizer = Randomizer(
+        scene.randomization, cell, catalogue, seed=seed, stands=stands, robots=tuple(robots)
+    )
+    return Station(cell, robots, rng, catalogue, parts.planners, randomizer)

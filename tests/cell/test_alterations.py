@@ -122,14 +122,14 @@ def test_alterations_stay_when_other_things_come_and_go_and_go_with_the_thing(ce
 
 
 def test_what_comes_in_can_be_asked_how_it_differs(cell):
-    cell.vary = lambda name, entity: {"friction": 0.25} if entity.kind == "cube" else {}
+    cell.vary = lambda name, entity, model: {"friction": 0.25} if entity.kind == "cube" else {}
     name = cell.add(Cube(), pose((1.0, 0.0, 0.025)))
     assert cell.altered == {name: {"friction": 0.25}}
 
 
 def test_a_change_that_fails_leaves_the_alterations_as_they_were(cell):
     cell.alter("cube", mass=0.3)
-    cell.vary = lambda name, entity: {"mass": -1.0}
+    cell.vary = lambda name, entity, model: {"mass": -1.0}
     with pytest.raises(CellError, match=r"mass of 'wall' is a positive number \[kg\], got -1"):
         cell.add(Wall(), pose((2.0, 0.0, 0.0)))
     with pytest.raises(CellError), cell.editing():
@@ -149,7 +149,7 @@ def test_a_snapshot_brings_alterations_back_bit_for_bit(cell):
     future = cell.state_bytes()
     made = {"cube": Cube, "bottle": Bottle}
     other = Cell()
-    other.vary = lambda name, entity: {"mass": 7.0}  # is not asked of what comes back
+    other.vary = lambda name, entity, model: {"mass": 7.0}  # is not asked of what comes back
     other.restore(snapshot, lambda entry: made[entry["kind"]](**entry["parameters"]))
     assert other.altered == snapshot["altered"]
     other.step(30)

@@ -1,6 +1,6 @@
 """The objects that can be made: registered ones by name, all others by address."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -37,6 +37,8 @@ class Catalogue:
         self._progress = progress
         self._loaded: dict[tuple[str, str], MjcfModel] = {}
         self._lost: dict[str, None] = {}  # a set that keeps its order
+        self.vary: Callable[[str], Mapping[str, Any]] | None = None
+        """Asked what to make an object with, by name, where nobody says; nobody at first."""
 
     def get(self, name: str) -> Callable[..., Any]:
         """Give what makes an object; a model is fetched and read now.
@@ -48,10 +50,29 @@ class Catalogue:
             UnknownPartError: When nothing is registered by the name; it offers the nearest names.
             ModelError: When the address leads to no model.
         """
+        factory = self._factory(name)
+        return factory if self.vary is None else partial(self._varied, name, factory)
+
+    def nominal(self, name: str, **parameters: Any) -> Any:
+        """Make an object as it is without variation.
+
+        Raises:
+            UnknownPartError: When nothing is registered by the name; it offers the nearest names.
+            ModelError: When the address leads to no model.
+        """
+        return self._factory(name)(**parameters)
+
+    def _factory(self, name: str) -> Callable[..., Any]:
         if not is_address(name) or name in self._registered:
             return self._registered.get(name)
         self._load(name, "hull")
         return partial(self._make, name)
+
+    def _varied(
+        self, name: str, factory: Callable[..., Any], *arguments: Any, **parameters: Any
+    ) -> Any:
+        varied = self.vary(name) if self.vary is not None else {}
+        return factory(*arguments, **{**varied, **parameters})
 
     def _make(self, address: str, *, convex: str | None = None, **parameters: Any) -> ModelObject:
         """Make an object of a model; a container's meshes are hollow where that can be had."""
