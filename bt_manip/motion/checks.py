@@ -23,15 +23,32 @@ def check_pose(T_wt: Any) -> pin.SE3:
         raise MotionError(f"a pose is a pin.SE3, got {type(T_wt).__name__}", reason="target")
     if not isfinite(T_wt.homogeneous.sum()):
         raise MotionError(f"the pose is not finite:\n{T_wt}", reason="target")
+    if not _is_rotation(T_wt.rotation):
+        raise MotionError(f"the pose's rotation is none:\n{T_wt.rotation}", reason="target")
+    return T_wt
+
+
+def check_rotation(R: np.ndarray) -> np.ndarray:
+    """Give a rotation matrix back.
+
+    Raises:
+        MotionError: When it is none.
+    """
+    if R.shape != (3, 3) or not isfinite(R.sum()) or not _is_rotation(R):
+        raise MotionError(
+            f"a rotation is a 3 by 3 matrix of right-handed unit axes, got\n{R}", reason="target"
+        )
+    return R
+
+
+def _is_rotation(R: np.ndarray) -> bool:
     # Plain numbers are faster here than arrays: two unit rows at right angles, and the third
     # their product.
-    (a, b, c), (d, e, f), third = T_wt.rotation.tolist()
+    (a, b, c), (d, e, f), third = R.tolist()
     product = (b * f - c * e, c * d - a * f, a * e - b * d)
     off = [a * a + b * b + c * c - 1.0, d * d + e * e + f * f - 1.0, a * d + b * e + c * f]
     off += [x - y for x, y in zip(third, product, strict=True)]
-    if max(off) > _RIGHT or min(off) < -_RIGHT:
-        raise MotionError(f"the pose's rotation is none:\n{T_wt.rotation}", reason="target")
-    return T_wt
+    return max(off) <= _RIGHT and min(off) >= -_RIGHT
 
 
 def check_poses(targets: Any) -> list[pin.SE3]:

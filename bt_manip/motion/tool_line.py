@@ -7,7 +7,7 @@ from bt_manip.robots import JointLimits, ToolLimits
 
 from .bounds import Bounds
 from .errors import MotionError
-from .kinematics import IKResult, InverseKinematics
+from .kinematics import IKProblem, IKResult, InverseKinematics, PoseTarget
 from .paths import SplinePath
 
 SPACING = 0.02  # [m] between the poses that are solved
@@ -102,9 +102,8 @@ def _follow(ik: InverseKinematics, q0: np.ndarray, line: ToolLine, intervals: in
     knots = [np.array(q0)]
 
     def follow(fraction: float, start: np.ndarray) -> IKResult:
-        return ik.follow(
-            line.pose(fraction), start, margin=MARGIN, tolerance=NODE_TOLERANCE, detours=False
-        )
+        target = PoseTarget(ik.tool, line.pose(fraction), tolerance=NODE_TOLERANCE)
+        return ik.follow(IKProblem(targets=[target], margin=MARGIN), start, detours=False)
 
     for done, fraction in zip(fractions, fractions[1:], strict=False):
         start = knots[-1] + travel * ik.self_motion.away_from_limits(knots[-1])

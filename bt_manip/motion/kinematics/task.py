@@ -1,0 +1,217 @@
+"""What a problem means for one arm."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.exceptions import did_you_mean
+from bt_manip.robots import RobotModel
+
+from ..checks import check_configuration
+from ..collision import CollisionWorld
+from ..errors import MotionError
+from .manipulability import ToolManipulability
+from .preferences import Posture, Preferences
+from .problem import IKProblem
+from .result import Residual
+from .rows import WIDE, PoseRows, PositionRows, RotationRows, Rows
+from .system import System
+from .targets import PoseTarget, PositionTarget, RotationTarget, Target
+
+_FRAMES = (pin.FrameType.OP_FRAME, pin.FrameType.BODY)  # MuJoCo's sites and bodies
+
+
+class Task(NamedTuple):
+    """What to search for, where, and what is wanted beside it.
+
+    Attributes:
+        system: The constraints.
+        lower: Limits of the positions.  # (nq,)
+        upper: Limits of the positions.  # (nq,)
+        frames: The targets' frames, by name, in the order of the request.
+        rows: Errors of each target.
+        preferences: What costs; None where nothing does.
+        tool_pose: Where the tool has to be, where a constraint says so and all joints may move.
+        free: What the arm shall not touch.
+        clearance: How far from that it shall be [m].
+    """
+
+    system: System
+    lower: np.ndarray
+    upper: np.ndarray
+    frames: tuple[str, ...]
+    rows: tuple[tuple[Rows, ...], ...]
+    preferences: Preferences | None = None
+    tool_pose: pin.SE3 | None = None
+    free: CollisionWorld | None = None
+    clearance: float = 0.0
+
+    def residuals(self, q: np.ndarray) -> tuple[Residual, ...]:
+        """Measure how far each frame is from its target."""
+        if self.system.q is not q:
+            self.system.look(q)
+        if self.preferences is not None:
+            self.preferences.measure(self.system)
+        if len(self.rows) == 1 and len(self.rows[0]) == 1:
+            row = self.rows[0][0]
+            return (Residual(self.frames[0], row.position, row.rotation, row.met),)
+        return tuple(
+            Residual(
+                name,
+                max(row.position for row in rows),
+                max(row.rotation for row in rows),
+                all(row.met for row in rows),
+            )
+            for name, rows in zip(self.frames, self.rows, strict=True)
+        )
+
+    def cost(self, q: np.ndarray) -> float:
+        """Give the cost of a configuration."""
+        if self.preferences is None:
+            return 0.0
+        if self.system.q is not q:
+            self.system.look(q)
+        return self.preferences.measure(self.system)
+
+    def blocked(self, q: np.ndarray) -> str:
+        """Say what the arm would touch at a configuration; empty when nothing."""
+        near = [] if self.free is None else self.free.near(q, self.clearance)
+        return f"'{near[0].first}' would touch '{near[0].second}'" if near else ""
+
+
+def make_task(
+    arm: RobotModel, problem: IKProblem, q0: np.ndarray, inverse_speed: np.ndarray
+) -> Task:
+    """Turn a problem into what a search works with.
+
+    Args:
+        arm: The arm; its data are written to.
+        problem: What is asked for.
+        q0: Where joints stay that may not move.  # (nq,)
+        inverse_speed: What a joint's way counts in a distance [s/rad].  # (nq,)
+
+    Raises:
+        MotionError: When a frame or a joint is unknown, or the margin leaves a joint no room.
+    """
+    moving = _moving(arm, problem)
+    lower, upper = _inside(arm, problem)
+    lower, upper = np.where(moving, lower, q0), np.where(moving, upper, q0)
+    T_mw = _target_world(arm, problem)
+    rows = tuple(_rows(arm, target, T_mw) for target in problem.targets)
+    constraints: list[Rows] = []
+    costs: list[Rows] = []
+    tool_pose = None
+    for target, made in zip(problem.targets, rows, strict=True):
+        (constraints if target.weight is None else costs).extend(made)
+        if isinstance(made[0], PoseRows) and made[0].frame == arm.tool_frame_id and moving.all():
+            tool_pose = made[0].pose
+    preferences = None
+    if costs or problem.posture is not None or problem.manipulability:
+        posture = None
+        if problem.posture is not None:
+            wanted = check_configuration(problem.posture, arm.nq)
+            posture = Posture(wanted, problem.posture_weight)
+        able = (ToolManipulability(arm, moving), problem.manipulability)
+        preferences = Preferences(
+            inverse_speed,
+            rows=costs,
+            posture=posture,
+            manipulability=able if problem.manipulability else None,
+        )
+    if problem.free is not None:
+        problem.free.refresh()
+    system = System(arm, constraints, None if moving.all() else moving)
+    names = tuple(target.frame for target in problem.targets)
+    return Task(
+        system, lower, upper, names, rows, preferences, tool_pose, problem.free, problem.clearance
+    )
+
+
+def frame_index(arm: RobotModel, name: str) -> int:
+    """Find a frame: a site or a body of the robot, with or without the robot's name before it.
+
+    Raises:
+        MotionError: When there is none of that name, or several.
+    """
+    known = {
+        frame.name: i
+        for kind in reversed(_FRAMES)
+        for i, frame in enumerate(arm.model.frames)
+        if frame.type == kind
+    }
+    if name in known:
+        return known[name]
+    short = [i for full, i in known.items() if full.rpartition("/")[2] == name]
+    if len(short) != 1:
+        raise MotionError(f"the arm has no frame '{name}'{did_you_mean(name, known)}",
+                          reason="target")  # fmt: skip
+    return short[0]
+
+
+def _moving(arm: RobotModel, problem: IKProblem) -> np.ndarray:
+    names = list(arm.model.names)[1:]
+    if problem.joints is None:
+        return np.ones(len(names), dtype=bool)
+    by_name = {name.rpartition("/")[2]: name for name in names} | {name: name for name in names}
+    for name in problem.joints:
+        if name not in by_name:
+            raise MotionError(f"the arm has no joint '{name}'{did_you_mean(str(name), names)}",
+                              reason="target")  # fmt: skip
+    chosen = {by_name[name] for name in problem.joints}
+    if not chosen:
+        raise MotionError("no joint may move", reason="target")
+    return np.array([name in chosen for name in names])
+
+
+def _inside(arm: RobotModel, problem: IKProblem) -> tuple[np.ndarray, np.ndarray]:
+    limits = arm.limits
+    try:
+        margin = np.broadcast_to(np.array(problem.margin, dtype=float), (arm.nq,))
+    except (TypeError, ValueError):
+        margin = np.full(arm.nq, np.nan)
+    if not (np.isfinite(margin) & (margin >= 0.0)).all():
+        raise MotionError(
+            f"a margin is 0 or above [rad], one or {arm.nq} of them, got {problem.margin!r}",
+            reason="target",
+        )
+    lower, upper = limits.lower + margin, limits.upper - margin
+    if (lower > upper).any():
+        i = int(np.flatnonzero(lower > upper)[0])
+        raise MotionError(
+            f"a margin of {margin[i]:g} rad leaves {arm.model.names[i + 1]} no room: its limits "
+            f"are {limits.lower[i]:.4f} to {limits.upper[i]:.4f} rad",
+            reason="target",
+        )
+    return lower, upper
+
+
+def _target_world(arm: RobotModel, problem: IKProblem) -> pin.SE3 | None:
+    """Give the world of the targets in the world of the model; None where they are the same."""
+    if problem.base is None:
+        return None
+    root = arm.model.frames[frame_index(arm, arm.model.name)]
+    return root.placement * problem.base.inverse()
+
+
+def _rows(arm: RobotModel, target: Target, T_mw: pin.SE3 | None) -> tuple[Rows, ...]:
+    frame = frame_index(arm, target.frame)
+    place, axes = None, None
+    if isinstance(target, PoseTarget):
+        pose = target.pose if T_mw is None else T_mw * target.pose
+        if target.weight is None and max(target.tolerances) < WIDE:
+            return (PoseRows(arm, frame, pose, target.tolerances),)
+        place, axes = pose.translation, pose.rotation
+    elif isinstance(target, PositionTarget):
+        place = target.position if T_mw is None else T_mw.act(target.position)
+    elif isinstance(target, RotationTarget):
+        axes = target.rotation if T_mw is None else T_mw.rotation @ target.rotation
+    scale, tolerances = 1.0, target.tolerances
+    if target.weight is not None:
+        scale, tolerances = float(target.weight) ** 0.5, (np.inf, np.inf)
+    rows: list[Rows] = []
+    if place is not None:
+        rows.append(PositionRows(arm, frame, place, tolerances[0], scale))
+    if axes is not None:
+        rows.append(RotationRows(arm, frame, axes, tolerances[1], scale))
+    return tuple(rows)
