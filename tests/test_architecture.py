@@ -11,7 +11,7 @@ import pytest
 PACKAGE = Path(__file__).resolve().parent.parent / "bt_manip"
 
 FLOORS = (
-    {"exceptions", "spatial", "hookspecs", "registry"},
+    {"exceptions", "spatial", "hookspecs", "registry", "toml_lines", "toml_tables"},
     {"bt", "models"},
     {"robots", "cell"},
     {"motion", "control"},
@@ -22,7 +22,12 @@ FLOORS = (
 )
 """Rooms by floor, from the ground up."""
 
-BESIDE = {("registry", "exceptions")}
+BESIDE = {
+    ("registry", "exceptions"),
+    ("toml_tables", "exceptions"),
+    ("toml_tables", "spatial"),
+    ("toml_tables", "toml_lines"),
+}
 """Imports inside a floor: whose room, and whose room it may know."""
 
 TOP = {"plugins", "builtin", "__main__", "__init__"}

@@ -1,15 +1,15 @@
 """A robot's description from a TOML file."""
 
-import tomllib
 from dataclasses import fields
 from pathlib import Path
 
 import pinocchio as pin
 
+from bt_manip.toml_tables import TomlFile, TomlTable
+
 from .errors import RobotError
 from .model_files import MENAGERIE
 from .robot_description import GripperDescription, PadDescription, RobotDescription, ToolLimits
-from .toml_tables import TomlTable
 
 
 def read_description(path: Path | str) -> RobotDescription:
@@ -26,13 +26,7 @@ def read_description(path: Path | str) -> RobotDescription:
         RobotError: With the file and the key, when it is missing or wrong.
     """
     path = Path(path)
-    try:
-        entries = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise RobotError(f"no robot description {path}: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise RobotError(f"{path}: not a TOML file: {error}") from error
-    table = TomlTable(path, entries)
+    table = TomlFile(path, "robot description", RobotError).whole
     arm_joints = table.texts("arm_joints")
     n = len(arm_joints)
     base, tool = table.table("base"), table.table("tool")
