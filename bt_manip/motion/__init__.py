@@ -18,6 +18,7 @@ from .planning import Planner as Planner
 from .planning import Planning as Planning
 from .planning import PlanningProblem as PlanningProblem
 from .planning import RRTConnect as RRTConnect
+from .traffic import Traffic as Traffic
 from .trajectory import JointTrajectory as JointTrajectory
 from .trajectory import PathTrajectory as PathTrajectory
 from .trajectory import SequenceTrajectory as SequenceTrajectory

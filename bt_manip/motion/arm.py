@@ -17,6 +17,7 @@ from .kinematics import InverseKinematics
 from .move_planning import Avoiding, plan_line, plan_to_configurations
 from .planning import Planner, RRTConnect
 from .reference import Reference
+from .traffic import Traffic
 from .trajectory import Trajectory
 
 MARGIN = 0.05  # [rad] that chosen configurations keep from the limits where they can
@@ -37,6 +38,7 @@ class Arm:
         world: What its motions shall not touch; None where it does not look.
         planner: Finds ways around what is in the way.
         guard: Notices that something pushes the arm, which stops it; None where nobody looks.
+        traffic: Keeps it out of the way of other arms; None where there are none.
         fault: Why the arm stopped by itself, empty when it did not; the next motion clears it.
         q: Reference position [rad], read-only and live.  # (nq,)
         v: Reference velocity [rad/s], read-only and live.  # (nq,)
@@ -69,6 +71,7 @@ class Arm:
         self.world = world
         self.planner = RRTConnect() if planner is None else planner
         self.guard = guard
+        self.traffic: Traffic | None = None
         self.fault, self._guarded = "", False
         self._reference = Reference(robot.q)
         self.q, self.v, self.a = self._reference.q, self._reference.v, self._reference.a
@@ -117,6 +120,22 @@ class Arm:
     def remaining(self) -> float:
         """Time until the reference comes to rest [s]."""
         return self._reference.remaining
+
+    @property
+    def stopping(self) -> bool:
+        """Whether it has been told to stop and has not come to rest yet."""
+        return self._reference.stopping
+
+    def ahead(self, times: np.ndarray) -> np.ndarray:
+        """Give where the reference will be, some times from now on, if nobody interferes.
+
+        Args:
+            times: From now on [s].  # (n,)
+
+        Returns:
+            Positions of the joints [rad].  # (n, nq)
+        """
+        return self._reference.ahead(times)
 
     @property
     def target(self) -> np.ndarray:
@@ -262,6 +281,13 @@ class Arm:
     def stop(self) -> None:
         """Come to rest as soon as the limits allow, on the planned path where there is one."""
         self._reference.stop(self.model)
+        if self.traffic is not None:
+            self.traffic.changed(self)
+
+    def give_up(self, fault: str) -> None:
+        """Stop, and keep in mind why."""
+        self.stop()
+        self.fault = fault
 
     @property
     def pace(self) -> float:
@@ -274,6 +300,8 @@ class Arm:
     @pace.setter
     def pace(self, pace: float) -> None:
         self._reference.change_pace(check_pace(pace), self.model)
+        if self.traffic is not None:
+            self.traffic.changed(self)
 
     def pause(self) -> None:
         """Come to rest on the path; `resume` goes on."""
@@ -296,8 +324,7 @@ class Arm:
         fault = "" if self.guard is None else self.guard.look(self.model)
         if fault:
             touching = "" if self.world is None else self.world.touching_now()
-            self.stop()
-            self.fault = f"{fault}; {touching}" if touching else fault
+            self.give_up(f"{fault}; {touching}" if touching else fault)
 
     # Planning
 
@@ -313,7 +340,9 @@ class Arm:
         )
 
     def _begin(self, trajectory: Trajectory | None, guarded: bool = True) -> None:
-        """Take a planned motion, at the present pace."""
+        """Take a planned motion, at the present pace, as soon as other arms let it pass."""
+        if self.traffic is not None and trajectory is not None:
+            trajectory = self.traffic.give_way(self, trajectory)
         self.fault, self._guarded = "", guarded and self.world is not None
         if self.guard is not None:
             self.guard.begin(self.model)

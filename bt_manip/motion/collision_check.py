@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .collision import CollisionWorld, FreeSpace
+from .collision import CollisionWorld, FreeSpace, Near
 from .collision.free_space import STEP
 from .errors import MotionError
 from .limit_check import STEP as CONTROL_STEP
@@ -26,13 +26,29 @@ def check_targets(
     space = FreeSpace(world, start, clearance=0.0)
     kept = [q for q in targets if space.free(q)]
     if not kept:
-        near = world.near(targets[0])[0]
-        raise MotionError(
+        found = [world.near(q)[0] for q in targets]
+        near = next((near for near in found if world.other_robot(near.second)), found[0])
+        raise collision_error(
+            world,
+            near,
             f"the target is inside an obstacle: '{near.first}' would be "
             f"{-1e3 * near.distance:.1f} mm inside '{near.second}'",
-            reason="collision",
         )
     return kept
+
+
+def collision_error(world: CollisionWorld, near: Near | None, message: str) -> MotionError:
+    """Make the error about something in the way; another robot may go away by itself.
+
+    Args:
+        world: What there is.
+        near: What would come too near to what.
+        message: What cannot be done.
+    """
+    robot = "" if near is None else world.other_robot(near.second)
+    if not robot or near is None:
+        return MotionError(message, reason="collision")
+    return MotionError(f"'{robot}' is in the way of '{near.first}'", reason="robot")
 
 
 def check_line(world: CollisionWorld, path: SplinePath, line: ToolLine) -> None:
@@ -50,10 +66,11 @@ def check_line(world: CollisionWorld, path: SplinePath, line: ToolLine) -> None:
     near = space.blocker(configurations[first])
     what = "something is" if near is None else f"'{near.first}' would touch '{near.second}'"
     done = float(fractions[first])
-    raise MotionError(
+    raise collision_error(
+        world,
+        near,
         f"the line is blocked after {100.0 * done:.0f} % of the way "
         f"({done * line.length:.3f} m of {line.length:.3f} m): {what}",
-        reason="collision",
     )
 
 

@@ -8,8 +8,8 @@ class MotionError(BtManipError):
 
     Attributes:
         reason: ``"target"`` (bad input), ``"unreachable"``, ``"line"`` (cannot be followed to its
-            end), ``"collision"`` (a target, a line or all ways are blocked), ``"effort"`` or
-            ``"limits"``.
+            end), ``"collision"`` (a target, a line or all ways are blocked), ``"robot"`` (they are,
+            by another robot, which may go out of the way), ``"effort"`` or ``"limits"``.
     """
 
     def __init__(self, message: str, *, reason: str) -> None:

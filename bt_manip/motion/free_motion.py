@@ -7,10 +7,10 @@ import numpy as np
 from bt_manip.robots import RobotModel
 
 from .bounds import Bounds
-from .collision import CollisionWorld, FreeSpace
+from .collision import CollisionWorld, FreeSpace, Near
 from .collision.free_space import STEP
+from .collision_check import collision_error
 from .driving import drive, drive_straight
-from .errors import MotionError
 from .limit_check import limit_use
 from .paths import Path
 from .planning import Planner, PlanningProblem, shortened, smooth_paths
@@ -68,8 +68,9 @@ def plan_free_motion(
         stopping = stopping or _with_stops_along(waypoints, space, model, speed)
     if stopping is not None:
         return stopping
-    blocked = _blocked(start, goals[0], space)
-    raise MotionError(f"the way is blocked: {blocked}; {reason}", reason="collision")
+    near = _blocker(start, goals[0], space)
+    what = "something is in it" if near is None else f"{near.first} would touch {near.second}"
+    raise collision_error(world, near, f"the way is blocked: {what}; {reason}")
 
 
 def _smoothly_along(
@@ -114,9 +115,8 @@ def _path_free(path: Path, space: FreeSpace) -> bool:
     return True
 
 
-def _blocked(start: np.ndarray, end: np.ndarray, space: FreeSpace) -> str:
-    """Say what is in the way of the straight line."""
+def _blocker(start: np.ndarray, end: np.ndarray, space: FreeSpace) -> Near | None:
+    """Name what is in the way of the straight line."""
     between = line(start, end, COARSE)
     i = space.first_blocked(between)
-    near = None if i is None else space.blocker(between[i])
-    return "something is in it" if near is None else f"{near.first} would touch {near.second}"
+    return None if i is None else space.blocker(between[i])

@@ -61,6 +61,18 @@ class Reference:
         """Time until it comes to rest [s]."""
         return 0.0 if self.trajectory is None else max(0.0, self.trajectory.duration - self.time)
 
+    @property
+    def stopping(self) -> bool:
+        """Whether it comes to rest without going on afterwards."""
+        return self._stopping and self.trajectory is not None
+
+    def ahead(self, times: np.ndarray) -> np.ndarray:
+        """Give where it will be after some times from now on [rad]."""  # (n, nq)
+        trajectory = self.trajectory
+        if trajectory is None:
+            return np.tile(self.q, (len(times), 1))
+        return trajectory.table(np.minimum(self.time + times, trajectory.duration))[0]
+
     def begin(self, trajectory: Trajectory | None, model: RobotModel) -> None:
         """Take a planned motion, at the present pace; None is no motion.
 

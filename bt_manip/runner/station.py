@@ -13,7 +13,7 @@ from bt_manip.cell import Cell
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomizer, Stand
 from bt_manip.control import Controller, GripperController
-from bt_manip.motion import Arm
+from bt_manip.motion import Arm, Traffic
 from bt_manip.registry import Parts, Registry
 from bt_manip.robots import Robot
 from bt_manip.runner.commanded_robot import CommandedRobot, RobotEntities
@@ -204,6 +204,8 @@ def build_station(
             cell.add(entity, fixture.T_wo, name=fixture.name, free=fixture.free)
         names = [one.put_into(cell) for one in entities]
     robots = {name: one.commanded(name) for name, one in zip(names, entities, strict=True)}
+    if len(robots) > 1:
+        Traffic({name: one.arm for name, one in robots.items()})
     rng = np.random.default_rng(seed)
     stands = {f.name: Stand(f.model, f.T_wo, f.parameters, f.free) for f in scene.fixtures}
     randomizer = Randomizer(

@@ -11,8 +11,10 @@ from bt_manip.cell.labels import Labels
 from bt_manip.cell.naming import entity_of
 from bt_manip.robots import Robot, RobotModel
 
+from .encounter import CLEARANCE
 from .held import held_root
 from .lookout import Lookout
+from .other_robot import OtherRobot
 from .private_model import moved_bodies
 
 PADDING = 8e-3  # [m] how far away contacts are seen
@@ -37,6 +39,8 @@ class CollisionWorld:
     Attributes:
         counts: Pairs of geoms that shall not touch.  # (ngeom, ngeom)
         own: Pairs of geoms of the robot.  # (ngeom, ngeom)
+        others: Other robots: they stand where they will come to rest, and are taken for thicker
+            than they are by what robots keep from each other.
     """
 
     def __init__(self, robot: Robot, model: RobotModel) -> None:
@@ -49,6 +53,7 @@ class CollisionWorld:
         self._robot = robot
         self._kinematics = model.copy()
         self._source: mujoco.MjModel | None = None
+        self.others: tuple[OtherRobot, ...] = ()
         self.refresh()
 
     def refresh(self) -> None:
@@ -68,11 +73,29 @@ class CollisionWorld:
             self._watch()
         data = robot.mj_data
         self._near.take(data)
+        if self.others:
+            self._place_others()
         if self._held_root:
             start = int(self._source.jnt_qposadr[self._source.body_jntadr[self._held_root]])
             q = data.qpos[start : start + 7]
             T_wt = self._kinematics.pose(data.qpos[self._adr])
             self._T_to = T_wt.actInv(spatial.pose(q[:3], q[3:]))
+
+    def _place_others(self) -> None:
+        """Let the other robots be where they will come to rest, with room around them."""
+        bodies = np.zeros(self._near.model.nbody, dtype=bool)
+        for other in self.others:
+            other.figure.refresh()
+            other.figure.spread(self._near.data.qpos)
+            other.figure.put(self._near.data.qpos, other.arm.target)
+            bodies |= other.figure.bodies
+        self._near.widen(bodies, CLEARANCE)
+
+    def other_robot(self, body: str) -> str:
+        """Name the other robot that a body belongs to, or is held by; empty where none is it."""
+        entity = entity_of(body)
+        found = (o.name for o in self.others if entity in (o.name, o.figure.held))
+        return next(found, "")
 
     @property
     def held(self) -> str | None:

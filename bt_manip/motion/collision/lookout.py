@@ -43,6 +43,18 @@ class Lookout:
         qpos = self.data.qpos
         self._held_pos, self._held_quat = qpos[start : start + 3], qpos[start + 3 : start + 7]
 
+    def widen(self, bodies: np.ndarray, by: float) -> None:
+        """Take some bodies for thicker than they are.
+
+        Args:
+            bodies: Mark them.  # (nbody,)
+            by: How much [m].
+        """
+        own, source = self.model, self._source
+        more = 0.5 * self._padding
+        own.geom_margin[:] = source.geom_margin + more + by * bodies[source.geom_bodyid]
+        own.body_margin[:] = source.body_margin + more + by * bodies
+
     def take(self, data: mujoco.MjData) -> None:
         """Take over where everything is."""
         self.data.qpos[:] = data.qpos

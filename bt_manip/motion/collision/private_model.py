@@ -52,3 +52,24 @@ def look_only_at(own: mujoco.MjModel, model: mujoco.MjModel, bodies: np.ndarray)
     own.body_contype[:] = own.body_conaffinity[:] = 0
     np.bitwise_or.at(own.body_contype, own.geom_bodyid, own.geom_contype)
     np.bitwise_or.at(own.body_conaffinity, own.geom_bodyid, own.geom_conaffinity)
+
+
+def look_only_between(
+    own: mujoco.MjModel, model: mujoco.MjModel, first: np.ndarray, second: np.ndarray
+) -> None:
+    """Let a copy of a model leave out contacts that are not between two sets of bodies.
+
+    Those that the model asks for by name are still seen.
+
+    Args:
+        own: The copy, which is changed.
+        model: The original.
+        first: Mark the bodies on the one side.  # (nbody,)
+        second: Mark those on the other.  # (nbody,)
+    """
+    solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    own.geom_contype[:] = first[model.geom_bodyid] & solid
+    own.geom_conaffinity[:] = second[model.geom_bodyid] & solid
+    own.body_contype[:] = own.body_conaffinity[:] = 0
+    np.bitwise_or.at(own.body_contype, own.geom_bodyid, own.geom_contype)
+    np.bitwise_or.at(own.body_conaffinity, own.geom_bodyid, own.geom_conaffinity)

@@ -1,0 +1,136 @@
+"""Several arms in one cell, each out of the way of the others."""
+
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .collision.encounter import CLEARANCE, STEP, Encounter
+from .collision.figure import Figure
+from .collision.other_robot import OtherRobot
+from .errors import MotionError
+from .jerk_profile import JerkProfile
+from .trajectory import JointTrajectory, SequenceTrajectory, Trajectory
+
+if TYPE_CHECKING:
+    from .arm import Arm
+
+DELAY = 0.1
+"""By whole times of this a motion starts later where another arm has to pass first [s]."""
+
+_SLACK = 1e-4  # [m]
+
+
+class Traffic:
+    """Keeps arms from meeting, as long as each follows its reference.
+
+    What every arm will do is known: it goes on along its trajectory, and then rests. At any moment
+    these ways are free of each other, and stay so:
+
+    - A new motion is planned around where the others will come to rest, by the arm's own
+      `CollisionWorld`, and is compared with their motions moment by moment. Where it would come too
+      near to one of them it starts later, at the latest when that one rests.
+    - Where an arm leaves its way in time unplanned, because it is stopped or its pace is changed,
+      all others are looked at again, and those that would come too near to it are stopped too.
+    """
+
+    def __init__(self, arms: Mapping[str, "Arm"]) -> None:
+        """Let arms know of each other.
+
+        Args:
+            arms: The arms of one cell by the names of their robots; each has a world.
+        """
+        self._arms = dict(arms)
+        figures = {name: Figure(arm.robot, arm.model) for name, arm in arms.items()}
+        self._encounters = {
+            (a, b): Encounter(figures[a], figures[b]) for a, b in combinations(arms, 2)
+        }
+        for name, arm in arms.items():
+            assert arm.world is not None
+            arm.traffic = self
+            arm.world.others = tuple(
+                OtherRobot(other, figures[other], arms[other]) for other in arms if other != name
+            )
+
+    def give_way(self, arm: "Arm", trajectory: Trajectory) -> Trajectory:
+        """Let a motion start so late that it does not come too near to another arm's.
+
+        Args:
+            arm: Whose motion it is.
+            trajectory: What it would follow from now on.
+
+        Raises:
+            MotionError: When another one is in the way at any start.
+        """
+        others = {name: other for name, other in self._others(arm) if other.moving}
+        if not others or arm.pace == 0.0:
+            return trajectory
+        latest = max(other.remaining for other in others.values())
+        blocker = ""
+        for delay in (*np.arange(0.0, latest, DELAY), latest):
+            later = _delayed(arm, trajectory, float(delay))
+            if later is None:
+                break
+            since = 0.0 if arm.moving else float(delay)  # resting, the others have planned for
+            found = (n for n in others if self._meets(arm, later, n, since))
+            blocker = next(found, "")
+            if not blocker:
+                return later
+        raise MotionError(f"'{blocker}' is in the way of the motion", reason="robot")
+
+    def changed(self, arm: "Arm") -> None:
+        """Look at all others again, after an arm has left its way in time unplanned."""
+        name = self._name(arm)
+        for other_name, other in self._others(arm):
+            if other.moving and not other.stopping and self._will_meet(name, other_name):
+                other.give_up(f"'{name}' is in the way: it goes on otherwise than planned")
+
+    def _name(self, arm: "Arm") -> str:
+        return next(name for name, known in self._arms.items() if known is arm)
+
+    def _others(self, arm: "Arm") -> Iterator[tuple[str, "Arm"]]:
+        return ((name, other) for name, other in self._arms.items() if other is not arm)
+
+    def _meets(self, arm: "Arm", trajectory: Trajectory, other: str, since: float) -> bool:
+        """Tell whether a new motion comes too near to another arm while that one moves."""
+        until = self._arms[other].remaining
+        times = np.arange(since, until, STEP)
+        if not len(times):
+            return False
+        ahead = trajectory.table(np.minimum(arm.pace * times, trajectory.duration))[0]
+        encounter, rows = self._pair(self._name(arm), other, ahead, self._arms[other].ahead(times))
+        return encounter.meet(*rows, CLEARANCE)
+
+    def _will_meet(self, first: str, second: str) -> bool:
+        """Tell whether two arms come too near to each other, or nearer than they are."""
+        arms = self._arms[first], self._arms[second]
+        times = np.arange(0.0, max(arm.remaining for arm in arms) + STEP, STEP)
+        encounter, rows = self._pair(first, second, *(arm.ahead(times) for arm in arms))
+        now = encounter.distance(rows[0][0], rows[1][0])
+        return encounter.meet(*rows, min(CLEARANCE, now - _SLACK))
+
+    def _pair(
+        self, first: str, second: str, rows: np.ndarray, others: np.ndarray
+    ) -> tuple[Encounter, tuple[np.ndarray, np.ndarray]]:
+        """Give the encounter of two arms, and their ways in its order."""
+        turned = (first, second) not in self._encounters
+        encounter = self._encounters[(second, first) if turned else (first, second)]
+        encounter.refresh()
+        return encounter, ((others, rows) if turned else (rows, others))
+
+
+def _delayed(arm: "Arm", trajectory: Trajectory, delay: float) -> Trajectory | None:
+    """Let a motion start later; None where the arm moves and does not come to rest before it."""
+    if delay <= 0.0:
+        return trajectory
+    if not arm.moving:
+        return SequenceTrajectory([_rest(arm.q_ref, delay), trajectory])
+    if isinstance(trajectory, SequenceTrajectory):  # it comes to rest first
+        stop, *motion = trajectory.parts
+        return SequenceTrajectory([stop, _rest(stop.end, delay), *motion])
+    return None
+
+
+def _rest(q: np.ndarray, duration: float) -> JointTrajectory:
+    return JointTrajectory([JerkProfile([], duration, x) for x in q.tolist()])
