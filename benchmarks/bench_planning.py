@@ -8,12 +8,13 @@ import sys
 import time
 from collections.abc import Iterator
 
-import mujoco
 import numpy as np
 
-from benchmarks.scenes import Planned, random_scene, wall
+from benchmarks.fastest_drive import fastest_time, missing
+from benchmarks.scenes import Planned, free_start, put, random_scene, wall
 from bt_manip.motion import MotionError
 from bt_manip.motion.planning.edges import line
+from bt_manip.robots import RobotDescription
 
 SOME = 20
 FINE = 2e-3  # [rad]
@@ -21,18 +22,17 @@ Row = tuple[str, str, str]
 
 
 def rows(count: int = SOME) -> list[Row]:
-    """Measure everything, with as many seeds, scenes and pushes as are asked for."""
-    return [*wall_rows(count), *scene_rows(count), *halt_rows(count), *push_rows(count)]
+    """Measure everything, with as many seeds and scenes as are asked for."""
+    return [*wall_rows(count), *scene_rows(count)]
 
 
-def wall_rows(seeds: int) -> Iterator[Row]:
-    """Plan from one side of a wall to the other."""
-    planned, left, right = wall()
+def wall_rows(
+    seeds: int, description: RobotDescription | None = None, scale: float = 1.0
+) -> Iterator[Row]:
+    """Plan from one side of a wall to the other, with any robot and as large as it reaches."""
+    planned, left, right = wall(description, scale)
     arm = planned.arm
-    start = next(
-        found.q for found in arm.ik.solutions(left, arm.model.home, margin=0.05)
-        if not arm.world.near(found.q)
-    )  # fmt: skip
+    start = free_start(planned, left)
     times, free = [], 0
     for seed in range(seeds):
         arm.reset(start)
@@ -52,12 +52,13 @@ def wall_rows(seeds: int) -> Iterator[Row]:
     )
 
 
-def scene_rows(scenes: int) -> Iterator[Row]:
-    """Drive from start to goal among random obstacles."""
+def scene_rows(scenes: int, description: RobotDescription | None = None) -> Iterator[Row]:
+    """Drive from start to goal among random obstacles, with any robot."""
     reached, refused, touched, saturated = 0, 0, 0, 0
-    errors, durations, times = [], [], []
+    errors, durations, ratios, times = [], [], [], []
+    unknown = missing()
     for seed in range(scenes):
-        planned, start, goal = random_scene(seed)
+        planned, start, goal = random_scene(seed, description)
         put(planned, start)
         begun = time.thread_time()
         try:
@@ -67,6 +68,9 @@ def scene_rows(scenes: int) -> Iterator[Row]:
             continue
         times.append(1e3 * (time.thread_time() - begun))
         durations.append(planned.arm.remaining)
+        if not unknown:
+            driven = planned.arm.trajectory
+            ratios.append(driven.duration / fastest_time(driven, planned.arm.model))
         worst = 0.0
         meant = True
         while planned.arm.moving:
@@ -87,79 +91,11 @@ def scene_rows(scenes: int) -> Iterator[Row]:
     yield "random scenes: contacts, saturated", f"{touched}, {saturated} scenes", "0, 0"
     yield "random scenes: largest tracking error", f"{1e3 * max(errors):.2f} mrad", "2 mrad"
     yield "random scenes: duration", f"{np.median(durations):.2f} s (median)", ""
-
-
-def halt_rows(halts: int) -> Iterator[Row]:
-    """Stop at random moments of the motions around the wall."""
-    planned, left, right = wall()
-    arm, limits = planned.arm, planned.arm.model.limits
-    rng = np.random.default_rng(3)
-    off, late, outside = [], [], 0
-    start = arm.ik.nearest(left, arm.model.home, margin=0.05).q
-    for halt in range(halts):
-        arm.reset(start)
-        arm.move_to_pose(right, rng=np.random.default_rng(halt % 10))
-        way = _fine(drive_reference(planned), 5e-4)
-        arm.reset(start)
-        arm.move_to_pose(right, rng=np.random.default_rng(halt % 10))
-        for _ in range(int(rng.uniform(0.05, 0.95) * arm.remaining / 1e-3)):
-            arm.advance(1e-3)
-        shortest = float((np.abs(arm.v) / limits.acceleration).max())
-        a = arm.a_ref
-        arm.stop()
-        late.append(arm.remaining - shortest)
-        while arm.moving:
-            arm.advance(1e-3)
-            off.append(float(np.abs(way - arm.q).max(axis=1).min()))
-            outside += bool((np.abs(arm.a - a) > 1e-3 * limits.jerk * 1.000001).any())
-            outside += bool((np.abs(arm.a) > limits.acceleration * 1.000001).any())
-            a = arm.a_ref
-    yield "halts: farthest off the path", f"{1e3 * max(off):.2f} mrad of {halts} halts", "1 mrad"
-    yield "halts: steps outside of a limit", f"{outside}", "0"
     yield (
-        "halts: longer than each joint alone would take",
-        (f"{1e3 * np.median(late):.0f} / {1e3 * max(late):.0f} ms (median / most)"),
-        "",
+        "random scenes: duration over the time-optimal one",
+        unknown or f"{np.median(ratios):.3f} / {max(ratios):.3f} (median / most)",
+        "1.15 / 1.4 (toppra, which knows no jerk)",
     )
-
-
-def push_rows(pushes: int) -> Iterator[Row]:
-    """Push the hand with 50 N in random directions, in the middle of motions."""
-    planned, left, right = wall()
-    arm, hand = planned.arm, planned.cell.body_id("panda/hand")
-    start = arm.ik.nearest(left, arm.model.home, margin=0.05).q
-    rng = np.random.default_rng(4)
-    noticed, false = [], 0
-    for push in range(pushes):
-        put(planned, start)
-        arm.move_to_pose(right, rng=np.random.default_rng(push % 10))
-        planned.cell.step(int(rng.uniform(0.05, 0.85) * arm.remaining / 1e-3))
-        false += bool(arm.fault)
-        direction = rng.normal(size=3)
-        force = 50.0 * direction / np.linalg.norm(direction)
-        planned.cell.data.xfrc_applied[hand][:3] = force
-        for step in range(1, 51):
-            planned.cell.step()
-            if arm.fault:
-                noticed.append(step)
-                break
-        planned.cell.data.xfrc_applied[hand][:3] = 0.0
-    soon = sum(step <= 20 for step in noticed)
-    yield (
-        "pushes of 50 N noticed within 20 ms",
-        (f"{soon} of {pushes}, latest {max(noticed)} ms, {false} false"),
-        "all, none false",
-    )
-
-
-def put(planned: Planned, q: np.ndarray) -> None:
-    """Put the arm somewhere, at rest."""
-    data = planned.cell.data
-    data.qvel[:] = data.qacc[:] = 0.0
-    planned.robot.set_configuration(q)
-    mujoco.mj_forward(planned.cell.model, data)
-    planned.control.reset()
-    planned.arm.reset(q)
 
 
 def drive_reference(planned: Planned) -> np.ndarray:

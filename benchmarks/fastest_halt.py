@@ -2,8 +2,8 @@
 
 Two answers. `alone` bounds it from below: no joint, and no coordinate that the path carries, can
 rest sooner than it could by itself, whatever the path. `on_the_path` looks for the optimum itself:
-for a given time, whether a clock along the path can come to rest is a linear programme in the
-clock's changes, once the limits are linearised around the programme before it; the time is bisected.
+whether a clock along the path can come to rest in a given time is a linear programme in the clock's
+changes, once the limits are linearised around the programme before it; the time is bisected.
 """
 
 import numpy as np

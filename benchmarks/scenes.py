@@ -3,15 +3,16 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 from dm_control import composer, mjcf
 
 from bt_manip import spatial
 from bt_manip.cell import Cell
-from bt_manip.control import ComputedTorque
+from bt_manip.control import ComputedTorque, GripperController
 from bt_manip.motion import Arm, CollisionWorld, DeviationGuard, InverseKinematics
-from bt_manip.robots import Robot, panda
+from bt_manip.robots import Robot, RobotDescription, panda
 
 TOP = ((0.7, 1.2, 0.1), (0.55, 0.0, -0.05))
 WALL = ((0.5, 0.04, 0.4), (0.5, 0.0, 0.2))
@@ -35,19 +36,40 @@ class Empty(composer.Arena):
 
 
 class Planned(NamedTuple):
-    """An arm under control among obstacles, its base in the origin of the world."""
+    """An arm under control among obstacles, its base in the origin of the world.
+
+    Attributes:
+        cell: The world.
+        robot: The robot.
+        control: Makes the arm follow.
+        gripper: Keeps the fingers where they are.
+        arm: Moves the arm.
+        open: Positions of all joints with the gripper open.
+    """
 
     cell: Cell
     robot: Robot
     control: ComputedTorque
+    gripper: GripperController
     arm: Arm
+    open: np.ndarray
 
 
-def build(obstacles: Sequence[tuple[str, Sequence[float], pin.SE3]]) -> Planned:
-    """Put the Panda among obstacles: kind, size as MuJoCo has it, and pose of each."""
-    robot = Robot(panda())
+def build(
+    obstacles: Sequence[tuple[str, Sequence[float], pin.SE3]],
+    description: RobotDescription | None = None,
+) -> Planned:
+    """Put a robot, by default the Panda, among obstacles.
+
+    Args:
+        obstacles: Kind, size as MuJoCo has it, and pose of each.
+        description: The robot.
+    """
+    robot = Robot(description or panda())
     control = ComputedTorque(robot)
+    gripper = GripperController(robot)
     robot.attach(control)
+    robot.attach(gripper)
     arena = Empty()
     arena.mjcf_model.option.cone = "elliptic"
     cell = Cell(arena)
@@ -63,17 +85,39 @@ def build(obstacles: Sequence[tuple[str, Sequence[float], pin.SE3]]) -> Planned:
         guard=DeviationGuard(robot, model),
     )
     control.reference = arm
-    return Planned(cell, robot, control, arm)
+    return Planned(cell, robot, control, gripper, arm, cell.data.qpos.copy())
 
 
-def wall() -> tuple[Planned, pin.SE3, pin.SE3]:
-    """Give the wall between two places over a table, and the two places."""
-    boxes = [("box", 0.5 * np.array(size), spatial.pose(at)) for size, at in (TOP, WALL)]
-    left, right = (spatial.pointing_down((0.5, y, 0.12), 0.0) for y in (0.25, -0.25))
-    return build(boxes), left, right
+def wall(
+    description: RobotDescription | None = None, scale: float = 1.0
+) -> tuple[Planned, pin.SE3, pin.SE3]:
+    """Give the wall between two places over a table, and the two places.
+
+    Args:
+        description: The robot; by default the Panda.
+        scale: Of all lengths, for arms with another reach.
+    """
+    boxes = [
+        ("box", 0.5 * scale * np.array(size), spatial.pose(scale * np.array(at)))
+        for size, at in (TOP, WALL)
+    ]
+    left, right = (
+        spatial.pointing_down(scale * np.array((0.5, y, 0.12)), 0.0) for y in (0.25, -0.25)
+    )
+    return build(boxes, description), left, right
 
 
-def random_scene(seed: int) -> tuple[Planned, np.ndarray, np.ndarray]:
+def free_start(planned: Planned, T_wt: pin.SE3) -> np.ndarray:
+    """Give a configuration with the tool at a pose that touches nothing, near home."""
+    arm = planned.arm
+    assert arm.world is not None
+    found = arm.ik.solutions(T_wt, arm.model.home, margin=0.05)
+    return next(result.q for result in found if not arm.world.near(result.q))
+
+
+def random_scene(
+    seed: int, description: RobotDescription | None = None
+) -> tuple[Planned, np.ndarray, np.ndarray]:
     """Draw five to ten obstacles, and start and goal clear of them, tool in front of the robot."""
     rng = np.random.default_rng(seed)
     obstacles = [("box", (1.0, 1.0, 0.05), spatial.pose((0.0, 0.0, -0.07)))]
@@ -86,7 +130,7 @@ def random_scene(seed: int) -> tuple[Planned, np.ndarray, np.ndarray]:
         yaw = rng.uniform(-np.pi, np.pi)
         turn = (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2))
         obstacles.append((kind, size, spatial.pose(at, turn)))
-    planned = build(obstacles)
+    planned = build(obstacles, description)
     ends = []
     ik = planned.arm.ik
     while len(ends) < 2:
@@ -100,8 +144,21 @@ def random_scene(seed: int) -> tuple[Planned, np.ndarray, np.ndarray]:
 def _somewhere(rng: np.random.Generator, ik: InverseKinematics) -> np.ndarray:
     """Draw a configuration whose tool is in front of the robot and not under it."""
     limits = ik.model.limits
+    lower, upper = np.maximum(limits.lower + 0.1, -np.pi), np.minimum(limits.upper - 0.1, np.pi)
     while True:
-        q = rng.uniform(limits.lower + 0.1, limits.upper - 0.1)
+        q = rng.uniform(lower, upper)
         x, y, z = ik.model.pose(q).translation
         if x > 0.2 and abs(y) < 0.7 and 0.05 < z < 0.9:
             return q
+
+
+def put(planned: Planned, q: np.ndarray) -> None:
+    """Put the arm somewhere, at rest, its gripper open and held so."""
+    data = planned.cell.data
+    data.qpos[:] = planned.open
+    data.qvel[:] = data.qacc[:] = 0.0
+    planned.robot.set_configuration(q)
+    mujoco.mj_forward(planned.cell.model, data)
+    planned.control.reset()
+    planned.gripper.open()
+    planned.arm.reset(q)

@@ -63,8 +63,7 @@ def plan_stop(present: Present, model: RobotModel) -> Trajectory | None:
     """Plan to come to rest; None where the arm is at rest."""
     if present.trajectory is None:
         return None
-    state = (present.q, present.v, present.a)
-    return brake(present.trajectory, present.time, state, model)
+    return brake(present.trajectory, present.time, model)
 
 
 def plan_to_configurations(
