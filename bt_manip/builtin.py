@@ -66,20 +66,21 @@ def register_behaviours(register: Callable[..., None]) -> None:
 
 
 @hookimpl
-def register_trees(register: Callable[[str, Any], None]) -> None:
-    """Bring all trees that travel with the package."""
+def register_trees(register: Callable[..., None]) -> None:
+    """Bring all trees that travel with the package, each with its scene where it needs one."""
     from bt_manip.models import bundled_root
 
     for path in sorted(bundled_root("trees").glob("*.xml")):
-        register(path.stem, path)
+        register(path.stem, path, scene={"two_arms": "two_arms"}.get(path.stem))
 
 
 @hookimpl
 def register_scenes(register: Callable[[str, Callable[[], Any]], None]) -> None:
-    """Bring the scene of the pick and place task."""
-    from bt_manip.runner.scene import table_and_basket
+    """Bring the scene of the pick and place task, and one with two robots."""
+    from bt_manip.runner.scene import table_and_basket, two_arms
 
     register("table_and_basket", table_and_basket)
+    register("two_arms", two_arms)
 
 
 @hookimpl

@@ -9,6 +9,7 @@ from bt_manip.runner.scene import Fixture as Fixture
 from bt_manip.runner.scene import Scene as Scene
 from bt_manip.runner.scene import SceneRobot as SceneRobot
 from bt_manip.runner.scene import table_and_basket as table_and_basket
+from bt_manip.runner.scene import two_arms as two_arms
 from bt_manip.runner.snapshot import load_snapshot as load_snapshot
 from bt_manip.runner.snapshot import save_snapshot as save_snapshot
 from bt_manip.runner.station import Station as Station

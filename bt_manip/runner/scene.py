@@ -8,6 +8,7 @@ from typing import Any
 import pinocchio as pin
 
 from bt_manip import spatial
+from bt_manip.cell import Region
 from bt_manip.cell.randomization import Randomization
 from bt_manip.exceptions import BtManipError
 
@@ -17,18 +18,22 @@ class Fixture:
     """An object that stands in the cell from the beginning.
 
     Attributes:
-        model: Registered name of the object.
+        model: Registered name of the object, or address of a model.
         name: Its name in the cell.
-        T_wo: Its pose in the world.
+        T_wo: Its pose in the world; of what is ``on`` something, z is the height over its surface.
         parameters: What the object is made with, by keyword.
-        free: Whether it can be moved; for good where not.
+        free: Whether it can be moved; for good where not. None leaves it to the object.
+        on: Name of a fixture further up whose surface it rests on.
+        region: Where a free place is drawn for it, from the run's seed, in place of ``T_wo``.
     """
 
     model: str
     name: str
     T_wo: pin.SE3
     parameters: Mapping[str, Any] = field(default_factory=dict)
-    free: bool = False
+    free: bool | None = False
+    on: str = ""
+    region: Region | None = None
 
 
 @dataclass(frozen=True)
@@ -59,11 +64,17 @@ class Scene:
         robots: The robots, at least one.
         fixtures: What stands there, in the order in which it is put there.
         randomization: What of it varies from cycle to cycle.
+        seed: Seed of a run that asks for none.
+        about: What it is, in a sentence.
+        source: The file that it is from.
     """
 
     robots: tuple[SceneRobot, ...]
     fixtures: tuple[Fixture, ...] = ()
     randomization: Randomization = field(default_factory=Randomization)
+    seed: int | None = None
+    about: str = ""
+    source: str = ""
 
     def __post_init__(self) -> None:
         """Refuse a scene whose robots cannot be told apart.
@@ -100,5 +111,23 @@ def table_and_basket() -> Scene:
         fixtures=(
             Fixture("table", "table", spatial.pose((0.0, 0.0, 0.0))),
             Fixture("basket", "basket", spatial.pose((0.68, 0.0, surface), quarter_turn)),
+        ),
+    )
+
+
+@cache
+def two_arms() -> Scene:
+    """Give the scene of two robots that face each other across a table, each with a basket."""
+    surface = 1.015  # [m] above the floor
+    half_turn = (0.0, 0.0, 0.0, 1.0)
+    return Scene(
+        robots=(
+            SceneRobot(spatial.pose((-0.55, 0.0, surface)), "left"),
+            SceneRobot(spatial.pose((0.55, 0.0, surface), half_turn), "right"),
+        ),
+        fixtures=(
+            Fixture("table", "table", spatial.pose((0.0, 0.0, 0.0))),
+            Fixture("basket", "left_basket", spatial.pose((-0.3, 0.3, surface))),
+            Fixture("basket", "right_basket", spatial.pose((0.3, -0.3, surface), half_turn)),
         ),
     )
