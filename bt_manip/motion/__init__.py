@@ -7,8 +7,14 @@ from .collision import Near as Near
 from .deviation_guard import DeviationGuard as DeviationGuard
 from .effort import within_effort as within_effort
 from .errors import MotionError as MotionError
+from .kinematics import IKProblem as IKProblem
 from .kinematics import IKResult as IKResult
 from .kinematics import InverseKinematics as InverseKinematics
+from .kinematics import PoseTarget as PoseTarget
+from .kinematics import PositionTarget as PositionTarget
+from .kinematics import Residual as Residual
+from .kinematics import RotationTarget as RotationTarget
+from .kinematics import manipulability as manipulability
 from .limit_check import LimitUse as LimitUse
 from .limit_check import effort_use as effort_use
 from .limit_check import limit_use as limit_use

@@ -11,10 +11,11 @@ from .system import System
 
 STEPS = 40
 RESTORING = 8  # steps of the descent back onto the constraints
-LEASH = 0.6  # [rad] that a joint moves by in one step
+LEASH = 0.8  # [rad] that a joint moves by in one step
 _HOLDINGS = 3  # times that joints are held before a step is taken as it is
-_SOFTER, _HARDER, _HARDEST = 0.2, 10.0, 1e6
-_DAMPED = 1e-3  # of the largest curvature, after the first step that does not serve
+_SOFTER, _HARDER, _HARDEST = 0.3, 4.0, 1e4
+_DAMPED = 0.5  # of the largest curvature, after the first step that does not keep its promise
+_LITTLE, _MUCH = 0.4, 0.9  # of what a step promised, that it gained
 _ENOUGH = 1e-4  # of the cost, that a step has to promise to be worth it
 _ROUND, _LEAST = 1e-10, 1e-12  # relative and absolute, against rounding
 
@@ -47,7 +48,8 @@ def improve(
         lower: Limits of the positions.  # (nq,)
         upper: Limits of the positions.  # (nq,)
     """
-    system.look(q)
+    if system.q is not q:
+        system.look(q)
     here, jacobian = preferences.expand(system), system.jacobian()
     damping, steps = 0.0, 0
     while steps < STEPS and damping <= _HARDEST:
@@ -56,15 +58,16 @@ def improve(
         promised = -float(dq.dot(here.gradient + 0.5 * here.curvature.dot(dq)))
         if promised <= _ENOUGH * max(abs(here.value), _LEAST):
             break
-        moved = np.minimum(np.maximum(q + dq, lower), upper)
-        back = descend(system, moved, lower, upper, iterations=RESTORING)
+        back = descend(system, q + dq, lower, upper, iterations=RESTORING)
         steps += back.iterations
         there = preferences.expand(system) if back.solved else None
-        if there is None or there.value >= here.value:
+        gained = -np.inf if there is None else here.value - there.value
+        if gained < _LITTLE * promised:
             damping = max(_DAMPED, _HARDER * damping)
-            continue
-        q, damping = back.q, _SOFTER * damping
-        here, jacobian = there, system.jacobian()
+        elif gained > _MUCH * promised:
+            damping *= _SOFTER
+        if there is not None and gained > 0.0:
+            q, here, jacobian = back.q, there, system.jacobian()
     return Improved(q, here.value, steps)
 
 
@@ -76,13 +79,18 @@ def _step(
     lower: np.ndarray,
     upper: np.ndarray,
 ) -> np.ndarray:
-    """Give the step to where the cost is least, as far as constraints, limits and leash allow."""
-    curvature, gradient = here.curvature.copy(), here.gradient
+    """Give the step to where the cost is least, inside what limits and leash allow.
+
+    Joints that would go beyond are held where they may just go, and the step of the others found
+    again.
+    """
+    curvature = here.curvature.copy()
     n, m = len(q), len(jacobian)
     largest = max(float(curvature.ravel()[:: n + 1].max()), _LEAST)
     curvature.ravel()[:: n + 1] += max(damping, _ROUND) * largest
-    at_lower, at_upper = q <= lower, q >= upper
-    held = np.zeros(n, dtype=bool)
+    least, most = np.maximum(lower - q, -LEASH), np.minimum(upper - q, LEASH)
+    gradient, missing = here.gradient, np.zeros(m)
+    held, fixed = np.zeros(n, dtype=bool), np.zeros(n)
     for _ in range(_HOLDINGS):
         # Without constraints the step is w = -H^-1 g. What they would lose by it is made up for
         # where that costs least: w - H^-1 J^T (J H^-1 J^T)^-1 J w.
@@ -92,14 +100,17 @@ def _step(
             across = inverse.solve(np.asfortranarray(jacobian.T))
             square = jacobian.dot(across)
             square.ravel()[:: m + 1] += _ROUND * float(square.trace()) + _LEAST
-            dq -= across.dot(eigenpy.LLT(square).solve(jacobian.dot(dq)))
-        leaving = (at_lower & (dq < 0.0)) | (at_upper & (dq > 0.0))
-        if not leaving.any():
+            dq -= across.dot(eigenpy.LLT(square).solve(jacobian.dot(dq) + missing))
+        dq += fixed
+        beyond = ((dq < least) | (dq > most)) & ~held
+        if not beyond.any():
             break
-        held |= leaving
-        jacobian, gradient = jacobian * ~held, gradient * ~held
-        curvature[held] = 0.0
-        curvature[:, held] = 0.0
-        curvature[held, held] = largest
-        dq[held] = 0.0
-    return dq * min(1.0, LEASH / max(float(np.abs(dq).max()), _LEAST))
+        stop = np.minimum(np.maximum(dq, least), most) * beyond
+        held, fixed = held | beyond, fixed + stop
+        gradient = (gradient + curvature.dot(stop)) * ~held
+        missing = missing + jacobian.dot(stop)
+        jacobian = jacobian * ~held
+        curvature[beyond] = 0.0
+        curvature[:, beyond] = 0.0
+        curvature[beyond, beyond] = largest
+    return np.minimum(np.maximum(dq, least), most)

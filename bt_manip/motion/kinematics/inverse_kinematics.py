@@ -10,21 +10,18 @@ import pinocchio as pin
 from bt_manip.robots import RobotModel
 
 from ..checks import check_configuration, check_pose, check_poses
-from .descent import STALL_STEPS, Descended, descend
-from .improvement import Improved, improve
 from .preferences import Posture, Preferences
 from .problem import IKProblem
 from .reach import Reach
 from .result import IKResult
 from .rows import PoseRows
+from .search import Found, search, search_all, search_near
 from .self_motion import SelfMotion
-from .starts import StoredStarts, drawn_starts
+from .starts import Starts
 from .system import System
 from .task import Task, make_task
 
 STORED = 2000  # configurations to restart from
-PATIENCE = 15  # steps without progress, where there is no restart
-TRIES = 8  # starts of a problem that has costs alone, of which the best end is taken
 
 Request: TypeAlias = pin.SE3 | IKProblem
 """A pose T_wt of the tool in the world, or a problem."""
@@ -69,13 +66,15 @@ class InverseKinematics:
         self.restarts, self.iterations = restarts, iterations
         self.self_motion = SelfMotion(self.model)
         self._inverse_speed = 1.0 / model.limits.velocity
-        self._stored = StoredStarts(self.model, max(STORED, restarts), np.random.default_rng(seed))
-        self._reach = Reach(self.model, self._stored.q)
+        stored = max(STORED, restarts)
+        self._further = Starts(self.model, stored, np.random.default_rng(seed))
+        self._reach = Reach(self.model, self._further.stored)
         tool = self.model.tool_frame_id
         tolerances = position_tolerance, rotation_tolerance
         self.tool = str(self.model.model.frames[tool].name)
         self._tool_rows = PoseRows(self.model, tool, self.model.pose(self.model.home), tolerances)
         self._tool_system = System(self.model, [self._tool_rows])
+        self._joints = tuple(self.model.model.names)[1:]
 
     def solve(
         self,
@@ -106,35 +105,10 @@ class InverseKinematics:
         start = np.minimum(np.maximum(q0, task.lower), task.upper)
         refused = self._refuse(task)
         if refused:
-            return self._result(task, start, False, reason=refused)
-        restarts = self.restarts if restarts is None else restarts
-        wanted = 1 if task.system.rows else TRIES
-        found: list[Improved] = []
-        best: Descended | None = None
-        blocked = ""
-        iterations, count = 0, -1
-        for begin in self._starts(task, start, restarts, rng):
-            count += 1
-            end = self._descend(task, begin)
-            iterations += end.iterations
-            obstacle = task.blocked(end.q) if end.solved else ""
-            if end.solved and not obstacle:
-                found.append(self._improve(task, end))
-                iterations += found[-1].iterations
-                if len(found) == wanted:
-                    break
-            elif best is None or (not end.solved, end.error) < (not best.solved, best.error):
-                best, blocked = end, obstacle
-        if found:
-            least = min(found, key=lambda improved: improved.cost)
-            return self._result(task, least.q, True, iterations=iterations, restarts=count)
-        assert best is not None
-        reason = f"no solution from {count + 1} starts"
-        if best.solved:
-            reason = f"no free solution from {count + 1} starts: {blocked}"
-        return self._result(
-            task, best.q, False, iterations=iterations, restarts=count, reason=reason
-        )
+            return self._result(task, Found(start, False, reason=refused))
+        count = self.restarts if restarts is None else restarts
+        found = search(task, self._starts(task, start, count, rng), self.iterations)
+        return self._result(task, found)
 
     def follow(
         self,
@@ -153,33 +127,12 @@ class InverseKinematics:
             detours: Whether to try again from elsewhere inside `max_step`.
 
         Raises:
-            MotionError: When the problem is none.
+            MotionError: When the request or the configuration is none.
         """
+        q0 = check_configuration(q0, self.model.nq)
         task = self._task(request, q0)
-        lower, upper = np.minimum(task.lower, q0), np.maximum(task.upper, q0)
-        least, most = np.maximum(lower, q0 - max_step), np.minimum(upper, q0 + max_step)
-        near = task._replace(lower=least, upper=most)
-        iterations = 0
-        # Joints that run into a limit together can hold each other there; from the middle of where
-        # they may go the way is another.
-        middle = 0.5 * (least + most)
-        for start in (q0, middle, 0.5 * (middle + q0)) if detours else (q0,):
-            end = self._descend(near, start, patience=PATIENCE)
-            iterations += end.iterations
-            if end.solved:
-                break
-        if not end.solved:
-            reason = self._why_not(end.q, q0, lower, upper, max_step)
-            return self._result(near, end.q, False, iterations=iterations, reason=reason)
-        improved = self._improve(near, end)
-        blocked = near.blocked(improved.q)
-        return self._result(
-            near,
-            improved.q,
-            not blocked,
-            iterations=iterations + improved.iterations,
-            reason=blocked,
-        )
+        found = search_near(task, q0, self.iterations, max_step=max_step, detours=detours)
+        return self._result(task, found)
 
     def solutions(
         self,
@@ -210,25 +163,18 @@ class InverseKinematics:
             MotionError: When the request or the start is none.
         """
         q0 = self._start(q0)
-        found: list[tuple[float, IKResult]] = []
         nearest = Preferences(self._inverse_speed, posture=Posture(q0, 1.0))
+        ends: list[tuple[float, IKResult]] = []
         for i, task in enumerate(self._tasks(request, q0, margin)):
             if self._refuse(task):
                 continue
             asked = task if task.preferences else task._replace(preferences=nearest)
-            for begin in self._near_starts(task, q0, starts, rng):
-                end = self._descend(task, begin)
-                if not end.solved:
-                    continue
-                better = self._improve(asked, end)
-                if task.blocked(better.q):
-                    continue
-                steps = end.iterations + better.iterations
-                result = self._result(task, better.q, True, iterations=steps, target=i)
-                found.append((better.cost, result))
-        found.sort(key=lambda pair: pair[0])
+            begin = self._near_starts(task, q0, starts, rng)
+            for found in search_all(asked, begin, self.iterations):
+                ends.append((found.cost, self._result(task, found, target=i)))
+        ends.sort(key=lambda end: end[0])
         kept: list[IKResult] = []
-        for _, result in found:
+        for _, result in ends:
             if all(np.abs(result.q - other.q).max() > distinct for other in kept):
                 kept.append(result)
         return kept
@@ -276,7 +222,7 @@ class InverseKinematics:
         if margin:
             lower, upper = lower + margin, upper - margin
         frames, rows = (self.tool,), ((self._tool_rows,),)
-        return Task(self._tool_system, lower, upper, frames, rows, None, request)
+        return Task(self._tool_system, lower, upper, self._joints, frames, rows, None, request)
 
     def _tasks(
         self, request: Request | Sequence[pin.SE3], q0: np.ndarray, margin: float
@@ -302,67 +248,25 @@ class InverseKinematics:
         """Give the first start, and then those nearest to meeting the task."""
         yield q0
         if restarts > 0:
-            yield from self._further(task, restarts, rng)
-
-    def _further(
-        self, task: Task, count: int, rng: np.random.Generator | None
-    ) -> np.ndarray:  # (n, nq)
-        if task.tool_pose is not None:
-            return np.clip(self._stored.nearest(task.tool_pose, count), task.lower, task.upper)
-        return drawn_starts(task, count, np.random.default_rng(0) if rng is None else rng)
+            yield from self._further.nearest(task, restarts, rng)
 
     def _near_starts(
         self, task: Task, q0: np.ndarray, count: int, rng: np.random.Generator | None
     ) -> Iterator[np.ndarray]:
         """Give the first start, and then of those nearest to meeting the task the nearest."""
         yield np.clip(q0, task.lower, task.upper)
-        starts = self._further(task, 8 * count, rng)
+        starts = self._further.nearest(task, 8 * count, rng)
         far = [self.distance(q, q0) for q in starts]
         yield from starts[np.argsort(far, kind="stable")[:count]]
 
-    # How it is searched
-
-    def _descend(self, task: Task, q: np.ndarray, patience: int = STALL_STEPS) -> Descended:
-        return descend(
-            task.system, q, task.lower, task.upper, iterations=self.iterations, patience=patience
+    def _result(self, task: Task, found: Found, target: int = 0) -> IKResult:
+        return IKResult(
+            found.q.copy(),
+            found.solved,
+            task.residuals(found.q),
+            found.iterations,
+            found.restarts,
+            found.reason,
+            target,
+            found.cost if task.preferences else 0.0,
         )
-
-    def _improve(self, task: Task, end: Descended) -> Improved:
-        """Move a solution to where it costs least, unless it would touch something there."""
-        if task.preferences is None:
-            return Improved(end.q, 0.0, 0)
-        better = improve(task.system, task.preferences, end.q, task.lower, task.upper)
-        if task.blocked(better.q):
-            return Improved(end.q, task.cost(end.q), better.iterations)
-        return better
-
-    def _why_not(
-        self,
-        q: np.ndarray,
-        q0: np.ndarray,
-        lower: np.ndarray,
-        upper: np.ndarray,
-        max_step: float,
-    ) -> str:
-        at_limit = ((q <= lower) | (q >= upper)) & (lower < upper)
-        names = [str(self.model.model.names[i + 1]) for i in np.flatnonzero(at_limit).tolist()]
-        if names:
-            return f"{' and '.join(names)} at the limit"
-        if np.abs(q - q0).max() >= max_step:
-            return f"a joint would have to jump by more than {max_step:g} rad"
-        return "out of reach, or singular"
-
-    def _result(
-        self,
-        task: Task,
-        q: np.ndarray,
-        solved: bool,
-        *,
-        iterations: int = 0,
-        restarts: int = 0,
-        reason: str = "",
-        target: int = 0,
-    ) -> IKResult:
-        residuals = task.residuals(q)
-        cost = task.cost(q)
-        return IKResult(q.copy(), solved, residuals, iterations, restarts, reason, target, cost)

@@ -10,8 +10,15 @@ from .task import Task
 DRAWN = 400  # configurations to choose starts from
 
 
-class StoredStarts:
-    """Configurations drawn once, with the poses of the tool at them."""
+class Starts:
+    """Configurations that are near to meeting a task.
+
+    For poses of the tool they are chosen from configurations that were drawn once, with the poses
+    that the tool has there; for other tasks they are drawn anew.
+
+    Attributes:
+        stored: What was drawn once.  # (n, nq)
+    """
 
     def __init__(self, arm: RobotModel, count: int, rng: np.random.Generator) -> None:
         """Draw configurations inside the limits.
@@ -22,29 +29,34 @@ class StoredStarts:
             rng: What they are drawn from.
         """
         lower, upper = within_a_turn(arm.limits.lower, arm.limits.upper)
-        self.q = rng.uniform(lower, upper, (count, arm.nq))
-        poses = [arm.pose(q) for q in self.q]
+        self.stored = rng.uniform(lower, upper, (count, arm.nq))
+        poses = [arm.pose(q) for q in self.stored]
         self._position = np.array([T.translation for T in poses])
         self._quat = np.array([pin.Quaternion(T.rotation).coeffs() for T in poses])
 
-    def nearest(self, T_wt: pin.SE3, n: int) -> np.ndarray:
-        """Give those whose tool is nearest to a pose, nearest first."""  # (n, nq)
+    def nearest(self, task: Task, n: int, rng: np.random.Generator | None = None) -> np.ndarray:
+        """Give configurations near to meeting a task, nearest first.
+
+        Args:
+            task: What is searched for.
+            n: How many.
+            rng: What they are drawn from if they are; by default a new generator.
+        """
+        if task.tool_pose is None:  # (n, nq)
+            return _drawn(task, n, np.random.default_rng(0) if rng is None else rng)
+        near = self.stored[self._nearest_poses(task.tool_pose, n)]
+        return np.minimum(np.maximum(near, task.lower), task.upper)
+
+    def _nearest_poses(self, T_wt: pin.SE3, n: int) -> np.ndarray:
         cosine = self._quat @ pin.Quaternion(T_wt.rotation).coeffs()
         offset = self._position - T_wt.translation
         far = (offset * offset).sum(axis=1) + 1.0 - cosine * cosine
         n = min(n, len(far))
         chosen = np.argpartition(far, n - 1)[:n]
-        return self.q[chosen[np.argsort(far[chosen], kind="stable")]]
+        return chosen[np.argsort(far[chosen], kind="stable")]
 
 
-def drawn_starts(task: Task, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Draw configurations and give those that are nearest to meeting a task, nearest first.
-
-    Args:
-        task: What is searched for.
-        n: How many starts.
-        rng: What they are drawn from.
-    """  # (n, nq)
+def _drawn(task: Task, n: int, rng: np.random.Generator) -> np.ndarray:
     lower, upper = within_a_turn(task.lower, task.upper)
     drawn = rng.uniform(lower, upper, (DRAWN, len(lower)))
     far = np.empty(DRAWN)

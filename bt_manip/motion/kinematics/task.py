@@ -29,6 +29,7 @@ class Task(NamedTuple):
         system: The constraints.
         lower: Limits of the positions.  # (nq,)
         upper: Limits of the positions.  # (nq,)
+        joints: Names of the joints.
         frames: The targets' frames, by name, in the order of the request.
         rows: Errors of each target.
         preferences: What costs; None where nothing does.
@@ -40,6 +41,7 @@ class Task(NamedTuple):
     system: System
     lower: np.ndarray
     upper: np.ndarray
+    joints: tuple[str, ...]
     frames: tuple[str, ...]
     rows: tuple[tuple[Rows, ...], ...]
     preferences: Preferences | None = None
@@ -110,7 +112,10 @@ def make_task(
     if costs or problem.posture is not None or problem.manipulability:
         posture = None
         if problem.posture is not None:
-            wanted = check_configuration(problem.posture, arm.nq)
+            try:
+                wanted = check_configuration(problem.posture, arm.nq)
+            except MotionError as error:
+                raise MotionError(f"the posture: {error}", reason="target") from None
             posture = Posture(wanted, problem.posture_weight)
         able = (ToolManipulability(arm, moving), problem.manipulability)
         preferences = Preferences(
@@ -122,9 +127,19 @@ def make_task(
     if problem.free is not None:
         problem.free.refresh()
     system = System(arm, constraints, None if moving.all() else moving)
-    names = tuple(target.frame for target in problem.targets)
+    joints = tuple(arm.model.names)[1:]
+    frames = tuple(target.frame for target in problem.targets)
     return Task(
-        system, lower, upper, names, rows, preferences, tool_pose, problem.free, problem.clearance
+        system,
+        lower,
+        upper,
+        joints,
+        frames,
+        rows,
+        preferences,
+        tool_pose,
+        problem.free,
+        problem.clearance,
     )
 
 
