@@ -67,6 +67,11 @@ class RobotPort(Node):
         self._robot_name = name
 
     @property
+    def robot_name(self) -> str:
+        """Name of the robot that is meant."""
+        return self._robot_name
+
+    @property
     def arm(self) -> Arm:
         """The arm of the robot that is meant."""
         arm: Arm = self._robots[self._robot_name].arm

@@ -16,7 +16,7 @@ class Touch(NamedTuple):
     """What the contacts of one step mean."""
 
     unexpected: tuple[tuple[str, str], ...]
-    """Pairs of bodies where a robot touches something with anything but its fingers."""
+    """Pairs of bodies where a robot touches something with anything but its fingers, or a robot."""
     held: tuple[str, ...]
     """Entities that fingers touch, robots apart."""
     free: bool
@@ -29,8 +29,8 @@ NOTHING = Touch((), (), True)
 class TouchMonitor:
     """Judges contacts in about a microsecond a step, by remembering judged contact lists.
 
-    A robot is an entity with fingers. Nothing of it but the fingers may touch anything; things
-    that are not robots may touch each other as they like.
+    A robot is an entity with fingers. Nothing of it but the fingers may touch anything, and these
+    may not touch another robot; things that are not robots may touch each other as they like.
     """
 
     def __init__(self, data: mujoco.MjData, labels: Labels, fingers: Iterable[str]):
@@ -61,7 +61,9 @@ class TouchMonitor:
         label = self._label
         pairs = {(label[a], label[b]) for a, b in self._contact.geom.tolist()}
         unexpected = {
-            (min(pair), max(pair)) for pair in pairs if any(self._forbidden(b) for b in pair)
+            (min(pair), max(pair))
+            for pair in pairs
+            if any(self._forbidden(b) for b in pair) or self._of_two_robots(*pair)
         }
         held = {
             entity_of(other)
@@ -77,6 +79,10 @@ class TouchMonitor:
 
     def _forbidden(self, body: str) -> bool:
         return entity_of(body) in self._robots and body not in self._fingers
+
+    def _of_two_robots(self, first: str, second: str) -> bool:
+        robots = {entity_of(first), entity_of(second)}
+        return len(robots) > 1 and robots <= self._robots
 
     @staticmethod
     def _mine(body: str, mine: set[str]) -> bool:

@@ -1,18 +1,15 @@
 """Watch a run and report it."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from bt_manip.recording.digest import StateDigest
-from bt_manip.recording.motion_statistics import MotionStatistics
 from bt_manip.recording.phases import PhaseLog
 from bt_manip.recording.placement import Placement
 from bt_manip.recording.report import CycleReport, Phase, RunReport, versions
-from bt_manip.recording.step_log import StepLog
-from bt_manip.recording.trace import Trace
+from bt_manip.recording.robot_log import RobotLog, together
+from bt_manip.recording.trace import Trace, columns_of
 from bt_manip.runner.observer import RunObserver
 
 GRASP = "Grasp"
@@ -46,8 +43,7 @@ class Recorder(RunObserver):
         self._wall = 0.0
         self._time_start = self._time_now = 0.0
         self._object: str | None = None
-        self._placed: bool | None = None
-        self._grip: float | None = None
+        self._judged: dict[str, bool] = {}
         self._unexpected: dict[tuple[str, str], None] = {}  # a set that keeps its order
 
     # What the runner calls
@@ -58,8 +54,7 @@ class Recorder(RunObserver):
         self._station = station = run.station
         self._cell = station.cell
         self._time_start = self._time_now = self._cell.time
-        self._log = StepLog(station)
-        self._statistics = MotionStatistics(station.robot.limits, self._cell.dt)
+        self._logs = [RobotLog(self._cell, robot) for robot in station.robots.values()]
         self._phases = PhaseLog(lambda: self._cell.time)
         self._phases.ended.append(self._phase_ended)
         run.tree.observers.append(self._phases)
@@ -72,13 +67,15 @@ class Recorder(RunObserver):
     def model_changed(self) -> None:
         """Bind to the new model; note what came and what went."""
         self._flush()
-        self._log.bind()
+        for log in self._logs:
+            log.steps.bind()
         before = self._placement.objects
         self._placement = Placement(self._cell)
         after = self._placement.objects
         for name in after:
             if before.get(name) is not after[name]:
-                self._object, self._placed = name, None
+                self._object = name
+                self._judged.pop(name, None)
 
     def cycle_started(self, cycle: int) -> None:
         """Begin a cycle."""
@@ -88,7 +85,10 @@ class Recorder(RunObserver):
 
     def after_step(self) -> None:
         """Copy the state after one control step."""
-        if self._log.append():
+        full = False
+        for log in self._logs:
+            full = log.steps.append()
+        if full:
             self._flush()
 
     def after_tick(self) -> None:
@@ -158,66 +158,66 @@ class Recorder(RunObserver):
     # Inside
 
     def _begin_cycle(self) -> None:
-        self._statistics.begin()
+        for log in self._logs:
+            log.begin()
         self._phases.begin()
         self._cycle_start = self._cell.time
         self._object = None
-        self._placed = None
-        self._grip = None
+        self._judged = {}
         self._unexpected = {}
-        self._saturated_before = self._station.controller.saturated_steps
 
     def _flush(self) -> None:
         """Evaluate the steps that have gathered."""
-        block = self._log.take()
+        blocks = {log.name: log.take() for log in self._logs}
+        block = next(iter(blocks.values()))
         if not block.touches:
             return
-        self._statistics.update(
-            q=block.q, q_ref=block.q_ref, v_ref=block.v_ref, a_ref=block.a_ref, tau=block.tau,
-            tool=block.tool,
-            free=np.fromiter((touch.free for touch in block.touches), bool, len(block.touches)),
-        )  # fmt: skip
         for touch in block.touches:
             if touch.unexpected:
                 self._unexpected.update(dict.fromkeys(touch.unexpected))
             if self._object is None and touch.held:
                 self._object = touch.held[0]
         if self._trace is not None:
-            self._trace.append(
-                block.t,
-                (block.q, block.v, block.q_ref, block.v_ref, block.a_ref, block.tau),
-            )
+            self._trace.append(block.t, *columns_of(blocks))
 
     def _judge(self, name: str) -> None:
-        """Judge the object of the cycle in the step before it is taken out."""
-        if name == self._object:
-            self._placed = self._is_placed(name)
+        """Judge an object in the step before it is taken out."""
+        self._judged[name] = self._is_placed(name)
 
     def _is_placed(self, name: str) -> bool:
         return name in self._placement.objects and self._placement.placed(name)
 
     def _phase_ended(self, node: Any, phase: Phase) -> None:
         if phase.behaviour == GRASP and phase.status == "SUCCESS":
-            self._grip = float(min(self._station.gripper.finger_forces))
+            name = getattr(node, "robot_name", self._logs[0].name)
+            next(log for log in self._logs if log.name == name).grasped()
+
+    def _placed(self, names: Sequence[str]) -> bool | None:
+        """Tell whether all objects of the cycle have come to where they belong."""
+        judged = [self._judged.get(name) for name in names]
+        if self._places:  # what was never removed counts where it is
+            return bool(names) and all(
+                self._is_placed(name) if known is None else known
+                for name, known in zip(names, judged, strict=True)
+            )
+        return None if not names or None in judged else all(judged)
 
     def _cycle(self, status: str, reason: str) -> CycleReport:
-        placed = self._placed
-        if self._places and placed is None:
-            # It was never removed: it counts where it is.
-            placed = self._object is not None and self._is_placed(self._object)
+        robots = {log.name: log.cycle() for log in self._logs}
+        several = len(robots) > 1
+        if several:
+            handled = [name for robot in robots.values() for name in robot.picked]
+        else:
+            handled = [] if self._object is None else [self._object]
         return CycleReport(
             status=status,
             reason=reason,
-            object=self._object,
-            placed=placed,
+            object=None if several else self._object,
+            placed=self._placed(handled),
             duration_s=round(self._cell.time - self._cycle_start, 6),
             phases=self._phases.phases,
-            grip_force_n=self._grip,
-            max_tracking_error_rad=self._statistics.tracking_error,
-            limits=self._statistics.limit_use,
-            saturated_steps=self._station.controller.saturated_steps - self._saturated_before,
             unexpected_contacts=tuple(self._unexpected),
-            max_torque_rate_nm_s=self._statistics.torque_rate,
-            max_tool_speed_m_s=self._statistics.tool_speed,
             randomized=self._station.randomizer.drawn,
+            robots=robots if several else {},
+            **together(robots.values()),
         )

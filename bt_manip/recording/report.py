@@ -53,6 +53,29 @@ class LimitUse:
 
 
 @dataclass(frozen=True)
+class RobotCycle:
+    """What one of several robots did in a cycle.
+
+    Attributes:
+        picked: Names of the objects that it gripped.
+        grip_force_n: As in `CycleReport`, of its last Grasp.
+        max_tracking_error_rad: As there, while no robot touched anything but what it held.
+        limits: Largest fractions of limits used.
+        saturated_steps: Control steps in which its controller was cut off at an effort limit.
+        max_torque_rate_nm_s: Largest change of a joint's torque [N m/s].
+        max_tool_speed_m_s: Largest speed of the tool's origin [m/s].
+    """
+
+    picked: tuple[str, ...] = ()
+    grip_force_n: float | None = None
+    max_tracking_error_rad: float | None = None
+    limits: LimitUse = field(default_factory=LimitUse)
+    saturated_steps: int = 0
+    max_torque_rate_nm_s: float = 0.0
+    max_tool_speed_m_s: float = 0.0
+
+
+@dataclass(frozen=True)
 class CycleReport:
     """One run of the root from idle to SUCCESS or FAILURE.
 
@@ -74,6 +97,8 @@ class CycleReport:
         max_torque_rate_nm_s: Largest change of a joint's torque [N m/s].
         max_tool_speed_m_s: Largest speed of the tool's origin [m/s].
         randomized: What was drawn for it: values by kind of thing, thing and quantity.
+        robots: With several robots in the cell what each of them did, by name; the figures above
+            are the worst of theirs then, or sums, and `placed` is of all that they picked.
     """
 
     status: str
@@ -90,6 +115,7 @@ class CycleReport:
     max_torque_rate_nm_s: float = 0.0
     max_tool_speed_m_s: float = 0.0
     randomized: dict[str, dict[str, dict[str, Any]]] = field(default_factory=dict)
+    robots: dict[str, RobotCycle] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -122,8 +148,15 @@ class RunReport:
     error: str = ""
 
     def to_json(self) -> str:
-        """Give the report as JSON text; a number that is not finite becomes null."""
-        return json.dumps(_plain(asdict(self)), indent=2, allow_nan=False) + "\n"
+        """Give the report as JSON text; a number that is not finite becomes null.
+
+        Cycles of a single robot have no `robots`.
+        """
+        content = _plain(asdict(self))
+        for cycle in content["cycles"]:
+            if not cycle["robots"]:
+                del cycle["robots"]
+        return json.dumps(content, indent=2, allow_nan=False) + "\n"
 
     def write(self, path: Path) -> None:
         """Write the report as JSON, whole or not at all.

@@ -23,22 +23,23 @@ class Block(NamedTuple):
 
 
 class StepLog:
-    """Copies the state after each control step.
+    """Copies the state of a robot after each control step.
 
     This runs a thousand times in a simulated second, so it only copies: what comes from the
     physics is read through views that are bound once for a compiled model, and all of a step is
     joined as bytes, which takes a fifth of the time that rows of an array take.
     """
 
-    def __init__(self, station: Any) -> None:
-        """Look at a station's present model.
+    def __init__(self, cell: Any, commanded: Any) -> None:
+        """Look at the present model of a cell.
 
         Args:
-            station: The cell with its robot, arm and controller.
+            cell: The `bt_manip.cell.Cell`.
+            commanded: The `bt_manip.runner.CommandedRobot` in it.
         """
-        self._station = station
-        self._arm, self._controller = station.arm, station.controller
-        self._nq = len(station.robot.limits.lower)
+        self._cell, self._robot = cell, commanded.robot
+        self._arm, self._controller = commanded.arm, commanded.controller
+        self._nq = len(self._robot.limits.lower)
         self._times: list[float] = []
         self._rows: list[bytes] = []
         self._touches: list[Any] = []
@@ -46,7 +47,7 @@ class StepLog:
 
     def bind(self) -> None:
         """Look at the model that the cell has now."""
-        cell, robot = self._station.cell, self._station.robot
+        cell, robot = self._cell, self._robot
         self._data, self._judge = cell.data, cell.touch.judge
         self._tool: Any = cell.data.site_xpos[robot.tool_site_id]
         self._addresses = np.array(robot.qpos_adr), np.array(robot.dof_adr)

@@ -2,6 +2,7 @@
 
 import tempfile
 import zipfile
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO
@@ -9,13 +10,27 @@ from typing import BinaryIO
 import numpy as np
 
 from bt_manip.recording.files import check_writable, whole_file
+from bt_manip.recording.step_log import Block
 
 COLUMNS = ("q", "v", "q_ref", "v_ref", "a_ref", "tau")
 """What is traced beside the time; `q_ref`, `v_ref` and `a_ref` are what the arm asked for."""
 
 
+def columns_of(blocks: Mapping[str, Block]) -> tuple[list[np.ndarray], list[str]]:
+    """Give what is traced of some robots, and what it is called: with several, ``robot/column``.
+
+    Args:
+        blocks: The same control steps of each robot, by its name.
+    """
+    prefixes = {name: f"{name}/" if len(blocks) > 1 else "" for name in blocks}
+    columns = [getattr(block, column) for block in blocks.values() for column in COLUMNS]
+    return columns, [prefix + column for prefix in prefixes.values() for column in COLUMNS]
+
+
 class Trace:
     """Keeps t, q, v, q_ref, v_ref, a_ref and tau of every control step for an ``.npz`` file.
+
+    With several robots in a cell the file has ``left/q`` and so on, by their names.
 
     The rows wait in a temporary file, so that a run of any length needs no memory for them. The
     file that was asked for is written at the end, whole or not at all.
@@ -32,18 +47,22 @@ class Trace:
         """
         check_writable(path, "trace")
         self.path = path
-        self._nq = 0
+        self._names: tuple[str, ...] = COLUMNS
+        self._widths = (0,) * len(COLUMNS)
         self._rows = 0
         self._file: BinaryIO = tempfile.TemporaryFile()  # noqa: SIM115 (closed in close())
 
-    def append(self, t: np.ndarray, columns: tuple[np.ndarray, ...]) -> None:
+    def append(
+        self, t: np.ndarray, columns: Sequence[np.ndarray], names: Sequence[str] = COLUMNS
+    ) -> None:
         """Add control steps.
 
         Args:
             t: Simulated times [s].  # (n,)
-            columns: As in `COLUMNS`, each of them (n, nq).
+            columns: As many as names, each of them (n, nq).
+            names: What they are called, the same ones at each call.
         """
-        self._nq = columns[0].shape[1]
+        self._names, self._widths = tuple(names), tuple(column.shape[1] for column in columns)
         rows = np.column_stack((t, *columns))
         self._rows += len(rows)
         self._file.write(rows.tobytes())
@@ -56,7 +75,7 @@ class Trace:
         """
         try:
             self._file.flush()
-            width = 1 + len(COLUMNS) * self._nq
+            width = 1 + sum(self._widths)
             table = (
                 np.memmap(self._file, dtype=float, mode="r", shape=(self._rows, width))
                 if self._rows
@@ -64,8 +83,10 @@ class Trace:
             )
             with whole_file(self.path) as target, zipfile.ZipFile(target, "w") as archive:
                 _write(archive, "t", table[:, 0])
-                for i, name in enumerate(COLUMNS):
-                    _write(archive, name, table[:, 1 + i * self._nq : 1 + (i + 1) * self._nq])
+                first = 1
+                for name, columns in zip(self._names, self._widths, strict=True):
+                    _write(archive, name, table[:, first : first + columns])
+                    first += columns
         finally:
             self._file.close()
 

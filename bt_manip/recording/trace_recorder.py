@@ -5,7 +5,7 @@ from typing import Any
 
 from bt_manip.exceptions import BtManipError
 from bt_manip.recording.step_log import StepLog
-from bt_manip.recording.trace import Trace
+from bt_manip.recording.trace import Trace, columns_of
 from bt_manip.runner.observer import RunObserver
 
 
@@ -24,31 +24,34 @@ class TraceRecorder(RunObserver):
         if path is None:
             raise BtManipError("a trace needs a file to be written to: --record trace=FILE.npz")
         self._trace = Trace(path)
-        self._log: StepLog | None = None
+        self._logs: dict[str, StepLog] = {}
 
     def run_started(self, run: Any) -> None:
         """Look at the station."""
-        self._log = StepLog(run.station)
+        station = run.station
+        self._logs = {name: StepLog(station.cell, one) for name, one in station.robots.items()}
 
     def model_changed(self) -> None:
         """Bind to the new model."""
-        if self._log is not None:
-            self._flush(self._log)
-            self._log.bind()
+        self._flush()
+        for log in self._logs.values():
+            log.bind()
 
     def after_step(self) -> None:
         """Copy the state after one control step."""
-        if self._log is not None and self._log.append():
-            self._flush(self._log)
+        full = False
+        for log in self._logs.values():
+            full = log.append()
+        if full:
+            self._flush()
 
     def run_ended(self) -> None:
         """Write the file."""
-        if self._log is not None:
-            self._flush(self._log)
+        self._flush()
         self._trace.close()
 
-    def _flush(self, log: StepLog) -> None:
-        block = log.take()
-        if block.touches:
-            columns = (block.q, block.v, block.q_ref, block.v_ref, block.a_ref, block.tau)
-            self._trace.append(block.t, columns)
+    def _flush(self) -> None:
+        blocks = {name: log.take() for name, log in self._logs.items()}
+        first = next(iter(blocks.values()), None)
+        if first is not None and first.touches:
+            self._trace.append(first.t, *columns_of(blocks))
