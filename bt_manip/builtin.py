@@ -76,11 +76,15 @@ def register_trees(register: Callable[..., None]) -> None:
 
 @hookimpl
 def register_scenes(register: Callable[[str, Callable[[], Any]], None]) -> None:
-    """Bring the scene of the pick and place task, and one with two robots."""
+    """Bring the scene of the pick and place task, one with two robots, and those in files."""
+    from bt_manip.models import bundled_root
     from bt_manip.runner.scene import table_and_basket, two_arms
+    from bt_manip.runner.scene_choice import scene_of
 
     register("table_and_basket", table_and_basket)
     register("two_arms", two_arms)
+    for path in sorted(bundled_root("scenes").glob("*.toml")):
+        register(path.stem, scene_of(path))
 
 
 @hookimpl

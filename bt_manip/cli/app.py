@@ -27,6 +27,7 @@ COMMANDS = {
     "new": "bt_manip.cli.new:new",
     "plugins": "bt_manip.cli.plugins:show_plugins",
     "run": "bt_manip.cli.run:run",
+    "scene": "bt_manip.cli.scene:scene",
     "tree": "bt_manip.cli.tree:tree",
 }
 """Sub-commands and where they are; each is imported when it is asked for."""

@@ -1,53 +1,14 @@
 """``bt-manip run``: a tree in a cell, watched and reported."""
 
-import os
-import traceback
-from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from bt_manip.cli.interrupt import INTERRUPTED, Interrupt
-from bt_manip.cli.plugin_options import load_chosen_plugins, plugin_options, print_warning
+from bt_manip.cli.interrupt import Interrupt
+from bt_manip.cli.plugin_options import plugin_options
+from bt_manip.cli.run_job import RunOptions, execute
 from bt_manip.cli.settings import parse_settings
-from bt_manip.exceptions import BtManipError, NodeError
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from bt_manip.plugins import Plugins
-    from bt_manip.recording.recorder import Recorder
-    from bt_manip.recording.report import RunReport
-    from bt_manip.recording.trace import Trace
-    from bt_manip.runner.observer import RunObserver
-
-CYCLE_FAILED = 1
-FAULT = 3
-
-
-@dataclass(frozen=True)
-class RunOptions:
-    """What stands behind ``bt-manip run``."""
-
-    tree: str
-    cycles: int
-    seed: int
-    robot: str
-    controller: str | None
-    scene: str | None
-    planner: str
-    settings: dict[str, str]
-    tick_ms: float
-    real_time: float | None
-    view: bool
-    report: Path | None
-    trace: Path | None
-    records: tuple[str, ...]
-    watch: bool
-    quiet: bool
-
 
 EXIT_CODES = (
     "Exit codes: 0 every cycle succeeded, 1 a cycle failed, 2 bad input, 3 a fault inside (a "
@@ -61,7 +22,9 @@ EXIT_CODES = (
     "--cycles", default=1, show_default=True, metavar="N",
     help="Runs of the tree from idle to SUCCESS or FAILURE; 0 goes on until Ctrl-C.",
 )  # fmt: skip
-@click.option("--seed", default=0, show_default=True, metavar="S", help="Seed of all randomness.")
+@click.option(
+    "--seed", type=int, metavar="S", help="Seed of all randomness.  [default: the scene's, or 0]"
+)
 @click.option(
     "--robot", default="panda", show_default=True, metavar="R",
     help="Robot to use: a registered name, or path.toml that describes one.",
@@ -72,7 +35,8 @@ EXIT_CODES = (
 )  # fmt: skip
 @click.option(
     "--scene", metavar="S",
-    help="What stands in the cell.  [default: the tree's, or table_and_basket]",
+    help="What stands in the cell: a registered name, or path.toml.  [default: the tree's, or "
+    "table_and_basket]",
 )  # fmt: skip
 @click.option(
     "--planner", default="rrt_connect", show_default=True, metavar="P",
@@ -114,197 +78,3 @@ def run(interrupt: Interrupt, settings: tuple[str, ...], **options: Any) -> int:
     package.module:function.
     """
     return execute(RunOptions(settings=parse_settings(settings), **options), interrupt)
-
-
-def execute(options: RunOptions, interrupt: Interrupt) -> int:
-    """Run a tree as the options say, and write what they ask for.
-
-    Returns:
-        The exit code.
-
-    Raises:
-        BtManipError: For bad input; nothing has been simulated or written then.
-    """
-    _check_files(options)
-    job = _Job(options, interrupt)
-    # Whatever happens and whenever: from here on the way leads through finish().
-    with interrupt.held():
-        try:
-            code = job.run()
-        except KeyboardInterrupt:
-            code = INTERRUPTED
-        except Exception as error:
-            # An interrupt that hits an import can come out of it as something else.
-            if interrupt.requested:
-                code = INTERRUPTED
-            elif job.started or not isinstance(error, BtManipError):
-                code = job.fault(error)
-            else:
-                raise
-        return job.finish(INTERRUPTED if interrupt.requested else code)
-
-
-class _Job:
-    """One run from its options to its report."""
-
-    def __init__(self, options: RunOptions, interrupt: Interrupt) -> None:
-        self._options = options
-        self._interrupt = interrupt
-        self._plugins: Plugins | None = None
-        self._recorder: Recorder | None = None
-        self._trace: Trace | None = None
-        self._error = ""
-        self.started = False
-
-    def run(self) -> int:
-        """Prepare the run and go through it; give the exit code of one that ends by itself."""
-        with self._interrupt.raised():
-            prepared, observers = self._prepare()
-        self.started = True
-        with self._interrupt.patient():
-            prepared.execute(observers, stop=lambda: self._interrupt.requested)
-        return 0
-
-    def _prepare(self) -> tuple[Any, list["RunObserver"]]:
-        """Find everything that is wrong before anything is simulated."""
-        options = self._options
-        window = self._window()
-        from rich.console import Console
-
-        from bt_manip.registry import Surroundings
-        from bt_manip.runner.request import CONTROLLER, SCENE, RunRequest
-        from bt_manip.runner.tree_source import find_tree
-
-        self._plugins = plugins = load_chosen_plugins()
-        parts = plugins.parts
-        wants = parts.surroundings.get(options.tree, Surroundings())
-        request = RunRequest(
-            tree=find_tree(options.tree, {name: parts.trees.get(name) for name in parts.trees}),
-            robot=options.robot,
-            controller=options.controller or wants.controller or CONTROLLER,
-            scene=options.scene or wants.scene or SCENE,
-            planner=options.planner,
-            cycles=options.cycles,
-            seed=options.seed,
-            tick=options.tick_ms / 1e3,
-            settings=options.settings,
-            real_time=options.real_time,
-        )
-        # Only now what takes long to import: what is wrong above is said at once.
-        from bt_manip.cli.run_observers import extra_observers
-        from bt_manip.recording.recorder import Recorder
-        from bt_manip.recording.trace import Trace
-        from bt_manip.runner.prepare import prepare
-
-        prepared = prepare(request, parts, print_warning)
-        self._console = Console(quiet=options.quiet)
-        self._trace = Trace(options.trace) if options.trace else None
-        self._recorder = Recorder(request.tree.name, request.seed, self._trace)
-        observers: list[RunObserver] = [self._recorder]
-        observers += extra_observers(plugins, request.controller, options.records)
-        if options.watch:
-            from bt_manip.runner.reloading import Reloader
-            from bt_manip.runner.xml_tree import known_behaviours
-
-            observers.append(Reloader(request.tree, known_behaviours(parts), self._tell))
-        if not options.quiet:
-            observers.append(_terminal(self._console, options.cycles))
-        if window:
-            from bt_manip.viewer.window import Window
-
-            observers.append(Window())
-        return prepared, observers
-
-    def _tell(self, message: str) -> None:
-        """Say something while the run goes on and a view may hold the terminal."""
-        self._console.print(message, markup=False, highlight=False, soft_wrap=True)
-
-    def fault(self, error: Exception) -> int:
-        """Say what is broken, and whose it is."""
-        owner = self._plugins.blame(error) if self._plugins else None
-        by = f"plugin '{owner.name}' {owner.version}".rstrip() + ": " if owner else ""
-        text = str(error)
-        if not isinstance(error, BtManipError):
-            # A node's exception is wrapped in one that says which node; the first one says why.
-            traceback.print_exception(error.__cause__ or error)
-            if not isinstance(error, NodeError) and not hasattr(error, "culprit"):
-                text = f"{type(error).__name__}: {text}"
-        self._error = f"{by}{text}"
-        click.echo(f"Error: the run ended by a fault: {self._error}", err=True)
-        return FAULT
-
-    def finish(self, code: int) -> int:
-        """Write and print what there is; give the exit code of the whole."""
-        status = {FAULT: "ERROR", 0: None}.get(code, "INTERRUPTED")
-        report = self._report(status)
-        if code == 0 and report.status != "SUCCESS":
-            code = CYCLE_FAILED
-        try:
-            with ExitStack() as stack:
-                # In this order from the last to the first, each even when another one fails.
-                if self._recorder is not None:
-                    stack.callback(self._print_cycles, report)
-                if self._options.report is not None:
-                    stack.callback(report.write, self._options.report)
-                if self._trace is not None:
-                    stack.callback(self._trace.close)
-        except OSError as error:  # a disk that is full, a folder that has gone meanwhile
-            click.echo(f"Error: {error}", err=True)
-            return FAULT
-        return code
-
-    def _report(self, status: str | None) -> "RunReport":
-        if self._recorder is not None:
-            return self._recorder.report(status, self._error)
-        import hashlib
-
-        from bt_manip.recording.report import RunReport, versions
-
-        return RunReport(
-            tree=self._options.tree,
-            seed=self._options.seed,
-            status=status or "INTERRUPTED",
-            state_digest=hashlib.sha256().hexdigest(),
-            versions=versions(),
-            error=self._error,
-        )
-
-    def _print_cycles(self, report: "RunReport") -> None:
-        from bt_manip.cli.cycle_table import print_cycles
-
-        print_cycles(self._console, report)
-
-    def _window(self) -> bool:
-        """Tell whether there will be a window; settle how mujoco draws before it is imported."""
-        if self._options.view:
-            from bt_manip.viewer.display import NoDisplayError, require_display
-
-            try:
-                require_display()
-                return True
-            except NoDisplayError as error:
-                print_warning(f"--view: {error}; the run goes on without a window")
-        os.environ.setdefault("MUJOCO_GL", "disable")
-        return False
-
-
-def _check_files(options: RunOptions) -> None:
-    """Make sure that what the user wants written can be."""
-    from bt_manip.recording.files import check_writable
-
-    if options.report is not None:
-        check_writable(options.report, "report")
-    if options.trace is not None:
-        check_writable(options.trace, "trace")
-        if options.report is not None and options.trace.absolute() == options.report.absolute():
-            raise BtManipError(f"report and trace cannot both be '{options.trace}'")
-
-
-def _terminal(console: "Console", cycles: int) -> "RunObserver":
-    if console.is_terminal and not console.is_dumb_terminal:
-        from bt_manip.viewer.terminal_view import TerminalView
-
-        return TerminalView(console, cycles=cycles)
-    from bt_manip.viewer.plain_view import PlainView
-
-    return PlainView(console, cycles=cycles)

@@ -1,4 +1,4 @@
-"""The model and tree files that travel with the package."""
+"""The model, tree and scene files that travel with the package."""
 
 from pathlib import Path
 
@@ -8,11 +8,11 @@ from bt_manip.exceptions import BtManipError, did_you_mean
 def bundled_root(kind: str) -> Path:
     """Find the directory of bundled files of one kind.
 
-    A wheel carries them as ``bt_manip/bundled/models`` and ``bt_manip/bundled/trees``; a source
-    checkout has them at the top level, beside the package.
+    A wheel carries them as ``bt_manip/bundled/models``, ``bt_manip/bundled/trees`` and so on; a
+    source checkout has them at the top level, beside the package.
 
     Args:
-        kind: ``"models"`` or ``"trees"``.
+        kind: ``"models"``, ``"trees"``, ``"scenes"`` or ``"templates"``.
 
     Raises:
         BtManipError: When the installation lacks them.

@@ -47,8 +47,11 @@ def furnished(scene: Scene, models: Mapping[str, str], catalogue: Catalogue) -> 
         before = catalogue.create(fixture.model, **fixture.parameters)
         parameters = {"category": getattr(before, "category", None)}
         after = catalogue.create(models[fixture.name], **parameters)
-        T_wo = fixture.T_wo * _bottom(before) * _bottom(after).inverse()
-        fixtures.append(Fixture(models[fixture.name], fixture.name, T_wo, parameters, fixture.free))
+        T_wo = fixture.T_wo
+        if not fixture.on:
+            T_wo = T_wo * _bottom(before) * _bottom(after).inverse()
+        model = models[fixture.name]
+        fixtures.append(replace(fixture, model=model, T_wo=T_wo, parameters=parameters))
         carried = _carried(before, fixture, scene)
         if carried is not None:
             base = float(carried.T_wb.translation[2])

@@ -8,6 +8,7 @@ from bt_manip.runner.furnishing import fixture_models, furnished
 from bt_manip.runner.python_tree import make_tree
 from bt_manip.runner.request import RunRequest
 from bt_manip.runner.run import Run
+from bt_manip.runner.scene_choice import find_scene
 from bt_manip.runner.station import Station, build_station
 from bt_manip.runner.xml_tree import Warn, known_behaviours, load_document
 
@@ -24,7 +25,7 @@ def prepare(request: RunRequest, parts: Parts, warn: Warn = lambda message: None
         BtManipError: When anything that the user asked for is wrong.
     """
     clock = _StationClock()
-    scene = parts.scenes.create(request.scene)
+    scene = find_scene(request.scene, parts)
     models = fixture_models(request.settings, scene)
     settings = {key: text for key, text in request.settings.items() if key not in models}
     if request.tree.kind == "xml":

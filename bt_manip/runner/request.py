@@ -30,7 +30,7 @@ class RunRequest:
         tree: The tree to run.
         robot: Name of a registered robot, or path of a TOML file that describes one.
         controller: Name of a registered controller.
-        scene: Name of a registered scene.
+        scene: Name of a registered scene, or path of a TOML file that describes one.
         planner: Name of a registered planner.
         cycles: Runs of the root from idle to SUCCESS or FAILURE; 0 goes on until it is stopped.
         seed: Seed of all randomness.

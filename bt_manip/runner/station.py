@@ -17,6 +17,7 @@ from bt_manip.motion import Arm, Traffic
 from bt_manip.registry import Parts, Registry
 from bt_manip.robots import Robot
 from bt_manip.runner.commanded_robot import CommandedRobot, RobotEntities
+from bt_manip.runner.fixtures import put_fixture, told_with_file
 from bt_manip.runner.request import CONTROLLER, PLANNER
 from bt_manip.runner.scene import Scene, table_and_basket
 
@@ -199,16 +200,19 @@ def build_station(
     entities = [RobotEntities(one, parts) for one in chosen]
     fixtures = [(f, catalogue.create(f.model, **f.parameters)) for f in scene.fixtures]
     cell = Cell()
-    with cell.editing():
+    with told_with_file(scene), cell.editing():
         for fixture, entity in fixtures:
-            cell.add(entity, fixture.T_wo, name=fixture.name, free=fixture.free)
+            put_fixture(cell, fixture, entity, seed)
         names = [one.put_into(cell) for one in entities]
     robots = {name: one.commanded(name) for name, one in zip(names, entities, strict=True)}
     if len(robots) > 1:
         Traffic({name: one.arm for name, one in robots.items()})
     rng = np.random.default_rng(seed)
-    stands = {f.name: Stand(f.model, f.T_wo, f.parameters, f.free) for f in scene.fixtures}
-    randomizer = Randomizer(
-        scene.randomization, cell, catalogue, seed=seed, stands=stands, robots=tuple(robots)
-    )
+    stands = {
+        f.name: Stand(f.model, cell.pose(f.name), f.parameters, f.free) for f in scene.fixtures
+    }
+    with told_with_file(scene):
+        randomizer = Randomizer(
+            scene.randomization, cell, catalogue, seed=seed, stands=stands, robots=tuple(robots)
+        )
     return Station(cell, robots, rng, catalogue, parts.planners, randomizer)

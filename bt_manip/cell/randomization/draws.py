@@ -20,10 +20,23 @@ def stream(seed: int, cycle: int, *key: str | int) -> np.random.RandomState:
         cycle: Number of the cycle.
         key: What the value is for.
     """
+    return np.random.RandomState(np.random.MT19937(_sequence(seed, cycle, key)))
+
+
+def generator(seed: int, *key: str | int) -> np.random.Generator:
+    """Give the same for what is drawn once, before the first cycle.
+
+    Args:
+        seed: Seed of the run.
+        key: What the values are for.
+    """
+    return np.random.Generator(np.random.PCG64(_sequence(seed, 0, ("at first", *key))))
+
+
+def _sequence(seed: int, cycle: int, key: tuple[str | int, ...]) -> np.random.SeedSequence:
     digest = hashlib.sha256("\0".join(map(str, key)).encode()).digest()
     words = np.frombuffer(digest, "<u4").tolist()
-    sequence = np.random.SeedSequence(seed, spawn_key=(cycle, *words))
-    return np.random.RandomState(np.random.MT19937(sequence))
+    return np.random.SeedSequence(seed, spawn_key=(cycle, *words))
 
 
 def draw(varied: Varied, nominal: Any, random_state: np.random.RandomState) -> Any:
@@ -38,4 +51,5 @@ def draw(varied: Varied, nominal: Any, random_state: np.random.RandomState) -> A
         A number or a list of numbers: plain data.
     """
     value = variation.evaluate(varied, nominal, nominal, random_state)
-    return np.asarray(value, dtype=float).tolist()
+    numbers = np.asarray(value)
+    return numbers.astype(int if numbers.dtype.kind in "iu" else float).tolist()

@@ -65,26 +65,16 @@ class Randomization:
             for thing, varied in lines.items():
                 for name in varied:
                     if name not in known:
-                        raise UnknownQuantityError(where, thing, name, known)
+                        raise unknown_quantity(where, thing, name, known)
 
     def __bool__(self) -> bool:
         """Tell whether anything varies."""
         return any((self.objects, self.robots, self.lights, self.cameras, self.observations))
 
 
-class UnknownQuantityError(CellError):
-    """Something shall vary that a thing does not have.
-
-    Attributes:
-        where: ``"objects"``, ``"robots"``, ...
-        thing: The name of the thing.
-        name: The quantity.
-    """
-
-    def __init__(self, where: str, thing: str, name: str, known: tuple[str, ...]) -> None:
-        """Say what is unknown, and what can vary."""
-        self.where, self.thing, self.name = where, thing, name
-        super().__init__(
-            f"{where} '{thing}': '{name}' cannot vary{did_you_mean(name, known)}; "
-            f"{', '.join(known)} can"
-        )
+def unknown_quantity(where: str, thing: str, name: str, known: tuple[str, ...]) -> CellError:
+    """Make the error of something that shall vary and that a thing does not have."""
+    return CellError(
+        f"{where} '{thing}': '{name}' cannot vary{did_you_mean(name, known)}; "
+        f"{', '.join(known)} can"
+    )

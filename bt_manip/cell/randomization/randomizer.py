@@ -20,7 +20,7 @@ from bt_manip.cell.randomization.randomization import (
     POSE,
     Lines,
     Randomization,
-    UnknownQuantityError,
+    unknown_quantity,
 )
 from bt_manip.cell.randomization.stands import Stand, Stands
 from bt_manip.exceptions import did_you_mean
@@ -187,7 +187,7 @@ class Randomizer:
             for quantity in lines:
                 allowed = dict.fromkeys((*PHYSICAL, *POSE, *known))
                 if quantity not in allowed:
-                    raise UnknownQuantityError("objects", key, quantity, tuple(allowed))
+                    raise unknown_quantity("objects", key, quantity, tuple(allowed))
 
     def _lines(
         self, where: str, name: str, entity: composer.Entity
@@ -262,7 +262,7 @@ class Randomizer:
                 delay = lines.get("delay")
                 steps = None
                 if delay is not None:
-                    steps = self._draw("observations", f"{name}/{observable}", "delay", delay, 0.0)
+                    steps = self._draw("observations", f"{name}/{observable}", "delay", delay, 0)
                 observe_with(entity, observable, noise=lines.get("noise"), delay=steps)
 
 

@@ -23,13 +23,13 @@ class Stand:
         model: Registered name or address of the object.
         T_wo: Its pose in the world, without variation.
         made_with: What it is made with, by keyword.
-        free: Whether it moves freely.
+        free: Whether it moves freely; None leaves it to the object.
     """
 
     model: str
     T_wo: pin.SE3
     made_with: Mapping[str, Any] = field(default_factory=dict)
-    free: bool = False
+    free: bool | None = False
 
     def parameters(self, catalogue: Catalogue) -> Mapping[str, Any]:
         """Give all that it could be made with."""

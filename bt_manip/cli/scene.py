@@ -1,0 +1,136 @@
+"""``bt-manip scene``: check and explain what stands in a cell."""
+
+import os
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bt_manip.cli.plugin_options import load_chosen_plugins, plugin_options
+from bt_manip.exceptions import BtManipError
+
+if TYPE_CHECKING:
+    from bt_manip.cell import Cell
+    from bt_manip.registry import Parts
+    from bt_manip.runner import Scene, Station
+
+BAD_INPUT = 2
+
+_robot = click.option(
+    "--robot", default="panda", show_default=True, metavar="R",
+    help="Robot of scenes that leave it open: a registered name, or path.toml.",
+)  # fmt: skip
+
+
+@click.group()
+@plugin_options
+def scene() -> None:
+    """Check and explain scenes: what stands in a cell before a tree begins."""
+    os.environ.setdefault("MUJOCO_GL", "disable")
+
+
+@scene.command()
+@click.argument("files", nargs=-1, required=True, metavar="SCENE...")
+@_robot
+def check(files: tuple[str, ...], robot: str) -> int:
+    """Print all that is wrong with scenes, each finding with file, line and key.
+
+    SCENE is path.toml or a registered name. What is right so far is put together, too: that finds
+    what would stand inside something else. Exits with 2 if there are errors.
+    """
+    parts = load_chosen_plugins().parts
+    errors = 0
+    for text in files:
+        for problem in _problems(text, parts, robot):
+            click.echo(problem)
+            errors += 1
+    scenes = f"{len(files)} scene{'s' if len(files) != 1 else ''}"
+    click.echo(f"{scenes}: {errors} error{'s' if errors != 1 else ''}", err=True)
+    return BAD_INPUT if errors else 0
+
+
+def _problems(text: str, parts: "Parts", robot: str) -> tuple[str, ...]:
+    from bt_manip.runner.scene_file import SceneError
+
+    try:
+        _built(text, parts, robot)
+    except SceneError as error:
+        return error.problems
+    except BtManipError as error:
+        return (str(error),)
+    return ()
+
+
+@scene.command()
+@click.argument("name", metavar="SCENE")
+@_robot
+def show(name: str, robot: str) -> None:
+    """Tell what stands where in a scene, and what varies from cycle to cycle.
+
+    SCENE is path.toml or a registered name.
+    """
+    found, station = _built(name, load_chosen_plugins().parts, robot)
+    for line in _lines(found, station):
+        click.echo(line)
+
+
+def _built(text: str, parts: "Parts", robot: str) -> tuple["Scene", "Station"]:
+    """Find a scene and put it together.
+
+    Raises:
+        BtManipError: When something is wrong with it.
+    """
+    from bt_manip.runner.scene_choice import find_scene, seed_of
+    from bt_manip.runner.station import build_station
+
+    found = find_scene(text, parts)
+    return found, build_station(parts, robot=robot, scene=found, seed=seed_of(text, parts))
+
+
+def _lines(found: "Scene", station: "Station") -> Iterator[str]:
+    if found.about:
+        yield found.about
+    if found.seed is not None:
+        yield f"seed {found.seed}"
+    yield "robots:"
+    for robot, (name, commanded) in zip(found.robots, station.robots.items(), strict=True):
+        what = robot.description or commanded.robot.description.name
+        extra = [part for part in (robot.controller, robot.planner) if part]
+        with_parts = f", {', '.join(extra)}" if extra else ""
+        yield f"  {name}: {what}{with_parts}, {_place(station.cell, name)}"
+    if found.fixtures:
+        yield "objects:"
+    for fixture in found.fixtures:
+        entity = station.cell.entities[fixture.name]
+        placed = _place(station.cell, fixture.name)
+        on = f", on '{fixture.on}'" if fixture.on else ""
+        drawn = ", place drawn from the seed" if fixture.region else ""
+        yield f"  {fixture.name}: {fixture.model}{_facts(entity)}, {placed}{on}{drawn}"
+    varied = list(_varied(found))
+    if varied:
+        yield "varies from cycle to cycle:"
+        yield from varied
+
+
+def _facts(entity: Any) -> str:
+    facts = [str(getattr(entity, "category", ""))]
+    mass = getattr(entity, "mass", 0.0)
+    if mass:
+        facts.append(f"{mass:.3g} kg")
+    return f" ({', '.join(fact for fact in facts if fact)})"
+
+
+def _place(cell: "Cell", name: str) -> str:
+    import pinocchio as pin
+
+    T = cell.pose(name)
+    x, y, z = T.translation
+    turns = [f"{angle:.3f}" for angle in pin.rpy.matrixToRpy(T.rotation) + 0.0]
+    turned = f", turned by {' '.join(turns)} rad" if any(abs(float(t)) > 0 for t in turns) else ""
+    return f"at {x:.3f} {y:.3f} {z:.3f} m{turned}"
+
+
+def _varied(found: "Scene") -> Iterator[str]:
+    for where in ("objects", "robots", "lights", "cameras", "observations"):
+        for thing, lines in getattr(found.randomization, where).items():
+            yield f"  {where} {thing}: {', '.join(lines)}"

@@ -1,0 +1,55 @@
+"""Which scene a name means."""
+
+import contextlib
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+from bt_manip.registry import Parts
+from bt_manip.runner.scene import Scene
+from bt_manip.runner.scene_file import read_scene
+
+
+def is_scene_file(scene: str) -> bool:
+    """Tell whether a text is the path of a scene's file, and not a registered name."""
+    return scene.endswith(".toml") or "/" in scene or "\\" in scene
+
+
+def find_scene(scene: str, parts: Parts) -> Scene:
+    """Give a scene.
+
+    Args:
+        scene: A registered name, or the path of a TOML file.
+        parts: The registered parts.
+
+    Raises:
+        BtManipError: When there is no such scene, or its file is wrong.
+    """
+    return read_scene(scene, parts) if is_scene_file(scene) else parts.scenes.create(scene)
+
+
+def seed_of(scene: str, parts: Parts) -> int:
+    """Give the seed that a scene asks for; 0 where it asks for none, or cannot be read.
+
+    Args:
+        scene: A registered name, or the path of a TOML file.
+        parts: The registered parts.
+    """
+    if not is_scene_file(scene):
+        return (parts.scenes.create(scene).seed or 0) if scene in parts.scenes else 0
+    try:
+        seed = tomllib.loads(Path(scene).read_text("utf-8")).get("seed", 0)
+    except (OSError, ValueError):  # said with its reason when the scene itself is read
+        return 0
+    return seed if isinstance(seed, int) and seed >= 0 else 0
+
+
+def scene_of(path: Path) -> Callable[[], Scene]:
+    """Give what makes the scene of a file, to register it; it is read when it is asked for."""
+
+    def read() -> Scene:
+        return read_scene(path)
+
+    with contextlib.suppress(OSError, ValueError):
+        read.__doc__ = str(tomllib.loads(path.read_text("utf-8")).get("about", ""))
+    return read
