@@ -11,6 +11,7 @@ from bt_manip.cell.labels import Labels
 from bt_manip.cell.naming import entity_of
 from bt_manip.robots import Robot, RobotModel
 
+from .clearance_proof import ClearanceProof
 from .encounter import CLEARANCE
 from .held import held_root
 from .lookout import Lookout
@@ -63,6 +64,9 @@ class CollisionWorld:
             self._source = robot.mj_model
             self._adr = np.array(robot.qpos_adr)
             self._near = Lookout(self._source, PADDING, self._adr)
+            self._proof = ClearanceProof(
+                self._source, self._near, self._adr, np.array(robot.dof_adr)
+            )
             self._labels = Labels(self._source)
             self._arm = moved_bodies(self._source, robot.dof_adr)
             self._held_root = 0
@@ -75,6 +79,7 @@ class CollisionWorld:
         self._near.take(data)
         if self.others:
             self._place_others()
+        self._proof.take()
         if self._held_root:
             start = int(self._source.jnt_qposadr[self._source.body_jntadr[self._held_root]])
             q = data.qpos[start : start + 7]
@@ -107,7 +112,8 @@ class CollisionWorld:
         model, root = self._source, self._held_root
         assert model is not None
         held = (model.body_rootid == root) & (root > 0)
-        self._near.watch(self._arm | held, root)
+        moved = self._arm | held
+        self._near.watch(moved, root)
         of_geom = model.geom_bodyid
         fingers = np.isin(of_geom, self._robot.finger_body_ids)
         carried, own = held[of_geom], self._arm[of_geom]
@@ -117,6 +123,7 @@ class CollisionWorld:
         may_touch = gripping[:, np.newaxis] & gripping
         self.counts = (moving[:, np.newaxis] | moving) & ~may_touch & ~may_touch.T
         self.own = own[:, np.newaxis] & own
+        self._proof.watch(moved, root, self.counts)
 
     def look(self, q: np.ndarray) -> int:
         """Put the arm at a configuration and find what is near.
@@ -134,6 +141,19 @@ class CollisionWorld:
     def _carried(self, q: np.ndarray) -> pin.SE3 | None:
         """Give where what is held comes to be, with the arm at a configuration."""
         return self._kinematics.pose(q) * self._T_to if self._held_root else None
+
+    def proven(self, path: np.ndarray, needed: np.ndarray) -> np.ndarray:
+        """Tell which configurations of a path keep their distances, without a look at all of them.
+
+        Args:
+            path: Configurations [rad].  # (n, nq)
+            needed: Distance of each pair of geoms that is asked for [m], -inf where none.
+                # (ngeom, ngeom)
+
+        Returns:
+            Where this is False, nothing is known.  # (n,)
+        """
+        return self._proof.proven(path, needed, self._carried)
 
     def near(self, q: np.ndarray, within: float = 0.0) -> list[Near]:
         """Name what the arm would touch at a configuration, or be near to; the nearest first.

@@ -62,21 +62,38 @@ class FreeSpace:
 
     def free(self, q: np.ndarray) -> bool:
         """Tell whether the arm may be at a configuration."""
+        leaving = self._touching and np.abs(q - self.start).max() < LEAVING
+        return self._keeps(q, self._leaving if leaving else self._needed)
+
+    def keeps_distance(self, q: np.ndarray) -> bool:
+        """Tell whether a configuration is free, whatever it touches at the start."""
+        return self._keeps(q, self._needed)
+
+    def _keeps(self, q: np.ndarray, needed: np.ndarray) -> bool:
         if not self.world.look(q):
             return True
         first, second, distance = self.world.seen
-        needed = self._needed
-        if self._touching and np.abs(q - self.start).max() < LEAVING:
-            needed = self._leaving
         return not (distance < needed[first, second]).any()
+
+    def proven(self, path: np.ndarray) -> np.ndarray:
+        """Tell which of many configurations keep their distance, with few looks.
+
+        Args:
+            path: Configurations [rad].  # (n, nq)
+
+        Returns:
+            Where this is False, nothing is known.  # (n,)
+        """
+        return self.world.proven(path, self._needed)
 
     def path_free(self, path: np.ndarray) -> bool:
         """Tell whether all of many configurations are free."""  # (n, nq)
-        return all(map(self.free, path))
+        return self.first_blocked(path) is None
 
     def first_blocked(self, path: np.ndarray) -> int | None:
         """Give the index of the first configuration that is not free."""
-        return next((i for i, q in enumerate(path) if not self.free(q)), None)
+        unknown = np.flatnonzero(~self.proven(path)).tolist()
+        return next((i for i in unknown if not self.free(path[i])), None)
 
     def blocker(self, q: np.ndarray) -> Near | None:
         """Name what is nearest to the arm at a configuration that is not free."""

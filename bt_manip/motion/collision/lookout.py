@@ -16,6 +16,7 @@ class Lookout:
     Attributes:
         model: The copy.
         data: Its data.
+        padding: How far away contacts are seen, beyond the model's own margins [m].
     """
 
     def __init__(self, source: mujoco.MjModel, padding: float, qpos_adr: np.ndarray) -> None:
@@ -23,10 +24,10 @@ class Lookout:
 
         Args:
             source: What is simulated.
-            padding: How far away contacts are seen, beyond the model's own margins [m].
+            padding: How far away contacts are seen [m].
             qpos_adr: Where the arm's positions are.  # (nq,)
         """
-        self._source, self._padding, self._adr = source, padding, qpos_adr
+        self._source, self.padding, self._adr = source, padding, qpos_adr
         self.model = private_copy(source, padding)
         self.data = mujoco.MjData(self.model)
         self.watch(np.zeros(source.nbody, dtype=bool))
@@ -51,7 +52,7 @@ class Lookout:
             by: How much [m].
         """
         own, source = self.model, self._source
-        more = 0.5 * self._padding
+        more = 0.5 * self.padding
         own.geom_margin[:] = source.geom_margin + more + by * bodies[source.geom_bodyid]
         own.body_margin[:] = source.body_margin + more + by * bodies
 
@@ -84,7 +85,7 @@ class Lookout:
     def seen(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Geoms on both sides of each contact last seen, and their distance [m]."""
         contact = self.data.contact
-        geoms = contact.geom
+        geoms = contact.geom.copy()
         # Less than what the model has for a margin: the physics pushes from there on.
-        distance = contact.dist - contact.includemargin + self._padding
+        distance = contact.dist - contact.includemargin + self.padding
         return geoms[:, 0], geoms[:, 1], distance
