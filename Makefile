@@ -31,7 +31,8 @@ lint: setup  ## Check style
 types: setup  ## Check types
 	$(BIN)/mypy
 
-bench: setup  ## Measure, and print tables
+bench: setup  ## Measure, and print tables, beside other packages where they install
+	-@$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -e ".[peers]"
 	$(BIN)/python -m benchmarks
 
 soak: setup  ## Run the tests that take minutes, and CYCLES cycles of pick_place with SEED

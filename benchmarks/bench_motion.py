@@ -80,12 +80,15 @@ def inverse_kinematics_rows(model: RobotModel, poses: int) -> Iterable[Row]:
 
 
 def peer_rows(robot: Robot, poses: int = 200) -> Iterable[Row]:
-    """Measure other packages, where they are installed, from home."""
+    """Measure other packages, where they are installed, from home on the same poses."""
     model = robot.make_model()
     rng = np.random.default_rng(77)
     goals = rng.uniform(model.limits.lower, model.limits.upper, (poses, model.nq))
     targets = [model.pose(q) for q in goals]
     for name, solve in ik_peers.peers(robot):
+        if solve is None:
+            yield f"IK from home by {name}", "not installed", "pip install 'bt-manip[peers]'"
+            continue
         solved, times = ik_peers.measure(robot, solve, targets, [model.home] * poses)
         yield f"IK from home by {name}", f"{solved} of {poses}, {_times(times)}", ""
 

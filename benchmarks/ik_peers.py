@@ -1,6 +1,8 @@
 """Inverse kinematics by other packages, where they are installed, on the same poses.
 
-Both are differential: iterated with full steps until the pose is met or `STEPS` are spent.
+Pink and mink are differential: iterated with full steps until the pose is met or `STEPS` are
+spent. Robotics Toolbox's `ik_LM` restarts by itself; it gets our model joint by joint.
+The extra ``peers`` installs them all.
 """
 
 import importlib.util
@@ -18,15 +20,15 @@ TOLERANCE = 1e-6  # [m] and [rad]
 Solver = Callable[[pin.SE3, np.ndarray], np.ndarray]
 
 
-def peers(robot: Robot) -> Iterable[tuple[str, Solver]]:
-    """Give the solvers that can be imported, by name."""
-    available = {
-        name for name in ("pink", "mink", "qpsolvers", "daqp") if importlib.util.find_spec(name)
-    }
-    if {"pink", "qpsolvers", "daqp"} <= available:
-        yield "pin-pink, iterated", pink_solver(robot)
-    if {"mink", "qpsolvers", "daqp"} <= available:
-        yield "mink, iterated", mink_solver(robot)
+def peers(robot: Robot) -> Iterable[tuple[str, Solver | None]]:
+    """Give the solvers by name; None for what cannot be imported."""
+    for name, modules, make in (
+        ("pin-pink, iterated", ("pink", "qpsolvers", "daqp"), pink_solver),
+        ("mink, iterated", ("mink", "qpsolvers", "daqp"), mink_solver),
+        ("roboticstoolbox, ik_LM", ("roboticstoolbox",), toolbox_solver),
+    ):
+        installed = all(importlib.util.find_spec(module) for module in modules)
+        yield name, make(robot) if installed else None
 
 
 def measure(
@@ -96,5 +98,35 @@ def mink_solver(robot: Robot) -> Solver:
                 break
             configuration.integrate_inplace(v, 1.0)
         return configuration.q[robot.qpos_adr]
+
+    return solve
+
+
+def toolbox_solver(robot: Robot) -> Solver:
+    """Let Robotics Toolbox's C++ Levenberg-Marquardt search, with restarts of its own."""
+    import roboticstoolbox as rtb
+    from spatialmath import SE3
+
+    model = robot.make_model()
+    parts = []
+    for joint, placement in zip(model.model.joints, model.model.jointPlacements, strict=True):
+        if joint.idx_q < 0:
+            continue
+        if joint.shortname() != "JointModelRZ":
+            raise ValueError(f"{joint.shortname()} is not translated to Robotics Toolbox")
+        lower, upper = model.limits.lower[joint.idx_q], model.limits.upper[joint.idx_q]
+        parts += [
+            rtb.ET.SE3(SE3(placement.homogeneous, check=False)),
+            rtb.ET.Rz(jindex=joint.idx_q, qlim=[lower, upper]),
+        ]
+    tool = model.model.frames[model.tool_frame_id].placement
+    chain = rtb.ETS([*parts, rtb.ET.SE3(SE3(tool.homogeneous, check=False))])
+
+    def solve(T: pin.SE3, q0: np.ndarray) -> np.ndarray:
+        # What it calls the error is half the squared norm of position and angle.
+        found = chain.ik_LM(
+            T.homogeneous, q0=q0, tol=0.1 * TOLERANCE**2, joint_limits=True, method="chan"
+        )
+        return np.array(found.q if hasattr(found, "q") else found[0])
 
     return solve
