@@ -124,7 +124,7 @@ class Assembly:
             for entity in inventory.fresh:
                 entity.initialize_episode(new.physics, random_state)
             mujoco.mj_forward(new.model, new.data)
-            for name, accepted in inventory.accepted.items():
+            for name, accepted in reversed(inventory.accepted.items()):  # blame the later one
                 verb = "added" if name in inventory.arrived else "moved"
                 refuse_overlap(new.model, new.data, new.labels, name, accepted, verb)
         except BaseException:

@@ -1,7 +1,7 @@
 """Putting what a scene has into a cell."""
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +11,15 @@ from dm_control import composer
 from bt_manip.cell import Cell, CellError
 from bt_manip.cell.randomization import generator
 from bt_manip.runner.scene import Fixture, Scene
+
+
+def drawn_later(fixtures: Sequence[Fixture]) -> set[str]:
+    """Name the fixtures whose places are drawn when all else stands, and what is on those."""
+    later: set[str] = set()
+    for fixture in fixtures:
+        if fixture.region is not None or fixture.on in later:
+            later.add(fixture.name)
+    return later
 
 
 def put_fixture(cell: Cell, fixture: Fixture, entity: composer.Entity, seed: int) -> None:

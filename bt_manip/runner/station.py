@@ -17,7 +17,7 @@ from bt_manip.motion import Arm, Traffic
 from bt_manip.registry import Parts, Registry
 from bt_manip.robots import Robot
 from bt_manip.runner.commanded_robot import CommandedRobot, RobotEntities
-from bt_manip.runner.fixtures import put_fixture, told_with_file
+from bt_manip.runner.fixtures import drawn_later, put_fixture, told_with_file
 from bt_manip.runner.request import CONTROLLER, PLANNER
 from bt_manip.runner.scene import Scene, table_and_basket
 
@@ -201,9 +201,14 @@ def build_station(
     fixtures = [(f, catalogue.create(f.model, **f.parameters)) for f in scene.fixtures]
     cell = Cell()
     with told_with_file(scene), cell.editing():
+        later = drawn_later(scene.fixtures)
         for fixture, entity in fixtures:
-            put_fixture(cell, fixture, entity, seed)
+            if fixture.name not in later:
+                put_fixture(cell, fixture, entity, seed)
         names = [one.put_into(cell) for one in entities]
+        for fixture, entity in fixtures:
+            if fixture.name in later:
+                put_fixture(cell, fixture, entity, seed)
     robots = {name: one.commanded(name) for name, one in zip(names, entities, strict=True)}
     if len(robots) > 1:
         Traffic({name: one.arm for name, one in robots.items()})
