@@ -1,0 +1,16 @@
+"""The page about motion says what is so: what it shows whole runs."""
+
+import re
+from pathlib import Path
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "motion.md"
+
+
+def test_what_the_page_shows_whole_runs(capsys):
+    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    whole = [block for block in blocks if block.startswith("import")]
+    assert whole
+    for block in whole:
+        names: dict = {}
+        exec(compile(block, str(PAGE), "exec"), names)
+    assert "tool: 0.000 mm beside its target" in capsys.readouterr().out
