@@ -127,7 +127,7 @@ class MotionBehaviour(ArmBehaviour):
                 return self.fail(str(error))
             now = self._tried = self.cell.time
             self._blocked = now if self._blocked is None else self._blocked
-            if now - self._blocked >= self.wait:
+            if now - self._blocked >= self.wait - 1e-9:
                 return self.fail(f"{error}, for {self.wait:g} s" if self.wait else str(error))
             self.feedback_message = f"waits: {error}"
             return Status.RUNNING

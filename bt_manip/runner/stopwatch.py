@@ -19,7 +19,10 @@ WARM_UP = 10
 
 
 class Stopwatch(RunObserver):
-    """Times a controller's ``compute`` through a run, and says at its end if it is slow."""
+    """Times a controller's ``compute`` through a run, and says at its end if it is slow.
+
+    With several robots that is the controller of all that have the same one as the first.
+    """
 
     def __init__(self, who: str, warn: Callable[[str], None]) -> None:
         """Watch a controller.
@@ -31,18 +34,23 @@ class Stopwatch(RunObserver):
         self._who, self._warn = who, warn
         self._calls = self._slow = 0
         self._busy = self._wall = 0.0  # [s]
-        self._controller: Any = None
+        self._timed: list[tuple[Any, Any]] = []  # controllers, and what stands before them
 
     def run_started(self, run: Any) -> None:
-        """Stand between the controller and whoever calls it."""
-        self._dt = run.station.cell.dt
-        self._controller = controller = run.station.controller
-        self._compute, clock = controller.compute, time.perf_counter
+        """Stand between the controllers and whoever calls them."""
+        station = run.station
+        self._dt = station.cell.dt
+        for robot in station.robots.values():
+            if type(robot.controller) is type(station.controller):
+                self._watch(robot.controller)
+
+    def _watch(self, controller: Any) -> None:
+        compute, clock = controller.compute, time.perf_counter
 
         def timed(*arguments: np.ndarray) -> np.ndarray:
             start = clock()
             try:
-                return self._compute(*arguments)
+                return compute(*arguments)
             finally:
                 end = clock()
                 self._calls += 1
@@ -53,14 +61,16 @@ class Stopwatch(RunObserver):
                     self._slow += end - start > SLOW * self._dt
                     self._wall = end - self._began
 
-        controller.compute = self._timed = timed
+        controller.compute = timed
+        self._timed.append((controller, timed))
 
     def run_ended(self) -> None:
         """Step aside, and warn."""
-        if self._controller is None:
+        for controller, timed in self._timed:
+            if vars(controller).get("compute") is timed:
+                del controller.compute
+        if not self._timed:
             return
-        if vars(self._controller).get("compute") is self._timed:
-            del self._controller.compute
         counted = self._calls - WARM_UP
         if 2 * self._slow <= max(counted, 0):
             return

@@ -1,0 +1,328 @@
+"""Two robots in one cell: each has its own arm, and none gets in the way of the other."""
+
+import json
+
+import mujoco
+import numpy as np
+import pytest
+
+from bt_manip import spatial
+from bt_manip.behaviours import Grasp, Hover, IsHolding, MoveHome, MoveToPose, OpenGripper, Reach
+from bt_manip.behaviours.poses import pose_to_text
+from bt_manip.bt import NodeStatus, Sequence, SubTree, Tree
+from bt_manip.exceptions import BtManipError, NodeError
+from bt_manip.motion import MotionError
+from bt_manip.motion.collision.encounter import CLEARANCE
+from bt_manip.runner import Fixture, Scene, SceneRobot, build_station, two_arms
+from bt_manip.testing.trial import Trial
+
+MIDDLE = spatial.pointing_down((0.0, 0.0, 1.2))
+BESIDE = spatial.pointing_down((0.0, 0.3, 1.2))
+ORIGIN = spatial.pose((0.0, 0.0, 0.0))
+
+
+@pytest.fixture(scope="module")
+def built(parts):
+    cube = Fixture("cube", "cube", spatial.pose((0.0, 0.0, 1.04)), free=True)
+    scene = two_arms()
+    station = build_station(parts, scene=Scene(scene.robots, (*scene.fixtures, cube)))
+    return station, station.get_state()
+
+
+@pytest.fixture
+def station(built):
+    station, start = built
+    station.set_state(start)
+    return station
+
+
+@pytest.fixture
+def left(station):
+    return station.robots["left"]
+
+
+@pytest.fixture
+def right(station):
+    return station.robots["right"]
+
+
+def solid(station, robot) -> list[int]:
+    model = station.cell.model
+    root = model.body_rootid[model.site_bodyid[robot.robot.tool_site_id]]
+    mine = model.body_rootid[model.geom_bodyid] == root
+    return np.flatnonzero(mine & (model.geom_contype != 0)).tolist()
+
+
+def gap(station) -> float:
+    """Measure the distance of the two robots by MuJoCo's own query, geom by geom [m]."""
+    model, data, most = station.cell.model, station.cell.data, 0.2
+    geoms = [solid(station, robot) for robot in station.robots.values()]
+    nearest = most
+    for a in geoms[0]:
+        for b in geoms[1]:
+            centres = np.linalg.norm(data.geom_xpos[a] - data.geom_xpos[b])
+            if centres - model.geom_rbound[a] - model.geom_rbound[b] < nearest:
+                nearest = min(nearest, mujoco.mj_geomDistance(model, data, a, b, most, None))
+    return nearest
+
+
+def smallest_gap(station, timeout: float = 6.0) -> float:
+    """Let all motions come to their end, and give how near the robots came to each other [m]."""
+    arms = [robot.arm for robot in station.robots.values()]
+    nearest, end = gap(station), station.cell.time + timeout
+    while any(arm.moving for arm in arms):
+        assert station.cell.time < end
+        station.cell.step(5)
+        nearest = min(nearest, gap(station))
+    return nearest
+
+
+# What a station with several robots is
+
+
+def test_each_robot_of_a_scene_has_a_name_an_arm_a_controller_and_a_gripper(station):
+    assert list(station.robots) == ["left", "right"]
+    assert station.robot is station.robots["left"].robot  # the first, for scripts with one robot
+    parts = [(r.robot, r.arm, r.controller, r.gripper) for r in station.robots.values()]
+    assert all(a is not b for a, b in zip(*parts, strict=True))
+
+
+def test_moving_one_leaves_the_other_where_it_is(station, left, right):
+    before = right.robot.q
+    left.arm.move_to_pose(BESIDE)
+    station.step_until(lambda: not left.arm.moving)
+    assert np.linalg.norm(left.robot.tool_pose.translation - BESIDE.translation) < 2e-3
+    assert np.abs(right.robot.q - before).max() < 1e-3
+    assert not right.arm.moving
+
+
+def test_each_robot_has_the_description_controller_and_planner_of_the_scene(parts):
+    robots = (
+        SceneRobot(spatial.pose((-0.6, 0.0, 0.0)), "old", controller="gravity_compensated_pd"),
+        SceneRobot(spatial.pose((0.6, 0.0, 0.0)), "new", description="panda"),
+    )
+    made = build_station(parts, scene=Scene(robots)).robots
+    assert [robot.controller.kind for robot in made.values()] == [
+        "gravity_compensated_pd",
+        "computed_torque",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("robots", "message"),
+    [
+        ((), "at least one robot"),
+        ((SceneRobot(ORIGIN), SceneRobot(ORIGIN)), "each needs a name"),
+        ((SceneRobot(ORIGIN, "a"), SceneRobot(ORIGIN, "a")), "two robots .* called 'a'"),
+    ],
+)
+def test_robots_that_cannot_be_told_apart_are_refused(robots, message):
+    with pytest.raises(BtManipError, match=message):
+        Scene(robots)
+
+
+def test_two_robots_inside_each_other_are_refused(parts):
+    with pytest.raises(BtManipError, match="inside"):
+        build_station(parts, scene=Scene((SceneRobot(ORIGIN, "a"), SceneRobot(ORIGIN, "b"))))
+
+
+def test_both_go_on_from_a_state_bit_for_bit(station, left, right):
+    left.arm.move_to_pose(MIDDLE)
+    right.arm.move_to_pose(MIDDLE * spatial.pose((0.2, 0.0, 0.0)))
+    right.gripper.close()
+    station.cell.step(200)
+    state = json.loads(json.dumps(station.get_state()))
+    station.cell.step(400)
+    expected = station.cell.state_bytes()
+    station.set_state(state)
+    station.cell.step(400)
+    assert station.cell.state_bytes() == expected
+
+
+# Which robot a behaviour means
+
+
+def set_up(station, root):
+    return Trial(station, Tree(root, clock=station.clock))
+
+
+def test_a_behaviour_that_names_no_robot_is_refused_before_anything_moves(station):
+    with pytest.raises((BtManipError, NodeError), match="robots 'left', 'right'; say which"):
+        set_up(station, MoveHome())
+
+
+def test_a_robot_that_does_not_exist_is_refused_with_the_nearest_name(station):
+    for leaf in (MoveHome(robot="lefft"), IsHolding(object="cube", robot="lefft")):
+        with pytest.raises((BtManipError, NodeError), match=r"'lefft'; did you mean 'left'"):
+            set_up(station, leaf)
+
+
+def test_a_single_robot_need_not_be_named_and_another_name_is_wrong(parts):
+    alone = build_station(parts)
+    assert set_up(alone, OpenGripper()).until_done() is NodeStatus.SUCCESS
+    assert set_up(alone, OpenGripper(robot="panda")).until_done() is NodeStatus.SUCCESS
+    with pytest.raises((BtManipError, NodeError), match="no robot 'left'; known: panda"):
+        set_up(alone, OpenGripper(robot="left"))
+
+
+def test_the_port_says_which_robot_moves(station, left, right):
+    home = left.robot.q
+    trial = set_up(station, MoveToPose(robot="right", pose=pose_to_text(BESIDE)))
+    assert trial.until_done(5.0) is NodeStatus.SUCCESS
+    assert np.linalg.norm(right.robot.tool_pose.translation - BESIDE.translation) < 2e-3
+    assert np.abs(left.robot.q - home).max() < 1e-3
+
+
+def test_a_sub_tree_is_of_the_robot_that_it_is_given(station, left, right):
+    def inner():
+        return Sequence("inner", [MoveToPose(pose=pose_to_text(BESIDE)), MoveHome()])
+
+    root = SubTree("of the right one", inner(), robot="right")
+    trial = set_up(station, root)
+    trial.tick_until(lambda: right.arm.moving)
+    assert trial.until_done(9.0) is NodeStatus.SUCCESS
+    assert not left.arm.busy
+
+
+def test_the_robot_may_be_an_entry_that_is_only_written_later(station, right):
+    trial = set_up(station, MoveHome(robot="{whose}"))
+    right.arm.move_to_pose(BESIDE)
+    station.step_until(lambda: not right.arm.moving)
+    trial.blackboard["whose"] = "right"
+    assert trial.until_done(5.0) is NodeStatus.SUCCESS
+    assert right.robot.q == pytest.approx(right.robot.description.home, abs=5e-3)
+    trial.blackboard["whose"] = "rihgt"
+    assert trial.fails_with("'rihgt'", "did you mean 'right'")
+
+
+def test_what_one_holds_the_other_does_not(station, left, right):
+    pick = [leaf(object="cube", robot="left") for leaf in (Hover, Reach, Grasp)]
+    assert set_up(station, Sequence("pick", pick)).until_done(9.0) is NodeStatus.SUCCESS
+    assert left.gripper.held == ("cube",) and right.gripper.held == ()
+    assert left.arm.payload is not None and right.arm.payload is None
+    holding = {name: IsHolding(object="cube", robot=name) for name in ("left", "right")}
+    assert set_up(station, holding["left"]).until_done() is NodeStatus.SUCCESS
+    assert set_up(station, holding["right"]).fails_with("hold nothing")
+
+
+# Out of each other's way
+
+
+def test_a_target_where_another_robot_stands_is_refused_by_its_name(station, left, right):
+    left.arm.move_to_pose(MIDDLE)
+    station.step_until(lambda: not left.arm.moving)
+    with pytest.raises(MotionError, match="'left' is in the way") as refused:
+        right.arm.move_to_pose(MIDDLE)
+    assert refused.value.reason == "robot" and not right.arm.moving
+
+
+def test_a_target_where_another_robot_will_come_to_rest_is_refused(left, right):
+    left.arm.move_to_pose(MIDDLE)
+    with pytest.raises(MotionError, match="'left' is in the way"):
+        right.arm.move_to_pose(MIDDLE)
+
+
+def test_a_place_that_another_robot_is_leaving_is_taken_when_it_has_left(station, left, right):
+    left.arm.move_to_pose(MIDDLE)
+    station.step_until(lambda: not left.arm.moving)
+    left.arm.move_to_configuration(left.robot.description.home, speed=0.3)
+    right.arm.move_to_pose(MIDDLE)
+    assert right.arm.remaining > 0.8  # alone it takes 0.6 s
+    assert smallest_gap(station) > 0.8 * CLEARANCE
+    assert np.linalg.norm(right.robot.tool_pose.translation - MIDDLE.translation) < 2e-3
+
+
+def at_random(station, rng, moves: int) -> tuple[float, int]:
+    """Send both arms about the middle at random; give their smallest gap [m] and the moves made."""
+    nearest, made = gap(station), 0
+    for _ in range(moves):
+        robot = station.robots[("left", "right")[int(rng.integers(2))]]
+        place = rng.uniform((-0.2, -0.25, 1.1), (0.2, 0.25, 1.35))
+        try:
+            robot.arm.move_to_pose(spatial.pointing_down(place, rng.uniform(-1.5, 1.5)))
+            made += 1
+        except MotionError as error:
+            assert error.reason in ("robot", "unreachable", "collision")
+        for _ in range(int(rng.integers(2, 40))):  # so that many begin while others are under way
+            station.cell.step(10)
+            nearest = min(nearest, gap(station))
+    return nearest, made
+
+
+def test_arms_that_move_at_random_come_near_but_never_touch(station):
+    nearest, made = at_random(station, np.random.default_rng(0), 25)
+    assert made >= 12 and 0.6 * CLEARANCE < nearest < 5.0 * CLEARANCE
+    assert not any(robot.arm.fault for robot in station.robots.values())
+
+
+@pytest.mark.soak
+def test_arms_that_move_at_random_for_long_never_touch(station):
+    nearest, made = at_random(station, np.random.default_rng(1), 600)
+    assert made >= 250 and nearest > 0.5 * CLEARANCE
+    assert not any(robot.arm.fault for robot in station.robots.values())
+
+
+def test_a_behaviour_waits_until_the_other_robot_has_gone(station, left, right):
+    left.arm.move_to_pose(MIDDLE)
+    station.step_until(lambda: not left.arm.moving)
+    waiting = set_up(station, MoveToPose(robot="right", pose=pose_to_text(MIDDLE)))
+    for _ in range(50):
+        assert waiting.tick() is NodeStatus.RUNNING
+    assert "waits: 'left' is in the way" in waiting.behaviour.feedback_message
+    assert not right.arm.moving
+    left.arm.move_to_configuration(left.robot.description.home)
+    assert waiting.until_done(6.0) is NodeStatus.SUCCESS
+
+
+def test_a_behaviour_fails_when_the_other_robot_stays_for_too_long(station, left):
+    left.arm.move_to_pose(MIDDLE)
+    station.step_until(lambda: not left.arm.moving)
+    for wait in (0.0, 0.5):
+        start = station.cell.time
+        impatient = MoveToPose(robot="right", pose=pose_to_text(MIDDLE), wait=wait)
+        assert set_up(station, impatient).fails_with("'left' is in the way")
+        assert station.cell.time - start == pytest.approx(wait, abs=0.02)
+
+
+def test_an_arm_stops_when_another_one_is_stopped_in_its_way(station, left, right):
+    left.arm.move_to_pose(MIDDLE)
+    station.step_until(lambda: not left.arm.moving)
+    left.arm.move_to_configuration(left.robot.description.home, speed=0.3)
+    right.arm.move_to_pose(MIDDLE)
+    station.cell.step(100)
+    left.arm.stop()
+    assert "'left' is in the way" in right.arm.fault
+    assert smallest_gap(station) > 0.5 * CLEARANCE
+    assert np.linalg.norm(right.robot.tool_pose.translation - MIDDLE.translation) > 0.05
+
+
+def test_an_arm_goes_on_when_another_one_is_stopped_elsewhere(station, left, right):
+    left.arm.move_to_pose(spatial.pointing_down((-0.2, 0.2, 1.2)))
+    right.arm.move_to_pose(MIDDLE * spatial.pose((0.2, 0.0, 0.0)))
+    station.cell.step(100)
+    left.arm.stop()
+    assert not right.arm.fault and smallest_gap(station) > CLEARANCE
+
+
+def test_what_another_robot_holds_is_in_the_way_as_well(station, left, right):
+    pick = [leaf(object="cube", robot="left") for leaf in (Hover, Reach, Grasp)]
+    assert set_up(station, Sequence("pick", pick)).until_done(9.0) is NodeStatus.SUCCESS
+    left.arm.move_linear(MIDDLE)  # where it holds the cube up: 30 mm of it below the fingers
+    below = spatial.pointing_down((0.0, 0.0, 1.1))
+    with pytest.raises(MotionError, match="'left' is in the way"):
+        right.arm.move_to_pose(below)
+
+
+def test_fingers_of_two_robots_that_touch_are_no_grip(station, left, right):
+    cell = station.cell
+    tool = left.robot.tool_pose.translation
+    for robot, y in ((left, 0.004), (right, -0.004)):
+        away = spatial.pointing_down((0.0, y, 1.3), 0.0)
+        found = robot.arm.ik.nearest(away, robot.robot.q)
+        assert found.solved, tool
+        robot.robot.set_configuration(found.q)
+    mujoco.mj_forward(cell.model, cell.data)
+    pairs = cell.touch.judge().unexpected
+    assert any({a.split("/")[0], b.split("/")[0]} == {"left", "right"} for a, b in pairs)
+    fingers = [pair for pair in pairs if all("finger" in body for body in pair)]
+    assert fingers
