@@ -134,7 +134,7 @@ class MotionBehaviour(ArmBehaviour):
         except FAILURES as error:
             return self.fail(str(error))
         self._blocked = None
-        return Status.RUNNING
+        return Status.FAILURE if self._node_ended else Status.RUNNING  # it may call `fail` itself
 
     def begin_again(self) -> Status:
         """Ask once more for the motion that another robot was in the way of."""

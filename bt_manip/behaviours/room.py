@@ -30,7 +30,8 @@ class Room(NamedTuple):
 class HandRoom:
     """Measures how near the open hand would come to things, at any pose of the tool.
 
-    The hand is all that moves with the tool: what is welded to it, and the open fingers.
+    The hand is all that moves with the tool: what is welded to it, and the open fingers. Other
+    robots are left out: they go away again, and motions are planned around them.
     """
 
     def __init__(self, cell: Cell, robot: Robot, ignored: Sequence[str]) -> None:
@@ -56,7 +57,7 @@ class HandRoom:
         self._label = {}
         others = []
         for name in cell.entities:
-            if name not in ignored and cell.entities[name] is not robot:
+            if name not in ignored and not isinstance(cell.entities[name], Robot):
                 for geom in solid_geoms(cell, name):
                     if not own[geom]:
                         self._label[int(geom)] = name
