@@ -67,6 +67,15 @@ EXIT_CODES = (
     "--record", "records", multiple=True, metavar="NAME[=FILE]",
     help="Let a recorder watch (see: bt-manip list recorders); may be given more than once.",
 )  # fmt: skip
+@click.option(
+    "--snapshot-at", "snapshots", multiple=True, metavar="SECONDS FILE",
+    type=(float, click.Path(path_type=Path)),
+    help="Keep the run as it is after this much simulated time; may be given more than once.",
+)  # fmt: skip
+@click.option(
+    "--resume", type=click.Path(path_type=Path), metavar="FILE",
+    help="Go on from a snapshot that a run with the same options has left.",
+)  # fmt: skip
 @click.option("--watch", is_flag=True, help="Take up the tree's file whenever it is edited.")
 @click.option("--quiet", is_flag=True, help="Print nothing but warnings and errors.")
 @plugin_options

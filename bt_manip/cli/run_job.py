@@ -14,6 +14,8 @@ from bt_manip.cli.plugin_options import load_chosen_plugins, print_warning
 from bt_manip.exceptions import BtManipError, NodeError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rich.console import Console
 
     from bt_manip.plugins import Plugins
@@ -44,6 +46,8 @@ class RunOptions:
     report: Path | None
     trace: Path | None
     records: tuple[str, ...]
+    snapshots: tuple[tuple[float, Path], ...]
+    resume: Path | None
     watch: bool
     quiet: bool
 
@@ -112,6 +116,11 @@ class _Job:
         parts = plugins.parts
         wants = parts.surroundings.get(options.tree, Surroundings())
         scene = options.scene or wants.scene or SCENE
+        resumed = None
+        if options.resume is not None:
+            from bt_manip.cli.run_snapshots import load_run
+
+            resumed = load_run(options.resume)
         request = RunRequest(
             tree=find_tree(options.tree, {name: parts.trees.get(name) for name in parts.trees}),
             robot=options.robot,
@@ -119,7 +128,7 @@ class _Job:
             scene=scene,
             planner=options.planner,
             cycles=options.cycles,
-            seed=seed_of(scene, parts) if options.seed is None else options.seed,
+            seed=self._seed(resumed, seed_of(scene, parts)),
             tick=options.tick_ms / 1e3,
             settings=options.settings,
             real_time=options.real_time,
@@ -135,6 +144,12 @@ class _Job:
         self._trace = Trace(options.trace) if options.trace else None
         self._recorder = Recorder(request.tree.name, request.seed, self._trace)
         observers: list[RunObserver] = [self._recorder]
+        if options.snapshots or resumed is not None:
+            from bt_manip.cli.run_snapshots import go_on, takers
+
+            if options.resume is not None and resumed is not None:
+                go_on(options.resume, resumed, prepared, self._recorder)
+            observers += takers(options.snapshots, self._recorder)
         observers += extra_observers(plugins, request.controller, options.records)
         if options.watch:
             from bt_manip.runner.reloading import Reloader
@@ -148,6 +163,12 @@ class _Job:
 
             observers.append(Window())
         return prepared, observers
+
+    def _seed(self, resumed: "Mapping[str, Any] | None", default: int) -> int:
+        """Choose the seed: the option's, that of the run that goes on, or the scene's."""
+        if self._options.seed is not None:
+            return self._options.seed
+        return default if resumed is None else int(resumed["request"].get("seed", default))
 
     def _tell(self, message: str) -> None:
         """Say something while the run goes on and a view may hold the terminal."""
@@ -226,12 +247,16 @@ def _check_files(options: RunOptions) -> None:
     """Make sure that what the user wants written can be."""
     from bt_manip.recording.files import check_writable
 
-    if options.report is not None:
-        check_writable(options.report, "report")
-    if options.trace is not None:
-        check_writable(options.trace, "trace")
-        if options.report is not None and options.trace.absolute() == options.report.absolute():
-            raise BtManipError(f"report and trace cannot both be '{options.trace}'")
+    wanted = [("report", options.report), ("trace", options.trace)]
+    wanted += [("snapshot", path) for _, path in options.snapshots]
+    taken: dict[Path, str] = {}
+    for what, path in wanted:
+        if path is None:
+            continue
+        check_writable(path, what)
+        other = taken.setdefault(path.absolute(), what)
+        if other != what or (what == "snapshot" and wanted.count((what, path)) > 1):
+            raise BtManipError(f"{other} and {what} cannot both be '{path}'")
 
 
 def _terminal(console: "Console", cycles: int) -> "RunObserver":

@@ -29,10 +29,13 @@ def save_snapshot(path: str | os.PathLike[str], state: Mapping[str, Any]) -> Non
     text = json.dumps({"format": FORMAT, "version": VERSION, "state": state})
     unfinished = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        unfinished.write_text(text)
-        unfinished.replace(path)
+        try:
+            unfinished.write_text(text)
+            unfinished.replace(path)
+        except BaseException:  # an interrupt, too, leaves nothing behind
+            unfinished.unlink(missing_ok=True)
+            raise
     except OSError as error:
-        unfinished.unlink(missing_ok=True)
         raise BtManipError(f"cannot write the snapshot {path}: {error.strerror}") from error
 
 
