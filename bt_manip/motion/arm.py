@@ -1,5 +1,6 @@
 """The arm as behaviours and scripts command it."""
 
+import itertools
 from collections.abc import Sequence
 from typing import Any
 
@@ -218,7 +219,7 @@ class Arm:
         found = choose_configurations(
             self.ik, T_wt, self.q, margin=margin, approach=approach, world=self.world
         )
-        best = found[0]
+        best = next(found)
         if not best.solved:
             message = f"the pose is unreachable: {best.reason}"
             if best.iterations:
@@ -227,7 +228,7 @@ class Arm:
                     f"{best.rotation_error:.3f} rad away"
                 )
             raise MotionError(message, reason="unreachable")
-        targets = [result.q for result in found]
+        targets = itertools.chain([best.q], (result.q for result in found))
         avoiding = self._avoiding(planner, rng)
         self._begin(
             plan_to_configurations(self._reference.present, targets, self.model, speed, avoiding)

@@ -1,6 +1,6 @@
 """Refuse motions that would touch something, and say what."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -15,6 +15,14 @@ from .trajectory import Trajectory
 LINE_CLEARANCE = 1e-3  # [m] of a line that was asked for as it is
 
 
+def free_targets(
+    world: CollisionWorld, start: np.ndarray, targets: Iterable[np.ndarray]
+) -> list[np.ndarray]:
+    """Leave out the targets at which the arm would touch something."""
+    space = FreeSpace(world, start, clearance=0.0)
+    return [q for q in targets if space.free(q)]
+
+
 def check_targets(
     world: CollisionWorld, start: np.ndarray, targets: Sequence[np.ndarray]
 ) -> list[np.ndarray]:
@@ -23,8 +31,7 @@ def check_targets(
     Raises:
         MotionError: When none is left, naming what is in the way of the first.
     """
-    space = FreeSpace(world, start, clearance=0.0)
-    kept = [q for q in targets if space.free(q)]
+    kept = free_targets(world, start, targets)
     if not kept:
         found = [world.near(q)[0] for q in targets]
         near = next((near for near in found if world.other_robot(near.second)), found[0])

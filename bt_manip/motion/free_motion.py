@@ -1,6 +1,6 @@
 """Motions in joint space that touch nothing."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from bt_manip.robots import RobotModel
 from .bounds import Bounds
 from .collision import CollisionWorld, FreeSpace, Near
 from .collision.free_space import STEP
-from .collision_check import collision_error
+from .collision_check import collision_error, free_targets
 from .driving import drive, drive_straight
 from .limit_check import limit_use
 from .paths import Path
@@ -24,7 +24,8 @@ COARSE = 0.04  # [rad] between the configurations that are looked at first
 
 def plan_free_motion(
     start: np.ndarray,
-    goals: Sequence[np.ndarray],
+    goal: np.ndarray,
+    others: Iterable[np.ndarray],
     world: CollisionWorld,
     model: RobotModel,
     speed: float,
@@ -38,7 +39,9 @@ def plan_free_motion(
 
     Args:
         start: Where the arm is at rest.  # (nq,)
-        goals: Where it may go, the best first; none touches anything.  # (nq,) each
+        goal: Where it goes, where it touches nothing.  # (nq,)
+        others: Where else it may go; only asked for where the straight line to the first is not
+            free.  # (nq,) each
         world: What there is.
         model: The arm with its payload.
         speed: At 0.5 the move takes twice the time.
@@ -48,10 +51,14 @@ def plan_free_motion(
     Raises:
         MotionError: When no way is found, or it asks too much effort.
     """
+    space = FreeSpace(world, start, [goal])
+    if straight_free(start, goal, space):
+        return drive_straight(start, goal, model, speed)
+    goals = [goal, *free_targets(world, start, others)]
     space = FreeSpace(world, start, goals)
-    for goal in goals:
-        if straight_free(start, goal, space):
-            return drive_straight(start, goal, model, speed)
+    for other in goals[1:]:
+        if straight_free(start, other, space):
+            return drive_straight(start, other, model, speed)
     wide = FreeSpace(world, start, goals, clearance=WIDE)
     problem = PlanningProblem(start, np.array(goals), wide.free, model.limits, rng)
     stopping: Trajectory | None = None
@@ -68,7 +75,7 @@ def plan_free_motion(
         stopping = stopping or _with_stops_along(waypoints, space, model, speed)
     if stopping is not None:
         return stopping
-    near = _blocker(start, goals[0], space)
+    near = _blocker(start, goal, space)
     what = "something is in it" if near is None else f"{near.first} would touch {near.second}"
     raise collision_error(world, near, f"the way is blocked: {what}; {reason}")
 

@@ -1,6 +1,6 @@
 """Whole motions, from whatever the arm is doing to rest at the target."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +11,7 @@ from bt_manip.robots import RobotModel
 from .bounds import Bounds
 from .braking import brake
 from .collision import CollisionWorld
-from .collision_check import check_line, check_targets, trajectory_free
+from .collision_check import check_line, check_targets, free_targets, trajectory_free
 from .driving import drive, drive_straight
 from .effort import within_effort
 from .errors import MotionError
@@ -68,7 +68,7 @@ def plan_stop(present: Present, model: RobotModel) -> Trajectory | None:
 
 def plan_to_configurations(
     present: Present,
-    targets: Sequence[np.ndarray],
+    targets: Iterable[np.ndarray],
     model: RobotModel,
     speed: float,
     avoiding: Avoiding | None,
@@ -81,7 +81,8 @@ def plan_to_configurations(
 
     Args:
         present: What the reference does now.
-        targets: Where it may go, the best first.  # (nq,) each
+        targets: Where it may go, the best first; no more of them are asked for than are needed.
+            # (nq,) each
         model: The arm with its payload.
         speed: At 0.5 a move from rest takes twice the time.
         avoiding: How to keep from touching anything; None does not look.
@@ -89,23 +90,24 @@ def plan_to_configurations(
     Raises:
         MotionError: When all targets or all ways are blocked, or ask too much effort.
     """
-    if avoiding is not None:
-        targets = check_targets(avoiding.world, present.q, targets)
+    others = iter(targets)
+    target = next(others)
+    if avoiding is not None and not free_targets(avoiding.world, present.q, [target]):
+        target, *kept = check_targets(avoiding.world, present.q, [target, *others])
+        others = iter(kept)
 
     def from_rest(q: np.ndarray) -> Trajectory | None:
-        if np.abs(targets[0] - q).max() < _STANDSTILL:
+        if np.abs(target - q).max() < _STANDSTILL:
             return None
         if avoiding is None:
-            return drive_straight(q, targets[0], model, speed)
+            return drive_straight(q, target, model, speed)
         world, planner, rng = avoiding
-        return plan_free_motion(q, targets, world, model, speed, planner, rng)
+        return plan_free_motion(q, target, others, world, model, speed, planner, rng)
 
     if present.trajectory is None:
         return from_rest(present.q)
-    turned = _turned(present, targets[0], model, speed)
-    if turned is not None and (
-        avoiding is None or trajectory_free(avoiding.world, turned, targets[0])
-    ):
+    turned = _turned(present, target, model, speed)
+    if turned is not None and (avoiding is None or trajectory_free(avoiding.world, turned, target)):
         return turned
     return _after_stop(present, model, from_rest)
 
