@@ -21,6 +21,7 @@ from bt_manip.runner import (
     prepare,
     save_snapshot,
 )
+from bt_manip.runner.request import SCENE
 from bt_manip.spatial import pose
 
 GO_ON = """
@@ -30,10 +31,12 @@ from bt_manip.recording.recorder import Recorder
 from bt_manip.runner import RunRequest, find_tree, load_snapshot, prepare
 
 parts = load_plugins(entry_points=()).parts
-source = find_tree("pick_place", {n: parts.trees.get(n) for n in parts.trees})
-for path in sys.argv[2:]:
+tree, scene, cycles, *paths = sys.argv[1:]
+source = find_tree(tree, {n: parts.trees.get(n) for n in parts.trees})
+for path in paths:
     snapshot = load_snapshot(path)
-    run, recorder = prepare(RunRequest(source, cycles=int(sys.argv[1])), parts), Recorder("", 0)
+    request = RunRequest(source, scene=scene, cycles=int(cycles))
+    run, recorder = prepare(request, parts), Recorder("", 0)
     run.set_state(snapshot["run"])
     recorder.set_state(snapshot["recorder"])
     run.execute([recorder])
@@ -64,22 +67,21 @@ class Snapshots(RunObserver):
         save_snapshot(self.folder / name, state)
 
 
-def request(parts, cycles: int) -> RunRequest:
-    return RunRequest(
-        find_tree("pick_place", {n: parts.trees.get(n) for n in parts.trees}), cycles=cycles
-    )
+def request(parts, cycles: int, tree: str = "pick_place", scene: str = SCENE) -> RunRequest:
+    source = find_tree(tree, {n: parts.trees.get(n) for n in parts.trees})
+    return RunRequest(source, scene=scene, cycles=cycles)
 
 
-def uninterrupted(parts, folder: Path, wanted, cycles: int) -> tuple[str, int]:
+def uninterrupted(parts, folder: Path, wanted, *run) -> tuple[str, int]:
     """Give the digest and the number of ticks of a run of which snapshots are taken."""
     recorder = Recorder("", 0)
     snapshots = Snapshots(recorder, folder, wanted)
-    prepare(request(parts, cycles), parts).execute([recorder, snapshots])
+    prepare(request(parts, *run), parts).execute([recorder, snapshots])
     return recorder.report().state_digest, snapshots.tick
 
 
-def taken_up(paths, cycles: int) -> list[str]:
-    command = [sys.executable, "-c", GO_ON, str(cycles), *map(str, paths)]
+def taken_up(paths, cycles: int, tree: str = "pick_place", scene: str = SCENE) -> list[str]:
+    command = [sys.executable, "-c", GO_ON, tree, scene, str(cycles), *map(str, paths)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout.split()
@@ -92,6 +94,14 @@ def test_a_run_taken_up_in_another_process_ends_the_same(parts, tmp_path):
     # At the end there is nothing left to do, and the digest is what it was.
     paths = [tmp_path / f"{name}.json" for name in (*ticks, "end")]
     assert taken_up(paths, 1) == [digest] * 4
+
+
+def test_a_run_with_two_robots_is_taken_up_while_both_move(parts, tmp_path):
+    ticks = (90, 420)  # each on the way to its first cube, and about the middle
+    run = (1, "two_arms", "two_arms")
+    digest, count = uninterrupted(parts, tmp_path, ticks, *run)
+    assert count > ticks[-1]
+    assert taken_up([tmp_path / f"{tick}.json" for tick in ticks], *run) == [digest] * 2
 
 
 @pytest.mark.soak

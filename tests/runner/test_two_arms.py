@@ -1,0 +1,70 @@
+"""Two robots at one table: both pick, neither touches the other."""
+
+import numpy as np
+import pytest
+
+from bt_manip.recording.recorder import Recorder
+from bt_manip.recording.report import RunReport
+from bt_manip.recording.trace import COLUMNS, Trace
+from bt_manip.runner import RunRequest, find_tree, prepare
+
+
+def run(parts, cycles: int, trace: Trace | None = None) -> RunReport:
+    source = find_tree("two_arms", {name: parts.trees.get(name) for name in parts.trees})
+    recorder = Recorder("two_arms", 1, trace)
+    scene = parts.surroundings["two_arms"].scene
+    prepare(RunRequest(source, scene=scene, cycles=cycles, seed=1), parts).execute([recorder])
+    return recorder.report()
+
+
+@pytest.fixture(scope="module")
+def traced(parts, tmp_path_factory) -> tuple[RunReport, dict[str, np.ndarray]]:
+    path = tmp_path_factory.mktemp("run") / "trace.npz"
+    with Trace(path) as trace:
+        report = run(parts, 1, trace)
+    with np.load(path) as rows:
+        return report, dict(rows)
+
+
+def check(report: RunReport) -> None:
+    for cycle in report.cycles:
+        assert (cycle.status, cycle.reason, cycle.placed) == ("SUCCESS", "", True)
+        assert cycle.unexpected_contacts == ()
+        picked = {name: robot.picked for name, robot in cycle.robots.items()}
+        assert {name: len(objects) for name, objects in picked.items()} == {"left": 2, "right": 2}
+        assert len({*picked["left"], *picked["right"]}) == 4
+        assert cycle.saturated_steps == 0
+
+
+def test_both_pick_two_cubes_and_neither_touches_the_other(traced):
+    check(traced[0])
+
+
+def test_the_report_says_what_each_of_them_did(traced):
+    (cycle,) = traced[0].cycles
+    for robot in cycle.robots.values():
+        assert 0.95 * 50.0 <= robot.grip_force_n <= 1.2 * 50.0
+        assert 0.0 < robot.max_tracking_error_rad <= 2e-3
+    worst = max(robot.max_tool_speed_m_s for robot in cycle.robots.values())
+    assert cycle.max_tool_speed_m_s == worst > 0.2
+
+
+def test_the_trace_has_the_course_of_each_of_them(traced):
+    _, trace = traced
+    names = [f"{robot}/{column}" for robot in ("left", "right") for column in COLUMNS]
+    assert sorted(trace) == sorted([*names, "t"])
+    for robot in ("left", "right"):
+        assert trace[f"{robot}/q"].shape == (len(trace["t"]), 7)
+        assert np.abs(np.diff(trace[f"{robot}/q"], axis=0)).max() < 3e-3
+    assert np.abs(trace["left/q"] - trace["right/q"]).max() > 0.5
+
+
+def test_both_move_at_the_same_time(traced):
+    _, trace = traced
+    moves = [np.abs(trace[f"{robot}/v_ref"]).max(axis=1) > 0.0 for robot in ("left", "right")]
+    assert (moves[0] & moves[1]).mean() > 0.3
+
+
+@pytest.mark.soak
+def test_fifty_of_fifty_cycles_succeed(parts):
+    check(run(parts, 50))
