@@ -1,7 +1,7 @@
 """Poses in ports, and the tool poses from which an object can be gripped from above."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import pinocchio as pin
@@ -20,23 +20,46 @@ def pose_from_text(text: str) -> pin.SE3:
     """Read a pose from a port's text.
 
     Args:
-        text: ``x;y;z`` [m], pointing as the world does, or ``x;y;z;qw;qx;qy;qz``.
+        text: ``x;y;z`` [m], pointing as the world does, or ``x;y;z;qw;qx;qy;qz``; or ``x;y;z`` and
+            the rotation matrix row by row, which keeps every bit.
 
     Raises:
-        ValueError: When it is not three or seven finite numbers.
+        ValueError: When it is not three, seven or twelve finite numbers, or no rotation.
     """
     try:
         numbers = [float(part) for part in text.split(";")]
     except ValueError:
         numbers = []
+    if len(numbers) == 12:
+        position, rotation = np.array(numbers[:3]), np.array(numbers[3:]).reshape(3, 3)
+        if not np.isfinite(numbers).all() or not _turns(rotation):
+            raise ValueError(f"the last nine numbers of a pose are a rotation matrix, got '{text}'")
+        return pin.SE3(rotation, position)
     if len(numbers) not in (3, 7):
         raise ValueError(f"a pose is 'x;y;z' or 'x;y;z;qw;qx;qy;qz' in metres, got '{text}'")
     return spatial.pose(numbers[:3], numbers[3:] or (1.0, 0.0, 0.0, 0.0))
 
 
 def pose_to_text(T: pin.SE3) -> str:
-    """Write a pose as ``x;y;z;qw;qx;qy;qz``."""
-    return ";".join(repr(float(c)) for c in (*T.translation, *spatial.quat_wxyz(T)))
+    """Write a pose as text that gives the same bits again.
+
+    As ``x;y;z;qw;qx;qy;qz`` where that does; else with the rotation matrix in place of the
+    quaternion, whose way there and back rounds.
+    """
+    text = _joined((*T.translation, *spatial.quat_wxyz(T)))
+    if pose_from_text(text).rotation.tobytes() == T.rotation.tobytes():
+        return text
+    return _joined((*T.translation, *T.rotation.ravel()))
+
+
+def _joined(numbers: Iterable[float]) -> str:
+    return ";".join(repr(float(number)) for number in numbers)
+
+
+def _turns(rotation: np.ndarray) -> bool:
+    """Tell whether a matrix turns and does nothing else, as far as numbers in a text can say."""
+    straight = np.abs(rotation @ rotation.T - np.eye(3)).max() < 1e-6
+    return bool(straight and np.linalg.det(rotation) > 0.0)
 
 
 def pose_input(doc: str) -> Input:

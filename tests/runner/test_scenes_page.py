@@ -1,0 +1,38 @@
+"""The page about scenes says what is so: its file can be built, its code runs."""
+
+import re
+from pathlib import Path
+
+from bt_manip.cell.quantities import CAMERA, LIGHT, QUANTITIES
+from bt_manip.cell.randomization import Randomization, variation_of
+from bt_manip.cell.randomization.notation import _MAKERS
+from bt_manip.runner import build_station
+from bt_manip.runner.scene_file import read_scene
+
+PAGE = (Path(__file__).resolve().parents[2] / "docs" / "scenes.md").read_text()
+
+
+def test_the_file_of_the_page_is_a_scene(tmp_path, parts):
+    path = tmp_path / "page.toml"
+    path.write_text(re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)[0])
+    station = build_station(parts, scene=read_scene(path, parts))
+    station.randomizer.begin(0)
+    assert station.randomizer.drawn["objects"]["drink"].keys() == {"mass"}
+    assert {"drink", "cube", "side"} < station.cell.entities.keys()
+
+
+def test_the_code_of_the_page_runs(capsys):
+    for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL):
+        exec(compile(block, "scenes.md", "exec"), {})
+    assert "'mass'" in capsys.readouterr().out
+
+
+def test_every_quantity_and_variation_is_on_the_page():
+    for kind in (LIGHT, CAMERA):
+        row = next(line for line in PAGE.splitlines() if line.startswith(f"| `{kind}s` |"))
+        assert set(QUANTITIES[kind]) <= set(re.findall(r"`(\w+)`", row))
+    for way in _MAKERS:
+        assert f"{way} = " in PAGE
+    assert variation_of({"uniform": [0, 1]})
+    for kind in Randomization.__dataclass_fields__:
+        assert f"| `{kind}` |" in PAGE
