@@ -5,6 +5,8 @@ from pathlib import Path
 
 import click
 
+from bt_manip.cli.plugin_options import load_chosen_plugins, plugin_options
+
 KINDS = ("object", "controller", "robot", "behaviour", "planner")
 
 
@@ -23,12 +25,13 @@ def new() -> None:
     "--into", type=click.Path(file_okay=False, path_type=Path), default=Path("."), metavar="DIR",
     help="Folder to write it in; the present one without.",
 )  # fmt: skip
+@plugin_options
 def new_plugin(name: str, kind: str, into: Path) -> None:
     """Write the package of a plugin, with tests that pass at once."""
     os.environ.setdefault("MUJOCO_GL", "disable")
     from bt_manip.plugins.scaffold import write_plugin
 
-    folder = write_plugin(name, kind, into)
+    folder = write_plugin(name, kind, into, load_chosen_plugins())
     click.echo(f"wrote {folder}; go on with:")
     click.echo(f'  pip install -e "{folder}[dev]"')
     click.echo(f"  pytest {folder}")

@@ -2,12 +2,15 @@
 
 import keyword
 import re
+import shutil
+import tempfile
+import tokenize
 from pathlib import Path
 
 from bt_manip.exceptions import BtManipError
 from bt_manip.models.bundled import bundled_root
 from bt_manip.plugins.loading import load_plugins
-from bt_manip.plugins.plugin import BUILTIN
+from bt_manip.plugins.plugin import BUILTIN, Plugins
 
 KINDS = ("object", "controller", "robot", "behaviour", "planner")
 """What a new plugin can bring."""
@@ -17,27 +20,27 @@ _LONGEST = 24  # letters, with which the lines of the templates stay short enoug
 _PLACEHOLDER = re.compile("bt-manip-gear|bt_manip_gear|Gear|gear")
 
 
-def write_plugin(name: str, kind: str, parent: Path) -> Path:
+def write_plugin(name: str, kind: str, parent: Path, plugins: Plugins | None = None) -> Path:
     """Write a package that installs, lints and passes its tests at once.
 
-    The templates are such packages themselves, of a part that is called gear.
+    The templates are such packages themselves, of a part that is called gear. What is written is
+    there as a whole or not at all.
 
     Args:
         name: Name of the plugin, in lower case with ``-`` between words.
         kind: What it brings, one of `KINDS`.
         parent: Folder in which the package's own is made.
+        plugins: Those that it will stand beside; the built-in one alone when None.
 
     Returns:
         The package's folder, ``bt-manip-NAME``.
 
     Raises:
-        BtManipError: When the name is none, or taken, or there is such a folder already.
+        BtManipError: When the name is none, or taken, or there is such a folder already, or
+            nothing can be written there.
     """
-    if not _NAME.fullmatch(name) or keyword.iskeyword(name) or len(name) > _LONGEST:
-        raise BtManipError(
-            f"the name of a plugin is made of small letters and digits, with '-' between words, "
-            f"and at most {_LONGEST} long, got '{name}'"
-        )
+    if not _NAME.fullmatch(name) or len(name) > _LONGEST:
+        raise _no_name(name)
     words = re.split("[-_]", name)
     names = {
         "bt-manip-gear": f"bt-manip-{'-'.join(words)}",
@@ -45,31 +48,94 @@ def write_plugin(name: str, kind: str, parent: Path) -> Path:
         "Gear": "".join(word.capitalize() for word in words),
         "gear": "_".join(words),
     }
-    _check_free(names["Gear" if kind == "behaviour" else "gear"], kind)
+    if keyword.iskeyword(names["gear"]) or keyword.iskeyword(names["Gear"]):
+        raise _no_name(name)
+    template = bundled_root("templates") / kind
+    files = [path for path in sorted(template.rglob("*")) if _belongs(path, template)]
+    part = names["Gear" if kind == "behaviour" else "gear"]
+    _check_free(names["gear"], part, kind, plugins or load_plugins(entry_points=()))
+    _check_unused(name, names, files)
     folder = parent / names["bt-manip-gear"]
-    if folder.exists():
+    if folder.exists() or folder.is_symlink():
         raise BtManipError(f"there is a '{folder}' already")
 
     def filled(text: str) -> str:
         return _PLACEHOLDER.sub(lambda match: names[match[0]], text)
 
-    template = bundled_root("templates") / kind
-    for path in sorted(template.rglob("*")):
-        place = path.relative_to(template)
-        if path.is_file() and not any(p.startswith((".", "__pycache__")) for p in place.parts):
-            new = folder / filled(place.as_posix())
-            new.parent.mkdir(parents=True, exist_ok=True)
-            new.write_text(filled(path.read_text(encoding="utf-8")), encoding="utf-8")
+    texts = {
+        filled(path.relative_to(template).as_posix()): filled(path.read_text(encoding="utf-8"))
+        for path in files
+    }
+    try:
+        _write(folder, texts)
+    except OSError as error:
+        raise BtManipError(f"cannot write '{folder}': {error.strerror}") from error
     return folder
 
 
-def _check_free(name: str, kind: str) -> None:
+def _write(folder: Path, texts: dict[str, str]) -> None:
+    """Write files beside their place, and give them their place when all are there."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
+    try:
+        for place, text in texts.items():
+            path = unfinished / "package" / place
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+        (unfinished / "package").rename(folder)
+    finally:
+        shutil.rmtree(unfinished, ignore_errors=True)
+
+
+def _no_name(name: str) -> BtManipError:
+    return BtManipError(
+        f"the name of a plugin is made of small letters and digits, with '-' between words, "
+        f"is at most {_LONGEST} long and no word of Python's own, got '{name}'"
+    )
+
+
+def _belongs(path: Path, template: Path) -> bool:
+    parts = path.relative_to(template).parts
+    return path.is_file() and not any(part.startswith((".", "__pycache__")) for part in parts)
+
+
+def _check_free(name: str, part: str, kind: str, plugins: Plugins) -> None:
     """Refuse a name that a plugin of this name could not register."""
     if name == BUILTIN:
         raise BtManipError(f"a plugin cannot be called '{BUILTIN}'")
-    load_plugins(entry_points=()).parts.by_kind()[f"{kind}s"].check(name)
+    there = plugins.find(name)
+    if there is not None:
+        raise BtManipError(f"{there.label} is installed already; choose another name")
+    plugins.parts.by_kind()[f"{kind}s"].check(part)
     if kind == "behaviour":
         from bt_manip.bt import BehaviourRegistry
 
-        if name in BehaviourRegistry().names():
-            raise BtManipError(f"'{name}' is a node of the tree language already")
+        if part in BehaviourRegistry().names():
+            raise BtManipError(f"'{part}' is a node of the tree language already")
+
+
+def _check_unused(name: str, names: dict[str, str], files: list[Path]) -> None:
+    """Refuse a name that the template's code has for something else."""
+    if names["gear"] == "gear":
+        return
+    for path in files:
+        clashes = names["gear"] == path.stem
+        if path.suffix == ".py" and not clashes:
+            used = _words(path)
+            clashes = any(old in used and names[old] in used for old in ("Gear", "gear"))
+        if clashes:
+            raise BtManipError(
+                f"'{name}' cannot be the name: the package's own code has that word for something "
+                f"else; choose another, such as 'my-{name}'"
+            )
+
+
+def _words(path: Path) -> set[str]:
+    """Collect the names in a module, without those behind a dot."""
+    found, before = set(), ""
+    with path.open("rb") as file:
+        for token in tokenize.tokenize(file.readline):
+            if token.type == tokenize.NAME and before != ".":
+                found.add(token.string)
+            before = token.string
+    return found

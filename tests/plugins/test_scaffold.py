@@ -75,7 +75,10 @@ def test_every_name_is_put_in_everywhere(tmp_path):
     assert 'name = "bt-manip-big-toothed-gear"' in project
 
 
-@pytest.mark.parametrize("name", ["Gear", "2fast", "a b", "-x", "class", "../x", "", "x" * 40])
+NO_NAMES = ["Gear", "2fast", "a b", "-x", "class", "none", "../x", "", "x" * 40]
+
+
+@pytest.mark.parametrize("name", NO_NAMES)
 def test_what_is_no_name_is_refused(name, tmp_path):
     with pytest.raises(BtManipError, match="the name of a plugin is"):
         write_plugin(name, "object", tmp_path)
@@ -102,3 +105,56 @@ def test_what_is_there_already_is_left_alone(tmp_path):
     with pytest.raises(BtManipError, match="already"):
         write_plugin("wheel", "object", tmp_path)
     assert not list((tmp_path / "bt-manip-wheel").iterdir())
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("input", "behaviour"),  # class Input(...): object = Input(...)
+        ("planning", "planner"),
+        ("pi", "robot"),
+        ("plugin", "object"),  # plugin.py twice
+        ("cell", "controller"),  # in its test
+    ],
+)
+def test_a_word_that_the_template_needs_is_refused(name, kind, tmp_path):
+    with pytest.raises(BtManipError, match=f"choose another, such as 'my-{name}'"):
+        write_plugin(name, kind, tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_name_of_the_templates_themselves_is_none_of_these_words(kind, tmp_path):
+    assert (write_plugin("gear", kind, tmp_path) / "tests" / "test_gear.py").is_file()
+
+
+def test_what_is_installed_already_is_refused(plugin, load, tmp_path):
+    toys = """
+        @hookimpl
+        def register_objects(register): register("ball", dict)
+    """
+    plugins, _ = load(plugin("toys", toys))
+    with pytest.raises(BtManipError, match="plugin 'toys' .*is installed already"):
+        write_plugin("toys", "planner", tmp_path, plugins)
+    with pytest.raises(BtManipError, match="'ball' is registered already, by plugin 'toys'"):
+        write_plugin("ball", "object", tmp_path, plugins)
+
+
+def test_where_nothing_can_be_written_is_bad_input(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BtManipError, match="cannot write .*bt-manip-wheel.*: "):
+        write_plugin("wheel", "object", tmp_path / "file")
+
+
+def test_an_interrupt_in_the_middle_leaves_nothing_behind(tmp_path, monkeypatch):
+    write = Path.write_text
+
+    def interrupted(path, *arguments, **options):
+        if path.name == "test_wheel.py":
+            raise KeyboardInterrupt
+        return write(path, *arguments, **options)
+
+    monkeypatch.setattr(Path, "write_text", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_plugin("wheel", "object", tmp_path)
+    assert not list(tmp_path.iterdir())
