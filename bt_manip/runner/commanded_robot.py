@@ -1,11 +1,12 @@
 """A robot with what commands it."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from bt_manip.cell import Cell
 from bt_manip.control import Controller, GripperController
+from bt_manip.exceptions import BtManipError
 from bt_manip.motion import Arm, CollisionWorld, DeviationGuard
 from bt_manip.registry import Parts
 from bt_manip.robots import Robot
@@ -44,6 +45,31 @@ class CommandedRobot:
         self.arm.set_state(state["arm"])
         self.controller.set_state(state["controller"])
         self.gripper.set_state(state["gripper"])
+
+
+class NoOnlyRobot:
+    """What behaviours get for the only robot's arm where there are several: an error at any use."""
+
+    def __init__(self, names: Iterable[str]) -> None:
+        """Know what they could have asked for.
+
+        Args:
+            names: Names of the robots.
+        """
+        vars(self)["_names"] = ", ".join(f"'{name}'" for name in names)
+
+    def __getattr__(self, attribute: str) -> Any:
+        """Refuse.
+
+        Raises:
+            BtManipError: Always.
+        """
+        if attribute.startswith("__"):
+            raise AttributeError(attribute)
+        raise BtManipError(
+            f"the cell has the robots {vars(self)['_names']}, and this behaviour asks for the only "
+            "one; derive it from ArmBehaviour, or take one of 'robots' in its setup"
+        )
 
 
 class RobotEntities:

@@ -16,7 +16,7 @@ from bt_manip.control import Controller, GripperController
 from bt_manip.motion import Arm, Traffic
 from bt_manip.registry import Parts, Registry
 from bt_manip.robots import Robot
-from bt_manip.runner.commanded_robot import CommandedRobot, RobotEntities
+from bt_manip.runner.commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities
 from bt_manip.runner.fixtures import drawn_later, put_fixture, told_with_file
 from bt_manip.runner.request import CONTROLLER, PLANNER
 from bt_manip.runner.scene import Scene, table_and_basket
@@ -69,13 +69,18 @@ class Station:
 
     @property
     def infrastructure(self) -> dict[str, Any]:
-        """What behaviours get from their ``setup``, by keyword."""
+        """What behaviours get from their ``setup``, by keyword.
+
+        Where there are several robots, ``robot``, ``arm`` and ``gripper`` refuse to be used.
+        """
+        only = self.first if len(self.robots) == 1 else None
+        none = NoOnlyRobot(self.robots)
         return {
             "cell": self.cell,
             "robots": self.robots,
-            "robot": self.robot,
-            "arm": self.arm,
-            "gripper": self.gripper,
+            "robot": only.robot if only else none,
+            "arm": only.arm if only else none,
+            "gripper": only.gripper if only else none,
             "rng": self.rng,
             "models": self.models,
             "planners": self.planners,

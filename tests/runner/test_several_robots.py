@@ -9,7 +9,7 @@ import pytest
 from bt_manip import spatial
 from bt_manip.behaviours import Grasp, Hover, IsHolding, MoveHome, MoveToPose, OpenGripper, Reach
 from bt_manip.behaviours.poses import pose_to_text
-from bt_manip.bt import NodeStatus, Sequence, SubTree, Tree
+from bt_manip.bt import Action, NodeStatus, Sequence, SubTree, Tree
 from bt_manip.exceptions import BtManipError, NodeError
 from bt_manip.motion import MotionError
 from bt_manip.motion.collision.encounter import CLEARANCE
@@ -149,6 +149,18 @@ def set_up(station, root):
 def test_a_behaviour_that_names_no_robot_is_refused_before_anything_moves(station):
     with pytest.raises((BtManipError, NodeError), match="robots 'left', 'right'; say which"):
         set_up(station, MoveHome())
+
+
+def test_a_behaviour_that_takes_the_only_arm_is_refused_where_there_are_two(station):
+    class Wave(Action):
+        def setup(self, *, arm, **_):
+            self.arm = arm
+
+        def initialise(self):
+            self.arm.stop()
+
+    with pytest.raises((BtManipError, NodeError), match="robots 'left', 'right', and this"):
+        set_up(station, Wave()).tick()
 
 
 def test_a_robot_that_does_not_exist_is_refused_with_the_nearest_name(station):
