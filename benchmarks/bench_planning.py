@@ -10,8 +10,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from benchmarks.fastest_drive import fastest_time, missing
-from benchmarks.scenes import Planned, free_start, put, random_scene, wall
+from benchmarks.drives import drives
+from benchmarks.fastest_drive import missing
+from benchmarks.scenes import Planned, free_start, wall
 from bt_manip.motion import MotionError
 from bt_manip.motion.planning.edges import line
 from bt_manip.robots import RobotDescription
@@ -32,6 +33,7 @@ def wall_rows(
     """Plan from one side of a wall to the other, with any robot and as large as it reaches."""
     planned, left, right = wall(description, scale)
     arm = planned.arm
+    arm.guard = None  # the reference moves alone
     start = free_start(planned, left)
     times, free = [], 0
     for seed in range(seeds):
@@ -52,48 +54,33 @@ def wall_rows(
     )
 
 
-def scene_rows(scenes: int, description: RobotDescription | None = None) -> Iterator[Row]:
+def scene_rows(count: int, description: RobotDescription | None = None) -> Iterator[Row]:
     """Drive from start to goal among random obstacles, with any robot."""
-    reached, refused, touched, saturated = 0, 0, 0, 0
-    errors, durations, ratios, times = [], [], [], []
-    unknown = missing()
-    for seed in range(scenes):
-        planned, start, goal = random_scene(seed, description)
-        put(planned, start)
-        begun = time.thread_time()
-        try:
-            planned.arm.move_to_configuration(goal, rng=np.random.default_rng(seed))
-        except MotionError:
-            refused += 1
-            continue
-        times.append(1e3 * (time.thread_time() - begun))
-        durations.append(planned.arm.remaining)
-        if not unknown:
-            driven = planned.arm.trajectory
-            ratios.append(driven.duration / fastest_time(driven, planned.arm.model))
-        worst = 0.0
-        meant = True
-        while planned.arm.moving:
-            planned.cell.step()
-            worst = max(worst, float(np.abs(planned.robot.q - planned.arm.q).max()))
-            meant &= not planned.cell.data.ncon
-        touched += not meant
-        saturated += planned.control.saturated_steps > 0
-        errors.append(worst)
-        reached += np.array_equal(planned.arm.q, goal) and worst < 0.01
-    middle, most = np.percentile(times, [50, 95])
+    found = drives(count, description)
+    driven = [one for one in found if not one.refused]
+    middle, most = np.percentile([one.planning for one in driven], [50, 95])
+    ratios = [one.ratio for one in driven]
     yield (
         "random scenes: reached in physics",
-        f"{reached} of {scenes}, {refused} refused",
-        ("190 of 200"),
+        f"{sum(one.reached for one in driven)} of {count}, {count - len(driven)} refused",
+        "190 of 200",
     )
     yield "random scenes: planning", f"{middle:.0f} / {most:.0f} (median / 95 %)", ""
-    yield "random scenes: contacts, saturated", f"{touched}, {saturated} scenes", "0, 0"
-    yield "random scenes: largest tracking error", f"{1e3 * max(errors):.2f} mrad", "2 mrad"
-    yield "random scenes: duration", f"{np.median(durations):.2f} s (median)", ""
+    yield (
+        "random scenes: contacts, saturated",
+        f"{sum(one.touched for one in driven)}, {sum(one.saturated for one in driven)} scenes",
+        "0, 0",
+    )
+    yield (
+        "random scenes: largest tracking error",
+        f"{1e3 * max(one.error for one in driven):.2f} mrad",
+        "2 mrad",
+    )
+    duration = np.median([one.duration for one in driven])
+    yield "random scenes: duration", f"{duration:.2f} s (median)", ""
     yield (
         "random scenes: duration over the time-optimal one",
-        unknown or f"{np.median(ratios):.3f} / {max(ratios):.3f} (median / most)",
+        missing() or f"{np.median(ratios):.3f} / {max(ratios):.3f} (median / most)",
         "1.15 / 1.4 (toppra, which knows no jerk)",
     )
 

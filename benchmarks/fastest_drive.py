@@ -21,7 +21,7 @@ def missing() -> str:
     try:
         import toppra  # noqa: F401
     except ImportError as error:
-        return f"{error}; pip install 'bt-manip[bench]' brings it"
+        return f"{error}; 'pip install toppra' brings it"
     return ""
 
 

@@ -12,6 +12,7 @@ from scipy import sparse
 from scipy.optimize import linprog
 
 from bt_manip.motion.halting import Curve
+from bt_manip.motion.jerk_profile import JerkProfile
 from bt_manip.robots import RobotModel
 
 NODES = 120  # at which the limits hold
@@ -40,41 +41,54 @@ def alone(curve: Curve, state: State) -> float:
     return longest
 
 
-def on_the_path(curve: Curve, state: State, model: RobotModel, known: float) -> float:
+def on_the_path(curve: Curve, state: State, model: RobotModel, known: JerkProfile) -> float:
     """Give the shortest time that the path and all limits leave [s].
 
     Args:
         curve: What the clock goes through.
         state: The clock's reading, its pace and the pace's change.
         model: The arm with its payload.
-        known: A time in which it is possible [s].
+        known: A clock that rests inside the limits: the search begins with it, and each shorter
+            time with what was found for the one before.
     """
-    low, high = alone(curve, state), known
-    if low >= high or _possible(curve, state, model, low):
-        return min(low, high)
+    low, high = alone(curve, state), known.duration
+    best = known.table(np.linspace(0.0, known.duration, NODES + 1))[2]
+    best[0], best[-1] = state[2], 0.0
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
-        if _possible(curve, state, model, middle):
-            high = middle
-        else:
+        found = _rest_within(curve, state, model, middle, best)
+        if found is None:
             low = middle
+        else:
+            high, best = middle, found
     return high
 
 
-def _possible(curve: Curve, state: State, model: RobotModel, duration: float) -> bool:
-    """Tell whether a clock can come to rest in a time, all limits kept."""
+def _rest_within(
+    curve: Curve, state: State, model: RobotModel, duration: float, guess: np.ndarray
+) -> np.ndarray | None:
+    """Give a clock's changes that bring it to rest in a time, or None."""  # (NODES + 1,)
     h = duration / NODES
-    u = np.interp(np.arange(NODES + 1), [0, 1, NODES - 1, NODES], [state[2], -1, -1, 0.0])
-    u[1:-1] = -(state[1] + 0.5 * h * state[2]) / (h * (NODES - 1))
+    u = guess.copy()
+    # The same course in less time: whatever the guess brakes, it has to brake the whole pace.
+    inner, ends = h * u[1:-1].sum(), 0.5 * h * (u[0] + u[-1])
+    u[1:-1] *= -(state[1] + ends) / inner
+    programme = _Programme(curve, state, model, h, u)
     for _ in range(PROGRAMMES):
-        programme = _Programme(curve, state, model, h, u)
         if programme.excess <= CLOSE:
-            return True
-        found = programme.solve()
-        if found is None:
-            return False
-        u = found
-    return _Programme(curve, state, model, h, u).excess <= CLOSE
+            return programme.u
+        wanted = programme.solve()
+        if wanted is None:
+            return None
+        trials = (
+            _Programme(curve, state, model, h, programme.u + part * (wanted - programme.u))
+            for part in (1.0, 0.5, 0.2)
+        )
+        better = min(trials, key=lambda trial: trial.excess)
+        if better.excess >= programme.excess:
+            return None
+        programme = better
+    return programme.u if programme.excess <= CLOSE else None
 
 
 class _Programme:

@@ -10,6 +10,7 @@ from benchmarks.scenes import Planned, random_scene
 from bt_manip.motion import Arm, PathTrajectory, SequenceTrajectory
 from bt_manip.motion.bounds import Bounds
 from bt_manip.motion.halting import Curve
+from bt_manip.motion.jerk_profile import JerkProfile
 from bt_manip.motion.paced_trajectory import PacedTrajectory
 from bt_manip.motion.trajectory import TailTrajectory
 from bt_manip.robots import RobotDescription
@@ -49,6 +50,7 @@ def halts(count: int, description: RobotDescription | None = None) -> list[Halt]
     for number in range(count):
         if number % EACH == 0:
             planned, start, goal = random_scene(number // EACH, description)
+            planned.arm.guard = None  # the reference moves alone
         kind = KINDS[number % len(KINDS)]
         begin(planned, kind, start, goal, number)
         found.append(halt(planned, kind, float(rng.uniform(0.03, 0.97))))
@@ -68,13 +70,13 @@ def halt(planned: Planned, kind: str, share: float) -> Halt:
     curve, state = clock_of(arm)
     rows = [(arm.q_ref, arm.v_ref, arm.a_ref)]
     arm.stop()
-    duration = arm.remaining
+    duration, known = arm.remaining, _clock(arm)
     while arm.moving:
         arm.advance(STEP)
         rows.append((arm.q_ref, arm.v_ref, arm.a_ref))
     shortest = fastest_halt.alone(curve, state)
-    if duration > CLEAR * shortest:
-        shortest = fastest_halt.on_the_path(curve, state, arm.model, duration)
+    if duration > CLEAR * shortest and known is not None:
+        shortest = fastest_halt.on_the_path(curve, state, arm.model, known)
     return Halt(kind, duration, shortest, _off(rows, np.array(way)), _used(arm, rows))
 
 
@@ -95,6 +97,14 @@ def clock_of(arm: Arm) -> tuple[Curve, fastest_halt.State]:
         return Curve(trajectory.path.evaluate, trajectory.bounds, 1.0), state
     bounds = Bounds.of_joints(arm.model.limits)
     return Curve(trajectory.table, bounds, trajectory.duration), (t, pace, change)
+
+
+def _clock(arm: Arm) -> JerkProfile | None:
+    """Give the clock that an arm halts by; None where it drives on to the end."""
+    halted = arm.trajectory
+    if isinstance(halted, PathTrajectory):
+        return halted.profile
+    return halted.clock if isinstance(halted, PacedTrajectory) else None
 
 
 def _off(rows: list[tuple[np.ndarray, ...]], way: np.ndarray) -> float:

@@ -45,6 +45,7 @@ class Planned(NamedTuple):
         gripper: Keeps the fingers where they are.
         arm: Moves the arm.
         open: Positions of all joints with the gripper open.
+        name: Of the robot in the cell.
     """
 
     cell: Cell
@@ -53,6 +54,7 @@ class Planned(NamedTuple):
     gripper: GripperController
     arm: Arm
     open: np.ndarray
+    name: str
 
 
 def build(
@@ -74,7 +76,7 @@ def build(
     arena.mjcf_model.option.cone = "elliptic"
     cell = Cell(arena)
     with cell.editing():
-        cell.add(robot, free=False, overlap=np.inf)  # at home it may be inside something
+        name = cell.add(robot, free=False, overlap=np.inf)  # at home it may be inside something
         for i, (kind, size, pose) in enumerate(obstacles):
             cell.add(Fixed(kind, size), pose, name=f"obstacle_{i}", free=False, overlap=np.inf)
     model = robot.make_model()
@@ -85,7 +87,7 @@ def build(
         guard=DeviationGuard(robot, model),
     )
     control.reference = arm
-    return Planned(cell, robot, control, gripper, arm, cell.data.qpos.copy())
+    return Planned(cell, robot, control, gripper, arm, cell.data.qpos.copy(), name)
 
 
 def wall(

@@ -7,7 +7,8 @@ import numpy as np
 from bt_manip.robots import Robot, RobotModel
 
 EVERY = 7  # control steps between two looks
-PATIENCE = 2  # looks in a row; a single one may be an impact of no consequence
+PATIENCE = 2  # looks in a row in which a joint takes too much
+LASTING = 7e-3  # [s] a blow is one that a tolerated effort would take longer for
 SHARE = 0.03  # of a joint's effort limit that an unmeant effort has to exceed
 AT_FIRST = 1.5  # times what presses on it when a motion begins
 FRICTION = 2.2  # of a joint's dry friction, whose direction is uncertain around rest
@@ -17,7 +18,9 @@ class DeviationGuard:
     """Compares the efforts that make the arm move as it does with those of its motors.
 
     What is left of ``M a + bias - tau``, friction apart, is what others do to the arm: a push, or a
-    contact. For the Panda the bounds are about what 10 N at its hand make.
+    contact. For the Panda the bounds are about what 10 N at its hand make. A blow is over before
+    anybody looks, but it leaves the arm at another velocity than that of its reference: ``M`` times
+    what came to that difference since the last look is the blow's impulse.
 
     What presses on the arm already when a motion begins, as a table on what is gripped from it, is
     no deviation of that motion.
@@ -37,27 +40,38 @@ class DeviationGuard:
         self.bounds = SHARE * model.limits.effort + FRICTION * model.friction
         self._tolerated = self.bounds.copy()
         self._strikes = 0
+        self._error = np.zeros(model.nq)
 
-    def begin(self, model: RobotModel) -> None:
-        """Tolerate what there is when a motion begins."""
-        self._tolerated = self.bounds + AT_FIRST * np.abs(self._foreign_effort(model))
-        self._strikes = 0
-
-    def look(self, model: RobotModel) -> str:
-        """Look at the last control step.
+    def begin(self, model: RobotModel, v_ref: np.ndarray) -> None:
+        """Tolerate what there is when a motion begins.
 
         Args:
             model: The arm with its payload.
+            v_ref: Velocity of its reference [rad/s].  # (nq,)
+        """
+        self._tolerated = self.bounds + AT_FIRST * np.abs(self._foreign_effort(model))
+        self._strikes = 0
+        self._error = self._robot.v - v_ref
+
+    def look(self, model: RobotModel, v_ref: np.ndarray) -> str:
+        """Look at the last control step, and at what has come of those since the last look.
+
+        Args:
+            model: The arm with its payload.
+            v_ref: Velocity of its reference after that step [rad/s].  # (nq,)
 
         Returns:
             What is wrong, once it is so for long enough; empty otherwise.
         """
-        effort = self._foreign_effort(model)
-        share = np.abs(effort) / self._tolerated
-        if share.max() <= 1.0:
-            self._strikes = 0
-            return ""
-        self._strikes += 1
+        effort, impulse = self._foreign_effort(model), self._foreign_impulse(model, v_ref)
+        share, blow = np.abs(effort) / self._tolerated, np.abs(impulse) / self._tolerated
+        if blow.max() > LASTING:
+            joint = int(blow.argmax())
+            return (
+                f"something pushes the arm: joint {joint + 1} takes {abs(impulse[joint]):.2f} N m s "
+                f"at once ({LASTING * self._tolerated[joint]:.2f} N m s are tolerated)"
+            )
+        self._strikes = 0 if share.max() <= 1.0 else self._strikes + 1
         if self._strikes < PATIENCE:
             return ""
         joint = int(share.argmax())
@@ -75,10 +89,22 @@ class DeviationGuard:
         effort -= robot.tau
         return effort
 
+    def _foreign_impulse(self, model: RobotModel, v_ref: np.ndarray) -> np.ndarray:
+        """Give what has changed the velocity against that of the reference [N m s]."""  # (nq,)
+        q, error = self._robot.q, self._robot.v - v_ref
+        change, self._error = error - self._error, error
+        still = np.zeros_like(q)
+        return model.rnea(q, still, change) - model.rnea(q, still, still)
+
     def get_state(self) -> dict[str, Any]:
         """Give what is remembered between looks as plain data."""
-        return {"tolerated": self._tolerated.tolist(), "strikes": self._strikes}
+        return {
+            "tolerated": self._tolerated.tolist(),
+            "strikes": self._strikes,
+            "error": self._error.tolist(),
+        }
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Take back what `get_state` gave."""
         self._tolerated, self._strikes = np.array(state["tolerated"]), state["strikes"]
+        self._error = np.array(state["error"])

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from benchmarks.disturbances import contacts
 from bt_manip import spatial
 from bt_manip.cell import Cell
 from bt_manip.control import ComputedTorque
@@ -104,6 +105,25 @@ def test_an_obstacle_that_came_unseen_stops_it_and_is_named(bench):
         assert "touches 'post'" in bench.arm.fault
     finally:
         bench.cell.remove("post")
+
+
+def test_a_blow_that_is_over_in_a_millisecond_is_noticed_too(bench, rng):
+    for _ in range(5):
+        bench.reset()
+        bench.arm.move_to_configuration(THERE)
+        assert bench.until_noticed(int(rng.integers(20, 400))) is None
+        direction = rng.normal(size=3)
+        blow = 1000.0 * direction / np.linalg.norm(direction)
+        bench.cell.data.xfrc_applied[bench.hand][:3] = blow
+        assert bench.until_noticed(1) is None
+        bench.cell.data.xfrc_applied[bench.hand][:3] = 0.0
+        noticed = bench.until_noticed(19)
+        assert noticed is not None and "N m s at once" in bench.arm.fault
+
+
+def test_what_it_drives_into_is_noticed_anywhere_on_the_arm_and_from_any_side():
+    noticed = contacts(8)
+    assert noticed.soon == 8 and noticed.false == 0
 
 
 def test_a_line_that_shall_touch_something_is_driven_on(bench):
