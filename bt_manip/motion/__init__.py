@@ -24,6 +24,11 @@ from .planning import Planner as Planner
 from .planning import Planning as Planning
 from .planning import PlanningProblem as PlanningProblem
 from .planning import RRTConnect as RRTConnect
+from .tool_path import ArcTo as ArcTo
+from .tool_path import LineTo as LineTo
+from .tool_path import ToolPath as ToolPath
+from .tool_path import TurnAbout as TurnAbout
+from .tool_path import tool_paths as tool_paths
 from .traffic import Traffic as Traffic
 from .trajectory import JointTrajectory as JointTrajectory
 from .trajectory import PathTrajectory as PathTrajectory

@@ -15,9 +15,10 @@ from .deviation_guard import EVERY, DeviationGuard
 from .errors import MotionError
 from .goal_choice import choose_configurations
 from .kinematics import InverseKinematics
-from .move_planning import Avoiding, plan_line, plan_to_configurations
+from .move_planning import Avoiding, plan_to_configurations, plan_tool_path
 from .planning import Planner, RRTConnect
 from .reference import Reference
+from .tool_path import LineTo, Step
 from .traffic import Traffic
 from .trajectory import Trajectory
 
@@ -249,11 +250,35 @@ class Arm:
             MotionError: When the line cannot be followed to its end (the message says how far),
                 would touch something, or asks too much effort.
         """
+        self.move_path([LineTo(T_wt)], speed, contact=contact)
+
+    def move_path(
+        self,
+        steps: Sequence[Step],
+        speed: float = 1.0,
+        *,
+        blend: float = 0.0,
+        contact: bool = False,
+    ) -> None:
+        """Move the tool along lines and arcs, without a halt where its corners are rounded.
+
+        A moving arm comes to rest first.
+
+        Args:
+            steps: `LineTo`, `ArcTo` and `TurnAbout`, in their order.
+            speed: As for `move_linear`.
+            blend: How far from a corner it is rounded [m]; at 0 the tool halts there.
+            contact: As for `move_linear`.
+
+        Raises:
+            MotionError: When the path cannot be followed to its end (the message and `fraction`
+                say how far), would touch something, or asks too much effort.
+        """
         speed = check_speed(speed)
-        T_wt = check_pose(T_wt)
         world = None if contact else self.world
-        line = plan_line(self._reference.present, T_wt, self.model, self.ik, speed, world)
-        self._begin(line, guarded=world is not None)
+        present = self._reference.present
+        path = plan_tool_path(present, steps, blend, self.model, self.ik, speed, world)
+        self._begin(path, guarded=world is not None)
 
     def follow(self, T_wt: pin.SE3, speed: float = 1.0) -> None:
         """Turn towards a target that moves; to be called again as it does.
@@ -322,7 +347,7 @@ class Arm:
 
     def _look(self) -> None:
         """Stop when something pushes the arm, and remember why."""
-        fault = "" if self.guard is None else self.guard.look(self.model, self.v)
+        fault = "" if self.guard is None else self.guard.look(self.model)
         if fault:
             touching = "" if self.world is None else self.world.touching_now()
             self.give_up(f"{fault}; {touching}" if touching else fault)
@@ -346,7 +371,7 @@ class Arm:
             trajectory = self.traffic.give_way(self, trajectory)
         self.fault, self._guarded = "", guarded and self.world is not None
         if self.guard is not None:
-            self.guard.begin(self.model, self.v)
+            self.guard.begin(self.model)
         self._reference.begin(trajectory, self.model)
 
     # State

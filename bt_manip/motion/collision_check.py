@@ -9,7 +9,7 @@ from .collision.free_space import STEP
 from .errors import MotionError
 from .limit_check import STEP as CONTROL_STEP
 from .paths import SplinePath
-from .tool_line import ToolLine
+from .tool_path import ToolPath
 from .trajectory import Trajectory
 
 LINE_CLEARANCE = 1e-3  # [m] of a line that was asked for as it is
@@ -44,27 +44,31 @@ def check_targets(
     return kept
 
 
-def collision_error(world: CollisionWorld, near: Near | None, message: str) -> MotionError:
+def collision_error(
+    world: CollisionWorld, near: Near | None, message: str, fraction: float | None = None
+) -> MotionError:
     """Make the error about something in the way; another robot may go away by itself.
 
     Args:
         world: What there is.
         near: What would come too near to what.
         message: What cannot be done.
+        fraction: How much of a path is free.
     """
     robot = "" if near is None else world.other_robot(near.second)
     if not robot or near is None:
-        return MotionError(message, reason="collision")
-    return MotionError(f"'{robot}' is in the way of '{near.first}'", reason="robot")
+        return MotionError(message, reason="collision", fraction=fraction)
+    message = f"'{robot}' is in the way of '{near.first}'"
+    return MotionError(message, reason="robot", fraction=fraction)
 
 
-def check_line(world: CollisionWorld, path: SplinePath, line: ToolLine) -> None:
-    """Look at a line of the tool at steps of `STEP`.
+def check_path(world: CollisionWorld, curve: SplinePath, path: ToolPath) -> None:
+    """Look at joints that follow a path of the tool, at steps of `STEP`.
 
     Raises:
         MotionError: Naming what it would touch, and how far it gets.
     """
-    configurations, fractions = _fine(path)
+    configurations, fractions = _fine(curve)
     ends = (configurations[0], configurations[-1])
     space = FreeSpace(world, ends[0], ends[1:], clearance=LINE_CLEARANCE)
     first = space.first_blocked(configurations)
@@ -72,19 +76,15 @@ def check_line(world: CollisionWorld, path: SplinePath, line: ToolLine) -> None:
         return
     near = space.blocker(configurations[first])
     what = "something is" if near is None else f"'{near.first}' would touch '{near.second}'"
-    done = float(fractions[first])
-    raise collision_error(
-        world,
-        near,
-        f"the line is blocked after {100.0 * done:.0f} % of the way "
-        f"({done * line.length:.3f} m of {line.length:.3f} m): {what}",
-    )
+    share, percent, metres = path.progress(float(fractions[first]))
+    message = f"the {path.name} is blocked after {percent} ({metres}): {what}"
+    raise collision_error(world, near, message, share)
 
 
-def line_free(world: CollisionWorld, path: SplinePath, line: ToolLine) -> bool:
-    """Tell whether a line of the tool touches nothing."""
+def path_free(world: CollisionWorld, curve: SplinePath, path: ToolPath) -> bool:
+    """Tell whether joints that follow a path of the tool touch nothing."""
     try:
-        check_line(world, path, line)
+        check_path(world, curve, path)
     except MotionError:
         return False
     return True
@@ -101,9 +101,9 @@ def trajectory_free(world: CollisionWorld, trajectory: Trajectory, end: np.ndarr
     return FreeSpace(world, q[0], [end]).path_free(q)
 
 
-def _fine(path: SplinePath) -> tuple[np.ndarray, np.ndarray]:
-    """Give a path's configurations at steps of `STEP`, and how far along the line each is."""
-    slope = np.abs(path.evaluate(np.linspace(0.0, 1.0, 200), 1)[1][:, : path.nq]).max()
+def _fine(curve: SplinePath) -> tuple[np.ndarray, np.ndarray]:
+    """Give a path's configurations at steps of `STEP`, and how far along each is."""
+    slope = np.abs(curve.evaluate(np.linspace(0.0, 1.0, 200), 1)[1][:, : curve.nq]).max()
     n = max(8, int(np.ceil(1.02 * slope / STEP)))
-    rows = path.evaluate(np.arange(n + 1) / n, 0)[0]
-    return rows[:, : path.nq], rows[:, -1]
+    rows = curve.evaluate(np.arange(n + 1) / n, 0)[0]
+    return rows[:, : curve.nq], rows[:, -1]

@@ -6,10 +6,10 @@ import numpy as np
 import pinocchio as pin
 
 from .collision import CollisionWorld
-from .collision_check import line_free
+from .collision_check import path_free
 from .errors import MotionError
 from .kinematics import IKResult, InverseKinematics
-from .tool_line import ToolLine, line_path
+from .tool_path import LineTo, follow_path, tool_paths
 
 _STARTS = (0, 1, 8)  # few first: mostly the nearest serves
 
@@ -82,13 +82,13 @@ def _margin_left(
 ) -> float:
     """Give how far the joints stay from their limits on the way on, negative when there is none."""
     T = ik.model.pose(q)
-    line = ToolLine(T, T * pin.SE3(np.eye(3), np.array([0.0, 0.0, approach])))
+    (line,) = tool_paths(T, [LineTo(T * pin.SE3(np.eye(3), np.array([0.0, 0.0, approach])))])
     try:
-        path = line_path(ik, q, line)
+        curve = follow_path(ik, q, line)
     except MotionError:
         return -1.0
-    if world is not None and not line_free(world, path, line):
+    if world is not None and not path_free(world, curve, line):
         return -1.0
-    on_the_way = path.knots[:, : ik.model.nq]
+    on_the_way = curve.knots[:, : ik.model.nq]
     limits = ik.model.limits
     return float(min((on_the_way - limits.lower).min(), (limits.upper - on_the_way).min()))

@@ -1,17 +1,16 @@
 """Whole motions, from whatever the arm is doing to rest at the target."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import pinocchio as pin
 
 from bt_manip.robots import RobotModel
 
 from .bounds import Bounds
 from .braking import brake
 from .collision import CollisionWorld
-from .collision_check import check_line, check_targets, free_targets, trajectory_free
+from .collision_check import check_path, check_targets, free_targets, trajectory_free
 from .driving import drive, drive_straight
 from .effort import within_effort
 from .errors import MotionError
@@ -20,10 +19,9 @@ from .jerk_profile import joint_profiles
 from .kinematics import InverseKinematics
 from .limit_check import limit_use
 from .planning import Planner
-from .tool_line import ToolLine, line_path
+from .tool_path import Step, follow_path, tool_paths
 from .trajectory import JointTrajectory, SequenceTrajectory, Trajectory
 
-_SAME = 1e-9  # [m] and [rad]
 _STANDSTILL = 1e-10  # [rad] below which there is nothing to move; Ruckig gives up below 1e-12
 
 
@@ -132,31 +130,42 @@ def _turned(
     return turned if limit_use(turned, limits).inside else None
 
 
-def plan_line(
+def plan_tool_path(
     present: Present,
-    T_wt: pin.SE3,
+    steps: Sequence[Step],
+    blend: float,
     model: RobotModel,
     ik: InverseKinematics,
     speed: float,
     world: CollisionWorld | None,
 ) -> Trajectory | None:
-    """Plan a straight line of the tool, from where the arm comes to rest.
+    """Plan a path of the tool, from where the arm comes to rest.
+
+    Args:
+        present: What the reference does now.
+        steps: Lines and arcs of the tool.
+        blend: How far from a corner it is rounded [m]; at 0 the tool halts there.
+        model: The arm with its payload.
+        ik: Its inverse kinematics.
+        speed: At 0.5 it takes twice the time.
+        world: What is not to be touched; None does not look.
 
     Raises:
-        MotionError: When the line cannot be followed, touches something, or asks too much effort.
+        MotionError: When the path cannot be followed, touches something, or asks too much effort.
     """
 
-    def line_from(q: np.ndarray) -> Trajectory | None:
-        line = ToolLine(model.pose(q), T_wt)
-        if line.length < _SAME and line.angle < _SAME:
-            return None
-        bounds = line.bounds(Bounds.of_joints(model.limits), model.tool_limits)
-        path = line_path(ik, q, line)
-        if world is not None:
-            check_line(world, path, line)
-        return drive(path, bounds, model, speed)
+    def along(q: np.ndarray) -> Trajectory | None:
+        curves = []
+        for path in tool_paths(model.pose(q), steps, blend):
+            curve = follow_path(ik, q, path)
+            if world is not None:
+                check_path(world, curve, path)
+            curves.append((curve, path.bounds(Bounds.of_joints(model.limits), model.tool_limits)))
+            q = curve.end
+        driven = [drive(curve, bounds, model, speed) for curve, bounds in curves]
+        return SequenceTrajectory(driven) if len(driven) > 1 else next(iter(driven), None)
 
-    return _after_stop(present, model, line_from)
+    return _after_stop(present, model, along)
 
 
 def _after_stop(
