@@ -30,6 +30,7 @@ class Placement:
             for name, entity in cell.objects.items()
             if getattr(entity, "category", "") == CONTAINER
         }
+        self._middles: dict[str, np.ndarray] = {}
 
     def placed(self, name: str) -> bool:
         """Tell whether an object rests in a container and touches only it and other objects.
@@ -39,13 +40,18 @@ class Placement:
         """
         return any(self._rests_in(name, container) for container in self._boxes)
 
+    def _middle(self, name: str) -> np.ndarray:
+        """Give the middle of an object, in its own frame [m]."""  # (3,)
+        if name not in self._middles:
+            lower, upper = _box(self._cell, name)
+            self._middles[name] = 0.5 * (lower + upper)
+        return self._middles[name]
+
     def _rests_in(self, name: str, container: str) -> bool:
         cell = self._cell
         lower, upper = self._boxes[container]
-        middle = cell.pose(name).act(
-            np.asarray(getattr(cell.find(name), "centre_offset", np.zeros(3)))
-        )
-        centre = cell.pose(container).actInv(middle)
+        # The middle of what can be touched: what is high is gripped far above it.
+        centre = cell.pose(container).actInv(cell.pose(name).act(self._middle(name)))
         if container == name or (centre < lower).any() or (centre > upper).any():
             return False
         velocity = cell.velocity(name)
