@@ -10,6 +10,7 @@ from dm_control import composer
 
 from bt_manip.cell.alterations import Alterations, Values
 from bt_manip.cell.compiled import Compiled
+from bt_manip.cell.compiled_cache import CompiledCache
 from bt_manip.cell.exceptions import CellError
 from bt_manip.cell.inventory import Inventory
 from bt_manip.cell.overlap import refuse_overlap
@@ -31,6 +32,7 @@ class Assembly:
         editing: Whether several changes are under way, which are compiled together.
         alterations: How the physics differs from the models.
         vary: Asked of what comes in how it differs; nobody at first.
+        cache: Keeps physics for when the same things stand in the arena again.
     """
 
     def __init__(self, arena: composer.Arena, random_state: np.random.RandomState):
@@ -45,6 +47,7 @@ class Assembly:
         self.editing = False
         self.alterations = Alterations()
         self.vary: Vary | None = None
+        self.cache = CompiledCache()
         self._random_state = random_state
         self.compiled = self._compile(None)
         self.inventory.settle()
@@ -69,7 +72,7 @@ class Assembly:
                 yield
                 old = self.compiled
                 self.compiled = self._compile(old, self.vary if varied else None)
-                old.physics.free()
+                self.cache.retire(old)
         except CellError:
             self.alterations.set_state(altered)
             raise
@@ -108,7 +111,7 @@ class Assembly:
     def _compile(self, old: Compiled | None, vary: Vary | None = None) -> Compiled:
         """Compile the arena and carry the state over; the old physics is left as it is."""
         inventory, random_state = self.inventory, self._random_state
-        new = Compiled(inventory.compile(), inventory.arena, inventory.placed)
+        new = self._physics()
         entities = list(inventory.arena.iter_entities())
         try:
             if old is not None:
@@ -128,12 +131,25 @@ class Assembly:
                 verb = "added" if name in inventory.arrived else "moved"
                 refuse_overlap(new.model, new.data, new.labels, name, accepted, verb)
         except BaseException:
+            self.cache.forget(new)
             if old is not None:
                 for entity in entities:  # those that stay look at the old physics again
                     if entity not in inventory.fresh:
                         entity.after_compile(old.physics, random_state)
             raise
         self.generation += 1
+        return new
+
+    def _physics(self) -> Compiled:
+        """Give the physics of what stands in the arena, with nothing carried over yet."""
+        inventory = self.inventory
+        key = inventory.key() if self.cache.limit else None
+        known = None if key is None else self.cache.take(key)
+        if known is not None:
+            return known
+        new = Compiled(inventory.compile(), inventory.arena, inventory.placed)
+        if key is not None:
+            self.cache.note(new, key)
         return new
 
 

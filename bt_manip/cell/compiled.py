@@ -63,6 +63,13 @@ class Compiled:
         self._warnings = self.data.warning.number
         self._warned = self._warnings.tobytes()
 
+    def renew(self) -> None:
+        """Be as just made of the model, which nobody has changed."""
+        mujoco.mj_resetData(self.model, self.data)
+        self.physics.after_reset()
+        self._remembers = False
+        self._warned = self._warnings.tobytes()
+
     def step(
         self,
         n: int,

@@ -1,7 +1,7 @@
 """What stands in an arena."""
 
 import contextlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from typing import Any
 
 import mujoco
@@ -22,6 +22,7 @@ class Inventory:
         self.arena = arena
         self.placed: dict[str, Placement] = {}
         self._writer = ModelWriter(arena.mjcf_model)
+        self._revisions = 0  # of the arena's model, by what came, went and was moved
         self.fresh: list[composer.Entity] = list(arena.iter_entities())
         """Entities that have come since the last compile and want to be initialised."""
         self.arrived: dict[str, composer.Entity] = {}
@@ -44,14 +45,15 @@ class Inventory:
     def attach(self, name: str, placement: Placement, *, fresh: bool = True) -> None:
         """Put an entity into the arena, under a name."""
         entity = placement.entity
-        entity.mjcf_model.model = name
-        for part in entity.iter_entities():
-            name_elements(part.mjcf_model)
-        attach = self.arena.add_free_entity if placement.free else self.arena.attach
-        frame = attach(entity)
-        self.placed[name] = placement
-        frame.pos = placement.position
-        frame.quat = placement.quat_wxyz
+        with self._revising():
+            entity.mjcf_model.model = name
+            for part in entity.iter_entities():
+                name_elements(part.mjcf_model)
+            attach = self.arena.add_free_entity if placement.free else self.arena.attach
+            frame = attach(entity)
+            self.placed[name] = placement
+            frame.pos = placement.position
+            frame.quat = placement.quat_wxyz
         if fresh:
             self.fresh.extend(entity.iter_entities())
             self.arrived[name] = entity
@@ -61,13 +63,15 @@ class Inventory:
         entity = self.placed.pop(name).entity
         self.arrived.pop(name, None)
         self._writer.forget(entity.mjcf_model)
-        entity.detach()
+        with self._revising():
+            entity.detach()
 
     def relocate(self, name: str, placement: Placement) -> None:
         """Put an entity that is here at another pose."""
         self.placed[name] = placement
         frame = mjcf.get_attachment_frame(placement.entity.mjcf_model)
-        frame.pos, frame.quat = placement.position, placement.quat_wxyz
+        with self._revising():
+            frame.pos, frame.quat = placement.position, placement.quat_wxyz
 
     def settle(self) -> None:
         """Take what has come as known."""
@@ -108,6 +112,20 @@ class Inventory:
                 raise CellError(
                     f"the state has a '{name}' that this cell lacks, and no way to make it"
                 )
+
+    @contextlib.contextmanager
+    def _revising(self) -> Iterator[None]:
+        """Count the changes of the arena's model that leave its own elements as they are."""
+        scope = self.arena.mjcf_model.namescope
+        before = scope.revision
+        yield
+        self._revisions += scope.revision - before
+
+    def key(self) -> Hashable:
+        """Give what is equal only for arenas that are compiled to the same."""
+        own = self.arena.mjcf_model.namescope.revision - self._revisions
+        entities = tuple(self.arena.iter_entities())
+        return own, tuple(self.placed.items()), entities, self._writer.key()
 
     def compile(self) -> mujoco.MjModel:
         """Compile the arena.

@@ -2,7 +2,7 @@
 
 import hashlib
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Hashable, Iterable, Iterator
 from typing import Any, NamedTuple
 from xml.sax.saxutils import quoteattr
 
@@ -46,6 +46,10 @@ class ModelWriter:
     def forget(self, model: mjcf.RootElement) -> None:
         """Write a model anew the next time; needed when it is taken out of the arena."""
         self._texts.pop(id(model), None)
+
+    def key(self) -> Hashable:
+        """Give what is equal for as long as no attached model comes, goes or changes."""
+        return tuple((model, self._key(model)) for model in _attached(self._root))
 
     def compile(self, models: Iterable[mjcf.RootElement]) -> mujoco.MjModel:
         """Compile the arena.

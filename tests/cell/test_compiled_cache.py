@@ -1,0 +1,128 @@
+"""Going back to a physics that has been compiled before, held against compiling it again."""
+
+import numpy as np
+import pytest
+
+from bt_manip import spatial
+from bt_manip.cell import Cell, OverlapError, objects
+from bt_manip.robots import Robot, panda
+
+BESIDE = spatial.pose((0.4, 0.3, 0.03))
+
+
+def make_cell(kept: int = 2) -> Cell:
+    cell = Cell()
+    cell.compiles_kept = kept
+    cell.add(Robot(panda()), spatial.pose((0.0, 0.0, 0.0)), free=False)
+    cell.add(objects.Cube(), spatial.pose((0.5, 0.0, 0.2)), name="cube")
+    return cell
+
+
+def test_the_same_things_have_the_same_physics_again():
+    cell = make_cell()
+    model, generation = cell.model, cell.generation
+    cell.add(objects.Cube(), BESIDE, name="other")
+    assert cell.model is not model
+    cell.remove("other")
+    assert cell.model is model
+    assert cell.generation == generation + 2
+
+
+def test_what_follows_is_that_of_a_compile_to_the_last_bit():
+    def history(kept: int) -> list[bytes]:
+        cell = make_cell(kept)
+        states = []
+        for i in range(3):
+            cell.step(150)  # the cube falls, and lies
+            cell.add(objects.Cube(), spatial.pose((0.4, 0.3, 0.1 + 0.01 * i)), name="other")
+            cell.step(50)
+            states.append(cell.state_bytes())
+            cell.remove("other")
+            states.append(cell.state_bytes())
+            cell.step(5)
+            states.append(cell.state_bytes())
+        return states
+
+    assert history(2) == history(0)
+
+
+def test_a_state_that_is_put_back_goes_on_to_the_last_bit():
+    def history(kept: int) -> list[bytes]:
+        cell = make_cell(kept)
+        cell.step(180)
+        state = cell.snapshot()
+        states = []
+        for _ in range(2):
+            cell.add(objects.Cube(), BESIDE, name="other")
+            cell.step(20)
+            cell.restore(state)
+            cell.step(30)
+            states.append(cell.state_bytes())
+        assert states[0] == states[1]
+        return states
+
+    assert history(2) == history(0)
+
+
+def test_a_model_that_was_changed_by_hand_does_not_come_back():
+    cell = make_cell()
+    model = cell.model
+    model.opt.gravity[2] = -1.0
+    cell.add(objects.Cube(), BESIDE, name="other")
+    cell.remove("other")
+    assert cell.model is not model
+    assert cell.model.opt.gravity[2] == pytest.approx(-9.81)
+
+
+def test_what_is_altered_is_compiled_anew_and_stays_altered():
+    cell = make_cell()
+    cell.alter("cube", mass=2.0)
+    body = cell.body_id("cube")
+    mass = cell.model.body_mass[body]
+    cell.add(objects.Cube(), BESIDE, name="other")
+    cell.remove("other")
+    assert cell.model.body_mass[cell.body_id("cube")] == mass
+    assert cell.nominal_model.body_mass[cell.body_id("cube")] == pytest.approx(0.5 * mass)
+
+
+def test_an_edit_of_the_arena_or_of_a_thing_is_compiled():
+    cell = make_cell()
+    cell.add(objects.Cube(), BESIDE, name="other")
+    cell.arena.mjcf_model.option.gravity = (0.0, 0.0, -5.0)
+    cell.remove("other")
+    assert cell.model.opt.gravity[2] == pytest.approx(-5.0)
+    cell.add(objects.Cube(), BESIDE, name="other")
+    geom = cell.find("cube").mjcf_model.find_all("geom")[0]
+    geom.rgba = (0.1, 0.2, 0.3, 1.0)
+    cell.remove("other")
+    assert any(np.allclose(colour, (0.1, 0.2, 0.3, 1.0)) for colour in cell.model.geom_rgba)
+
+
+def test_a_thing_elsewhere_or_of_another_make_is_compiled():
+    cell = make_cell()
+    cube = cell.remove("cube")
+    cell.add(cube, spatial.pose((0.5, 0.1, 0.2)), name="cube")
+    assert cell.pose("cube").translation[1] == pytest.approx(0.1)
+    model = cell.model
+    cell.remove("cube")
+    cell.add(objects.Cube(size=0.03), spatial.pose((0.5, 0.1, 0.2)), name="cube")
+    assert cell.model is not model
+
+
+def test_what_cannot_be_added_leaves_nothing_behind():
+    cell = make_cell()
+    model = cell.model
+    with pytest.raises(OverlapError):
+        cell.add(objects.Cube(), spatial.pose((0.5, 0.0, 0.2)), name="other")
+    assert cell.model is model
+    cell.step(3)
+
+
+def test_no_more_are_kept_than_asked_for():
+    cell = make_cell(1)
+    first = cell.model
+    for name in ("a", "b"):
+        cell.add(objects.Cube(), spatial.pose((0.4, 0.3 * len(cell.objects), 0.03)), name=name)
+    for name in ("b", "a"):
+        cell.remove(name)
+    assert cell.model is not first
