@@ -1,5 +1,6 @@
 """How far the parts of an arm move, at the most, from one configuration to others."""
 
+from functools import cache
 from typing import NamedTuple
 
 import mujoco
@@ -73,26 +74,22 @@ class ArmMotion:
         """
         self._joints, nq = joints, len(joints)
         self._bodies = model.jnt_bodyid[joints]
-        middles, self.radii = data.xanchor[joints].copy(), np.zeros(nq)
+        anchors = data.xanchor[joints]
+        middles, self.radii = anchors.copy(), np.zeros(nq)
+        at, bound = data.geom_xpos, model.geom_rbound
+        lowest, highest = at - bound[:, np.newaxis], at + bound[:, np.newaxis]
         for k in range(nq):
             geoms = np.flatnonzero(part_of_geom == k + 1)
             if len(geoms):
-                at, bound = data.geom_xpos[geoms], model.geom_rbound[geoms]
-                ends = np.concatenate([at - bound[:, np.newaxis], at + bound[:, np.newaxis]])
-                middles[k] = 0.5 * (ends.min(axis=0) + ends.max(axis=0))
-                self.radii[k] = (np.linalg.norm(at - middles[k], axis=1) + bound).max()
+                middles[k] = 0.5 * (lowest[geoms].min(axis=0) + highest[geoms].max(axis=0))
+                self.radii[k] = (_norm(at[geoms] - middles[k]) + bound[geoms]).max()
         rotations = data.xmat[self._bodies].reshape(-1, 3, 3)
         self._local = np.einsum("kji,kj->ki", rotations, middles - data.xpos[self._bodies])
-        anchors = data.xanchor[joints]
-        along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(anchors, axis=0), axis=1))])
-        outermost = np.linalg.norm(middles - anchors, axis=1) + self.radii
-        joint, part = np.ogrid[:nq, :nq]
-        self._moves = joint <= part
+        along = np.concatenate([[0.0], np.cumsum(_norm(anchors[1:] - anchors[:-1]))])
+        outermost = _norm(middles - anchors) + self.radii
+        self._moves, between, outer = _order(nq)
         levers = np.where(self._moves, along - along[:, np.newaxis] + outermost, 0.0)
-        before, joint, part = np.ogrid[:nq, :nq, :nq]
-        between = (before < joint) & (joint <= part)
-        self._apart = np.where(between, levers, 0.0).transpose(1, 0, 2).reshape(nq, nq * nq)
-        outer = np.maximum(*np.ogrid[:nq, :nq])
+        self._apart = (between * levers[:, np.newaxis]).reshape(nq, nq * nq)
         self._second = 0.5 * levers[outer].reshape(nq * nq, nq)
 
     def stand(self, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -138,6 +135,19 @@ class ArmMotion:
         """
         nq = len(self._joints)
         return (turned @ self._apart).reshape(-1, nq, nq)
+
+
+@cache
+def _order(nq: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mark which joint moves which part, and which joint is between which two parts.
+
+    Returns:
+        By joint and part; by joint, part before and part; and the outer one of two joints.
+        # (nq, nq), (nq, nq, nq), (nq, nq)
+    """
+    joint, before, part = np.ogrid[:nq, :nq, :nq]
+    outer = np.maximum(*np.ogrid[:nq, :nq])
+    return (joint <= part)[:, 0], (before < joint) & (joint <= part), outer
 
 
 def _norm(vectors: np.ndarray) -> np.ndarray:
