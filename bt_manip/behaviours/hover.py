@@ -1,31 +1,41 @@
 """Hover over an object."""
 
-import numpy as np
-import pinocchio as pin
+from bt_manip.bt import Input, Output, Status
 
-from bt_manip.bt import Input
-
-from .arm_behaviour import MotionBehaviour
-from .poses import GRIP_HEIGHT, centre_pose, grips_from_above
-from .room import HandRoom, with_room
+from .gripping import GrippingBehaviour
+from .poses import centre_pose
 
 
-class Hover(MotionBehaviour):
-    """Move the tool over an object, turned so that the fingers can straddle it.
+class Hover(GrippingBehaviour):
+    """Move the tool over an object, where it can go straight on to grip it.
 
-    Of the pairs of faces it takes one that neighbours leave free, and of the configurations over
-    the object the nearest from which the arm can go straight down to it.
+    Of the grasps of the object the best is taken at which the fingers have room, which the arm
+    reaches and comes to without touching anything. Where none comes from above, the tool is beside
+    the object.
     """
 
     object = Input(str, doc="Name of the object.")
     height = Input(float, default=0.4, doc="Height of the tool over the object's centre [m].")
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
+    grasp = Output(
+        str, doc="The grasp: pose of the tool in the object and width, x;y;z;qw;qx;qy;qz;width [m]."
+    )
+
+    memory = (*GrippingBehaviour.memory, "_reason")
+
+    _reason = ""  # why the grasp is this one
 
     def start(self) -> None:
-        """Move to the nearest of the configurations over the object."""
-        grips = grips_from_above(centre_pose(self.cell, self.object), GRIP_HEIGHT)
-        free, _ = with_room(grips, HandRoom(self.cell, self.arm.robot, [self.object]))
-        up = np.array([0.0, 0.0, self.height - GRIP_HEIGHT])
-        poses = [pin.SE3(T.rotation, T.translation + up) for T in free]
-        descent = max(self.height - GRIP_HEIGHT, 0.0)
-        self.arm.move_to_pose(poses, speed=self.speed, approach=descent)
+        """Choose a grasp and move to the nearest configuration before it."""
+        self._reason = ""
+        centre = centre_pose(self.cell, self.object).translation
+        chosen = self.choice.choose(self.object, self.height, centre)
+        self.grasp, self._reason = chosen.grasp.to_text(), chosen.reason
+        self.arm.move_to_configuration(chosen.q, speed=self.speed)
+
+    def update(self) -> Status:
+        """Wait until the arm has arrived, and say which grasp it is for."""
+        status = super().update()
+        if self._reason and status is not Status.FAILURE:
+            self.feedback_message = f"{self.feedback_message}; {self._reason}"
+        return status

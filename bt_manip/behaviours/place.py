@@ -8,11 +8,11 @@ import pinocchio as pin
 
 from bt_manip.bt import Input, Status
 from bt_manip.cell import CellError
+from bt_manip.motion.grasping import HandRoom, with_room
 
 from .extent import extent
 from .letting_go import LettingGoBehaviour
 from .poses import pose_input, yaw_of
-from .room import HandRoom, with_room
 
 _QUARTER_TURN = math.pi / 2
 OVER, DOWN = "over", "down"

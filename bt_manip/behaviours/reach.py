@@ -1,28 +1,47 @@
-"""Reach down to an object."""
+"""Reach for an object."""
+
+import numpy as np
+import pinocchio as pin
 
 from bt_manip.bt import Input
+from bt_manip.motion.grasping import Grasp
 
-from .arm_behaviour import MotionBehaviour
-from .poses import GRIP_HEIGHT, centre_pose, grips_from_above, nearest_turn
-from .room import HandRoom, with_room
-
-_TOO_DEEP = -3e-3  # [m]; shapes of hands are a little thicker than hands
+from .gripping import GrippingBehaviour
+from .poses import centre_pose
 
 
-class Reach(MotionBehaviour):
+class Reach(GrippingBehaviour):
     """Bring the open fingers around an object on a straight line, clear of its neighbours."""
 
     object = Input(str, doc="Name of the object.")
     height = Input(
-        float, default=GRIP_HEIGHT, doc="Height of the tool over the object's centre [m]."
+        float,
+        default=None,
+        doc="Height of the tool over the object's centre [m]; by default that of the grasp.",
     )
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
+    grasp = Input(
+        str, default="", doc="The grasp that Hover chose; by default the nearest to the tool."
+    )
 
     def start(self) -> None:
-        """Move straight to the grip with room that needs the least turn of the tool."""
-        grips = grips_from_above(centre_pose(self.cell, self.object), self.height)
-        free, most = with_room(grips, HandRoom(self.cell, self.arm.robot, [self.object]))
-        if most.distance < _TOO_DEEP:
-            self.fail(f"'{most.nearest}' leaves the fingers no room at '{self.object}'")
-            return
-        self.arm.move_linear(nearest_turn(free, self.T_wt), speed=self.speed)
+        """Move straight to the grip."""
+        T_wt = self._grip()
+        if self.height is not None:
+            centre, a = centre_pose(self.cell, self.object).translation, T_wt.rotation[:, 2]
+            deeper = -self.height - float(a @ (T_wt.translation - centre))
+            T_wt = T_wt * pin.SE3(np.eye(3), np.array([0.0, 0.0, deeper]))
+        self.choice.check_room(self.object, T_wt)
+        self.arm.move_linear(T_wt, speed=self.speed)
+
+    def _grip(self) -> pin.SE3:
+        """Give the pose of the tool at the grip.
+
+        Raises:
+            CellError: When there is no such object.
+            MotionError: When there is no grasp.
+        """
+        if not self.grasp:
+            return self.choice.nearest(self.object, self.T_wt)[1]
+        T_wo = self.cell.pose(self.object)
+        return T_wo * Grasp.from_text(self.grasp).T_ot

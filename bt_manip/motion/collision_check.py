@@ -81,15 +81,6 @@ def check_path(world: CollisionWorld, curve: SplinePath, path: ToolPath) -> None
     raise collision_error(world, near, message, share)
 
 
-def path_free(world: CollisionWorld, curve: SplinePath, path: ToolPath) -> bool:
-    """Tell whether joints that follow a path of the tool touch nothing."""
-    try:
-        check_path(world, curve, path)
-    except MotionError:
-        return False
-    return True
-
-
 def trajectory_free(world: CollisionWorld, trajectory: Trajectory, end: np.ndarray) -> bool:
     """Tell whether a trajectory from the present reference is free, as it will be driven."""
     n = int(np.ceil(trajectory.duration / CONTROL_STEP)) + 1

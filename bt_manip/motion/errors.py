@@ -9,7 +9,8 @@ class MotionError(BtManipError):
     Attributes:
         reason: ``"target"`` (bad input), ``"unreachable"``, ``"line"`` (cannot be followed to its
             end), ``"collision"`` (a target, a line or all ways are blocked), ``"robot"`` (they are,
-            by another robot, which may go out of the way), ``"effort"`` or ``"limits"``.
+            by another robot, which may go out of the way), ``"effort"``, ``"limits"`` or
+            ``"grasp"`` (an object cannot be gripped).
         fraction: How much of a tool's path could be followed, 0 to 1; None where that is not known.
     """
 

@@ -1,12 +1,13 @@
 """Which of the configurations for a pose the arm goes to."""
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
 from .collision import CollisionWorld
-from .collision_check import path_free
+from .collision_check import check_path
 from .errors import MotionError
 from .kinematics import IKResult, InverseKinematics
 from .tool_path import LineTo, follow_path, tool_paths
@@ -50,7 +51,7 @@ def choose_configurations(
         for found in ik.solutions(targets, q0, starts=starts, margin=margin):
             if world is not None and world.near(found.q):
                 continue
-            left = _margin_left(ik, found.q, approach, world)
+            left = way_to(ik, found.q, ahead(ik.model.pose(found.q), approach), world).left
             if left >= margin:
                 yield found
                 return
@@ -77,18 +78,41 @@ def _nearest(
     return found[0] if found else ik.nearest(targets, q0, margin=margin)
 
 
-def _margin_left(
-    ik: InverseKinematics, q: np.ndarray, approach: float, world: CollisionWorld | None
-) -> float:
-    """Give how far the joints stay from their limits on the way on, negative when there is none."""
-    T = ik.model.pose(q)
-    (line,) = tool_paths(T, [LineTo(T * pin.SE3(np.eye(3), np.array([0.0, 0.0, approach])))])
+class Way(NamedTuple):
+    """What a straight line of the tool is like for the joints."""
+
+    left: float
+    """How far they stay from their limits on it, negative where there is no way [rad]."""
+    end: np.ndarray
+    """The configuration at its end; the first one where there is no way."""  # (nq,)
+    refused: MotionError | None
+    """Why there is none."""
+
+
+def way_to(
+    ik: InverseKinematics, q: np.ndarray, T_wt: pin.SE3, world: CollisionWorld | None
+) -> Way:
+    """Look whether the tool can go straight to a pose, touching nothing.
+
+    Args:
+        ik: Inverse kinematics of the arm.
+        q: Where it starts.  # (nq,)
+        T_wt: Where the tool is to go.
+        world: What it shall not touch; None looks at nothing.
+    """
+    (line,) = tool_paths(ik.model.pose(q), [LineTo(T_wt)])
     try:
         curve = follow_path(ik, q, line)
-    except MotionError:
-        return -1.0
-    if world is not None and not path_free(world, curve, line):
-        return -1.0
+        if world is not None:
+            check_path(world, curve, line)
+    except MotionError as error:
+        return Way(-1.0, q, error)
     on_the_way = curve.knots[:, : ik.model.nq]
     limits = ik.model.limits
-    return float(min((on_the_way - limits.lower).min(), (limits.upper - on_the_way).min()))
+    left = min((on_the_way - limits.lower).min(), (limits.upper - on_the_way).min())
+    return Way(float(left), np.array(on_the_way[-1]), None)
+
+
+def ahead(T_wt: pin.SE3, distance: float) -> pin.SE3:
+    """Give the pose of the tool farther on along its z axis [m]."""
+    return T_wt * pin.SE3(np.eye(3), np.array([0.0, 0.0, distance]))

@@ -1,0 +1,14 @@
+"""How an object can be gripped, and which way of that the arm takes."""
+
+from .antipodal import antipodal_pairs as antipodal_pairs
+from .candidates import Candidates as Candidates
+from .choice import Chosen as Chosen
+from .choice import GraspChoice as GraspChoice
+from .grasp import Grasp as Grasp
+from .hand import Hand as Hand
+from .hand import measure_hand as measure_hand
+from .hand_room import HandRoom as HandRoom
+from .hand_room import Room as Room
+from .hand_room import with_room as with_room
+from .solid import Solid as Solid
+from .solid import solids_of as solids_of

@@ -1,0 +1,304 @@
+"""Which grasp of an object the arm takes."""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.cell import Cell
+from bt_manip.cell.naming import entity_of
+from bt_manip.robots import Robot
+
+from ..arm import MARGIN, Arm
+from ..errors import MotionError
+from ..goal_choice import ahead, way_to
+from .candidates import Candidates
+from .grasp import Grasp
+from .hand import measure_hand
+from .hand_room import ENOUGH, HandRoom
+from .ranking import ALIKE, Ranked, Ranking
+from .refusals import Refusals
+from .solid import solids_of
+
+LOOKED_AT = 64  # grasps whose room is measured, at the most
+BATCH = 4  # grasps that serve equally well and are solved together
+BATCHES = 6  # at the most
+SIDE = 0.12  # [m] from which the tool comes at most, where not from above
+LIFT = 0.05  # [m] straight up that has to be free
+TOO_DEEP = -3e-3  # [m]; shapes of hands are a little thicker than hands
+_SEARCHES = (
+    (0, MARGIN),
+    (1, MARGIN),
+    (8, MARGIN),
+    (8, 0.0),
+)  # few first: mostly the nearest serves
+_FROM_ABOVE = math.cos(math.radians(30.0))
+_TOUCHED = -1e-3  # [m] that what is lifted may be inside what it lies beside
+_EARLY = 3e-3  # [m] on each side before which fingers may touch nothing else of the object
+_THICK = 0.012  # [m] of a finger
+
+
+class Chosen(NamedTuple):
+    """A grasp, how the arm comes to it, and why it is this one."""
+
+    grasp: Grasp
+    T_wt: pin.SE3
+    """Where the tool grips."""
+    q: np.ndarray
+    """Where the arm goes first, before it moves straight on along the tool's axis."""  # (nq,)
+    back: float
+    """How far that is [m]."""
+    reason: str
+    """What speaks for it, and what was refused."""
+
+
+class GraspChoice:
+    """Chooses how to grip objects: best first, and no further than to the first that serves.
+
+    Grasps are compared by their geometry alone. Of those that are alike, the hand has to have room
+    at them, inverse kinematics has to reach the place before them, far enough from the limits of
+    the joints, from there the line to the object has to be free, and the way up after it. Of what
+    passes, the configuration nearest to where the arm is serves.
+
+    What a thing of any shape can be gripped by is sampled once for each model that is compiled,
+    with a generator of its own: the same thing is gripped alike in every run.
+
+    Attributes:
+        arm: For which it chooses.
+    """
+
+    def __init__(self, cell: Cell, arm: Arm) -> None:
+        """Choose for an arm in a cell."""
+        self._cell, self.arm = cell, arm
+        self._known: dict[str, Candidates] = {}
+        self._model: object = None
+
+    def choose(self, name: str, height: float, centre: np.ndarray) -> Chosen:
+        """Choose a grasp and the configuration from which the tool comes straight to it.
+
+        Args:
+            name: The object.
+            height: How far over the object's middle the tool is first, measured along its axis
+                [m]. Where it does not come from above, it is at most `SIDE` away from the grip.
+            centre: The object's middle in the world [m].  # (3,)
+
+        Raises:
+            CellError: When there is no such object.
+            MotionError: When there is no grasp that serves, with what refuses them.
+        """
+        arm = self.arm
+        room, ranking = self._look(name, arm.model.pose(arm.q))
+        refused = self._refusals(name)
+        for number, batch in enumerate(self._batches(name, ranking.best_first(), room, refused)):
+            if number == BATCHES:
+                break
+            found = self._reachable(name, batch, height, centre, room, refused)
+            if found is not None:
+                return found
+        raise refused.error()
+
+    def nearest(self, name: str, T_now: pin.SE3) -> tuple[Grasp, pin.SE3]:
+        """Choose the grasp with room that a tool has to turn and move aside least for.
+
+        Args:
+            name: The object.
+            T_now: Pose of the tool.
+
+        Returns:
+            The grasp, and where the tool is then.
+
+        Raises:
+            CellError: When there is no such object.
+            MotionError: When there is none with room.
+        """
+        room, ranking = self._look(name, T_now)
+
+        refused = self._refusals(name)
+        for one in self._roomy(name, ranking.nearest_first(), room, refused):
+            return one.grasp, one.T_wt
+        raise refused.error()
+
+    def check_room(self, name: str, T_wt: pin.SE3) -> None:
+        """Look whether the hand has room at a pose of the tool.
+
+        Raises:
+            MotionError: When it has none, naming what takes it.
+        """
+        there = HandRoom(self._cell, self.arm.robot, [name]).at(T_wt)
+        if there.distance < TOO_DEEP:
+            refused = self._refusals(name)
+            refused.no_room(there.nearest)
+            raise refused.error()
+
+    def _refusals(self, name: str) -> Refusals:
+        """Begin to count what speaks against grasps of an object."""
+        robots = [n for n, entity in self._cell.entities.items() if isinstance(entity, Robot)]
+        return Refusals(name, robots)
+
+    def _look(self, name: str, T_now: pin.SE3) -> tuple[HandRoom, Ranking]:
+        """Rank all grasps of an object as it lies now."""
+        cell = self._cell
+        self._cell.find(name)
+        room = HandRoom(cell, self.arm.robot, [name])
+        if self._model is not cell.model:
+            self._model, self._known = cell.model, {}
+        T_wo = cell.pose(name)
+        if name not in self._known:
+            com = T_wo.actInv(np.array(cell.data.subtree_com[cell.body_id(name)]))
+            hand = measure_hand(self.arm.robot, room.placed)
+            self._known[name] = Candidates(
+                name, solids_of(cell, name), hand, com, np.random.default_rng(0)
+            )
+        known = self._known[name]
+        down = -T_wo.rotation[2]
+        return room, Ranking(known.grasps(down), T_wo, known.centre, known.hand, T_now)
+
+    def _roomy(
+        self, name: str, ranked: Iterable[Ranked], room: HandRoom, refused: Refusals
+    ) -> Iterator[Ranked]:
+        """Give the grasps at which the hand has room, in their order; last the tightest."""
+        tight = []
+        simple = self._known[name].simple
+        for one in islice(ranked, LOOKED_AT):
+            there = room.at(one.T_wt)
+            if there.distance < TOO_DEEP:
+                refused.no_room(there.nearest)
+            elif not self._clears(name, one, room, simple):
+                refused.in_itself()
+            elif there.distance < ENOUGH:
+                tight.append(one)
+            else:
+                yield one
+        yield from tight
+
+    def _clears(self, name: str, one: Ranked, room: HandRoom, simple: bool) -> bool:
+        """Tell whether the fingers come to the two places before they touch anything else of it."""
+        if room.to(name, one.T_wt) < 0.0:
+            return False
+        if simple:
+            return True
+        hand, grasp = self._known[name].hand, one.grasp
+        early = _EARLY + hand.pad * math.tan(grasp.slant)  # where sides are not parallel
+        widest, width = hand.stroke, grasp.width + 2.0 * early
+        steps = max(1, math.ceil(0.5 * (widest - width) / _THICK))
+        try:
+            for k in range(1, steps + 1):
+                room.open(widest + (min(width, widest) - widest) * k / steps)
+                if room.to(name, one.T_wt) < -0.5e-3:
+                    return False
+        finally:
+            room.open()
+        return True
+
+    def _batches(
+        self, name: str, ranked: Iterable[Ranked], room: HandRoom, refused: Refusals
+    ) -> Iterator[list[Ranked]]:
+        """Give grasps with room, as many at once as serve equally well."""
+        batch: list[Ranked] = []
+        for one in self._roomy(name, ranked, room, refused):
+            alike = not batch or abs(one.cost.total - batch[0].cost.total) < ALIKE
+            if len(batch) == BATCH or not alike:
+                yield batch
+                batch = []
+            batch.append(one)
+        if batch:
+            yield batch
+
+    def _reachable(
+        self,
+        name: str,
+        batch: Sequence[Ranked],
+        height: float,
+        centre: np.ndarray,
+        room: HandRoom,
+        refused: Refusals,
+    ) -> Chosen | None:
+        """Find the nearest configuration from which one of several grasps is come to."""
+        arm = self.arm
+        backs = [_back(one.T_wt, height, centre) for one in batch]
+        poses = [ahead(one.T_wt, -back) for one, back in zip(batch, backs, strict=True)]
+        if arm.world is not None:
+            arm.world.refresh()
+        best: tuple[float, Chosen] | None = None
+        solved = False
+        for starts, margin in _SEARCHES:
+            if best is not None:
+                break
+            for found in arm.ik.solutions(poses, arm.q, starts=starts, margin=margin):
+                solved = True
+                one, back = batch[found.target], backs[found.target]
+                near = arm.world.near(found.q) if arm.world is not None else []
+                if near:
+                    refused.blocked(entity_of(near[0].second))
+                    continue
+                left, end, error = way_to(arm.ik, found.q, one.T_wt, arm.world)
+                if left <= 0.0:
+                    refused.no_way(error)
+                    continue
+                if not self._lifts(name, one, end, room, refused):
+                    continue
+                reason = (
+                    f"{_describe(one)}; {left:.2f} rad from a limit, "
+                    f"{arm.ik.distance(found.q, arm.q):.2f} s away{refused.count()}"
+                )
+                chosen = Chosen(one.grasp, one.T_wt, found.q, back, reason)
+                if left >= MARGIN:
+                    return chosen
+                if best is None or left > best[0]:
+                    best = left, chosen
+        if best is not None:
+            return best[1]
+        if not solved:
+            above = height > 0.0 and all(_from_above(one.T_wt) for one in batch)
+            if above and arm.ik.nearest([one.T_wt for one in batch], arm.q).solved:
+                raise MotionError(
+                    f"{height:g} m over '{name}' is unreachable, though '{name}' is not",
+                    reason="unreachable",
+                )
+            refused.unreachable(len(batch))
+        return None
+
+    def _lifts(
+        self, name: str, one: Ranked, q: np.ndarray, room: HandRoom, refused: Refusals
+    ) -> bool:
+        """Tell whether hand and object can go straight up from the grip."""
+        steps = [np.array([0.0, 0.0, part * LIFT]) for part in (0.5, 1.0)]
+        over = room.carrying(name, steps)
+        if over.distance < _TOUCHED:
+            refused.blocked(over.nearest)
+            return False
+        if _from_above(one.T_wt):
+            return True  # much as it came
+        T = one.T_wt
+        for step in steps:
+            there = room.at(pin.SE3(T.rotation, T.translation + step))
+            if there.distance < 0.0:
+                refused.blocked(there.nearest)
+                return False
+        up = pin.SE3(one.T_wt.rotation, one.T_wt.translation + steps[-1])
+        error = way_to(self.arm.ik, q, up, None).refused
+        if error is not None:
+            refused.no_way(error)
+            return False
+        return True
+
+
+def _back(T_wt: pin.SE3, height: float, centre: np.ndarray) -> float:
+    """Give how far before the grip the tool is first [m]."""
+    a = T_wt.rotation[:, 2]
+    back = max(height + float(a @ (T_wt.translation - centre)), 0.0)
+    return back if _from_above(T_wt) else min(back, SIDE)
+
+
+def _from_above(T_wt: pin.SE3) -> bool:
+    return bool(-T_wt.rotation[2, 2] > _FROM_ABOVE)
+
+
+def _describe(one: Ranked) -> str:
+    """Say in words from where a grasp comes and what it costs."""
+    tilt = math.degrees(math.acos(float(np.clip(-one.T_wt.rotation[2, 2], -1.0, 1.0))))
+    where = "from above" if tilt < 5.0 else f"{tilt:.0f} degrees from upright"
+    return f"{where}, {1e3 * one.grasp.width:.0f} mm wide; costs: {one.cost}"
