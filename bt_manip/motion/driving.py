@@ -1,5 +1,7 @@
 """Paths from rest to rest, inside all limits."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from bt_manip.robots import RobotModel
@@ -9,7 +11,7 @@ from .effort import ALLOWED
 from .errors import MotionError
 from .jerk_profile import reach_profile
 from .limit_check import effort_use
-from .path_timing import time_optimal
+from .path_timing import GRIDS, time_optimal
 from .paths import Path, StraightPath
 from .trajectory import PathTrajectory
 
@@ -45,7 +47,13 @@ def drive_straight(
     return drive(path, bounds, model, speed)
 
 
-def drive(path: Path, bounds: Bounds, model: RobotModel, speed: float = 1.0) -> PathTrajectory:
+def drive(
+    path: Path,
+    bounds: Bounds,
+    model: RobotModel,
+    speed: float = 1.0,
+    grids: Sequence[int] = GRIDS,
+) -> PathTrajectory:
     """Drive any path as fast as limits and efforts let it.
 
     Args:
@@ -53,11 +61,12 @@ def drive(path: Path, bounds: Bounds, model: RobotModel, speed: float = 1.0) -> 
         bounds: What its coordinates may do.
         model: The arm with its payload.
         speed: At 0.5 the move takes twice the time.
+        grids: As for `time_optimal`.
 
     Raises:
         MotionError: When even standing on the way asks too much effort.
     """
-    profile = time_optimal(path, bounds, model, ALLOWED).slowed(1.0 / speed)
+    profile = time_optimal(path, bounds, model, ALLOWED, grids).slowed(1.0 / speed)
     for _ in range(PASSES):
         trajectory = PathTrajectory(path, profile, bounds)
         velocity, acceleration, jerk = trajectory.use()

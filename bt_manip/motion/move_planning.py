@@ -160,9 +160,10 @@ def plan_tool_path(
             curve = follow_path(ik, q, path)
             if world is not None:
                 check_path(world, curve, path)
-            curves.append((curve, path.bounds(Bounds.of_joints(model.limits), model.tool_limits)))
+            bounds = path.bounds(Bounds.of_joints(model.limits), model.tool_limits)
+            curves.append((curve, bounds, path.grids))
             q = curve.end
-        driven = [drive(curve, bounds, model, speed) for curve, bounds in curves]
+        driven = [drive(curve, bounds, model, speed, grids) for curve, bounds, grids in curves]
         return SequenceTrajectory(driven) if len(driven) > 1 else next(iter(driven), None)
 
     return _after_stop(present, model, along)

@@ -7,6 +7,8 @@ acceleration of the result jumps; it is averaged over a few milliseconds, and th
 the little that this costs.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from bt_manip.robots import RobotModel
@@ -25,7 +27,13 @@ _TINY = 1e-9
 _STUCK = 1e-3
 
 
-def time_optimal(path: Path, bounds: Bounds, model: RobotModel, allowed: float) -> JerkProfile:
+def time_optimal(
+    path: Path,
+    bounds: Bounds,
+    model: RobotModel,
+    allowed: float,
+    grids: Sequence[int] = GRIDS,
+) -> JerkProfile:
     """Plan the path parameter from rest at 0 to rest at 1, close to as fast as it goes.
 
     Args:
@@ -33,11 +41,13 @@ def time_optimal(path: Path, bounds: Bounds, model: RobotModel, allowed: float) 
         bounds: Limits of its coordinates.
         model: The arm with its payload.
         allowed: Fraction of every effort limit that may be used.
+        grids: Intervals that it is looked at in; a finer one where the path bends too much for
+            the first.
 
     Raises:
         MotionError: When the arm cannot even stand on the path.
     """
-    for grid in GRIDS:
+    for grid in grids:
         s = np.linspace(0.0, 1.0, grid + 1)
         x, d1, d2 = path.evaluate(s, 2)
         velocity, rates, squares, constants = _constraints(

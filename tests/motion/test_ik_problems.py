@@ -344,7 +344,8 @@ def test_the_gradient_of_all_costs_is_their_derivative(model, ik, goal):
         posture_weight=0.5,
         manipulability=0.3,
     )
-    task = make_task(model, problem, model.home, 1.0 / model.limits.velocity)
+    joints = tuple(model.model.names)[1:]
+    task = make_task(model, joints, problem, model.home, 1.0 / model.limits.velocity)
     assert isinstance(task.preferences, Preferences)
     q = goal + 0.2
     expected = differences(task.cost, q)

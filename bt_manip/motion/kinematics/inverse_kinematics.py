@@ -215,7 +215,7 @@ class InverseKinematics:
 
     def _task(self, request: Request, q0: np.ndarray, margin: float = 0.0) -> Task:
         if isinstance(request, IKProblem):
-            return make_task(self.model, request, q0, self._inverse_speed)
+            return make_task(self.model, self._joints, request, q0, self._inverse_speed)
         self._tool_rows.pose, self._tool_system.q = check_pose(request), None
         limits = self.model.limits
         lower, upper = limits.lower, limits.upper

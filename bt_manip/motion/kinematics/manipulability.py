@@ -26,7 +26,7 @@ def manipulability_slope(jacobian: np.ndarray) -> np.ndarray:
 
     Args:
         jacobian: Of the last frame of a chain, in the world's axes; joints that do not move are
-            columns of nought.  # (6, nv)
+            columns of nought, or left out.  # (6, n)
     """
     linear, angular = jacobian[:3].T, jacobian[3:].T  # (nv, 3)
     turned_linear = np.cross(angular[:, np.newaxis], linear)  # [j, i]: w_j x v_i
@@ -45,15 +45,15 @@ def manipulability_slope(jacobian: np.ndarray) -> np.ndarray:
 class ToolManipulability:
     """The manipulability of an arm's tool with some of its joints."""
 
-    def __init__(self, arm: RobotModel, moving: np.ndarray) -> None:
+    def __init__(self, arm: RobotModel, moving: np.ndarray | None = None) -> None:
         """Look at an arm.
 
         Args:
             arm: The arm; its data are written to.
-            moving: Which joints may move.  # (nv,)
+            moving: Which joints may move; by default all.  # (nv,)
         """
         self._model, self._data, self._frame = arm.model, arm.data, arm.tool_frame_id
-        self._moving = moving
+        self._moving = np.ones(arm.model.nv, dtype=bool) if moving is None else moving
 
     def measure(self) -> tuple[float, np.ndarray]:
         """Give the logarithm and its gradient, after `pin.computeJointJacobians`."""

@@ -83,12 +83,17 @@ class Task(NamedTuple):
 
 
 def make_task(
-    arm: RobotModel, problem: IKProblem, q0: np.ndarray, inverse_speed: np.ndarray
+    arm: RobotModel,
+    joints: tuple[str, ...],
+    problem: IKProblem,
+    q0: np.ndarray,
+    inverse_speed: np.ndarray,
 ) -> Task:
     """Turn a problem into what a search works with.
 
     Args:
         arm: The arm; its data are written to.
+        joints: Names of its joints.
         problem: What is asked for.
         q0: Where joints stay that may not move.  # (nq,)
         inverse_speed: What a joint's way counts in a distance [s/rad].  # (nq,)
@@ -96,9 +101,10 @@ def make_task(
     Raises:
         MotionError: When a frame or a joint is unknown, or the margin leaves a joint no room.
     """
-    moving = _moving(arm, problem)
-    lower, upper = _inside(arm, problem)
-    lower, upper = np.where(moving, lower, q0), np.where(moving, upper, q0)
+    moving = _moving(joints, problem)
+    lower, upper = _inside(arm, joints, problem)
+    if moving is not None:
+        lower, upper = np.where(moving, lower, q0), np.where(moving, upper, q0)
     T_mw = _target_world(arm, problem)
     rows = tuple(_rows(arm, target, T_mw) for target in problem.targets)
     constraints: list[Rows] = []
@@ -106,7 +112,7 @@ def make_task(
     tool_pose = None
     for target, made in zip(problem.targets, rows, strict=True):
         (constraints if target.weight is None else costs).extend(made)
-        if isinstance(made[0], PoseRows) and made[0].frame == arm.tool_frame_id and moving.all():
+        if isinstance(made[0], PoseRows) and made[0].frame == arm.tool_frame_id and moving is None:
             tool_pose = made[0].pose
     preferences = None
     if costs or problem.posture is not None or problem.manipulability:
@@ -126,8 +132,7 @@ def make_task(
         )
     if problem.free is not None:
         problem.free.refresh()
-    system = System(arm, constraints, None if moving.all() else moving)
-    joints = tuple(arm.model.names)[1:]
+    system = System(arm, constraints, moving)
     frames = tuple(target.frame for target in problem.targets)
     return Task(
         system,
@@ -149,14 +154,10 @@ def frame_index(arm: RobotModel, name: str) -> int:
     Raises:
         MotionError: When there is none of that name, or several.
     """
-    known = {
-        frame.name: i
-        for kind in reversed(_FRAMES)
-        for i, frame in enumerate(arm.model.frames)
-        if frame.type == kind
-    }
-    if name in known:
-        return known[name]
+    for kind in _FRAMES:
+        if arm.model.existFrame(name, kind):
+            return int(arm.model.getFrameId(name, kind))
+    known = {frame.name: i for i, frame in enumerate(arm.model.frames) if frame.type in _FRAMES}
     short = [i for full, i in known.items() if full.rpartition("/")[2] == name]
     if len(short) != 1:
         raise MotionError(f"the arm has no frame '{name}'{did_you_mean(name, known)}",
@@ -164,23 +165,28 @@ def frame_index(arm: RobotModel, name: str) -> int:
     return short[0]
 
 
-def _moving(arm: RobotModel, problem: IKProblem) -> np.ndarray:
-    names = list(arm.model.names)[1:]
+def _moving(joints: tuple[str, ...], problem: IKProblem) -> np.ndarray | None:
+    """Give which joints may move; None where all may."""
     if problem.joints is None:
-        return np.ones(len(names), dtype=bool)
-    by_name = {name.rpartition("/")[2]: name for name in names} | {name: name for name in names}
+        return None
+    by_name = {name.rpartition("/")[2]: name for name in joints} | {name: name for name in joints}
     for name in problem.joints:
         if name not in by_name:
-            raise MotionError(f"the arm has no joint '{name}'{did_you_mean(str(name), names)}",
-                              reason="target")  # fmt: skip
+            raise MotionError(
+                f"the arm has no joint '{name}'{did_you_mean(str(name), joints)}", reason="target"
+            )
     chosen = {by_name[name] for name in problem.joints}
     if not chosen:
         raise MotionError("no joint may move", reason="target")
-    return np.array([name in chosen for name in names])
+    return None if len(chosen) == len(joints) else np.array([name in chosen for name in joints])
 
 
-def _inside(arm: RobotModel, problem: IKProblem) -> tuple[np.ndarray, np.ndarray]:
+def _inside(
+    arm: RobotModel, joints: tuple[str, ...], problem: IKProblem
+) -> tuple[np.ndarray, np.ndarray]:
     limits = arm.limits
+    if isinstance(problem.margin, float) and problem.margin == 0.0:
+        return limits.lower, limits.upper
     try:
         margin = np.broadcast_to(np.array(problem.margin, dtype=float), (arm.nq,))
     except (TypeError, ValueError):
@@ -194,7 +200,7 @@ def _inside(arm: RobotModel, problem: IKProblem) -> tuple[np.ndarray, np.ndarray
     if (lower > upper).any():
         i = int(np.flatnonzero(lower > upper)[0])
         raise MotionError(
-            f"a margin of {margin[i]:g} rad leaves {arm.model.names[i + 1]} no room: its limits "
+            f"a margin of {margin[i]:g} rad leaves {joints[i]} no room: its limits "
             f"are {limits.lower[i]:.4f} to {limits.upper[i]:.4f} rad",
             reason="target",
         )

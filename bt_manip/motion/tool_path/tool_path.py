@@ -10,9 +10,13 @@ from bt_manip.robots import ToolLimits
 
 from ..bounds import Bounds
 from ..errors import MotionError
+from ..path_timing import GRIDS
 from .segments import Segment
 from .steps import Step
 
+GRID = 25  # intervals in the narrowest corner
+FINEST_GRID = 2000  # intervals on a path
+NARROWEST = 0.015  # of the way, that a corner takes in which the tool does not halt
 _SAME = 1e-9  # [m] and [rad]
 _PER_AXIS = 3.0**-0.5  # of a limit of a vector, so that it holds whichever way that points
 
@@ -129,6 +133,12 @@ class ToolPath:
         )
 
     @property
+    def grids(self) -> tuple[int, ...]:
+        """Intervals that it is fine enough to look at this path in when it is timed."""
+        fine = int(min(GRID / self.finest, FINEST_GRID))
+        return GRIDS if fine <= GRIDS[0] else (max(fine, GRIDS[-1]), FINEST_GRID)
+
+    @property
     def name(self) -> str:
         """How errors call it."""
         return "line" if self.straight and self._whole == self.travel else "path"
@@ -151,7 +161,8 @@ def tool_paths(start: pin.SE3, steps: Sequence[Step], blend: float = 0.0) -> lis
     Args:
         start: Where the tool is.
         steps: Where to, and by which way.
-        blend: How far from a corner it is rounded [m]; at 0 the tool halts there.
+        blend: How far from a corner it is rounded [m]. At 0, and where that takes less than
+            `NARROWEST` of the way, the tool halts there.
 
     Returns:
         Paths with a halt after each; none where nothing moves.
@@ -171,23 +182,32 @@ def tool_paths(start: pin.SE3, steps: Sequence[Step], blend: float = 0.0) -> lis
         segment, start = step.after(start)
         if segment.length >= _SAME or segment.angle >= _SAME:
             segments.append(segment)
-    if blend > 0.0 and segments:
-        return [ToolPath(segments, blend)]
     whole = sum(segment.travel for segment in segments)
     whole_length = sum(segment.length for segment in segments)
     paths, before, length_before = [], 0.0, 0.0
-    for segment in segments:
-        paths.append(
-            ToolPath(
-                [segment],
-                before=before,
-                whole=whole,
-                length_before=length_before,
-                whole_length=whole_length,
-            )
+    for group in _between_halts(segments, blend, whole):
+        path = ToolPath(
+            group,
+            blend,
+            before=before,
+            whole=whole,
+            length_before=length_before,
+            whole_length=whole_length,
         )
-        before, length_before = before + segment.travel, length_before + segment.length
+        paths.append(path)
+        before, length_before = before + path.travel, length_before + path.length
     return paths
+
+
+def _between_halts(segments: Sequence[Segment], blend: float, whole: float) -> list[list[Segment]]:
+    """Part pieces at corners that are not rounded, or too narrowly for the way they are on."""
+    groups: list[list[Segment]] = []
+    for i, segment in enumerate(segments):
+        if i > 0 and 2.0 * _cut(segments[i - 1], segment, blend) >= NARROWEST * whole:
+            groups[-1].append(segment)
+        else:
+            groups.append([segment])
+    return groups
 
 
 def _cut(first: Segment, second: Segment, blend: float) -> float:
