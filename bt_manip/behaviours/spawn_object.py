@@ -7,7 +7,7 @@ import numpy as np
 from dm_control import composer
 
 from bt_manip.bt import Input, Output, Status
-from bt_manip.cell import CellError, Region
+from bt_manip.cell import CellError, Region, unique_name
 from bt_manip.cell.objects import Catalogue
 from bt_manip.exceptions import PortError
 from bt_manip.models import is_address
@@ -74,7 +74,8 @@ class SpawnObject(CellBehaviour):
         """
         gap = self.gap
         for _ in range(ATTEMPTS):
-            name = self.cell.place(entity, region, self.rng, name=hint)
+            name = hint and unique_name(hint, self.cell.entities)
+            name = self.cell.place(entity, region, self.rng, name=name)
             if gap <= 0.0 or nearest_free(self.cell, name, gap) >= gap:
                 return name
             self.cell.remove(name)

@@ -201,7 +201,9 @@ def varied_anew(parts, noise) -> Varied:
 
 
 def test_observations_are_as_late_as_drawn(parts):
-    varied = Varied(parts, observations={"c*/position": {"delay": variation_of({"integer": [3, 9]})}})
+    varied = Varied(
+        parts, observations={"c*/position": {"delay": variation_of({"integer": [3, 9]})}}
+    )
     delay = int(varied.begin(0)["observations"]["cube/position"]["delay"])
     assert 3 <= delay <= 9
     prompt = Varied(parts)
