@@ -138,9 +138,18 @@ def random_scene(
     while len(ends) < 2:
         q = _somewhere(rng, ik)
         apart = not ends or np.abs(q - ends[0]).max() > 1.0
-        if apart and not planned.arm.world.near(q, 8e-3):
+        if apart and _clear(planned, q):
             ends.append(q)
     return planned, ends[0], ends[1]
+
+
+def _clear(planned: Planned, q: np.ndarray) -> bool:
+    """Tell whether a configuration is free, and as far from all obstacles as is planned with."""
+    world = planned.arm.world
+    own = planned.name
+    return not world.near(q) and all(
+        near.first.split("/")[0] == near.second.split("/")[0] == own for near in world.near(q, 8e-3)
+    )
 
 
 def _somewhere(rng: np.random.Generator, ik: InverseKinematics) -> np.ndarray:

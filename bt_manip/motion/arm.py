@@ -347,7 +347,7 @@ class Arm:
 
     def _look(self) -> None:
         """Stop when something pushes the arm, and remember why."""
-        fault = "" if self.guard is None else self.guard.look(self.model)
+        fault = "" if self.guard is None else self.guard.look(self.model, self.v)
         if fault:
             touching = "" if self.world is None else self.world.touching_now()
             self.give_up(f"{fault}; {touching}" if touching else fault)
@@ -371,7 +371,7 @@ class Arm:
             trajectory = self.traffic.give_way(self, trajectory)
         self.fault, self._guarded = "", guarded and self.world is not None
         if self.guard is not None:
-            self.guard.begin(self.model)
+            self.guard.begin(self.model, self.v)
         self._reference.begin(trajectory, self.model)
 
     # State
