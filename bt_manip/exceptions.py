@@ -66,10 +66,12 @@ class NodeError(Exception):
     Attributes:
         path: The path of the node in its tree.
         registration: The name under which the node's class is registered.
+        culprit: Name of the module that the node's class is in; empty when unknown.
     """
 
-    def __init__(self, path: str, registration: str, message: str) -> None:
+    def __init__(self, path: str, registration: str, message: str, culprit: str = "") -> None:
         """Say which node raised what."""
         super().__init__(f"{path} [{registration}]: {message}")
         self.path = path
         self.registration = registration
+        self.culprit = culprit

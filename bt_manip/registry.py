@@ -34,6 +34,21 @@ class UnknownPartError(BtManipError):
         self.known = known
 
 
+class PartFault(Exception):
+    """A part cannot be made, by a fault of the plugin that it is from.
+
+    Not a `BtManipError`: whoever asked for the part has done nothing wrong.
+
+    Attributes:
+        plugin: Name of the plugin.
+    """
+
+    def __init__(self, kind: str, name: str, plugin: str, problem: str) -> None:
+        """Say which part it is, and what is wrong with it."""
+        super().__init__(f"{kind} '{name}' cannot be made: {problem}")
+        self.plugin = plugin
+
+
 class Registry(Generic[T]):
     """Keeps parts of one kind by name and hands out copies.
 
@@ -73,7 +88,7 @@ class Registry(Generic[T]):
         """
         if not isinstance(name, str) or not name or not all(c.isalnum() or c in "_-" for c in name):
             raise BtManipError(
-                f"the name of a {self.kind} is made of letters, digits, '_' and '-', got {name!r}"
+                f"{self.kind} names are made of letters, digits, '_' and '-', got {name!r}"
             )
         if name in self._items:
             raise BtManipError(
@@ -96,6 +111,40 @@ class Registry(Generic[T]):
         """
         factory: Any = self.get(name)
         return factory(*arguments, **parameters)
+
+    def maker(self, name: str, *needs: str) -> Callable[..., Any]:
+        """Give what makes a part that is a factory, so that a plugin's fault in it has its name.
+
+        Args:
+            name: The part.
+            *needs: Names of what a part of this kind has to have.
+
+        Returns:
+            A function that takes what the factory takes. It raises a `PartFault` when the factory
+            raises, unless that is a `BtManipError`, or makes something else.
+
+        Raises:
+            UnknownPartError: When there is none of this name; it offers the nearest names.
+        """
+        factory: Any = self.get(name)
+
+        def fault(problem: str) -> PartFault:
+            return PartFault(self.kind, name, self.owner(name), problem)
+
+        def make(*arguments: Any, **parameters: Any) -> Any:
+            try:
+                made = factory(*arguments, **parameters)
+                missing = [need for need in needs if not hasattr(made, need)]
+            except BtManipError:
+                raise
+            except (Exception, SystemExit) as error:
+                raise fault(f"{type(error).__name__}: {error}") from error
+            if missing:
+                what = f"its factory gave a {type(made).__name__}"
+                raise fault(f"{what}, which has no '{missing[0]}'")
+            return made
+
+        return make
 
     def owner(self, name: str) -> str:
         """Name the plugin that brought a part.

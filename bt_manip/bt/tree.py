@@ -91,7 +91,8 @@ class Tree:
             try:
                 behaviour.setup(**infrastructure)
             except Exception as error:
-                raise NodeError(link.path, link.registration, f"setup: {error}") from error
+                message, culprit = f"setup: {error}", type(behaviour).__module__
+                raise NodeError(link.path, link.registration, message, culprit) from error
 
     def tick(self) -> NodeStatus:
         """Tick the tree, and again at once as long as it is woken up.

@@ -69,7 +69,7 @@ def execute(options: RunOptions, interrupt: Interrupt) -> int:
             code = job.run()
         except KeyboardInterrupt:
             code = INTERRUPTED
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             # An interrupt that hits an import can come out of it as something else.
             if interrupt.requested:
                 code = INTERRUPTED
@@ -174,7 +174,7 @@ class _Job:
         """Say something while the run goes on and a view may hold the terminal."""
         self._console.print(message, markup=False, highlight=False, soft_wrap=True)
 
-    def fault(self, error: Exception) -> int:
+    def fault(self, error: BaseException) -> int:
         """Say what is broken, and whose it is."""
         owner = self._plugins.blame(error) if self._plugins else None
         by = f"plugin '{owner.name}' {owner.version}".rstrip() + ": " if owner else ""

@@ -126,7 +126,10 @@ class Controller(composer.Entity):
         robot = self._robot
         self._data = data
         self._dt = float(model.opt.timestep)
-        self._qpos, self._qvel, self._ctrl = data.qpos, data.qvel, data.ctrl
+        self._ctrl = data.ctrl
+        # A controller that works in place on what it is given must not move the physics.
+        self._qpos, self._qvel = data.qpos.view(), data.qvel.view()
+        self._qpos.flags.writeable = self._qvel.flags.writeable = False
         self._q_index, self._v_index = _index(robot.qpos_adr), _index(robot.dof_adr)
         self._ctrl_index = _index(robot.ctrl_adr)
 
@@ -146,7 +149,7 @@ class Controller(composer.Entity):
         q, v = self._qpos[self._q_index], self._qvel[self._v_index]
         try:
             tau = self.compute(q, v, reference.q, reference.v, reference.a)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             text = " ".join(str(error).split())
             raise self._take_over(f"raised {type(error).__name__}: {text}") from error
         if type(tau) is not ndarray or tau.dtype is not FLOAT or tau.shape != self._shape:
@@ -164,9 +167,12 @@ class Controller(composer.Entity):
         """Take an array of another type of numbers, and nothing else."""
         shaped = isinstance(tau, ndarray) and tau.shape == self._shape and tau.dtype.kind in "fiu"
         if not shaped:
-            found = f"numbers of shape {tau.shape}" if isinstance(tau, ndarray) else repr(tau)
+            found = f"a value of type {type(tau).__name__}"
+            if isinstance(tau, ndarray):
+                found = f"{tau.dtype} of shape {tau.shape}"
             raise self._take_over(
-                f"gave {found} for its efforts, which are an array of {self._shape[0]}, one a joint"
+                f"gave {found} for its efforts, which are an array of {self._shape[0]} numbers, "
+                f"one a joint"
             )
         return tau.astype(FLOAT)
 

@@ -95,7 +95,7 @@ def in_folders(folders: Iterable[Path]) -> tuple[EntryPoint, ...]:
         if not folder.is_dir():
             raise BtManipError(f"no folder '{folder}' to take plugins from")
         files = sorted(folder.resolve().glob("*.py"))
-        found += [FilePlugin(path) for path in files if not path.name.startswith("_")]
+        found += [FilePlugin(p) for p in files if not p.is_dir() and not p.name.startswith("_")]
     return tuple(found)
 
 

@@ -1,5 +1,6 @@
 """Check the functions of one plugin against the specifications of the hooks."""
 
+import inspect
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -21,8 +22,8 @@ def implementations(plugin: object) -> list[Implementation]:
     """Find a plugin's hooks, in the order of the specifications.
 
     Raises:
-        BtManipError: When a hook is misspelt or wraps others, or there is none.
-        pluggy.PluginValidationError: When a hook takes what is not offered.
+        BtManipError: When a hook is misspelt, takes what is not offered, is no plain function or
+            wraps others, or there is none.
     """
     manager = pluggy.PluginManager(hookspecs.GROUP)
     manager.add_hookspecs(hookspecs)
@@ -36,12 +37,39 @@ def implementations(plugin: object) -> list[Implementation]:
             raise BtManipError(f"there is no hook '{name}'{did_you_mean(name, known)}")
         if options.get("wrapper") or options.get("hookwrapper"):
             raise BtManipError(f"'{name}' wraps other plugins' hooks; hooks only register")
+        _check_function(name, getattr(plugin, attribute))
     manager.register(plugin)
     found = [
-        Implementation(name, impl.function, tuple(impl.argnames))
+        Implementation(name, impl.function, tuple(_taken(impl.function)))
         for name in known
         for impl in getattr(manager.hook, name).get_hookimpls()
     ]
     if not found:
         raise BtManipError("it implements no hook; mark its functions with bt_manip.hookimpl")
     return found
+
+
+def _check_function(name: str, function: Callable[..., Any]) -> None:
+    """Refuse what would be called in vain."""
+    if inspect.isgeneratorfunction(function) or inspect.isasyncgenfunction(function):
+        raise BtManipError(f"'{name}' has a yield in it; a hook is a plain function")
+    if inspect.iscoroutinefunction(function):
+        raise BtManipError(f"'{name}' is async; a hook is a plain function")
+    offered = tuple(inspect.signature(getattr(hookspecs, name)).parameters)
+    taken = _taken(function)
+    for argument in taken:
+        if argument not in offered:
+            what = did_you_mean(argument, offered)
+            raise BtManipError(f"'{name}' is not given '{argument}', which it takes{what}")
+    if name in hookspecs.REGISTERING and not taken:
+        raise BtManipError(f"'{name}' does not take 'register', which it is called with")
+
+
+def _taken(function: Callable[..., Any]) -> list[str]:
+    """Name the arguments that a function has to be given; what has a default keeps it."""
+    return [
+        name
+        for name, parameter in inspect.signature(function).parameters.items()
+        if parameter.default is parameter.empty
+        and parameter.kind not in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD)
+    ]

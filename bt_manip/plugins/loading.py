@@ -6,15 +6,14 @@ is kept apart until all of its hooks have returned, and whatever goes wrong on t
 warning that names it. Nothing of a broken plugin stays.
 """
 
+import contextlib
 import importlib.metadata
 import sys
 import traceback
 import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from types import ModuleType
-
-import pluggy
+from types import FrameType, ModuleType
 
 from bt_manip import hookspecs
 from bt_manip.exceptions import BtManipError
@@ -106,9 +105,11 @@ def _load(point: EntryPoint, parts: Parts, taken: list[str]) -> Plugin:
     try:
         if point.name in taken:
             raise BtManipError("another plugin has the same name")
-        plugin = point.load()
-        found = replace(found, source=_file_of(plugin) or found.source)
-        observers = _call_hooks(plugin, stage)
+        # What a plugin prints is not what a command was asked for: it goes where warnings go.
+        with contextlib.redirect_stdout(sys.stderr):
+            plugin = point.load()
+            found = replace(found, source=_file_of(plugin) or found.source)
+            observers = _call_hooks(plugin, stage)
         return replace(found, provides=stage.merge(), observers=observers)
     except (Exception, SystemExit) as error:
         return replace(found, problem=_describe(error))
@@ -147,12 +148,19 @@ def _module_of(plugin: object) -> str:
 
 
 def _describe(error: BaseException) -> str:
-    """Say in one line what went wrong and, unless bt-manip found it, where."""
-    text = " ".join(str(error).split()) or type(error).__name__
-    if isinstance(error, BtManipError | pluggy.PluginValidationError):
-        return text
-    frames = traceback.extract_tb(error.__traceback__)
-    where = f" at {frames[-1].filename}:{frames[-1].lineno}" if frames else ""
+    """Say in one line what went wrong and, where it is in the plugin's code, in which line."""
+    text = " ".join(str(error).split())
+    lines = [(f, n) for f, n in traceback.walk_tb(error.__traceback__) if _foreign(f)]
+    where = f", at {lines[-1][0].f_code.co_filename}:{lines[-1][1]}" if lines else ""
     if isinstance(error, SyntaxError):
-        where = f" at {error.filename}:{error.lineno}"
-    return f"{type(error).__name__}: {text}{where}"
+        where = f", at {error.filename}:{error.lineno}" if error.filename else ""
+    if isinstance(error, BtManipError):
+        return f"{text}{where}"
+    return f"{type(error).__name__}: {text}".removesuffix(": ") + where
+
+
+def _foreign(frame: FrameType) -> bool:
+    """Tell whether code is neither bt-manip's nor Python's own for importing."""
+    module = str(frame.f_globals.get("__name__", ""))
+    ours = module.startswith("bt_manip.") or module.partition(".")[0] == "importlib"
+    return not ours and not frame.f_code.co_filename.startswith("<frozen")

@@ -97,24 +97,31 @@ class Plugins:
         """Name the plugin whose code an exception came out of.
 
         The innermost frame that belongs to a plugin's package decides; where there is none, the
-        exception's ``culprit``, the name of a module, when it has one. The built-in plugin is
-        nobody to blame.
+        exception's ``culprit``, the name of a module, when it has one, or its ``plugin``. The
+        built-in plugin is nobody to blame.
         """
         owners = {p.module.partition(".")[0]: p for p in self.plugins if p.name != BUILTIN}
-        for module in _modules(error):
+        chain = _chain(error)
+        for module in _modules(chain):
             owner = owners.get(module.partition(".")[0])
             if owner is not None:
                 return owner
-        return None
+        named = [self.find(getattr(link, "plugin", "")) for link in chain]
+        return next((p for p in named if p is not None and p.name != BUILTIN), None)
 
 
-def _modules(error: BaseException) -> Iterator[str]:
-    """Name the modules that an exception came through, from the innermost, then the culprits."""
+def _chain(error: BaseException) -> list[BaseException]:
+    """List an exception and what it was raised from."""
     chain: list[BaseException] = []
     cause: BaseException | None = error
     while cause is not None and cause not in chain:
         chain.append(cause)
         cause = cause.__cause__
+    return chain
+
+
+def _modules(chain: list[BaseException]) -> Iterator[str]:
+    """Name the modules that an exception came through, from the innermost, then the culprits."""
     for link in reversed(chain):  # the first of a chain of exceptions is the innermost
         frames = [frame for frame, _ in traceback.walk_tb(link.__traceback__)]
         for frame in reversed(frames):

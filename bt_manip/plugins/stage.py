@@ -1,5 +1,6 @@
 """What one plugin registers, kept apart until it is certain that all of it is right."""
 
+import inspect
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,18 @@ class Stage:
 
         What it is given and cannot take, it refuses with a `BtManipError`.
         """
-        return getattr(self, f"_register_{kind}")
+        take: Callable[..., None] = getattr(self, f"_register_{kind}")
+        signature = inspect.signature(take)
+
+        def register(*arguments: Any, **named: Any) -> None:
+            try:
+                signature.bind(*arguments, **named)
+            except TypeError as error:
+                names = ", ".join(signature.parameters)
+                raise BtManipError(f"register({names}) was called wrongly: {error}") from None
+            take(*arguments, **named)
+
+        return register
 
     def merge(self) -> dict[str, tuple[str, ...]]:
         """Hand everything over; nothing can be registered from then on.
@@ -58,6 +70,9 @@ class Stage:
     def _add_factory(self, kind: str, name: str, factory: Callable[..., Any]) -> None:
         if not callable(factory):
             raise BtManipError(f"'{name}' among its {kind} is not callable: {factory!r}")
+        if inspect.isabstract(factory):
+            missing = ", ".join(sorted(getattr(factory, "__abstractmethods__", ())))
+            raise BtManipError(f"'{name}' among its {kind} is not whole: it lacks {missing}")
         self._add(kind, name, factory)
 
     def _register_objects(self, name: str, factory: Callable[..., Any]) -> None:
@@ -86,11 +101,18 @@ class Stage:
     def _register_behaviours(self, cls: type, name: str | None = None) -> None:
         if not isinstance(cls, type):
             raise BtManipError(f"a behaviour is registered as a class, got {cls!r}")
-        from bt_manip.bt import BehaviourRegistry
+        from bt_manip.bt import Action, BehaviourRegistry
 
         # A fresh registry has the nodes of the language: it refuses their names, and whatever
         # is no node.
         BehaviourRegistry().register(cls, name)
+        if getattr(cls, "update", None) is Action.update:
+            raise BtManipError(f"behaviour '{cls.__name__}' has no 'update'")
+        if hasattr(cls, "initialize"):
+            raise BtManipError(
+                f"behaviour '{cls.__name__}' has an 'initialize', which nobody calls; did you mean "
+                "'initialise'?"
+            )
         self._add("behaviours", name or cls.__name__, cls)
 
     def _register_trees(
@@ -109,6 +131,6 @@ class Stage:
             raise BtManipError(
                 f"tree '{name}': '{text}' is neither a path.xml nor a path.py:function that exists"
             )
-        self._add("trees", name, text)
+        self._add("trees", name, str(Path(text).absolute()))
         if scene is not None or controller is not None:
             self._surroundings[name] = Surroundings(scene, controller)

@@ -117,7 +117,7 @@ class _Guard(RunObserver):
             return
         try:
             getattr(self._observer, name)(*arguments)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             self._works = False
             if not quiet:
                 what = f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")

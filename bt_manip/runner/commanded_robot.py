@@ -87,9 +87,9 @@ class RobotEntities:
         """
         assert chosen.description and chosen.controller and chosen.planner
         self._chosen = chosen
-        self._make_planner = parts.planners.get(chosen.planner)
+        self._make_planner = parts.planners.maker(chosen.planner, "plan")
         self._robot = Robot(find_robot(chosen.description, parts.robots))
-        make_controller = parts.controllers.get(chosen.controller)
+        make_controller = parts.controllers.maker(chosen.controller, "compute", "mjcf_model")
         self._controller = make_controller(self._robot)
         self._gripper = GripperController(self._robot)
         self._robot.attach(self._controller)

@@ -99,7 +99,7 @@ class _Loop:
             while self._request.cycles == 0 or progress.cycle < self._request.cycles:
                 if not self._cycle(progress.cycle):
                     break
-        except Exception:
+        except (Exception, SystemExit):
             self._brake()
             raise
         finally:

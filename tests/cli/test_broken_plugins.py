@@ -181,6 +181,66 @@ def test_a_behaviour_that_raises_ends_the_run_with_the_arm_braked_and_names_its_
     assert at_rest(trace)
 
 
+IN_BETWEEN = {
+    "exits": ("def update(self): raise SystemExit(0)", "SystemExit: 0"),
+    "returns nothing": ("def update(self): pass", "update() returned None; expected a Status"),
+    "asks for what is not there": (
+        "def setup(self, *, camera, **_): pass\n"
+        "                    def update(self): return Status.SUCCESS",
+        "setup: Odd.setup() missing 1 required keyword-only argument: 'camera'",
+    ),
+    "forgets its base's setup": (
+        "def setup(self, **_): pass\n                    def update(self): return Status.SUCCESS",
+        "'Odd' object has no attribute 'cell'",
+    ),
+}
+
+
+@pytest.mark.parametrize(("body", "reason"), IN_BETWEEN.values(), ids=list(IN_BETWEEN))
+def test_a_behaviour_that_fails_in_code_of_ours_is_named_too(
+    bt_manip, folder, tmp_path, body, reason
+):
+    source = f"""
+                from bt_manip.behaviours.arm_behaviour import CellBehaviour
+
+
+                class Odd(CellBehaviour):
+                    {body}
+
+
+                @hookimpl
+                def register_behaviours(register): register(Odd)
+    """
+    plugins = folder("clumsy", source)
+    tree, report = tmp_path / "odd.xml", tmp_path / "report.json"
+    tree.write_text(TRIP.replace("Trip", "Odd"))
+    code, _, err = bt_manip("run", tree, "--plugins-dir", plugins, "--report", report)
+    last = err.splitlines()[-1]
+    assert code == 3 and "plugin 'clumsy'" in last and reason in last
+    assert json.loads(report.read_text())["status"] == "ERROR"
+
+
+UNMAKEABLE = {
+    "its base's _build is forgotten": (
+        "class Odd(GravityCompensatedPD):\n    def _build(self, robot): pass",
+        "controller 'odd' cannot be made: its factory gave a Odd, which has no 'mjcf_model'",
+    ),
+    "something else is made": ("Odd = lambda robot: 3", "gave a int, which has no 'compute'"),
+    "the robot is not taken": ("Odd = lambda: 3", "TypeError: "),
+}
+
+
+@pytest.mark.parametrize(("source", "reason"), UNMAKEABLE.values(), ids=list(UNMAKEABLE))
+def test_a_controller_that_cannot_be_made_is_named(bt_manip, folder, trees, source, reason):
+    hook = "\n\n\n@hookimpl\ndef register_controllers(register): register('odd', Odd)\n"
+    plugins = folder("quack", source + hook)
+    code, _, err = bt_manip(
+        "run", f"{trees}:quick", "--controller", "odd", "--plugins-dir", plugins
+    )
+    last = err.splitlines()[-1]
+    assert code == 3 and "plugin 'quack'" in last and reason in last
+
+
 CONTROLLER = """
     class Odd(GravityCompensatedPD):
         kind = "odd"
@@ -202,9 +262,11 @@ CONTROLLER = """
 
 FAULTS = {
     "nan": ("tau[2] = np.nan", "gave nan for the effort of joint 'joint3'"),
-    "wrong shape": ("return tau[:5]", "numbers of shape (5,)"),
+    "wrong shape": ("return tau[:5]", "float64 of shape (5,)"),
     "beyond the limits": ("return 3 * self.robot.limits.effort", "whose limit is 87 N m"),
     "raises": ("raise ValueError('dizzy')", "raised ValueError: dizzy"),
+    "exits": ("raise SystemExit(0)", "raised SystemExit: 0"),
+    "works in place on what it is given": ("q -= q_ref", "raised ValueError: output array is read"),
 }
 
 

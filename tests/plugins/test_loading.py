@@ -4,7 +4,9 @@ from importlib.metadata import EntryPoint
 
 import pytest
 
+from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import PluginWarning, load_plugins
+from bt_manip.registry import PartFault
 
 GOOD = """
     @hookimpl
@@ -39,6 +41,43 @@ BROKEN = {
         def register_objects(register, physics): register("x", dict)
         """,
         "physics",
+    ),
+    "misspelt argument": (
+        """
+        @hookimpl
+        def register_objects(regster): regster("x", dict)
+        """,
+        "'register_objects' is not given 'regster', which it takes; did you mean 'register'",
+    ),
+    "no argument": (
+        """
+        @hookimpl
+        def register_objects(): pass
+        """,
+        "'register_objects' does not take 'register'",
+    ),
+    "generator": (
+        """
+        @hookimpl
+        def register_objects(register):
+            register("x", dict)
+            yield
+        """,
+        "'register_objects' has a yield in it",
+    ),
+    "coroutine": (
+        """
+        @hookimpl
+        async def after_tick(tree): pass
+        """,
+        "'after_tick' is async",
+    ),
+    "register called wrongly": (
+        """
+        @hookimpl
+        def register_objects(register): register("x")
+        """,
+        "register(name, factory) was called wrongly: missing a required argument: 'factory'",
     ),
     "misspelt hook": (
         """
@@ -101,6 +140,37 @@ BROKEN = {
         """,
         "letters, digits",
     ),
+    "abstract class": (
+        """
+        import abc
+        class Thing(abc.ABC):
+            @abc.abstractmethod
+            def mjcf_model(self): pass
+        @hookimpl
+        def register_objects(register): register("x", Thing)
+        """,
+        "'x' among its objects is not whole: it lacks mjcf_model",
+    ),
+    "behaviour without update": (
+        """
+        from bt_manip.bt import Action
+        class Idle(Action): pass
+        @hookimpl
+        def register_behaviours(register): register(Idle)
+        """,
+        "behaviour 'Idle' has no 'update'",
+    ),
+    "behaviour that spells initialise otherwise": (
+        """
+        from bt_manip.bt import Action
+        class Begin(Action):
+            def initialize(self): pass
+            def update(self): pass
+        @hookimpl
+        def register_behaviours(register): register(Begin)
+        """,
+        "did you mean 'initialise'?",
+    ),
     "no robot": (
         """
         @hookimpl
@@ -134,6 +204,44 @@ def test_a_broken_plugin_is_one_warning_and_nothing_of_it_stays(plugin, load, so
     assert "\n" not in warnings[0]
     assert plugins.parts.objects.names() == ("ball", "cube")
     assert [p.name for p in plugins.plugins if p.problem] == ["broken"]
+
+
+def test_the_line_of_the_plugin_is_told_where_something_is_wrong(plugin, load):
+    point = plugin(
+        "broken",
+        """\
+        @hookimpl
+        def register_objects(register):
+            register("x", dict)
+            register("cube", dict)
+    """,
+    )
+    _, (warning,) = load(point)
+    assert f"by plugin 'builtin', at {point.load().__file__}:5 (" in warning
+
+
+def test_what_a_plugin_prints_does_not_get_among_the_output(plugin, load, capsys):
+    source = """
+        print("importing")
+        @hookimpl
+        def register_objects(register):
+            print("registering")
+            register("ball", dict)
+    """
+    plugins, warnings = load(plugin("chatty", source))
+    assert warnings == [] and "ball" in plugins.parts.objects
+    assert capsys.readouterr() == ("", "importing\nregistering\n")
+
+
+def test_the_place_of_a_tree_holds_when_the_folder_changes(plugin, load, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.xml").write_text("<root/>")
+    source = """
+        @hookimpl
+        def register_trees(register): register("mine", "mine.xml")
+    """
+    plugins, _ = load(plugin("trees", source))
+    assert plugins.parts.trees.get("mine") == str(tmp_path / "mine.xml")
 
 
 def test_an_entry_point_that_points_nowhere_is_one_warning(load):
@@ -207,3 +315,34 @@ def test_nobody_is_blamed_for_what_no_plugin_did(load):
     with pytest.raises(ZeroDivisionError) as caught:
         1 / 0  # noqa: B018
     assert plugins.blame(caught.value) is None
+
+
+@pytest.mark.parametrize(
+    ("factory", "problem"),
+    [
+        ("lambda: 3", "its factory gave a int, which has no 'plan'"),
+        ("lambda robot: 3", "TypeError: .* missing 1 required positional argument: 'robot'"),
+    ],
+)
+def test_a_part_that_cannot_be_made_is_blamed_on_its_plugin(plugin, load, factory, problem):
+    toys = f"""
+        @hookimpl
+        def register_planners(register): register("odd", {factory})
+    """
+    plugins, _ = load(plugin("toys", toys))
+    with pytest.raises(PartFault, match=f"^planner 'odd' cannot be made: {problem}$") as caught:
+        plugins.parts.planners.maker("odd", "plan")()
+    blamed = plugins.blame(caught.value)
+    assert blamed is not None and blamed.name == "toys"
+
+
+def test_bad_input_of_a_part_that_is_made_stays_bad_input(plugin, load):
+    toys = """
+        from bt_manip.exceptions import BtManipError
+        def choosy(path): raise BtManipError("needs a file")
+        @hookimpl
+        def register_recorders(register): register("choosy", choosy)
+    """
+    plugins, _ = load(plugin("toys", toys))
+    with pytest.raises(BtManipError, match="^needs a file$"):
+        plugins.parts.recorders.maker("choosy")(None)

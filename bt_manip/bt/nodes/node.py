@@ -208,7 +208,8 @@ class Node(PortAccess, Behaviour):
 
     def _error(self, error: Exception | str) -> NodeError:
         text = str(error) if isinstance(error, str) else _describe(error)
-        return NodeError(self.path or self.name, self.registration, text)
+        path = self.path or self.name
+        return NodeError(path, self.registration, text, culprit=type(self).__module__)
 
     @property
     def engine_status(self) -> NodeStatus:
