@@ -59,7 +59,8 @@ def register_behaviours(register: Callable[..., None]) -> None:
         "SpawnObject", "RemoveObject", "ObjectExists",
         "Hover", "Reach", "Grasp", "Lift", "Drop", "PlaceOn", "PlaceAt", "IsHolding",
         "OpenGripper", "CloseGripper",
-        "MoveToPose", "MoveToConfiguration", "MoveHome", "MoveLinear", "Approach", "Retreat",
+        "MoveToPose", "MoveToConfiguration", "MoveHome", "MoveLinear", "MoveThrough", "MoveArc",
+        "Approach", "Retreat",
         "FollowTarget", "Stop", "SetSpeed", "IsAt",
     ):  # fmt: skip
         register(getattr(behaviours, name))

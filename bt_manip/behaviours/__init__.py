@@ -10,8 +10,10 @@ from .hover import Hover as Hover
 from .is_at import IsAt as IsAt
 from .is_holding import IsHolding as IsHolding
 from .lift import Lift as Lift
+from .move_arc import MoveArc as MoveArc
 from .move_home import MoveHome as MoveHome
 from .move_linear import MoveLinear as MoveLinear
+from .move_through import MoveThrough as MoveThrough
 from .move_to_configuration import MoveToConfiguration as MoveToConfiguration
 from .move_to_pose import MoveToPose as MoveToPose
 from .object_exists import ObjectExists as ObjectExists

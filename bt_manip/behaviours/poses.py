@@ -67,6 +67,25 @@ def pose_input(doc: str) -> Input:
     return Input(pin.SE3, parse=pose_from_text, format=pose_to_text, doc=doc)
 
 
+def poses_from_text(text: str) -> list[pin.SE3]:
+    """Read poses with ``|`` between them.
+
+    Raises:
+        ValueError: When one is no pose.
+    """
+    return [pose_from_text(part) for part in text.split("|")]
+
+
+def poses_input(doc: str) -> Input:
+    """Declare a port that reads several poses."""
+    return Input(
+        list[pin.SE3],
+        parse=poses_from_text,
+        format=lambda poses: "|".join(map(pose_to_text, poses)),
+        doc=doc,
+    )
+
+
 def centre_pose(cell: Cell, name: str) -> pin.SE3:
     """Give the pose of an object's middle, wherever its own origin is.
 

@@ -9,7 +9,9 @@ from bt_manip import spatial
 from bt_manip.behaviours import (
     Approach,
     FollowTarget,
+    MoveArc,
     MoveLinear,
+    MoveThrough,
     MoveToConfiguration,
     MoveToPose,
     Retreat,
@@ -45,6 +47,57 @@ def test_move_linear_into_the_table_fails_with_what_it_would_touch(station, tria
     below = pin.SE3(start.rotation, np.array([*start.translation[:2], 0.95]))
     assert trial(MoveLinear(pose=below)).fails_with("blocked after", "'table'")
     assert not station.arm.moving
+
+
+def test_move_through_rounds_its_corners_and_arrives(station, trial):
+    start = station.robot.tool_pose
+    corner = pin.SE3(start.rotation, start.translation + [0.0, 0.15, 0.0])
+    end = pin.SE3(start.rotation, start.translation + [0.0, 0.15, -0.15])
+    text = "|".join(map(pose_to_text, (corner, end)))
+    moving = trial(MoveThrough(poses=text, blend=0.05))
+    nearest, slowest = np.inf, np.inf
+    while moving.tick() is RUNNING:
+        away = offset(station, corner)
+        nearest = min(nearest, away)
+        if away < 0.05:
+            slowest = min(slowest, np.linalg.norm(station.robot.tool_velocity[:3]))
+    assert offset(station, end) < 2e-3
+    assert 0.005 < nearest < 0.02
+    assert slowest > 0.05
+
+
+def test_move_through_without_a_blend_comes_to_each_pose(station, trial):
+    start = station.robot.tool_pose
+    corner = pin.SE3(start.rotation, start.translation + [0.0, 0.1, 0.0])
+    end = pin.SE3(start.rotation, start.translation + [0.0, 0.1, -0.1])
+    moving = trial(MoveThrough(poses=[corner, end], blend=0.0))
+    nearest = np.inf
+    while moving.tick() is RUNNING:
+        nearest = min(nearest, offset(station, corner))
+    assert nearest < 1e-3 and offset(station, end) < 2e-3
+
+
+def test_move_through_fails_with_how_much_of_the_whole_it_could_follow(station, trial):
+    start = station.robot.tool_pose
+    down = pin.SE3(start.rotation, start.translation + [0.0, 0.0, -0.1])
+    far = pin.SE3(start.rotation, start.translation + [1.5, 0.0, -0.1])
+    moving = trial(MoveThrough(poses=[down, far]))
+    assert moving.fails_with("the path can be followed for", "of 1.600 m")
+    assert not station.arm.moving
+
+
+def test_move_arc_keeps_its_distance_from_the_centre(station, trial):
+    start = station.robot.tool_pose
+    centre = start.translation + [0.0, 0.1, 0.0]
+    end = pin.SE3(start.rotation, start.translation + [0.0, 0.2, 0.0])
+    moving = trial(MoveArc(via=(centre + [0.0, 0.0, -0.1]).tolist(), pose=end))
+    lowest = np.inf
+    while moving.tick() is RUNNING:
+        place = station.robot.tool_pose.translation
+        assert np.linalg.norm(place - centre) == pytest.approx(0.1, abs=2e-3)
+        lowest = min(lowest, place[2] - centre[2])
+    assert lowest == pytest.approx(-0.1, abs=2e-3)
+    assert offset(station, end) < 2e-3
 
 
 def test_approach_and_retreat_go_forth_and_back_along_the_tool(station, trial):

@@ -13,4 +13,6 @@ def test_what_the_page_shows_whole_runs(capsys):
     for block in whole:
         names: dict = {}
         exec(compile(block, str(PAGE), "exec"), names)
-    assert "tool: 0.000 mm beside its target" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "tool: 0.000 mm beside its target" in said
+    assert re.search(r"^\d\d %: the line can be followed for \d\d % of the way only", said, re.M)

@@ -146,15 +146,15 @@ def test_a_blend_takes_at_most_half_of_a_line():
     ],
     ids=["lines", "turning in the corner", "into an arc", "back"],
 )
-def test_place_and_rotation_have_no_kink_in_a_corner(steps):
+def test_the_curvature_of_place_and_rotation_does_not_jump_in_a_corner(steps):
     (path,) = tool_paths(START, steps, BLEND)
     bends = []
     for n in (2000, 4000):
         s = np.linspace(0.0, 1.0, n + 1)
         carried = path.carried(s)[:, :6]
         assert np.array_equal(path.carried(s)[:, 6], s)
-        bends.append(np.abs(np.diff(carried, 2, axis=0)).max() * n * n)
-    # A kink's second difference over h^2 grows with 1/h; where there is none it converges.
+        bends.append(np.abs(np.diff(carried, 3, axis=0)).max() * n**3)
+    # Where the second derivative jumps, third differences over h^3 grow with 1/h; or they converge.
     assert bends[1] == pytest.approx(bends[0], rel=0.02)
 
 

@@ -18,8 +18,16 @@ EXAMPLES = {
     "IsAt": Example({"pose": "0.4;0;1.3"}, status="FAILURE"),
     "IsHolding": Example({"object": "cube"}, HOLDING),
     "Lift": Example({"height": 0.1}, HOLDING, fails=({"height": 2.0}, {"speed": 0.0})),
+    "MoveArc": Example(
+        {"via": "0.38;-0.05;1.42", "pose": "0.4;-0.1;1.4;0;1;0;0"},
+        fails=({"via": "0;0"}, {"pose": "3;0;1"}),
+    ),
     "MoveHome": Example(start=HOLDING, fails=({"speed": -1.0},)),
     "MoveLinear": Example({"pose": "0.4;-0.05;1.4;0;1;0;0"}, fails=({"pose": "3;0;1"},)),
+    "MoveThrough": Example(
+        {"poses": "0.4;-0.05;1.4;0;1;0;0|0.4;-0.05;1.3;0;1;0;0"},
+        fails=({"poses": "3;0;1"}, {"blend": -1.0}),
+    ),
     "MoveToConfiguration": Example(
         {"configuration": NEAR_HOME}, fails=({"configuration": BEYOND},)
     ),
