@@ -4,19 +4,16 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
-import pinocchio as pin
 
-from bt_manip import spatial
 from bt_manip.cell.labels import Labels
 from bt_manip.cell.naming import entity_of
 from bt_manip.robots import Robot, RobotModel
 
 from .clearance_proof import ClearanceProof
 from .encounter import CLEARANCE
-from .held import held_root
+from .figure import Figure
 from .lookout import Lookout
 from .other_robot import OtherRobot
-from .private_model import moved_bodies
 
 PADDING = 8e-3  # [m] how far away contacts are seen
 
@@ -52,39 +49,29 @@ class CollisionWorld:
             model: Its model, for where the tool is.
         """
         self._robot = robot
-        self._kinematics = model.copy()
+        self._figure = Figure(robot, model)
+        self._watched: np.ndarray | None = None
         self._source: mujoco.MjModel | None = None
         self.others: tuple[OtherRobot, ...] = ()
         self.refresh()
 
     def refresh(self) -> None:
         """Take over where everything is now, and what is held."""
-        robot = self._robot
+        robot, figure = self._robot, self._figure
+        figure.refresh()
         if robot.mj_model is not self._source:
             self._source = robot.mj_model
-            self._adr = np.array(robot.qpos_adr)
-            self._near = Lookout(self._source, PADDING, self._adr)
-            self._proof = ClearanceProof(
-                self._source, self._near, self._adr, np.array(robot.dof_adr)
-            )
+            adr = np.array(robot.qpos_adr)
+            self._near = Lookout(self._source, PADDING, adr)
+            self._proof = ClearanceProof(self._source, self._near, adr, np.array(robot.dof_adr))
             self._labels = Labels(self._source)
-            self._arm = moved_bodies(self._source, robot.dof_adr)
-            self._held_root = 0
+        if figure.bodies is not self._watched:
+            self._watched = figure.bodies
             self._watch()
-        held = held_root(self._source, robot.mj_data, robot.finger_body_ids)
-        if held != self._held_root:
-            self._held_root = held
-            self._watch()
-        data = robot.mj_data
-        self._near.take(data)
+        self._near.take(robot.mj_data)
         if self.others:
             self._place_others()
         self._proof.take()
-        if self._held_root:
-            start = int(self._source.jnt_qposadr[self._source.body_jntadr[self._held_root]])
-            q = data.qpos[start : start + 7]
-            T_wt = self._kinematics.pose(data.qpos[self._adr])
-            self._T_to = T_wt.actInv(spatial.pose(q[:3], q[3:]))
 
     def _place_others(self) -> None:
         """Let the other robots be where they will come to rest, with room around them."""
@@ -105,25 +92,23 @@ class CollisionWorld:
     @property
     def held(self) -> str | None:
         """Name of the object that was held at the last `refresh`; None where there was none."""
-        return entity_of(self._labels.of_body[self._held_root]) if self._held_root else None
+        return self._figure.held or None
 
     def _watch(self) -> None:
         """Look at what moves, and at what of it may touch."""
-        model, root = self._source, self._held_root
+        model, figure = self._source, self._figure
         assert model is not None
-        held = (model.body_rootid == root) & (root > 0)
-        moved = self._arm | held
-        self._near.watch(moved, root)
+        self._near.watch(figure.bodies, figure.held_root)
         of_geom = model.geom_bodyid
         fingers = np.isin(of_geom, self._robot.finger_body_ids)
-        carried, own = held[of_geom], self._arm[of_geom]
-        self._moving = moving = own | carried
+        moving, own = figure.bodies[of_geom], figure.arm[of_geom]
+        self._moving, carried = moving, moving & ~own
         # Fingers that have closed on nothing touch each other, however the arm moves.
         gripping = fingers | carried
         may_touch = gripping[:, np.newaxis] & gripping
         self.counts = (moving[:, np.newaxis] | moving) & ~may_touch & ~may_touch.T
         self.own = own[:, np.newaxis] & own
-        self._proof.watch(moved, root, self.counts)
+        self._proof.watch(figure.bodies, figure.held_root, self.counts)
 
     def look(self, q: np.ndarray) -> int:
         """Put the arm at a configuration and find what is near.
@@ -131,16 +116,12 @@ class CollisionWorld:
         Returns:
             How many contacts were seen; `seen` has them.
         """
-        return self._near.look(q, self._carried(q))
+        return self._near.look(q, self._figure.carried(q))
 
     @property
     def seen(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Geoms on both sides of each contact last seen, and their distance [m]."""
         return self._near.seen
-
-    def _carried(self, q: np.ndarray) -> pin.SE3 | None:
-        """Give where what is held comes to be, with the arm at a configuration."""
-        return self._kinematics.pose(q) * self._T_to if self._held_root else None
 
     def proven(self, path: np.ndarray, needed: np.ndarray) -> np.ndarray:
         """Tell which configurations of a path keep their distances, without a look at all of them.
@@ -153,7 +134,7 @@ class CollisionWorld:
         Returns:
             Where this is False, nothing is known.  # (n,)
         """
-        return self._proof.proven(path, needed, self._carried)
+        return self._proof.proven(path, needed, self._figure.carried)
 
     def near(self, q: np.ndarray, within: float = 0.0) -> list[Near]:
         """Name what the arm would touch at a configuration, or be near to; the nearest first.
