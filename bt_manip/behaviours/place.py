@@ -12,7 +12,7 @@ from bt_manip.motion.grasping import HandRoom, with_room
 
 from .extent import extent
 from .letting_go import LettingGoBehaviour
-from .poses import pose_input, yaw_of
+from .poses import nearest_turn, pose_input, yaw_of
 
 _QUARTER_TURN = math.pi / 2
 OVER, DOWN = "over", "down"
@@ -41,8 +41,10 @@ class PlacingBehaviour(LettingGoBehaviour):
             held = ", ".join(self.gripper.held) or "nothing"
             self.fail(f"the fingers hold {held}, not '{self.object}'")
             return
+        room = HandRoom(self.cell, self.arm.robot, self.ignored())
+        grips, _ = with_room(self._grips(), room)
         up = np.array([0.0, 0.0, self.height])
-        poses = [pin.SE3(T.rotation, T.translation + up) for T in self._grips()]
+        poses = [pin.SE3(T.rotation, T.translation + up) for T in grips]
         self.arm.move_to_pose(poses, speed=self.speed, approach=self.height)
 
     def place(self) -> tuple[np.ndarray, float]:
@@ -72,13 +74,13 @@ class PlacingBehaviour(LettingGoBehaviour):
         return self.begin_motion(self._lower if self._phase == DOWN else self.start)
 
     def _lower(self) -> None:
-        T_now = self.T_wt
-        grip = min(self._grips(), key=lambda T: float(np.linalg.norm(pin.log3(
-            T.rotation.T @ T_now.rotation))))  # fmt: skip
-        self.arm.move_linear(grip, speed=self.speed)
+        self.arm.move_linear(nearest_turn(self._grips(), self.T_wt), speed=self.speed)
 
     def _grips(self) -> list[pin.SE3]:
-        """List the tool poses at which the object, held as it is, is where it shall be let go."""
+        """List the tool poses at which the object, held as it is, is where it shall be let go.
+
+        One for each quarter turn.
+        """
         cell = self.cell
         bottom, yaw = self.place()
         T_wo = cell.pose(self.object)
@@ -91,8 +93,7 @@ class PlacingBehaviour(LettingGoBehaviour):
             turn = pin.utils.rotate("z", yaw - yaw_of(T_wo) + quarter * _QUARTER_TURN)
             T = pin.SE3(turn, bottom + np.array([0.0, 0.0, self.gap]) - turn @ below)
             found.append(T * T_wt)
-        free, _ = with_room(found, HandRoom(cell, self.arm.robot, self.ignored()))
-        return free
+        return found
 
 
 class PlaceOn(PlacingBehaviour):
