@@ -36,7 +36,7 @@ def _table(cycles: Sequence[CycleReport], *, lines: bool) -> Table:
         table.add_row(
             str(number),
             cycle.status,
-            cycle.object or "-",
+            _handled(cycle),
             _PLACED[cycle.placed],
             f"{cycle.duration_s:.2f}",
             _number(cycle.grip_force_n, "{:.1f}"),
@@ -45,6 +45,13 @@ def _table(cycles: Sequence[CycleReport], *, lines: bool) -> Table:
             style=style,
         )
     return table
+
+
+def _handled(cycle: CycleReport) -> str:
+    """Name the object of a cycle; with several robots say how many each has picked."""
+    if cycle.robots:
+        return ", ".join(f"{name} {len(robot.picked)}" for name, robot in cycle.robots.items())
+    return cycle.object or "-"
 
 
 def _summary(report: RunReport) -> str:

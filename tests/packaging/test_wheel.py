@@ -55,6 +55,8 @@ def test_trees_and_models_travel_in_the_wheel(wheel):
     for folder in ("trees", "models"):
         for path in (REPOSITORY / folder).rglob("*.xml"):
             assert f"bt_manip/bundled/{path.relative_to(REPOSITORY).as_posix()}" in packed
+    for path in (REPOSITORY / "scenes").glob("*.toml"):
+        assert f"bt_manip/bundled/scenes/{path.name}" in packed
     for path in (REPOSITORY / "templates").rglob("pyproject.toml"):
         assert f"bt_manip/bundled/{path.relative_to(REPOSITORY).as_posix()}" in packed
     assert not [name for name in packed if "__pycache__" in name]
@@ -75,6 +77,18 @@ def test_pick_place_runs_from_the_wheel_in_an_empty_folder(elsewhere, tmp_path):
     (cycle,) = json.loads((tmp_path / "report.json").read_text())["cycles"]
     assert cycle["placed"] is True
     assert [path.name for path in tmp_path.iterdir()] == ["report.json"]
+
+
+def test_two_robots_pick_from_the_wheel_too(elsewhere, tmp_path):
+    command = ("bt-manip", "run", "two_arms", "--seed", "1", "--report", "report.json")
+    done = run(elsewhere, tmp_path, *command)
+    assert (done.returncode, done.stderr) == (0, "")
+    (cycle,) = json.loads((tmp_path / "report.json").read_text())["cycles"]
+    assert {name: len(robot["picked"]) for name, robot in cycle["robots"].items()} == {
+        "left": 2,
+        "right": 2,
+    }
+    assert cycle["placed"] is True and cycle["unexpected_contacts"] == []
 
 
 def test_the_same_seed_is_the_same_run_in_two_processes(elsewhere, tmp_path):

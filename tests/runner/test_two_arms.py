@@ -1,8 +1,13 @@
 """Two robots at one table: both pick, neither touches the other."""
 
+from io import StringIO
+
 import numpy as np
 import pytest
+from rich.console import Console
 
+from bt_manip.cli.cycle_table import print_cycles
+from bt_manip.exceptions import BtManipError
 from bt_manip.recording.recorder import Recorder
 from bt_manip.recording.report import RunReport
 from bt_manip.recording.trace import COLUMNS, Trace
@@ -47,6 +52,25 @@ def test_the_report_says_what_each_of_them_did(traced):
         assert 0.0 < robot.max_tracking_error_rad <= 2e-3
     worst = max(robot.max_tool_speed_m_s for robot in cycle.robots.values())
     assert cycle.max_tool_speed_m_s == worst > 0.2
+
+
+def test_the_table_of_cycles_says_how_many_each_has_picked(traced):
+    shown = StringIO()
+    print_cycles(Console(file=shown, width=120), traced[0])
+    assert "left 2, right 2" in shown.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("tree", "scene", "message"),
+    [
+        ("two_arms", "table_and_basket", "OpenGripper.*there is no robot 'left'; known: panda"),
+        ("pick_place", "two_arms", "OpenGripper.*the robots 'left', 'right'; say which"),
+    ],
+)
+def test_a_tree_in_a_scene_with_other_robots_is_refused(parts, tree, scene, message):
+    source = find_tree(tree, {name: parts.trees.get(name) for name in parts.trees})
+    with pytest.raises(BtManipError, match=message):
+        prepare(RunRequest(source, scene=scene), parts)
 
 
 def test_the_trace_has_the_course_of_each_of_them(traced):
