@@ -53,7 +53,7 @@ def _problems(text: str, parts: "Parts", robot: str) -> tuple[str, ...]:
     from bt_manip.runner.scene_file import SceneError
 
     try:
-        _built(text, parts, robot)
+        _built(text, parts, robot, drawn=True)
     except SceneError as error:
         return error.problems
     except BtManipError as error:
@@ -74,17 +74,24 @@ def show(name: str, robot: str) -> None:
         click.echo(line)
 
 
-def _built(text: str, parts: "Parts", robot: str) -> tuple["Scene", "Station"]:
-    """Find a scene and put it together.
+def _built(
+    text: str, parts: "Parts", robot: str, *, drawn: bool = False
+) -> tuple["Scene", "Station"]:
+    """Find a scene and put it together, as it is before or after what varies has been drawn.
 
     Raises:
         BtManipError: When something is wrong with it.
     """
+    from bt_manip.runner.fixtures import told_with_file
     from bt_manip.runner.scene_choice import find_scene, seed_of
     from bt_manip.runner.station import build_station
 
     found = find_scene(text, parts)
-    return found, build_station(parts, robot=robot, scene=found, seed=seed_of(text, parts))
+    station = build_station(parts, robot=robot, scene=found, seed=seed_of(text, parts))
+    if drawn:
+        with told_with_file(found):
+            station.randomizer.begin(0)
+    return found, station
 
 
 def _lines(found: "Scene", station: "Station") -> Iterator[str]:

@@ -4,6 +4,7 @@ from bt_manip.bt import Tree
 from bt_manip.cell.objects import Catalogue
 from bt_manip.exceptions import BtManipError, NodeError
 from bt_manip.registry import Parts
+from bt_manip.runner.fixtures import told_with_file
 from bt_manip.runner.furnishing import fixture_models, furnished
 from bt_manip.runner.python_tree import make_tree
 from bt_manip.runner.request import RunRequest
@@ -42,6 +43,8 @@ def prepare(request: RunRequest, parts: Parts, warn: Warn = lambda message: None
         catalogue=catalogue,
         seed=request.seed,
     )
+    with told_with_file(scene):
+        clock.station.randomizer.begin(0)  # draws that are impossible are found now
     _setup(tree, clock.station)
     for lost in catalogue.warnings():
         warn(lost)

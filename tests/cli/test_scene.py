@@ -72,6 +72,14 @@ def test_check_finds_what_would_stand_inside_something_else(bt_manip, scene):
     assert out.startswith(f"{scene}: 'block' cannot be added: it would be 20.0 mm inside 'table'")
 
 
+def test_what_cannot_be_drawn_is_bad_input(bt_manip, scene, trees):
+    scene.write_text(SCENE.replace("uniform = [0.1", "uniform = [-0.1").replace("0.2] }", "0.0] }"))
+    for command in (("scene", "check", scene), ("run", f"{trees}:quick", "--scene", scene)):
+        code, out, err = bt_manip(*command)
+        assert code == 2
+        assert f"{scene}: the mass of 'block' is a positive number [kg], got -0.0" in out + err
+
+
 def test_a_run_takes_a_file_and_its_seed(bt_manip, scene, trees, tmp_path):
     report = tmp_path / "report.json"
     options = ("--scene", scene, "--set", "name=block", "--quiet", "--report", report)

@@ -88,6 +88,32 @@ def test_a_file_says_what_stands_where(write, parts):
     assert cell.find("eye").width == 64
 
 
+def test_several_robots_stand_where_the_file_says_each_with_its_own_gains(write, parts):
+    text = """
+        [[robots]]
+        name = "left"
+        position = [-0.5, 0.0, 0.0]
+        [[robots]]
+        name = "right"
+        position = [0.5, 0.0, 0.0]
+        rpy = [0.0, 0.0, 3.141592653589793]
+        controller = "gravity_compensated_pd"
+        [randomization.robots.right]
+        gain = { uniform = [0.9, 0.95] }
+        """
+    station = build_station(parts, scene=read_scene(write(text), parts))
+    kinds = {name: robot.controller.kind for name, robot in station.robots.items()}
+    assert kinds == {"left": "computed_torque", "right": "gravity_compensated_pd"}
+    station.randomizer.begin(0)
+    station.cell.step()
+    left, right = station.robots.values()
+    np.testing.assert_array_equal(left.robot.tau, left.controller.tau)
+    share = right.robot.tau / right.controller.tau
+    assert ((0.9 <= share) & (share <= 0.95)).all()
+    np.testing.assert_allclose(left.robot.tool_pose.translation[0],
+                               -right.robot.tool_pose.translation[0], atol=1e-4)  # fmt: skip
+
+
 def test_a_free_place_in_a_region_is_drawn_from_the_seed(write, parts):
     text = TABLE + "".join(
         f'[[objects]]\nmodel = "cube"\nname = "{name}"\non = "table"\n'

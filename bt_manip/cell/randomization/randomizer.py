@@ -147,6 +147,8 @@ class Randomizer:
                 self._observe(name, entity)
 
     def _listen(self) -> None:
+        if not self._randomization:
+            return
         self._cell.vary = self.values_of
         self._catalogue.vary = self._parameters
 
