@@ -13,7 +13,17 @@ import pinocchio as pin
 
 from benchmarks import ik_peers
 from bt_manip import spatial
-from bt_manip.motion import Arm, IKResult, InverseKinematics, MotionError
+from bt_manip.motion import (
+    ArcTo,
+    Arm,
+    IKProblem,
+    IKResult,
+    InverseKinematics,
+    LineTo,
+    MotionError,
+    PoseTarget,
+    PositionTarget,
+)
 from bt_manip.robots import Robot, RobotModel, compile_alone, panda
 
 POSES = 2000
@@ -30,6 +40,7 @@ def rows(poses: int = POSES) -> list[Row]:
     compile_alone(robot)
     return [
         *inverse_kinematics_rows(robot.make_model(), poses),
+        *problem_rows(robot.make_model()),
         *peer_rows(robot),
         *planning_rows(Arm(robot)),
     ]
@@ -77,6 +88,43 @@ def inverse_kinematics_rows(model: RobotModel, poses: int) -> Iterable[Row]:
     ]
     found, times = timed(lambda Ts: ik.nearest(Ts, model.home, margin=0.05), grips)
     yield _solved("IK nearest of four grips", model, found, times, "")
+
+
+def problem_rows(model: RobotModel, poses: int = 200) -> Iterable[Row]:
+    """Measure problems that one states, from home."""
+    ik, rng = InverseKinematics(model), np.random.default_rng(78)
+    goals = rng.uniform(model.limits.lower, model.limits.upper, (poses, model.nq))
+    elbow = model.model.getFrameId("link4")
+
+    def elbow_of(q: np.ndarray) -> np.ndarray:
+        pin.framesForwardKinematics(model.model, model.data, q)
+        return model.data.oMf[elbow].translation.copy()
+
+    tools, elbows = [model.pose(q) for q in goals], [elbow_of(q) for q in goals]
+    for what, make in (
+        ("a position", lambda T, e: IKProblem(targets=PositionTarget("tool", T.translation))),
+        (
+            "positions of tool and elbow",
+            lambda T, e: IKProblem(
+                targets=[PositionTarget("tool", T.translation), PositionTarget("link4", e)]
+            ),
+        ),
+        (
+            "a pose, the elbow as a cost",
+            lambda T, e: IKProblem(
+                targets=[PoseTarget("tool", T), PositionTarget("link4", e, weight=1.0)]
+            ),
+        ),
+        (
+            "a pose, posture and manipulability",
+            lambda T, e: IKProblem(
+                targets=PoseTarget("tool", T), posture=model.home, manipulability=0.1
+            ),
+        ),
+    ):
+        problems = [make(T, e) for T, e in zip(tools, elbows, strict=True)]
+        found, times = timed(lambda problem: ik.solve(problem, model.home), problems)
+        yield _solved(f"IK problem: {what}", model, found, times, "")
 
 
 def peer_rows(robot: Robot, poses: int = 200) -> Iterable[Row]:
@@ -137,6 +185,19 @@ def planning_rows(arm: Arm, moves: int = 100) -> Iterable[Row]:
     yield row("plan: over a cube, four grips, way down clear", hovers)
     yield row("plan: tool line of 0.385 m, down", lines)
     yield row("plan: tool line of 0.385 m, up", lifts)
+
+    start = spatial.pointing_down([0.4, -0.2, 0.3])
+    corners, arcs = [], []
+    for x, y, z, yaw in rng.uniform([0.35, 0.0, 0.2, -0.6], [0.5, 0.3, 0.5, 0.6], (moves // 2, 4)):
+        end = spatial.pointing_down([x, y, z], yaw)
+        for planned, steps in (
+            (corners, [LineTo(spatial.pointing_down([0.5, 0.0, 0.35])), LineTo(end)]),
+            (arcs, [ArcTo([0.55, 0.0, 0.3], end)]),
+        ):
+            arm.reset(arm.ik.nearest(start, arm.model.home).q)
+            planned.append(plan(lambda steps=steps: arm.move_path(steps, blend=0.05)))
+    yield row("plan: tool path of two lines, blended by 0.05 m", corners)
+    yield row("plan: tool path on an arc", arcs)
 
     turned, stopped = [], []
     for q in rng.uniform(limits.lower, limits.upper, (moves, arm.model.nq)):
