@@ -3,7 +3,7 @@
 from bt_manip.bt import Input, Output, Status
 
 from .gripping import GrippingBehaviour
-from .poses import centre_pose
+from .poses import centre_pose, grips_from_above
 
 
 class Hover(GrippingBehaviour):
@@ -11,7 +11,7 @@ class Hover(GrippingBehaviour):
 
     Of the grasps of the object the best is taken at which the fingers have room, which the arm
     reaches and comes to without touching anything. Where none comes from above, the tool is beside
-    the object.
+    the object. What stands fixed is not to be gripped: over that the tool only points down.
     """
 
     object = Input(str, doc="Name of the object.")
@@ -28,10 +28,16 @@ class Hover(GrippingBehaviour):
     def start(self) -> None:
         """Choose a grasp and move to the nearest configuration before it."""
         self._reason = ""
-        centre = centre_pose(self.cell, self.object).translation
-        chosen = self.choice.choose(self.object, self.height, centre)
+        T_wo = centre_pose(self.cell, self.object)
+        if self._stands_fixed():
+            self.arm.move_to_pose(grips_from_above(T_wo, self.height), speed=self.speed)
+            return
+        chosen = self.choice.choose(self.object, self.height, T_wo.translation)
         self.grasp, self._reason = chosen.grasp.to_text(), chosen.reason
         self.arm.move_to_configuration(chosen.q, speed=self.speed)
+
+    def _stands_fixed(self) -> bool:
+        return bool(self.cell.model.body_weldid[self.cell.body_id(self.object)] == 0)
 
     def update(self) -> Status:
         """Wait until the arm has arrived, and say which grasp it is for."""

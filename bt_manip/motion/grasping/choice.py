@@ -26,6 +26,7 @@ from .solid import solids_of
 LOOKED_AT = 64  # grasps whose room is measured, at the most
 BATCH = 4  # grasps that serve equally well and are solved together
 BATCHES = 6  # at the most
+WAYS = 24  # lines to the object that are looked at, at the most
 SIDE = 0.12  # [m] from which the tool comes at most, where not from above
 LIFT = 0.05  # [m] straight up that has to be free
 TOO_DEEP = -3e-3  # [m]; shapes of hands are a little thicker than hands
@@ -93,7 +94,7 @@ class GraspChoice:
         room, ranking = self._look(name, arm.model.pose(arm.q))
         refused = self._refusals(name)
         for number, batch in enumerate(self._batches(name, ranking.best_first(), room, refused)):
-            if number == BATCHES:
+            if number == BATCHES or refused.ways >= WAYS:
                 break
             found = self._reachable(name, batch, height, centre, room, refused)
             if found is not None:
@@ -229,6 +230,8 @@ class GraspChoice:
                 break
             for found in arm.ik.solutions(poses, arm.q, starts=starts, margin=margin):
                 solved = True
+                if refused.ways >= WAYS:
+                    break
                 one, back = batch[found.target], backs[found.target]
                 near = arm.world.near(found.q) if arm.world is not None else []
                 if near:

@@ -7,7 +7,11 @@ from ..errors import MotionError
 
 
 class Refusals:
-    """Counts why grasps of one object were refused, to tell it when none is left."""
+    """Counts why grasps of one object were refused, to tell it when none is left.
+
+    Attributes:
+        ways: Lines to the object that the tool cannot follow.
+    """
 
     def __init__(self, name: str, robots: Collection[str] = ()) -> None:
         """Begin with none.
@@ -21,7 +25,7 @@ class Refusals:
         self._taken: Counter[str] = Counter()  # in the order of the grasps, the best first
         self._blocked: Counter[str] = Counter()
         self._why: MotionError | None = None  # why there was no way, the first time
-        self._itself = self._unreachable = self._ways = 0
+        self._itself = self._unreachable = self.ways = 0
 
     def no_room(self, by: str) -> None:
         """Note that something leaves the hand no room."""
@@ -43,13 +47,13 @@ class Refusals:
 
     def no_way(self, error: MotionError | None) -> None:
         """Note that the arm cannot go straight on, or that something is in the way there."""
-        self._ways += 1
+        self.ways += 1
         self._why = self._why or error
 
     def count(self) -> str:
         """Say how many were refused, where there were any."""
         total = self._taken.total() + self._itself + self._unreachable + self._blocked.total()
-        total += self._ways
+        total += self.ways
         return f"; {total} refused before" if total else ""
 
     def error(self) -> MotionError:
@@ -69,11 +73,11 @@ class Refusals:
             parts.append(f"other parts of '{name}' are in the way of {self._itself} grasps")
         if self._blocked:
             parts.append(f"the arm would touch {' and '.join(repr(n) for n in self._blocked)}")
-        if self._ways:
-            parts.append(f"from {self._ways} places the tool cannot go straight to it ({why})")
+        if self.ways:
+            parts.append(f"from {self.ways} places the tool cannot go straight to it ({why})")
         if self._unreachable:
             parts.append(f"{self._unreachable} grasps are unreachable")
-        tried = self._taken or self._itself or self._blocked or self._ways
+        tried = self._taken or self._itself or self._blocked or self.ways
         return MotionError(
             f"no grasp of '{name}' serves: {'; '.join(parts) or 'there is none'}",
             reason="grasp" if tried else "unreachable",

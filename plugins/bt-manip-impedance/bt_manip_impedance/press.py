@@ -1,7 +1,5 @@
 """Press a button."""
 
-from typing import Any
-
 import numpy as np
 import pinocchio as pin
 
@@ -35,7 +33,6 @@ class Press(MotionBehaviour):
 
     _since: float | None = None  # [s] when the cap was down
     _verdict: str | None = None  # why it will fail, empty for success; None while it presses
-    _guard: Any = None  # what stops the arm when something pushes it, at other times
 
     def start(self) -> None:
         """Move straight down."""
@@ -43,23 +40,15 @@ class Press(MotionBehaviour):
         button = self.cell.find(self.object)
         if not hasattr(button, "travel"):
             raise CellError(f"'{self.object}' is no button")
-        self._let_touch()
         self._move_over_the_cap(-self.depth)
 
     def update(self) -> Status:
         """Wait until the cap has been down for long enough, and then until it is free again."""
-        self._let_touch()
         if self._verdict is None:
             self._judge()
         elif not self.arm.moving:
             return self.fail(self._verdict) if self._verdict else Status.SUCCESS
         return Status.RUNNING
-
-    def terminate(self, new_status: Status) -> None:
-        """Stop pressing however it ends."""
-        if self._guard is not None:
-            self.arm.guard, self._guard = self._guard, None
-        super().terminate(new_status)
 
     def _judge(self) -> None:
         """Look at the button, and let go of it when there is a verdict."""
@@ -94,15 +83,4 @@ class Press(MotionBehaviour):
         T_wt, T_wo = self.T_wt, self.cell.pose(self.object)
         top = self.cell.find(self.object).height
         goal = T_wo.translation + np.array([0.0, 0.0, top + height])
-        # Motions keep off everything in the arm's world; this one is there to touch.
-        world, self.arm.world = self.arm.world, None
-        try:
-            self.arm.move_linear(pin.SE3(T_wt.rotation, goal), speed=self.speed)
-        finally:
-            self.arm.world = world
-
-    def _let_touch(self) -> None:
-        """Do not let the arm stop because it touches; also after a state was taken back."""
-        guard = getattr(self.arm, "guard", None)
-        if guard is not None:
-            self._guard, self.arm.guard = guard, None
+        self.arm.move_linear(pin.SE3(T_wt.rotation, goal), speed=self.speed, contact=True)
