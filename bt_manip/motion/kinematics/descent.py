@@ -62,11 +62,11 @@ def descend(
         jacobian = system.jacobian()
         dq = damped_step(jacobian, error, DAMPING * square)
         moved = q + dq
-        if (moved < lower).any() or (moved > upper).any():
+        inside = np.minimum(np.maximum(moved, lower), upper)
+        if inside.tolist() != moved.tolist():  # faster than comparing short arrays
             held = ((q <= lower) & (dq < 0.0)) | ((q >= upper) & (dq > 0.0))
             if held.any():
-                dq = damped_step(jacobian * ~held, error, DAMPING * square + 1e-12)
-                moved = q + dq
-            moved = np.minimum(np.maximum(moved, lower), upper)
-        q = moved
+                moved = q + damped_step(jacobian * ~held, error, DAMPING * square + 1e-12)
+                inside = np.minimum(np.maximum(moved, lower), upper)
+        q = inside
     return Descended(best_q, min(best, norm), step, False)
