@@ -373,6 +373,8 @@ class Arm:
         if self.guard is not None:
             self.guard.begin(self.model, self.v)
         self._reference.begin(trajectory, self.model)
+        if self.traffic is not None and self.pace < 1.0:
+            self.traffic.changed(self)
 
     # State
 

@@ -95,6 +95,9 @@ class Reference:
     def stop(self, model: RobotModel) -> None:
         """Come to rest as soon as the limits allow, and give the motion up."""
         self.paused, self._stopping = None, True
+        if not (self.v.any() or self.a.any()):  # not begun yet
+            self.trajectory, self._stopping = None, False
+            return
         self.follow(plan_stop(self.present, model), model)
 
     def change_pace(self, pace: float, model: RobotModel) -> None:

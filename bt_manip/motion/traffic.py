@@ -32,7 +32,8 @@ class Traffic:
       `CollisionWorld`, and is compared with their motions moment by moment. Where it would come too
       near to one of them it starts later, at the latest when that one rests.
     - Where an arm leaves its way in time unplanned, because it is stopped or its pace is changed,
-      all others are looked at again, and those that would come too near to it are stopped too.
+      all others are looked at again, and those that would come too near to it are stopped too; it
+      is stopped itself where one that rests is in its way by now.
     """
 
     def __init__(self, arms: Mapping[str, "Arm"]) -> None:
@@ -80,11 +81,15 @@ class Traffic:
         raise MotionError(f"'{blocker}' is in the way of the motion", reason="robot")
 
     def changed(self, arm: "Arm") -> None:
-        """Look at all others again, after an arm has left its way in time unplanned."""
+        """Look at all ways again, after an arm has left its own in time unplanned."""
         name = self._name(arm)
         for other_name, other in self._others(arm):
-            if other.moving and not other.stopping and self._will_meet(name, other_name):
-                other.give_up(f"'{name}' is in the way: it goes on otherwise than planned")
+            if _goes_on(other):
+                who, cause = other, f"'{name}' is in the way: it goes on otherwise than planned"
+            else:
+                who, cause = arm, f"'{other_name}' is in the way by now"
+            if _goes_on(who) and self._will_meet(name, other_name):
+                who.give_up(cause)
 
     def _name(self, arm: "Arm") -> str:
         return next(name for name, known in self._arms.items() if known is arm)
@@ -118,6 +123,10 @@ class Traffic:
         encounter = self._encounters[(second, first) if turned else (first, second)]
         encounter.refresh()
         return encounter, ((others, rows) if turned else (rows, others))
+
+
+def _goes_on(arm: "Arm") -> bool:
+    return arm.moving and not arm.stopping
 
 
 def _delayed(arm: "Arm", trajectory: Trajectory, delay: float) -> Trajectory | None:

@@ -316,6 +316,26 @@ def test_an_arm_goes_on_when_another_one_is_stopped_elsewhere(station, left, rig
     assert not right.arm.fault and smallest_gap(station) > CLEARANCE
 
 
+def test_an_arm_that_was_paused_does_not_go_on_into_one_that_has_come_since(station, left, right):
+    left.arm.move_to_pose(spatial.pointing_down((-0.25, 0.0, 1.2)))
+    station.step_until(lambda: not left.arm.moving)
+    left.arm.move_linear(spatial.pointing_down((0.1, 0.0, 1.2)), speed=0.3)
+    station.cell.step(100)
+    left.arm.pause()
+    station.step_until(lambda: left.arm.paused)
+    right.arm.move_to_pose(spatial.pointing_down((0.15, 0.0, 1.2)))  # around where it rests
+    station.step_until(lambda: not right.arm.moving)
+    left.arm.resume()
+    assert "'right' is in the way" in left.arm.fault
+    assert smallest_gap(station) > 0.5 * CLEARANCE
+
+
+def test_an_arm_at_a_slower_pace_lets_the_other_one_pass_as_well(station, left, right):
+    left.arm.pace = right.arm.pace = 0.4
+    nearest, made = at_random(station, np.random.default_rng(5), 15)
+    assert made >= 5 and nearest > 0.5 * CLEARANCE
+
+
 def test_what_another_robot_holds_is_in_the_way_as_well(station, left, right):
     pick = [leaf(object="cube", robot="left") for leaf in (Hover, Reach, Grasp)]
     assert set_up(station, Sequence("pick", pick)).until_done(9.0) is NodeStatus.SUCCESS
