@@ -156,7 +156,14 @@ def gives_a_reason_when_it_fails(case: BehaviourCase) -> None:
             trial = case.trial(station, **ports)
         except NodeError:
             continue  # found before anything ran, with the node's path and a message
-        status = trial.until_done(TIMEOUT)
+        try:
+            status = trial.until_done(TIMEOUT)
+        except NodeError as error:
+            raise AssertionError(
+                f"{case.cls.__name__} with {ports} raises instead of failing: "
+                f"{error.__cause__ or error}; it may `return self.fail(str(error))`\n"
+                + trial.explain()
+            ) from error
         said = trial.behaviour.feedback_message.strip()
         if status is NodeStatus.FAILURE:
             assert said, f"{case.cls.__name__} with {ports} fails without a reason"

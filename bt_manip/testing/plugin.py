@@ -54,6 +54,8 @@ def pytest_configure(config: pytest.Config) -> None:
         f"{TREES}(where, ...): written by bt_manip.testing.contracts.trees_of",
     ):
         config.addinivalue_line("markers", line)
+    # What glfw says on a machine without a display, where dm_control looks how it could draw.
+    config.addinivalue_line("filterwarnings", "ignore:.*DISPLAY environment variable is missing")
     if config.getoption("--tree-coverage"):
         from bt_manip.testing.coverage import TreeCoverage
 

@@ -4,8 +4,22 @@ from collections.abc import Sequence
 
 from bt_manip.bt import NodeStatus
 from bt_manip.bt.nodes.test_node import TestNodeConfig
+from bt_manip.exceptions import did_you_mean
 
 Result = NodeStatus | str
+
+
+def status_of(status: Result) -> NodeStatus:
+    """Read the name of a status.
+
+    Raises:
+        ValueError: When it is none; the nearest names are offered.
+    """
+    if isinstance(status, NodeStatus):
+        return status
+    if status not in NodeStatus.__members__:
+        raise ValueError(f"no status '{status}'{did_you_mean(status, NodeStatus.__members__)}")
+    return NodeStatus[status]
 
 
 class Stub:
@@ -29,9 +43,7 @@ class Stub:
         """
         names = [r for result in results for r in ([result] if isinstance(result, str | NodeStatus)
                                                    else result)]  # fmt: skip
-        self._results = [
-            r if isinstance(r, NodeStatus) else NodeStatus[r] for r in names or ["SUCCESS"]
-        ]
+        self._results = [status_of(r) for r in names or ["SUCCESS"]]
         self.calls = 0
         self.config = TestNodeConfig(
             complete_func=self._complete, async_delay=round(1000 * after), success_script=script

@@ -6,7 +6,8 @@ from typing import Any
 
 from bt_manip.bt import Tree
 from bt_manip.bt.nodes.test_node import TestNodeConfig
-from bt_manip.bt.substitution import Rule
+from bt_manip.bt.substitution import Rule, find_rule
+from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.registry import Parts
 from bt_manip.runner.python_tree import make_tree
 from bt_manip.runner.tree_source import TreeSource, find_tree
@@ -38,7 +39,8 @@ def read_test_tree(
         substitute: Stand-ins for some of its nodes; only documents have them.
 
     Raises:
-        BtManipError: When there is no such tree, or it is wrong.
+        BtManipError: When there is no such tree, or it is wrong, or a stand-in stands in for none
+            of its nodes.
     """
     source = find_test_tree(text, parts, folder)
     texts = {key: str(value) for key, value in (settings or {}).items()}
@@ -47,14 +49,21 @@ def read_test_tree(
             raise ValueError(f"'{text}' is made by a function: build it with other leaves there")
         return make_tree(source, texts, clock)
     rules = {pattern: _rule(rule) for pattern, rule in (substitute or {}).items()}
-    return load_document(
-        source,
-        known_behaviours(parts),
-        texts,
-        clock,
-        warn=lambda message: None,
-        substitutions=rules,
-    )
+
+    def read(rules: Mapping[str, str | TestNodeConfig]) -> Tree:
+        known = known_behaviours(parts)
+        return load_document(source, known, texts, clock, warn=lambda _: None, substitutions=rules)
+
+    tree = read(rules)
+    idle = _idle(rules, tree)
+    if idle:  # unless they went by a registered name, which a stand-in does not show
+        tree_as_it_is = read({})
+        for pattern in _idle(idle, tree_as_it_is):
+            names = {n for node in tree_as_it_is.nodes for n in (node.name, node.registration)}
+            raise BtManipError(
+                f"substitute: no node of '{text}' is '{pattern}'{did_you_mean(pattern, names)}"
+            )
+    return tree
 
 
 def find_test_tree(text: str | Path, parts: Parts, folder: Path | None = None) -> TreeSource:
@@ -68,6 +77,19 @@ def find_test_tree(text: str | Path, parts: Parts, folder: Path | None = None) -
     if beside.is_file():
         return find_tree(f"{beside}{colon}{function}", {})
     return find_tree(str(text), {name: parts.trees.get(name) for name in parts.trees})
+
+
+def _idle(
+    rules: Mapping[str, str | TestNodeConfig], tree: Tree
+) -> Mapping[str, str | TestNodeConfig]:
+    """Pick the rules that apply to no node of a tree."""
+    return {
+        pattern: rule
+        for pattern, rule in rules.items()
+        if not any(
+            find_rule({pattern: pattern}, n.name, n.registration, n.path) for n in tree.nodes
+        )
+    }
 
 
 def _rule(rule: "Stub | Rule") -> str | TestNodeConfig:

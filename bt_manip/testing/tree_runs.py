@@ -101,6 +101,7 @@ def run_tree(
         AssertionError: When a cycle fails or ends otherwise; it lists all that do, and why.
         BtManipError: When the tree cannot run.
     """
+    __tracebackhide__ = True
     texts = {key: str(value) for key, value in (settings or {}).items()}
     source = find_test_tree(tree, parts, folder)
     wanted = parts.surroundings.get(str(tree))

@@ -6,10 +6,11 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 
 from bt_manip.bt import Blackboard, NodeStatus, Tree
-from bt_manip.exceptions import did_you_mean
+from bt_manip.exceptions import NodeError, did_you_mean
 from bt_manip.runner.station import Station
 from bt_manip.testing.explanation import explain
 from bt_manip.testing.history import History
+from bt_manip.testing.stubs import status_of
 
 TICK = 0.010
 """Simulated time between two ticks [s]."""
@@ -35,6 +36,8 @@ class Trial:
             root: A behaviour, or a tree whose clock is the station's.
             tick: Simulated time between two ticks [s].
         """
+        if not isinstance(root, Tree | Behaviour):
+            raise TypeError(f"a trial is of a behaviour or a tree, got {root!r}")
         self.station = station
         self.tree = root if isinstance(root, Tree) else Tree(root, clock=station.clock)
         self.history = History(self.tree)
@@ -57,7 +60,11 @@ class Trial:
     def tick(self) -> NodeStatus:
         """Tick once and let a tick's time pass."""
         self.history.tick += 1
-        status = self.tree.tick()
+        try:
+            status = self.tree.tick()
+        except NodeError as error:
+            error.add_note(self.explain())
+            raise
         self.station.cell.step(self._steps)
         return status
 
@@ -91,7 +98,8 @@ class Trial:
         Raises:
             AssertionError: When the tree ends otherwise, or the time is up.
         """
-        status_wanted = None if callable(wanted) else _status(wanted)
+        __tracebackhide__ = True
+        status_wanted = None if callable(wanted) else status_of(wanted)
         watched = self.node(node) if node else None
         end = self.station.cell.time + timeout
         while True:
@@ -129,6 +137,7 @@ class Trial:
         Raises:
             AssertionError: When there is none, or more than one.
         """
+        __tracebackhide__ = True
         for attribute in ("path", "name", "registration"):
             found = [node for node in self.tree.nodes if getattr(node, attribute) == name]
             if len(found) == 1:
@@ -148,6 +157,7 @@ class Trial:
         Raises:
             AssertionError: When it does not fail, or for another reason.
         """
+        __tracebackhide__ = True
         self.tick_until(NodeStatus.FAILURE, timeout)
         reason = self.tree.failure_reason()
         missing = [word for word in words if word not in reason]
@@ -164,7 +174,8 @@ class Trial:
         Raises:
             AssertionError: When it has not.
         """
-        wanted, ends = _status(status), self.history.ended(self.node(node))
+        __tracebackhide__ = True
+        wanted, ends = status_of(status), self.history.ended(self.node(node))
         if wanted not in ends:
             ended = ", ".join(end.name for end in ends) or "not at all"
             raise AssertionError(
@@ -177,6 +188,7 @@ class Trial:
         Raises:
             AssertionError: When it has.
         """
+        __tracebackhide__ = True
         change = self.history.last(self.node(node))
         if change is not None:
             raise AssertionError(
@@ -187,11 +199,3 @@ class Trial:
     def explain(self) -> str:
         """Say what has happened so far."""
         return explain(self.history)
-
-
-def _status(status: NodeStatus | str) -> NodeStatus:
-    if isinstance(status, NodeStatus):
-        return status
-    if status not in NodeStatus.__members__:
-        raise ValueError(f"no status '{status}'{did_you_mean(status, NodeStatus.__members__)}")
-    return NodeStatus[status]

@@ -8,7 +8,7 @@ from dm_control import composer, mjcf
 
 from bt_manip.behaviours import Hover, MoveHome
 from bt_manip.behaviours.arm_behaviour import ArmBehaviour, CellBehaviour
-from bt_manip.bt import Input, Status
+from bt_manip.bt import Action, Input, Status
 from bt_manip.control import ComputedTorque
 
 _runs = itertools.count(1)
@@ -188,3 +188,16 @@ class Thing(composer.Entity):
     @property
     def mjcf_model(self):
         return self.root
+
+
+class RaisesInsteadOfFailing(Action):
+    """Look for an object, and let what the cell raises go on."""
+
+    object = Input(str, doc="Name of the object.")
+
+    def setup(self, *, cell, **_):
+        self.cell = cell
+
+    def update(self):
+        self.cell.pose(self.object)
+        return Status.SUCCESS

@@ -30,6 +30,8 @@ CUBE = Example({"object": "cube"})
         (behaviours.halts_in_every_state, broken.DrivesOn, CUBE, "does not brake the arm"),
         (behaviours.halts_in_every_state, broken.ClosesOn, Example(), "leaves the fingers moving"),
         (behaviours.gives_a_reason_when_it_fails, broken.FailsSilently, CUBE, "without a reason"),
+        (behaviours.gives_a_reason_when_it_fails, broken.RaisesInsteadOfFailing, CUBE,
+         "raises instead of failing: there is no 'nothing_is_called_so' in the cell"),
         (behaviours.gives_a_reason_when_it_fails, broken.NeverFails,
          Example(fails=({"speed": 0.0},)), "expected FAILURE"),
         (behaviours.runs_the_same_again, broken.Remembers, Example(), "keeps something"),

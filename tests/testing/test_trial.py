@@ -3,7 +3,8 @@
 import pytest
 
 from bt_manip.behaviours import Grasp, Hover, IsHolding, MoveHome, ObjectExists
-from bt_manip.bt import Fallback, NodeStatus, Sequence, Sleep
+from bt_manip.bt import Action, Fallback, NodeStatus, Sequence, Sleep
+from bt_manip.exceptions import BtManipError, NodeError
 from bt_manip.testing.stubs import Stub
 
 PICK = """<root BTCPP_format="4" main_tree_to_execute="Pick">
@@ -124,3 +125,39 @@ def test_halting_a_trial_halts_its_tree(station, trial):
     grasp.tick()
     grasp.halt()
     assert grasp.tree.statuses() == bytes([NodeStatus.IDLE])
+
+
+def test_a_stand_in_for_nothing_is_refused(trial, pick):
+    with pytest.raises(
+        BtManipError, match="no node of '.*pick.xml' is 'Grsap'; did you mean 'Gras"
+    ):
+        trial(pick, substitute={"Grsap": Stub()})
+
+
+@pytest.mark.parametrize("pattern", ["Lift", "up", "u*", "*Grasp::*", "RetryUntilSuccessful"])
+def test_a_stand_in_goes_by_name_registered_name_or_path(trial, pick, pattern):
+    assert trial(pick, substitute={pattern: Stub()}).tick() is NodeStatus.RUNNING
+
+
+@pytest.mark.parametrize("what", [Hover, None])
+def test_only_a_behaviour_or_a_tree_can_be_tried(trial, what):
+    with pytest.raises(TypeError, match="a trial is of a behaviour or a tree, got "):
+        trial(what)
+
+
+def test_a_status_that_is_none_is_refused_with_the_nearest():
+    with pytest.raises(ValueError, match="no status 'SUCESS'; did you mean 'SUCCESS'"):
+        Stub("SUCESS")
+
+
+class Stumbling(Action):
+    def update(self):
+        raise ValueError("a step too far")
+
+
+def test_a_behaviour_that_raises_leaves_with_the_story_of_the_tree(trial):
+    stumbling = trial(Sequence("task", Sleep("rest", msec=5), Stumbling("stumble")))
+    with pytest.raises(NodeError, match="a step too far") as caught:
+        stumbling.tick_until("SUCCESS")
+    (story,) = caught.value.__notes__
+    assert "+ rest" in story and "tick 1 " in story
