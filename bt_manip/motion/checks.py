@@ -28,12 +28,13 @@ def check_pose(T_wt: Any) -> pin.SE3:
     return T_wt
 
 
-def check_rotation(R: np.ndarray) -> np.ndarray:
-    """Give a rotation matrix back.
+def check_rotation(rotation: Any) -> np.ndarray:
+    """Give a rotation matrix as a new array.
 
     Raises:
         MotionError: When it is none.
     """
+    R = _array(rotation)
     if R.shape != (3, 3) or not isfinite(R.sum()) or not _is_rotation(R):
         raise MotionError(
             f"a rotation is a 3 by 3 matrix of right-handed unit axes, got\n{R}", reason="target"
@@ -63,16 +64,29 @@ def check_poses(targets: Any) -> list[pin.SE3]:
     return [check_pose(pose) for pose in poses]
 
 
+def check_vector(vector: Any, what: str) -> np.ndarray:
+    """Give a place or a direction as a new array.
+
+    Args:
+        vector: Three numbers.
+        what: How the error calls it.
+
+    Raises:
+        MotionError: When it has another shape than (3,), or is not finite.
+    """
+    array = _array(vector)
+    if array.shape != (3,) or not isfinite(array.sum()):
+        raise MotionError(f"{what} is three finite numbers, got {vector!r}", reason="target")
+    return array
+
+
 def check_configuration(q: Any, n: int) -> np.ndarray:
     """Give a configuration as a new array.
 
     Raises:
         MotionError: When it has another shape than (n,), or is not finite.
     """
-    try:
-        array = np.array(q, dtype=float)
-    except (TypeError, ValueError):
-        array = np.array(np.nan)
+    array = _array(q)
     if array.shape != (n,) or not isfinite(array.sum()):
         raise MotionError(f"a configuration is {n} finite numbers [rad], got {q}", reason="target")
     return array
@@ -122,6 +136,14 @@ def check_pace(pace: Any) -> float:
     if not 0.0 <= number <= 1.0:
         raise MotionError(f"a pace is from 0 to 1, got {pace!r}", reason="target")
     return number
+
+
+def _array(value: Any) -> np.ndarray:
+    """Copy what is a regular array of numbers; all else becomes NaN."""
+    try:
+        return np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        return np.array(np.nan)
 
 
 def _is_many(targets: Any) -> bool:

@@ -7,6 +7,7 @@ import pytest
 from bt_manip import spatial
 from bt_manip.motion import (
     IKProblem,
+    InverseKinematics,
     MotionError,
     PoseTarget,
     PositionTarget,
@@ -18,6 +19,7 @@ from bt_manip.motion.kinematics.preferences import Preferences
 from bt_manip.motion.kinematics.rows import PoseRows, PositionRows, RotationRows
 from bt_manip.motion.kinematics.system import System
 from bt_manip.motion.kinematics.task import make_task
+from bt_manip.robots import Robot, RobotDescription, compile_alone
 
 DOWN = spatial.pointing_down([0.45, 0.1, 0.3], 0.4)
 
@@ -355,13 +357,48 @@ def test_the_gradient_of_all_costs_is_their_derivative(model, ik, goal):
     assert expansion.value == pytest.approx(task.cost(q))
 
 
+# Other arms
+
+
+def test_an_arm_of_six_joints_has_the_same_problems(menagerie, rng):
+    joints = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+    robot = Robot(
+        RobotDescription(
+            name="ur5e",
+            model=str(menagerie / "universal_robots_ur5e" / "ur5e.xml"),
+            arm_joints=tuple(f"{joint}_joint" for joint in joints),
+            tool_frame="attachment_site",
+            home=(0.0, -1.5, 1.5, -1.5, -1.5, 0.0),
+            velocity=(2.0,) * 6,
+            acceleration=(5.0,) * 6,
+            jerk=(1000.0,) * 6,
+            effort=(50.0,) * 6,
+        )
+    )
+    compile_alone(robot)
+    model = robot.make_model()
+    ik = InverseKinematics(model)
+    for _ in range(10):
+        T = model.pose(rng.uniform(-2.5, 2.5, 6))
+        place = PositionTarget("attachment_site", T.translation)
+        elbow = PositionTarget("forearm_link", [0.0, 0.0, 0.9], weight=1.0)
+        found = ik.solve(IKProblem(targets=[place, elbow], manipulability=0.1), model.home)
+        assert found.solved
+        assert distance(model, found.q, "attachment_site", T.translation) <= 1e-6
+        posed = IKProblem(targets=PoseTarget("attachment_site", T), posture=model.home)
+        assert ik.solve(posed, model.home).solved
+
+
 # Bad input
 
 
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: PositionTarget("tool", [0.0, np.nan, 0.0]), "frame 'tool' is a position of three"),
+        (
+            lambda: PositionTarget("tool", [0.0, np.nan, 0.0]),
+            "'tool': a position .m. is three",
+        ),
         (lambda: PositionTarget("tool", "here"), "three finite numbers"),
         (lambda: RotationTarget("tool", 2.0 * np.eye(3)), "frame 'tool': a rotation is a 3 by 3"),
         (lambda: RotationTarget("tool", np.full((3, 3), np.nan)), "3 by 3"),

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..checks import check_pose, check_rotation
+from ..checks import check_pose, check_rotation, check_vector
 from ..errors import MotionError
 
 TOLERANCE = 1e-6  # [m] and [rad] of a constraint that says nothing else
@@ -85,13 +85,7 @@ class PositionTarget(Target):
             MotionError: When it is none.
         """
         super().__post_init__()
-        array = _array(self.position)
-        if array.shape != (3,) or not np.isfinite(array).all():
-            raise MotionError(
-                f"{self.label} is a position of three finite numbers [m], got {self.position!r}",
-                reason="target",
-            )
-        _keep(self, "position", array)
+        _keep(self, "position", check_vector(self.position, f"{self.label}: a position [m]"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +106,7 @@ class RotationTarget(Target):
         """
         super().__post_init__()
         try:
-            _keep(self, "rotation", check_rotation(_array(self.rotation)))
+            _keep(self, "rotation", check_rotation(self.rotation))
         except MotionError as error:
             raise MotionError(f"{self.label}: {error}", reason="target") from None
 
@@ -146,13 +140,6 @@ def positive(number: Any) -> bool:
         return isfinite(number) and number > 0.0
     except TypeError:
         return False
-
-
-def _array(value: Any) -> np.ndarray:
-    try:
-        return np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        return np.array(np.nan)
 
 
 def _keep(target: Target, name: str, array: np.ndarray) -> None:

@@ -7,7 +7,7 @@ from math import isfinite
 import numpy as np
 import pinocchio as pin
 
-from ..checks import check_pose
+from ..checks import check_pose, check_vector
 from ..errors import MotionError
 from .segments import Arc, Line, Segment
 
@@ -48,7 +48,7 @@ class ArcTo:
 
     def __post_init__(self) -> None:
         """Refuse what is no point or no pose."""
-        _vector(self.via, "the point that an arc goes through")
+        check_vector(self.via, "the point that an arc goes through")
         check_pose(self.pose)
 
     def after(self, start: pin.SE3) -> tuple[Segment, pin.SE3]:
@@ -93,8 +93,8 @@ class TurnAbout:
 
     def __post_init__(self) -> None:
         """Refuse what is no axis or no angle."""
-        _vector(self.point, "a point of the axis of a turn")
-        if np.linalg.norm(_vector(self.axis, "the axis of a turn")) < 1e-9:
+        check_vector(self.point, "a point of the axis of a turn")
+        if np.linalg.norm(check_vector(self.axis, "the axis of a turn")) < 1e-9:
             raise MotionError(f"the axis of a turn has no direction: {self.axis}", reason="target")
         if not isinstance(self.angle, float | int) or not isfinite(self.angle):
             raise MotionError(
@@ -114,13 +114,3 @@ class TurnAbout:
 
 
 Step = LineTo | ArcTo | TurnAbout
-
-
-def _vector(value: Sequence[float] | np.ndarray, what: str) -> np.ndarray:
-    try:
-        array = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        array = np.array(np.nan)
-    if array.shape != (3,) or not np.isfinite(array).all():
-        raise MotionError(f"{what} is three finite numbers, got {value!r}", reason="target")
-    return array
