@@ -4,6 +4,7 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.bt import Input
+from bt_manip.motion import MotionError
 from bt_manip.motion.grasping import Grasp
 
 from .gripping import GrippingBehaviour
@@ -43,5 +44,8 @@ class Reach(GrippingBehaviour):
         """
         if not self.grasp:
             return self.choice.nearest(self.object, self.T_wt)[1]
-        T_wo = self.cell.pose(self.object)
-        return T_wo * Grasp.from_text(self.grasp).T_ot
+        try:
+            grasp = Grasp.from_text(self.grasp)
+        except ValueError as error:
+            raise MotionError(str(error), reason="target") from error
+        return self.cell.pose(self.object) * grasp.T_ot

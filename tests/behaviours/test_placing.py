@@ -8,9 +8,9 @@ from bt_manip import spatial
 from bt_manip.behaviours import Hover, Lift, PlaceAt, PlaceOn, Reach
 from bt_manip.behaviours.extent import extent
 from bt_manip.behaviours.poses import GRIP_HEIGHT, centre_pose, grips_from_above, yaw_of
-from bt_manip.motion.grasping import HandRoom, with_room
 from bt_manip.bt import NodeStatus
 from bt_manip.cell import CellError, Cube
+from bt_manip.motion.grasping import HandRoom, with_room
 from bt_manip.testing.end_states import assert_tower
 
 RUNNING = NodeStatus.RUNNING

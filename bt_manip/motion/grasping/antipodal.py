@@ -117,8 +117,8 @@ def antipodal_pairs(
 ) -> Pairs:
     """Find pairs of places at which two fingers press without slipping.
 
-    From each of many places on the surface a line goes in against the normal, or up to half the
-    cone beside it. Fingers press on the outermost two places of the line, or on both sides of one
+    From each of many places on the surface a line goes in against the normal, or inside the cone
+    around that. Fingers press on the outermost two places of the line, or on both sides of one
     of several walls that it goes through. They do not slip where the line is inside the cones of
     friction of both (Nguyen, "Constructing force-closure grasps", 1988).
 
@@ -131,7 +131,7 @@ def antipodal_pairs(
     """
     places, normals = sample_surface(solids, count, rng)
     jitter = np.linalg.norm(normals, axis=1, keepdims=True) * rng.normal(size=normals.shape)
-    amount = np.tan(0.5 * cone) * rng.uniform(size=(len(places), 1)) ** 2
+    amount = np.tan(cone) * rng.uniform(size=(len(places), 1)) ** 2
     amount[::2] = 0.0  # every other goes straight in
     sideways = jitter - (jitter * normals).sum(axis=1, keepdims=True) * normals
     sideways /= np.maximum(np.linalg.norm(sideways, axis=1, keepdims=True), 1e-9)

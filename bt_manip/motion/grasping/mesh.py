@@ -16,6 +16,7 @@ ALIKE = 4  # of them along the same line, at the most
 SAFETY = 0.8  # share of the cone of friction that is used
 _SLOPES = (0.0, math.pi / 4, -math.pi / 4, math.pi / 2, -math.pi / 2)
 _APART = 5e-3  # [m] between the middles of pairs that are not the same
+_WIDER = 0.01  # [m] between widths that are not the same
 _TURNED = 0.3  # [rad] between lines that are not the same
 _OUTWARDS = np.linspace(0.01, 0.1, 10)  # [m] where sides are compared
 _FLAT = 1e-3  # [m] that a surface may fall back and still carry a pad
@@ -56,9 +57,15 @@ def sampled_pairs(
     cost = off + (1.0 - contact) + pairs.slant
     kept: list[int] = []
     lines = pairs.second - pairs.first
-    lines = lines / np.maximum(np.linalg.norm(lines, axis=1, keepdims=True), 1e-9)
+    width = np.linalg.norm(lines, axis=1)
+    lines = lines / np.maximum(width, 1e-9)[:, None]
     for i in np.argsort(cost, kind="stable"):
-        alike = [k for k in kept if abs(float(lines[k] @ lines[i])) > math.cos(_TURNED)]
+        alike = [
+            k
+            for k in kept
+            if abs(float(lines[k] @ lines[i])) > math.cos(_TURNED)
+            and abs(width[k] - width[i]) < _WIDER
+        ]
         near = any(np.linalg.norm(middle[k] - middle[i]) < _APART for k in alike)
         if len(alike) < ALIKE and not near:
             kept.append(int(i))
