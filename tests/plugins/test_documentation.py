@@ -2,7 +2,10 @@
 
 import inspect
 import re
+import runpy
+import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,6 +14,8 @@ from bt_manip import hookspecs
 from bt_manip.models import bundled_root
 from bt_manip.plugins import Choice, load_plugins
 from bt_manip.plugins.scaffold import KINDS
+from bt_manip.robots import read_description
+from bt_manip.toml_tables import TomlTable
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "plugins"
 HOOKS = (*hookspecs.REGISTERING, *hookspecs.OBSERVING)
@@ -65,8 +70,10 @@ def test_the_first_page_leads_to_all_others():
 
 @pytest.mark.parametrize("path", sorted(DOCS.rglob("*.md")), ids=lambda path: path.stem)
 def test_links_lead_somewhere(path):
-    for link in re.findall(r"\]\(([^)#]+)\)", path.read_text()):
+    for link, _, part in re.findall(r"\]\(([^)#]+)(#([^)]+))?\)", path.read_text()):
         assert (path.parent / link).is_file(), link
+        headings = re.findall(r"^#+ (.*)", (path.parent / link).read_text(), re.MULTILINE)
+        assert not part or part in [h.lower().replace(" ", "-") for h in headings], part
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -81,6 +88,43 @@ def test_the_code_of_a_tutorial_is_that_of_the_package_which_ci_runs(kind):
     code_files -= {"bt_manip_gear/__init__.py"}
     wanted = {name for name in code_files if "__pycache__" not in name} | {"tests/test_gear.py"}
     assert {name for name, _ in shown} == wanted
+
+
+@pytest.fixture
+def robot_page() -> str:
+    return (DOCS / "tutorials" / "robot.md").read_text().partition("## Without a package")[2]
+
+
+def test_the_robot_tutorials_file_describes_the_robot_of_its_package(robot_page, tmp_path):
+    template = bundled_root("templates") / "robot" / "bt_manip_gear"
+    shutil.copy(template / "gear.xml", tmp_path)
+    (code,) = re.findall(r"```toml\n(.*?)```", robot_page, re.DOTALL)
+    (tmp_path / "gear.toml").write_text(code)
+    described = runpy.run_path(str(template / "gear.py"))["gear"]()
+    read = read_description(tmp_path / "gear.toml")
+    assert read == replace(
+        described, model=str(tmp_path / "gear.xml"), T_ft=read.T_ft, T_rb=read.T_rb,
+        gripper=replace(described.gripper, T_mg=read.gripper.T_mg),
+    )  # fmt: skip
+    for T in (read.T_ft, read.T_rb, read.gripper.T_mg):
+        assert T.isIdentity()
+
+
+def test_the_robot_tutorial_names_every_key_that_a_file_may_have(robot_page, monkeypatch):
+    asked: set[str] = set()
+    get = TomlTable._get
+
+    def noted(table, key, default=None):
+        asked.add(key)
+        return get(table, key, default)
+
+    monkeypatch.setattr(TomlTable, "_get", noted)
+    read_description(Path(__file__).parents[1] / "robots" / "models" / "post.toml")  # all tables
+    assert len(asked) > 30
+    shown = {word for text in re.findall(r"`([^`\n]+)`", robot_page) for word in text.split()}
+    shown |= set(re.findall(r"^(\w+) = ", robot_page, re.MULTILINE))
+    tables = {part for word in shown for part in re.findall(r"\w+", word) if "[" in word}
+    assert asked <= shown | tables
 
 
 @pytest.fixture(autouse=True)
