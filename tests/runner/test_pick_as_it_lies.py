@@ -1,0 +1,92 @@
+"""Things that lie on the table as they fell are picked, whatever they are shaped like."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from bt_manip import spatial
+from bt_manip.behaviours import Grasp, Hover, IsHolding, Lift, Reach
+from bt_manip.bt import NodeStatus, Tree
+from bt_manip.cell.objects import (
+    Bottle,
+    Box,
+    Can,
+    Capsule,
+    ConvexMesh,
+    Cylinder,
+    ModelObject,
+    Mug,
+    Sphere,
+)
+
+PICKS = 20
+TABLE = 1.015  # [m] height of its surface
+
+
+def wedge_from_a_file(folder):
+    """Make an object of an STL file: a prism whose sides are not parallel."""
+    corners = np.array([[-0.03, -0.02], [0.03, -0.02], [0.02, 0.02], [-0.01, 0.03]])
+    below = np.column_stack([corners, np.full(4, -0.02)])
+    above = np.column_stack([0.8 * corners, np.full(4, 0.02)])
+    path = folder / "wedge.stl"
+    trimesh.convex.convex_hull(np.vstack([below, above])).export(path)
+    return ModelObject(str(path))
+
+
+THINGS = {
+    "box": lambda folder: Box(),
+    "rod": lambda folder: Box(size=(0.18, 0.03, 0.02)),
+    "plate": lambda folder: Box(size=(0.09, 0.07, 0.008)),
+    "cylinder": lambda folder: Cylinder(),
+    "sphere": lambda folder: Sphere(),
+    "capsule": lambda folder: Capsule(),
+    "can": lambda folder: Can(),
+    "bottle": lambda folder: Bottle(),
+    "mug": lambda folder: Mug(),
+    "mesh": lambda folder: ConvexMesh(),
+    "stl": wedge_from_a_file,
+}
+
+
+@pytest.fixture
+def empty_table(station):
+    station.cell.remove("cube")
+    return station
+
+
+def drop_it(station, thing, rng):
+    """Let a thing fall onto the table, turned anyhow, and wait until it lies still."""
+    quat = rng.normal(size=4)
+    place = (rng.uniform(0.3, 0.45), rng.uniform(-0.2, 0.2), TABLE + 0.25)
+    station.cell.add(thing, spatial.pose(place, quat / np.linalg.norm(quat)), name="it")
+    for _ in range(12):
+        station.cell.step(250)
+        if np.abs(station.cell.velocity("it")).max() < 0.01:
+            return
+
+
+def why_not(station):
+    """Pick what lies there; give the reason when that fails."""
+    for behaviour in (
+        Hover(object="it", height=0.3), Reach(object="it"), Grasp(object="it"), Lift(height=0.15),
+        IsHolding(object="it"),
+    ):  # fmt: skip
+        tree = Tree(behaviour, clock=station.clock)
+        if station.run(tree, timeout=10.0) is not NodeStatus.SUCCESS:
+            return tree.failure_reason()
+    return ""
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", THINGS)
+def test_what_lies_on_the_table_as_it_fell_is_picked(name, empty_table, tmp_path):
+    at_rest = empty_table.get_state()
+    failed = {}
+    for seed in range(PICKS):
+        empty_table.set_state(at_rest)
+        drop_it(empty_table, THINGS[name](tmp_path), np.random.default_rng(seed))
+        z = empty_table.cell.pose("it").translation[2]
+        reason = why_not(empty_table)
+        if reason or empty_table.cell.pose("it").translation[2] < z + 0.1:
+            failed[seed] = reason or "it slipped"
+    assert not failed
