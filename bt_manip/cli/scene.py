@@ -113,10 +113,9 @@ def _lines(found: "Scene", station: "Station") -> Iterator[str]:
         on = f", on '{fixture.on}'" if fixture.on else ""
         drawn = ", place drawn from the seed" if fixture.region else ""
         yield f"  {fixture.name}: {fixture.model}{_facts(entity)}, {placed}{on}{drawn}"
-    varied = list(_varied(found))
-    if varied:
-        yield "varies from cycle to cycle:"
-        yield from varied
+    if found.randomization:
+        yield "varies from cycle to cycle, in the first one:"
+        yield from _varied(found, station)
 
 
 def _facts(entity: Any) -> str:
@@ -137,7 +136,19 @@ def _place(cell: "Cell", name: str) -> str:
     return f"at {x:.3f} {y:.3f} {z:.3f} m{turned}"
 
 
-def _varied(found: "Scene") -> Iterator[str]:
+def _varied(found: "Scene", station: "Station") -> Iterator[str]:
+    """Say what varies, with the values of the first cycle where there is one yet."""
+    from bt_manip.runner.fixtures import told_with_file
+
+    with told_with_file(found):
+        station.randomizer.begin(0)
+    drawn = station.randomizer.drawn
     for where in ("objects", "robots", "lights", "cameras", "observations"):
         for thing, lines in getattr(found.randomization, where).items():
-            yield f"  {where} {thing}: {', '.join(lines)}"
+            values = drawn.get(where, {}).get(thing, {})
+            facts = [f"{name} {_brief(values[name])}" if name in values else name for name in lines]
+            yield f"  {where} {thing}: {', '.join(facts)}"
+
+
+def _brief(value: Any) -> str:
+    return " ".join(f"{number:.4g}" for number in (value if isinstance(value, list) else [value]))
