@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from bt_manip.plugins import Plugins
     from bt_manip.plugins.choice import Choice
 
+BUILTIN = "builtin"
 _BLOCKED = "bt_manip.blocked"
 _FOLDERS = "bt_manip.folders"
 
@@ -55,7 +56,27 @@ def load_chosen_plugins() -> "Plugins":
     """Load the plugins that are wanted, and print a line about each that is broken."""
     from bt_manip.plugins import load_plugins
 
-    return load_plugins(warn=print_warning, choice=chosen())
+    plugins = load_plugins(warn=print_warning, choice=chosen())
+    warn_of_unknown(plugins)
+    return plugins
+
+
+def warn_of_unknown(plugins: "Plugins") -> None:
+    """Print a line about each name behind ``--block`` that nothing has."""
+    from bt_manip.cli.plugin_commands import plugin_commands
+    from bt_manip.exceptions import did_you_mean
+    from bt_manip.plugins.choice import Choice
+    from bt_manip.plugins.entry_points import names_of
+
+    ctx = click.get_current_context(silent=True)
+    wanted = [] if ctx is None else ctx.meta.get(_BLOCKED, ())
+    known = set().union(*(plugin.names for plugin in plugins.plugins))
+    known = known.union(*(names_of(c.point) for c in plugin_commands(Choice()).values()))
+    for name in wanted:
+        if name == BUILTIN:
+            print_warning(f"--block {name}: what is built in cannot be blocked")
+        elif name not in known:
+            print_warning(f"--block {name}: there is no such plugin{did_you_mean(name, known)}")
 
 
 def print_warning(message: str) -> None:

@@ -7,7 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bt_manip.cli.plugin_options import chosen, load_chosen_plugins, plugin_options
+from bt_manip.cli.plugin_options import (
+    chosen,
+    load_chosen_plugins,
+    plugin_options,
+    warn_of_unknown,
+)
 
 if TYPE_CHECKING:
     from bt_manip.plugins import Plugin
@@ -28,7 +33,11 @@ def show_plugins(as_json: bool, check: bool) -> int:
 
     # What is broken is said in the table; a warning too would say it twice.
     quiet = as_json or not check
-    loaded = load_plugins(warn=lambda _: None, choice=chosen()) if quiet else load_chosen_plugins()
+    if quiet:
+        loaded = load_plugins(warn=lambda _: None, choice=chosen())
+        warn_of_unknown(loaded)
+    else:
+        loaded = load_chosen_plugins()
     commands = _commands()
     problems = [problem for _, problem in commands.values() if problem]
     if as_json:

@@ -101,8 +101,12 @@ def in_folders(folders: Iterable[Path]) -> tuple[EntryPoint, ...]:
 
 def names_of(point: EntryPoint) -> set[str]:
     """Give the names that block a plugin: its own and its package's, with and without prefix."""
-    names = {point.name}
-    if point.dist is not None:
-        package = re.sub(r"[-_.]+", "-", str(point.dist.name)).lower()
-        names |= {str(point.dist.name), package, package.removeprefix(PREFIX)}
-    return names
+    return block_names(point.name, "" if point.dist is None else str(point.dist.name))
+
+
+def block_names(name: str, package: str) -> set[str]:
+    """Give the names that block a plugin, by its name and its package's, which may be empty."""
+    if not package:
+        return {name}
+    plain = re.sub(r"[-_.]+", "-", package).lower()
+    return {name, package, plain, plain.removeprefix(PREFIX)}

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from bt_manip.plugins.entry_points import block_names
 from bt_manip.registry import Parts
 
 BUILTIN = "builtin"
@@ -62,6 +63,11 @@ class Plugin:
         if self.blocked:
             return "blocked"
         return "broken" if self.problem else "ok"
+
+    @property
+    def names(self) -> set[str]:
+        """The names that it can be blocked by."""
+        return block_names(self.name, self.package)
 
     @property
     def label(self) -> str:

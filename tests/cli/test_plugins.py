@@ -177,3 +177,14 @@ def test_a_check_finds_a_command_that_does_not_load(bt_manip, site):
 def test_a_folder_that_is_not_there_is_bad_input(bt_manip, tmp_path):
     code, _, err = bt_manip("list", "--plugins-dir", tmp_path / "nowhere")
     assert code == 2 and "nowhere" in err
+
+
+def test_a_name_to_block_that_nothing_has_is_told_with_the_nearest(bt_manip, site):
+    greeting(site, "bt-manip-polite4")
+    for command in (["list", "scenes"], ["plugins"], ["plugins", "--check"]):
+        code, _, err = bt_manip(*command, "--block", "impedence", "--block", "polite4")
+        assert code == 0
+        (line,) = err.splitlines()
+        assert line.startswith("Warning: --block impedence: there is no such plugin; did you mean ")
+        assert "'impedance'" in line
+    assert "cannot be blocked" in bt_manip("list", "scenes", "--block", "builtin").err

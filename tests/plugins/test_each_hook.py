@@ -81,6 +81,10 @@ def test_register_controllers_makes_controllers_that_can_be_chosen(parts_of):
     assert type(station.controller).__name__ == "Gentle"
 
 
+def test_the_controller_of_the_page_is_good_for_a_whole_task(run):
+    assert "1 placed" in run("register_controllers", "--controller", "gentle", tree="pick_place")
+
+
 def test_register_planners_makes_planners_that_the_arm_asks(parts_of):
     station = build_station(parts_of("register_planners"), planner="patient")
     start = station.arm.q_ref
