@@ -177,10 +177,10 @@ class GraspChoice:
 
     def _clears(self, name: str, one: Ranked, room: HandRoom, simple: bool) -> bool:
         """Tell whether the fingers come to the two places before they touch anything else of it."""
+        if simple:
+            return True  # the hand was placed so
         if room.to(name, one.T_wt) < 0.0:
             return False
-        if simple:
-            return True
         hand, grasp = self._known[name].hand, one.grasp
         early = _EARLY + hand.pad * math.tan(grasp.slant)  # where sides are not parallel
         widest, width = hand.stroke, grasp.width + 2.0 * early
@@ -200,11 +200,13 @@ class GraspChoice:
         """Give grasps with room, as many at once as serve equally well."""
         batch: list[Ranked] = []
         for one in self._roomy(name, ranked, room, refused):
-            alike = not batch or abs(one.cost.total - batch[0].cost.total) < ALIKE
-            if len(batch) == BATCH or not alike:
+            if batch and abs(one.cost.total - batch[0].cost.total) >= ALIKE:
                 yield batch
                 batch = []
             batch.append(one)
+            if len(batch) == BATCH:
+                yield batch
+                batch = []
         if batch:
             yield batch
 

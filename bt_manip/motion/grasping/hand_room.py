@@ -61,7 +61,8 @@ class HandRoom:
         own = model.body_rootid == model.body_rootid[model.site_bodyid[site]]
         solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
         others = np.flatnonzero(solid & ~own[model.geom_bodyid])
-        self._label = labels = {int(g): _entity(cell, int(g)) for g in others}
+        names = [_entity(model, body) for body in range(model.nbody)]
+        self._label = labels = {int(g): names[model.geom_bodyid[g]] for g in others}
         robots = {name for name, entity in cell.entities.items() if isinstance(entity, Robot)}
         left_out = robots.union(ignored)
         self._others = np.array([g for g in labels if labels[g] not in left_out], dtype=int)
@@ -160,8 +161,6 @@ def _pose(position: np.ndarray, matrix: np.ndarray) -> pin.SE3:
     return pin.SE3(matrix.reshape(3, 3).copy(), position.copy())
 
 
-def _entity(cell: Cell, geom: int) -> str:
-    name = mujoco.mj_id2name(
-        cell.model, mujoco.mjtObj.mjOBJ_BODY, int(cell.model.geom_bodyid[geom])
-    )
+def _entity(model: mujoco.MjModel, body: int) -> str:
+    name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body)
     return (name or "").partition("/")[0]
