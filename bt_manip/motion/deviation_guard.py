@@ -68,8 +68,8 @@ class DeviationGuard:
         if blow.max() > LASTING:
             joint = int(blow.argmax())
             return (
-                f"something pushes the arm: joint {joint + 1} takes {abs(impulse[joint]):.2f} N m s "
-                f"at once ({LASTING * self._tolerated[joint]:.2f} N m s are tolerated)"
+                f"something pushes the arm: joint {joint + 1} takes {abs(impulse[joint]):.2f} N m s"
+                f" at once ({LASTING * self._tolerated[joint]:.2f} N m s are tolerated)"
             )
         self._strikes = 0 if share.max() <= 1.0 else self._strikes + 1
         if self._strikes < PATIENCE:
