@@ -20,6 +20,15 @@ def test_the_files_on_the_page_are_tests_that_pass(situations, pytester):
     result.assert_outcomes(passed=sum(code.count("def test_") for _, code in blocks))
 
 
+def test_the_other_examples_on_the_page_use_what_there_is():
+    blocks = re.findall(r"```python\n(?!# )(.*?)```", PAGE.read_text(), re.DOTALL)
+    assert len(blocks) == 2
+    for code in blocks:
+        names: dict[str, object] = {}
+        exec(code, names)
+        assert [name for name in names if name.startswith("test_")]
+
+
 def test_the_page_names_every_fixture():
     from bt_manip.testing import plugin
 
