@@ -90,6 +90,19 @@ def test_what_is_proven_free_is_found_free_by_a_look_at_each(rng, holding):
     assert sure > 0.7 * free
 
 
+def test_things_that_are_taken_for_thicker_are_for_the_proof_too(rng):
+    world, cell = among_many(rng)
+    bodies = np.zeros(cell.model.nbody, dtype=bool)
+    bodies[[cell.body_id(f"thing_{i}") for i in range(5)]] = True
+    free = []
+    for by in (0.0, 0.03):
+        world._near.widen(bodies, by)
+        _, found, sure = compare(world, 12, np.random.default_rng(7))
+        assert sure > 0.6 * found
+        free.append(found)
+    assert free[1] < free[0]
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("seed", range(12))
 def test_no_look_contradicts_what_is_proven_in_many_scenes(seed):

@@ -31,6 +31,20 @@ def test_objects_that_a_test_adds_or_removes_do_not_stay(situations):
     assert station.cell.state_bytes() == before
 
 
+def test_what_was_compiled_for_a_situation_is_there_after_a_test_that_adds_things(situations):
+    station = situations.reset("holding a cube over the table")
+    model, before = station.cell.model, station.cell.state_bytes()
+    for y in (-0.2, -0.3):
+        station.cell.add(station.models.create("cube"), spatial.pose((0.3, y, 1.1)))
+    station.cell.step(10)
+    situations.reset("holding a cube over the table")
+    assert station.cell.model is model
+    assert station.cell.state_bytes() == before
+    station.arm.move_to_configuration(np.full(7, 0.1) + station.arm.q)
+    station.cell.step(20)
+    assert station.gripper.held == ("cube",)
+
+
 def test_a_situation_is_simulated_once(build_station):
     made = []
     situations = built_in_situations(build_station)
