@@ -1,8 +1,11 @@
 """``bt-manip plugins``: which plugins there are, and how they are."""
 
+import contextlib
 import json
 import os
+import sys
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -15,7 +18,7 @@ from bt_manip.cli.plugin_options import (
 )
 
 if TYPE_CHECKING:
-    from bt_manip.plugins import Plugin
+    from bt_manip.plugins import Plugin, Plugins
 
 FAULT = 3
 
@@ -40,6 +43,8 @@ def show_plugins(as_json: bool, check: bool) -> int:
         loaded = load_chosen_plugins()
     commands = _commands()
     problems = [problem for _, problem in commands.values() if problem]
+    if check:
+        problems += _tree_problems(loaded)
     if as_json:
         click.echo(json.dumps([_row(p, commands) for p in loaded.plugins], indent=2))
     elif not check:
@@ -53,6 +58,35 @@ def show_plugins(as_json: bool, check: bool) -> int:
     return FAULT if check and broken else 0
 
 
+def _tree_problems(loaded: "Plugins") -> list[str]:
+    """Read all registered trees, and look for the scenes and controllers that they ask for."""
+    from bt_manip.bt.loading import read_tree
+    from bt_manip.registry import Surroundings, UnknownPartError
+    from bt_manip.runner.xml_tree import known_behaviours
+
+    parts, problems = loaded.parts, []
+    behaviours = known_behaviours(parts)
+    for plugin in loaded.plugins:
+        for name in plugin.provides.get("trees", ()):
+            found = []
+            wants = parts.surroundings.get(name, Surroundings())
+            for there, wanted in (
+                (parts.scenes, wants.scene),
+                (parts.controllers, wants.controller),
+            ):
+                try:
+                    if wanted is not None:
+                        there.owner(wanted)
+                except UnknownPartError as error:
+                    found.append(str(error))
+            path = Path(parts.trees.get(name))
+            if path.suffix == ".xml":
+                read = read_tree(path, behaviours, library=True).problems
+                found += [str(problem) for problem in read if problem.is_error]
+            problems += [f"{plugin.label}: tree '{name}': {what}" for what in found]
+    return problems
+
+
 def _commands() -> Mapping[str, tuple[str, str]]:
     """Load all commands of plugins; give the package and the problem of each."""
     from bt_manip.cli.plugin_commands import BrokenCommandError, plugin_commands
@@ -61,7 +95,8 @@ def _commands() -> Mapping[str, tuple[str, str]]:
     for name, command in plugin_commands(chosen()).items():
         package = command.package.partition(" ")[0]
         try:
-            command.load()
+            with contextlib.redirect_stdout(sys.stderr):  # whatever it prints while it is imported
+                command.load()
             found[name] = (package, "")
         except BrokenCommandError as error:
             found[name] = (package, str(error))

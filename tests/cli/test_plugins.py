@@ -188,3 +188,29 @@ def test_a_name_to_block_that_nothing_has_is_told_with_the_nearest(bt_manip, sit
         assert line.startswith("Warning: --block impedence: there is no such plugin; did you mean ")
         assert "'impedance'" in line
     assert "cannot be blocked" in bt_manip("list", "scenes", "--block", "builtin").err
+
+
+def test_a_check_reads_trees_and_looks_for_where_they_work(bt_manip, site, tmp_path):
+    tree = tmp_path / "typo.xml"
+    tree.write_text('<root BTCPP_format="4"><BehaviorTree ID="M"><Graps/></BehaviorTree></root>')
+    source = f"""
+        from bt_manip import hookimpl
+
+        @hookimpl
+        def register_trees(register):
+            register("typo", {str(tree)!r}, scene="two_tabels", controller="computed_torq")
+    """
+    site("bt-manip-forest", source, "[bt_manip]\nforest = bt_manip_forest\n")
+    code, _, err = bt_manip("plugins", "--check")
+    assert code == 3
+    scene, controller, name = err.splitlines()
+    assert all(line.startswith("Warning: plugin 'forest' 2.5 (") for line in err.splitlines())
+    assert "tree 'typo': unknown scene 'two_tabels'" in scene
+    assert "unknown controller 'computed_torq'; did you mean 'computed_torque'" in controller
+    assert "typo.xml:1:45" in name and "no node is named 'Graps'" in name
+
+
+def test_a_command_that_prints_when_it_is_imported_leaves_the_json_alone(bt_manip, site):
+    greeting(site, "bt-manip-loud", extra="print('here I am')")
+    code, out, err = bt_manip("plugins", "--json")
+    assert code == 0 and json.loads(out) and err == "here I am\n"
