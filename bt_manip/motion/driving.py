@@ -1,6 +1,7 @@
 """Paths from rest to rest, inside all limits."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from bt_manip.robots import RobotModel
 from .bounds import Bounds
 from .effort import ALLOWED
 from .errors import MotionError
-from .jerk_profile import reach_profile
+from .jerk_profile import JerkProfile, reach_profile
 from .limit_check import effort_use
 from .path_timing import GRIDS, time_optimal
 from .paths import Path, StraightPath
@@ -66,17 +67,34 @@ def drive(
     Raises:
         MotionError: When even standing on the way asks too much effort.
     """
-    profile = time_optimal(path, bounds, model, ALLOWED, grids).slowed(1.0 / speed)
-    for _ in range(PASSES):
+    profiles = time_optimal(path, bounds, model, ALLOWED, grids)
+    driven = [_inside(path, profile.slowed(1.0 / speed), bounds, model) for profile in profiles]
+    fastest = min(driven, key=lambda found: (found.effort > ALLOWED, found.trajectory.duration))
+    if fastest.effort > ALLOWED:
+        raise MotionError(
+            f"the motion asks for {100.0 * fastest.effort:.0f} % of an effort limit even when "
+            f"slow, {100.0 * ALLOWED:.0f} % are allowed",
+            reason="effort",
+        )
+    return fastest.trajectory
+
+
+class _Driven(NamedTuple):
+    """A plan, and the largest fraction of an effort limit that it asks for."""
+
+    trajectory: PathTrajectory
+    effort: float
+
+
+def _inside(path: Path, profile: JerkProfile, bounds: Bounds, model: RobotModel) -> _Driven:
+    """Slow a plan until it is inside all limits, or as often as is of use."""
+    for tried in range(PASSES):
         trajectory = PathTrajectory(path, profile, bounds)
         velocity, acceleration, jerk = trajectory.use()
         used = BETWEEN * max(velocity, acceleration**0.5, jerk ** (1 / 3))
-        effort = effort_use(trajectory, model) / ALLOWED
-        if used <= 1.0 and effort <= 1.0:
-            return trajectory
-        profile = profile.slowed(max(1.0005 * used, 1.002 * effort**0.5 if effort > 1.0 else 1.0))
-    raise MotionError(
-        f"the motion asks for {100.0 * effort * ALLOWED:.0f} % of an effort limit even when slow, "
-        f"{100.0 * ALLOWED:.0f} % are allowed",
-        reason="effort",
-    )
+        effort = effort_use(trajectory, model)
+        if used <= 1.0 and effort <= ALLOWED:
+            break
+        slower = (1.0 + 2e-3 * 1.5**tried) * (effort / ALLOWED) ** 0.5 if effort > ALLOWED else 1.0
+        profile = profile.slowed(max(1.0005 * used, slower))
+    return _Driven(trajectory, effort)

@@ -3,8 +3,8 @@
 Time-optimal path parametrisation by reachability, after H. Pham and Q.-C. Pham, "A New Approach to
 Time-Optimal Path Parameterization Based on Reachability Analysis", IEEE T-RO 34 (2018): with
 ``z = ds^2`` and ``u = dds`` every limit on acceleration and effort is linear in u and z. The
-acceleration of the result jumps; it is averaged over a few milliseconds, and the whole is slowed by
-the little that this costs.
+acceleration of the result jumps; it is averaged over a few milliseconds, or over as many as the
+limits of jerk ask for, and the whole is slowed by the little that this costs.
 """
 
 from collections.abc import Sequence
@@ -19,10 +19,13 @@ from .jerk_profile import JerkProfile, reach_profile
 from .paths import Path
 
 GRIDS = (120, 360)  # intervals; the finer one for a curvature that the first is too coarse for
-NODE = 6e-3  # [s] acceleration is linear between nodes, and averaged over two of these
+NODE = 6e-3  # [s] acceleration is linear between nodes, and averaged over two of these, at least
+RAMPS = (0.25, 0.5, 1.0, 1.7)  # nodes, in the time in which a joint's full acceleration can come
 MOST_NODES = 250
 MARGIN = 0.99  # of the limits, for what smoothing shifts
-DAMPED = 0.5  # of what is left of an effort for moving, the most that damping may take
+DAMPED = 0.9  # of what is left of an effort for moving, the most that damping may take
+LITTLE = 0.05  # of an effort: whether damping takes it or not makes no difference
+ROUNDS = 8  # of the speed that damping is taken at, where it takes more
 _TINY = 1e-9
 _STUCK = 1e-3
 
@@ -33,7 +36,7 @@ def time_optimal(
     model: RobotModel,
     allowed: float,
     grids: Sequence[int] = GRIDS,
-) -> JerkProfile:
+) -> list[JerkProfile]:
     """Plan the path parameter from rest at 0 to rest at 1, close to as fast as it goes.
 
     Args:
@@ -44,20 +47,28 @@ def time_optimal(
         grids: Intervals that it is looked at in; a finer one where the path bends too much for
             the first.
 
+    Returns:
+        Plans that are smoothed more and more: which of them is the fastest inside the limits of
+        jerk is for the caller to see.
+
     Raises:
         MotionError: When the arm cannot even stand on the path.
     """
+    ramp = float((bounds.acceleration / bounds.jerk)[: path.nq].max())
+    nodes = sorted({max(NODE, part * ramp) for part in RAMPS})
     for grid in grids:
         s = np.linspace(0.0, 1.0, grid + 1)
         x, d1, d2 = path.evaluate(s, 2)
-        velocity, rates, squares, constants = _constraints(
-            x, d1, d2, path.nq, bounds, model, allowed
-        )
-        most = (MARGIN * velocity / (np.abs(d1) + _TINY)).min(axis=1) ** 2
-        speed = np.sqrt(_fastest(rates, squares, constants, most))
+        limits = _Limits(x, d1, d2, bounds, model, allowed)
+        most = (MARGIN * limits.velocity / (np.abs(d1) + _TINY)).min(axis=1) ** 2
+        damped, speed = 0.5 * np.sqrt(most), np.sqrt(most)
+        for _ in range(ROUNDS if limits.damped else 1):
+            constants = limits.constants(damped)
+            speed = np.sqrt(_fastest(limits.rates, limits.squares, constants, most))
+            damped = 0.5 * (damped + speed)
         if speed[1:-1].min() >= _STUCK * speed.max():
-            return _smoothed(s, speed)
-    return _unhurried(d1, bounds)
+            return [_smoothed(s, speed, node) for node in nodes]
+    return [_unhurried(d1, bounds)]
 
 
 def _unhurried(d1: np.ndarray, bounds: Bounds) -> JerkProfile:
@@ -67,47 +78,64 @@ def _unhurried(d1: np.ndarray, bounds: Bounds) -> JerkProfile:
     return reach_profile((0.0, 0.0, 0.0), 1.0, (least[0], least[1], least[2]))
 
 
-def _constraints(
-    x: np.ndarray,
-    d1: np.ndarray,
-    d2: np.ndarray,
-    nq: int,
-    bounds: Bounds,
-    model: RobotModel,
-    allowed: float,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Give each point's greatest velocity and its limits ``rates u + squares z <= constants``."""
-    still = np.zeros(nq)
-    gravity = np.array([model.rnea(q[:nq], still, still) for q in x])
-    inertia = np.array([model.rnea(q[:nq], still, v[:nq]) for q, v in zip(x, d1, strict=True)])
-    motion = np.array(
-        [model.rnea(q[:nq], v[:nq], a[:nq]) for q, v, a in zip(x, d1, d2, strict=True)]
-    )
-    # Friction is counted in full and damping at full speed, both against the motion. Full speed is
-    # what leaves something to accelerate with: some models' damping takes all efforts there are.
-    free = allowed * model.limits.effort - model.friction
-    spare = np.maximum(free - np.abs(gravity), 0.0)
-    velocity = np.tile(bounds.velocity, (len(x), 1))
-    velocity[:, :nq] = np.minimum(velocity[:, :nq], DAMPED * spare / (model.damping + _TINY))
-    free = free - model.damping * velocity[:, :nq]
-    if (np.abs(gravity) >= free).any():
-        i, joint = np.argwhere(np.abs(gravity) >= free)[0]
-        raise MotionError(
-            f"joint {joint + 1} needs {abs(gravity[i, joint]):.1f} N m to stand on the way; "
-            f"{allowed * model.limits.effort[joint]:.1f} N m are allowed, friction included",
-            reason="effort",
-        )
-    rates = np.hstack([d1, inertia - gravity])
-    squares = np.hstack([d2, motion - gravity])
-    acceleration = np.broadcast_to(MARGIN * bounds.acceleration, d1.shape)
-    above = np.hstack([acceleration, MARGIN * free - gravity])
-    below = np.hstack([acceleration, MARGIN * free + gravity])
-    return (
-        velocity,
-        np.hstack([rates, -rates]),
-        np.hstack([squares, -squares]),
-        np.maximum(np.hstack([above, below]), _TINY),
-    )
+class _Limits:
+    """The limits along a path: ``rates u + squares z <= constants`` at each point.
+
+    Attributes:
+        velocity: The greatest of each coordinate.  # (n, m)
+        rates: What multiplies u.  # (n, k)
+        squares: What multiplies z.  # (n, k)
+        damped: Whether damping takes more than a little of any effort.
+    """
+
+    def __init__(
+        self,
+        x: np.ndarray,
+        d1: np.ndarray,
+        d2: np.ndarray,
+        bounds: Bounds,
+        model: RobotModel,
+        allowed: float,
+    ) -> None:
+        """Look at a path at some points.
+
+        Raises:
+            MotionError: When the arm cannot even stand on the path.
+        """
+        nq = model.nq
+        still = np.zeros(nq)
+        q, v, a = x[:, :nq], d1[:, :nq], d2[:, :nq]
+        gravity = np.array([model.rnea(row, still, still) for row in q])
+        inertia = np.array([model.rnea(row, still, rate) for row, rate in zip(q, v, strict=True)])
+        motion = np.array([model.rnea(*rows) for rows in zip(q, v, a, strict=True)])
+        effort = allowed * model.limits.effort
+        spare = effort - model.friction - np.abs(gravity)
+        if (spare <= 0.0).any():
+            i, joint = np.argwhere(spare <= 0.0)[0]
+            raise MotionError(
+                f"joint {joint + 1} needs {abs(gravity[i, joint]):.1f} N m to stand on the way; "
+                f"{effort[joint]:.1f} N m are allowed, friction included",
+                reason="effort",
+            )
+        # Some models' damping takes all the effort that gravity leaves or adds before the joint is
+        # at full speed.
+        self.velocity = np.tile(bounds.velocity, (len(x), 1))
+        moving = effort - model.friction - np.sign(v) * gravity
+        fastest = DAMPED * moving / (model.damping + _TINY)
+        self.velocity[:, :nq] = np.minimum(self.velocity[:, :nq], fastest)
+        self.damped = bool((model.damping * model.limits.velocity > LITTLE * effort).any())
+        rates, squares = np.hstack([d1, inertia - gravity]), np.hstack([d2, motion - gravity])
+        self.rates, self.squares = np.hstack([rates, -rates]), np.hstack([squares, -squares])
+        self._acceleration = np.broadcast_to(MARGIN * bounds.acceleration, d1.shape)
+        self._effort, self._gravity = MARGIN * effort, gravity
+        self._friction, self._damping = model.friction * np.sign(v), model.damping * v
+
+    def constants(self, speed: np.ndarray) -> np.ndarray:
+        """Give what is left for moving, when damping takes what it does at a speed ``ds``."""
+        lost = self._gravity + self._friction + self._damping * speed[:, np.newaxis]
+        above = np.hstack([self._acceleration, self._effort - lost])
+        below = np.hstack([self._acceleration, self._effort + lost])
+        return np.maximum(np.hstack([above, below]), _TINY)  # (n, k)
 
 
 def _fastest(
@@ -156,11 +184,11 @@ def _admissible(
     return low
 
 
-def _smoothed(s: np.ndarray, speed: np.ndarray) -> JerkProfile:
+def _smoothed(s: np.ndarray, speed: np.ndarray, node: float) -> JerkProfile:
     """Average the acceleration over two nodes and make it linear between them."""
     steps = 2.0 * np.diff(s) / np.maximum(speed[1:] + speed[:-1], _TINY)
     t = np.concatenate([[0.0], np.cumsum(steps)])
-    node = max(NODE, t[-1] / MOST_NODES)
+    node = max(node, t[-1] / MOST_NODES)
     n = int(np.ceil(t[-1] / node))
     node = t[-1] / n
     nodes = node * np.arange(-2, n + 3)

@@ -39,7 +39,7 @@ def pendulum(gravity=0.0, effort=10.0, acceleration=100.0, velocity=100.0, dampi
 
 def timed(model, start=0.0, end=1.0):
     path, bounds = StraightPath([start], [end]), Bounds.of_joints(model.limits)
-    return PathTrajectory(path, time_optimal(path, bounds, model, 1.0), bounds)
+    return PathTrajectory(path, time_optimal(path, bounds, model, 1.0)[0], bounds)
 
 
 def test_with_an_acceleration_limit_alone_it_takes_the_time_of_the_textbook():
