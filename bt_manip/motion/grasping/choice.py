@@ -37,6 +37,7 @@ _SEARCHES = (
     (8, 0.0),
 )  # few first: mostly the nearest serves
 _FROM_ABOVE = math.cos(math.radians(30.0))
+_BEFORE = 0.05  # [rad] that a tool is off which stands before a grasp already
 _TOUCHED = -1e-3  # [m] that what is lifted may be inside what it lies beside
 _EARLY = 3e-3  # [m] on each side before which fingers may touch nothing else of the object
 _THICK = 0.012  # [m] of a finger
@@ -160,7 +161,10 @@ class GraspChoice:
     def _roomy(
         self, name: str, ranked: Iterable[Ranked], room: HandRoom, refused: Refusals
     ) -> Iterator[Ranked]:
-        """Give the grasps at which the hand has room, in their order; last the tightest."""
+        """Give the grasps at which the hand has room, in their order, and then the tight ones.
+
+        Where the tool stands before one already, that had a reason.
+        """
         tight = []
         simple = self._known[name].simple
         for one in islice(ranked, LOOKED_AT):
@@ -169,7 +173,7 @@ class GraspChoice:
                 refused.no_room(there.nearest)
             elif not self._clears(name, one, room, simple):
                 refused.in_itself()
-            elif there.distance < ENOUGH:
+            elif there.distance < ENOUGH and one.away > _BEFORE:
                 tight.append(one)
             else:
                 yield one

@@ -15,6 +15,7 @@ ALIKE = 0.03
 
 _WEIGHTS = (1.0, 0.5, 0.3, 0.3, 0.3, 0.5)  # in the order of `Cost`
 _ASIDE = 10.0  # [rad/m] that moving aside counts, beside turning
+_STILL = 0.3  # [rad] that costs count, where the way to a grasp counts more
 _LEVER = 0.05  # [m] beside the centre of mass at which balance costs all of its weight
 _TIGHT = 5e-3  # [m] on each side below which the fingers have little slack
 
@@ -52,6 +53,8 @@ class Ranked(NamedTuple):
     grasp: Grasp
     T_wt: pin.SE3
     cost: Cost
+    away: float
+    """How far the tool has to turn and to move aside before it can go straight there [rad]."""
 
 
 class Ranking:
@@ -87,7 +90,7 @@ class Ranking:
         self._turn = np.arccos(np.clip(cosine, -1.0, 1.0))
         offset, approach = T_now.translation - place, R[:, :, 2]
         on_axis = np.einsum("ij,ij->i", offset, approach)[:, None] * approach
-        self._aside = np.linalg.norm(offset - on_axis, axis=1)
+        self._away = self._turn + _ASIDE * np.linalg.norm(offset - on_axis, axis=1)
 
     def best_first(self) -> Iterator[Ranked]:
         """Give the grasps by their costs; of those that are alike the one to turn least for."""
@@ -103,10 +106,11 @@ class Ranking:
 
     def nearest_first(self) -> Iterator[Ranked]:
         """Give the grasps by how far the tool has to turn and to move aside for them."""
-        away = self._turn + _ASIDE * self._aside + self._total
-        for i in np.argsort(away, kind="stable"):
+        for i in np.argsort(self._away + _STILL * self._total, kind="stable"):
             yield self._ranked(int(i))
 
     def _ranked(self, i: int) -> Ranked:
         grasp = self._grasps[i]
-        return Ranked(grasp, self._T_wo * grasp.T_ot, Cost(*self._costs[i].tolist()))
+        return Ranked(
+            grasp, self._T_wo * grasp.T_ot, Cost(*self._costs[i].tolist()), float(self._away[i])
+        )
