@@ -228,6 +228,13 @@ def test_a_target_where_another_robot_stands_is_refused_by_its_name(station, lef
     assert refused.value.reason == "robot" and not right.arm.moving
 
 
+def test_another_robot_is_what_its_arm_moves_and_not_its_base(left):
+    bodies = {left.arm.world.other_robot(f"right/{body}") for body in ("link1", "hand")}
+    assert bodies == {"right"}
+    assert left.arm.world.other_robot("right/link0") == ""  # nobody waits for it to go away
+    assert left.arm.world.other_robot("left/hand") == left.arm.world.other_robot("table") == ""
+
+
 def test_a_target_where_another_robot_will_come_to_rest_is_refused(left, right):
     left.arm.move_to_pose(MIDDLE)
     with pytest.raises(MotionError, match="'left' is in the way"):

@@ -6,7 +6,6 @@ import mujoco
 import numpy as np
 
 from bt_manip.cell.labels import Labels
-from bt_manip.cell.naming import entity_of
 from bt_manip.robots import Robot, RobotModel
 
 from .clearance_proof import ClearanceProof
@@ -84,10 +83,12 @@ class CollisionWorld:
         self._near.widen(bodies, CLEARANCE)
 
     def other_robot(self, body: str) -> str:
-        """Name the other robot that a body belongs to, or is held by; empty where none is it."""
-        entity = entity_of(body)
-        found = (o.name for o in self.others if entity in (o.name, o.figure.held))
-        return next(found, "")
+        """Name the other robot whose arm moves a body, or holds it; empty where none does."""
+        label = self._labels.of_body
+        for other in self.others:
+            if any(label[i] == body for i in np.flatnonzero(other.figure.bodies)):
+                return other.name
+        return ""
 
     @property
     def held(self) -> str | None:
