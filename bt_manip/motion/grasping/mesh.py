@@ -18,7 +18,7 @@ _SLOPES = (0.0, math.pi / 4, -math.pi / 4, math.pi / 2, -math.pi / 2)
 _APART = 5e-3  # [m] between the middles of pairs that are not the same
 _WIDER = 0.01  # [m] between widths that are not the same
 _TURNED = 0.3  # [rad] between lines that are not the same
-_OUTWARDS = np.linspace(0.01, 0.1, 10)  # [m] where sides are compared
+_OUTWARDS = 1e-3 * np.array([3.5, 7, 10, 20, 30, 40, 50, 60, 80, 100])  # [m]
 _FLAT = 1e-3  # [m] that a surface may fall back and still carry a pad
 
 

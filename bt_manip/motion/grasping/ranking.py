@@ -13,7 +13,7 @@ from .hand import Hand
 ALIKE = 0.03
 """Grasps whose costs differ by less serve equally well: the arm takes what it is nearer to."""
 
-_WEIGHTS = (1.0, 0.5, 0.3, 0.3, 0.3, 0.5)  # in the order of `Cost`
+_WEIGHTS = (1.0, 0.5, 0.3, 1.0, 0.3, 0.5)  # in the order of `Cost`
 _ASIDE = 10.0  # [rad/m] that moving aside counts, beside turning
 _STILL = 0.3  # [rad] that costs count, where the way to a grasp counts more
 _LEVER = 0.05  # [m] beside the centre of mass at which balance costs all of its weight
