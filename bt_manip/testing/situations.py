@@ -25,9 +25,9 @@ class Situations:
     """Situations by name, as snapshots of one station that is compiled once.
 
     A situation is made when it is first asked for, from the one that it comes after, and kept as
-    a snapshot: from then on a test begins there in a fraction of a millisecond, in some milliseconds
-    after a test that has added objects, and in the time of one compile after one that has taken
-    some of the situation's own away.
+    a snapshot: from then on a test begins there in a fraction of a millisecond, in a few
+    milliseconds after a test that has added objects, and in the time of one compile after one that
+    has taken some of the situation's own away.
     """
 
     def __init__(self, build: Callable[[], Station]) -> None:
