@@ -23,7 +23,7 @@ from .ranking import ALIKE, Ranked, Ranking
 from .refusals import Refusals
 from .solid import solids_of
 
-LOOKED_AT = 64  # grasps whose room is measured, at the most
+LOOKED_AT = 128  # grasps whose room is measured, at the most
 BATCH = 4  # grasps that serve equally well and are solved together
 BATCHES = 6  # at the most
 WAYS = 24  # lines to the object that are looked at, at the most

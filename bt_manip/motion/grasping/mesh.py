@@ -10,9 +10,9 @@ from .hand import Hand
 from .pinch import SLACK, Pinch, across
 from .solid import Solid
 
-SAMPLES = 160  # places that are drawn from the surface
-KEPT = 30  # pairs that are looked at further
-ALIKE = 4  # of them along the same line, at the most
+SAMPLES = 320  # places that are drawn from the surface
+KEPT = 60  # pairs that are looked at further
+ALIKE = 10  # of them along the same line, at the most
 SAFETY = 0.8  # share of the cone of friction that is used
 _SLOPES = (0.0, math.pi / 4, -math.pi / 4, math.pi / 2, -math.pi / 2)
 _APART = 5e-3  # [m] between the middles of pairs that are not the same
