@@ -220,6 +220,28 @@ def test_a_behaviour_that_fails_in_code_of_ours_is_named_too(
     assert json.loads(report.read_text())["status"] == "ERROR"
 
 
+def test_a_behaviour_that_forgets_its_bases_init_is_found_before_anything_runs(
+    bt_manip, folder, tmp_path
+):
+    source = """
+        class Odd(Action):
+            def __init__(self, name=None):
+                self.count = 0
+
+            def update(self):
+                return Status.SUCCESS
+
+
+        @hookimpl
+        def register_behaviours(register): register(Odd)
+    """
+    tree = tmp_path / "odd.xml"
+    tree.write_text(TRIP.replace("Trip", "Odd"))
+    code, _, err = bt_manip("run", tree, "--plugins-dir", folder("clumsy", source))
+    assert code == 2
+    assert "Odd: its class has an __init__ that does not call super's" in err
+
+
 UNMAKEABLE = {
     "its base's _build is forgotten": (
         "class Odd(GravityCompensatedPD):\n    def _build(self, robot): pass",

@@ -161,6 +161,8 @@ class Builder:
                     node = cls(name_given, *children, **ports)
                 else:
                     node = cls(name_given, **ports)
+                    if not hasattr(node, "children"):
+                        raise TypeError("its class has an __init__ that does not call super's")
                     node.orphans = tuple(children)
                 if rule is not None:
                     node.ports = replaced.ports  # type: ignore[misc]
