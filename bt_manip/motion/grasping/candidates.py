@@ -28,9 +28,9 @@ SampledPairs = list[tuple[np.ndarray, np.ndarray, float, float]]
 class Candidates:
     """Lists the grasps of one object, however it lies.
 
-    A box, a cylinder, a capsule and a ball are gripped where their shape says. Anything else, and
-    what is put together of several solids, is gripped at pairs of places that are sampled, once;
-    the parts that have a shape of their own, there too.
+    Boxes, cylinders, capsules and balls are gripped where their shape says, up to eight of them in
+    one object. Anything else, and what is put together of more, is gripped at pairs of places that
+    are sampled, once.
     """
 
     def __init__(
@@ -51,10 +51,11 @@ class Candidates:
             rng: What places on its surface are drawn from.
         """
         self.name, self.solids, self.hand = name, list(solids), hand
-        self.simple = len(self.solids) == 1 and self.solids[0].kind in _SHAPES
+        shaped = len(self.solids) <= MANY and all(solid.kind in _SHAPES for solid in self.solids)
+        self.simple = shaped and len(self.solids) == 1
         self.centre = np.array(centre)
         self._pairs: SampledPairs = []
-        if not self.simple:
+        if not shaped:
             self._pairs = sampled_pairs(self.solids, hand, self.centre, rng)
 
     def grasps(self, down: np.ndarray) -> GraspTable:
