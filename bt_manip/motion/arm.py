@@ -343,11 +343,11 @@ class Arm:
             return
         self._reference.advance(dt)
         if self._guarded and self._reference.step % EVERY == 0 and self.moving and not self.fault:
-            self._look()
+            self._look(dt)
 
-    def _look(self) -> None:
+    def _look(self, dt: float) -> None:
         """Stop when something pushes the arm, and remember why."""
-        fault = "" if self.guard is None else self.guard.look(self.model, self.v)
+        fault = "" if self.guard is None else self.guard.look(self.model, self.v, self.a, dt)
         if fault:
             touching = "" if self.world is None else self.world.touching_now()
             self.give_up(f"{fault}; {touching}" if touching else fault)
@@ -371,7 +371,7 @@ class Arm:
             trajectory = self.traffic.give_way(self, trajectory)
         self.fault, self._guarded = "", guarded and self.world is not None
         if self.guard is not None:
-            self.guard.begin(self.model, self.v)
+            self.guard.begin(self.model, self.v, self.a)
         self._reference.begin(trajectory, self.model)
         if self.traffic is not None and self.pace < 1.0:
             self.traffic.changed(self)
