@@ -21,7 +21,13 @@ from .jerk_profile import JerkProfile
 STEP = 1e-3  # [s] in which the clock's jerk is constant
 MOST_STEPS = 4000
 LANDING = 0.97  # of the limits of jerk, for coming back to nought
-MARGINS = (0.999, 0.99, 0.97, 0.94, 0.9, 0.85, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)  # of the limits
+# Fractions of the limits, and the time [s] that is looked ahead for limits that become narrower.
+TRIALS = (
+    (0.999, 0.0), (0.99, 0.0), (0.97, 0.0), (0.999, 5e-3), (0.97, 5e-3), (0.999, 12e-3),
+    (0.97, 12e-3), (0.94, 0.0), (0.9, 0.0), (0.9, 12e-3), (0.85, 0.0), (0.8, 0.0), (0.7, 0.0),
+    (0.6, 0.0), (0.5, 0.0), (0.4, 0.0), (0.3, 0.0), (0.2, 0.0),
+)  # fmt: skip
+LOOK = 2.5e-3  # [s] between the places ahead that are looked at
 _CHUNK = 64  # places whose limits are computed at once
 _TINY = 1e-12
 
@@ -63,14 +69,16 @@ def halting_clocks(
     if state[1] <= _TINY:
         return
     limits = _Limits(curve, state[0], state[1] * STEP, model, allowed)
-    for margin in MARGINS:
+    for margin, ahead in TRIALS:
         limits.use(margin)
-        profile = _halted(limits, state, curve.end)
+        profile = _halted(limits, state, curve.end, ahead)
         if profile is not None:
             yield profile
 
 
-def _halted(limits: "_Limits", state: tuple[float, float, float], end: float) -> JerkProfile | None:
+def _halted(
+    limits: "_Limits", state: tuple[float, float, float], end: float, ahead: float
+) -> JerkProfile | None:
     """Go forward with the lowest change of the pace until it rests; None behind the end."""
     s, p, u = state
     segments: list[list[float]] = []
@@ -86,6 +94,9 @@ def _halted(limits: "_Limits", state: tuple[float, float, float], end: float) ->
             return JerkProfile(segments, t + ramp, s) if s <= end else None
         there = limits.at(s + h * (p + 0.5 * h * u))
         lowest = limits.lowest(here, there, (p, u), max(0.0, p + h * u), h)
+        for k in range(1, round(ahead / LOOK) + 1):
+            least, _ = limits.between(limits.at(s + k * LOOK * p), p)
+            lowest = max(lowest, min(least, max(u, 0.0)))
         if lowest < 0.0 and 2.0 * p + h * (u + lowest) < lowest * lowest / steepest:
             landing = True  # at this step's end the greatest jerk is just enough
             root = h * h + 4.0 * max(0.0, 2.0 * p + h * u) / steepest
@@ -160,6 +171,15 @@ class _Limits:
         """Give the greatest jerk of a clock that is about to rest."""
         return float((self._jerk / np.maximum(np.abs(here[0, : self._m]), _TINY)).min())
 
+    def between(self, there: np.ndarray, pace: float) -> tuple[float, float]:
+        """Give the change of the pace that acceleration and effort allow: from, and to."""
+        moves = np.abs(there[0]) > 1e-9
+        rate = np.where(moves, there[0], 1.0)
+        rest = np.sign(rate) * (there[1] * (pace * pace) + there[2] * pace + there[3])
+        least = np.where(moves, (-rest - self._bound) / np.abs(rate), -np.inf).max()
+        most = np.where(moves, (-rest + self._bound) / np.abs(rate), np.inf).min()
+        return float(least), float(most)
+
     def lowest(
         self,
         here: np.ndarray,
@@ -170,18 +190,16 @@ class _Limits:
     ) -> float:
         """Give the lowest change of the pace at the end of a step."""
         p, u = now
-        rates = there[0]
-        moves = np.abs(rates) > 1e-9
-        rate = np.where(moves, rates, 1.0)
-        rest = there[1] * (pace * pace) + there[2] * pace + there[3]
-        most = np.where(moves, (np.sign(rate) * -rest + self._bound) / np.abs(rate), np.inf).min()
-        least = np.where(moves, (np.sign(rate) * -rest - self._bound) / np.abs(rate), -np.inf).max()
+        least, most = self.between(there, pace)
         m = self._m
-        rate, moves = rate[:m], moves[:m]
+        moves = np.abs(there[0, :m]) > 1e-9
+        rate = np.where(moves, there[0, :m], 1.0)
         before = here[0, :m] * u + here[1, :m] * (p * p)
         to_go = np.sign(rate) * (before - there[1, :m] * (pace * pace))
         jerk = step * self._jerk
         first = np.where(moves, (to_go - jerk) / np.abs(rate), -np.inf).max()
         last = np.where(moves, (to_go + jerk) / np.abs(rate), np.inf).min()
         wanted = least if least <= most else 0.5 * (least + most)
+        # Where joints brake with all they have already, the clock waits instead of going faster.
+        wanted = min(wanted, max(u, 0.0))
         return float(min(max(wanted, first), last) if first <= last else 0.5 * (first + last))

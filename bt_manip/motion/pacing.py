@@ -6,6 +6,7 @@ allow is known at each moment, and the fastest change of the pace is found by go
 """
 
 from collections.abc import Iterator
+from itertools import chain
 
 import numpy as np
 
@@ -44,8 +45,12 @@ def paced(
     if clock[0] >= whole.duration:
         return None
     worst = max(ALLOWED, effort_use(whole, model))
-    trials = _halted(whole, clock, model) if pace == 0.0 else _changed(whole, clock, pace, model)
+    trials = _changed(whole, clock, pace, model)
+    if pace == 0.0:  # what is averaged takes longer, but bears limits that become narrower
+        trials = chain(_halted(whole, clock, model), trials)
     for trial in trials:
+        if pace == 0.0 and trial.complete:
+            continue
         inside = limit_use(trial, model.limits)._replace(position=0.0).inside
         if inside and effort_use(trial, model) <= worst:
             return trial
@@ -70,6 +75,8 @@ def _changed(
     rates, squares, limits = _constraints(whole, moments, model)
     for margin in MARGINS:
         speed = _change(rates, squares, limits, moments, present, pace, margin)
+        if pace == 0.0 and speed[-1] > 0.0:
+            continue  # it would not come to rest before the end
         yield PacedTrajectory(whole, _smoothed(moments, speed, clock, whole.duration))
 
 
