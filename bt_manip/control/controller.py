@@ -11,7 +11,7 @@ from numpy import ndarray
 from bt_manip.control.exceptions import ControlError, ControllerFault
 from bt_manip.control.reference import Hold, Reference
 from bt_manip.control.watch import problem_with
-from bt_manip.robots import Payload, Robot, RobotModel
+from bt_manip.robots import Payload, Robot, RobotModel, part_of
 
 FLOAT = np.dtype(np.float64)
 
@@ -130,8 +130,8 @@ class Controller(composer.Entity):
         # A controller that works in place on what it is given must not move the physics.
         self._qpos, self._qvel = data.qpos.view(), data.qvel.view()
         self._qpos.flags.writeable = self._qvel.flags.writeable = False
-        self._q_index, self._v_index = _index(robot.qpos_adr), _index(robot.dof_adr)
-        self._ctrl_index = _index(robot.ctrl_adr)
+        self._q_index, self._v_index = part_of(robot.qpos_adr), part_of(robot.dof_adr)
+        self._ctrl_index = part_of(robot.ctrl_adr)
 
     def initialize_episode(
         self, physics: mjcf.Physics, random_state: np.random.RandomState
@@ -235,11 +235,3 @@ class Controller(composer.Entity):
 
     def _model_changed(self) -> None:
         """Take up a new model; for subclasses that keep parts of it."""
-
-
-def _index(addresses: np.ndarray) -> slice | np.ndarray:
-    """Address the arm's part of an array: by a slice, which is fastest, where it lies together."""
-    first = int(addresses[0])
-    if np.array_equal(addresses, np.arange(first, first + len(addresses))):
-        return slice(first, first + len(addresses))
-    return addresses.copy()

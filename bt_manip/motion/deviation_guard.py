@@ -1,6 +1,6 @@
 """Notice that something pushes the arm."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -42,7 +42,7 @@ class DeviationGuard:
         self.bounds = SHARE * model.limits.effort + FRICTION * model.friction
         self._tolerated = self.bounds.copy()
         self._strikes = 0
-        self._error, self._astray = np.zeros((2, model.nq))
+        self._last = _Moment(*np.zeros((5, model.nq)))
 
     def begin(self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray) -> None:
         """Tolerate what there is when a motion begins.
@@ -52,12 +52,10 @@ class DeviationGuard:
             v_ref: Velocity of its reference [rad/s].  # (nq,)
             a_ref: Acceleration of its reference [rad/s2].  # (nq,)
         """
-        robot = self._robot
-        effort = model.rnea(robot.q, robot.v, robot.a) - self._commanded(model)
+        self._last = now = self._moment(model, v_ref, a_ref)
+        effort = model.rnea(now.q, now.v, self._robot.a) - now.commanded
         self._tolerated = self.bounds + AT_FIRST * np.abs(effort)
         self._strikes = 0
-        self._error = robot.v - v_ref
-        self._astray = self._commanded(model) - model.rnea(robot.q, robot.v, a_ref)
 
     def look(self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray, dt: float) -> str:
         """Look at the last control step, and at what has come of those since the last look.
@@ -71,21 +69,23 @@ class DeviationGuard:
         Returns:
             What is wrong, once it is so for long enough; empty otherwise.
         """
-        robot = self._robot
-        q, v = robot.q, robot.v
-        commanded, expected = self._commanded(model), model.rnea(q, v, a_ref)
-        effort = model.rnea(q, v, robot.a) - commanded
-        astray, error = commanded - expected, v - v_ref
-        change = model.rnea(q, v, a_ref + (error - self._error)) - expected
-        impulse = _unexplained(change, EVERY * dt * self._astray, EVERY * dt * astray)
-        self._error, self._astray = error, astray
-        share, blow = np.abs(effort) / self._tolerated, np.abs(impulse) / self._tolerated
-        if blow.max() > LASTING:
-            joint = int(blow.argmax())
-            return (
-                f"something pushes the arm: joint {joint + 1} takes {abs(impulse[joint]):.2f} N m s"
-                f" at once ({LASTING * self._tolerated[joint]:.2f} N m s are tolerated)"
-            )
+        before, now = self._last, self._moment(model, v_ref, a_ref)
+        self._last = now
+        a = self._robot.a
+        needed = model.rnea(now.q, now.v, a)
+        change = model.rnea(now.q, now.v, a + (now.error - before.error)) - needed
+        if (np.abs(change) > LASTING * self._tolerated).any():
+            time = EVERY * dt
+            impulse = _unexplained(change, time * before.astray(model), time * now.astray(model))
+            blow = np.abs(impulse) / self._tolerated
+            if blow.max() > LASTING:
+                joint = int(blow.argmax())
+                return (
+                    f"something pushes the arm: joint {joint + 1} takes {abs(impulse[joint]):.2f} "
+                    f"N m s at once ({LASTING * self._tolerated[joint]:.2f} N m s are tolerated)"
+                )
+        effort = needed - now.commanded
+        share = np.abs(effort) / self._tolerated
         self._strikes = 0 if share.max() <= 1.0 else self._strikes + 1
         if self._strikes < PATIENCE:
             return ""
@@ -95,23 +95,37 @@ class DeviationGuard:
             f"are not of its motion ({self._tolerated[joint]:.1f} N m are tolerated)"
         )
 
-    def _commanded(self, model: RobotModel) -> np.ndarray:
-        """Give what the motors make, dry friction included, damping not [N m]."""  # (nq,)
-        return self._robot.tau - model.damping * self._robot.v
+    def _moment(self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray) -> "_Moment":
+        robot = self._robot
+        v = robot.v
+        return _Moment(robot.q, v, v - v_ref, a_ref.copy(), robot.tau - model.damping * v)
 
     def get_state(self) -> dict[str, Any]:
         """Give what is remembered between looks as plain data."""
         return {
             "tolerated": self._tolerated.tolist(),
             "strikes": self._strikes,
-            "error": self._error.tolist(),
-            "astray": self._astray.tolist(),
+            "last": [part.tolist() for part in self._last],
         }
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Take back what `get_state` gave."""
         self._tolerated, self._strikes = np.array(state["tolerated"]), state["strikes"]
-        self._error, self._astray = np.array(state["error"]), np.array(state["astray"])
+        self._last = _Moment(*(np.array(part) for part in state["last"]))
+
+
+class _Moment(NamedTuple):
+    """What was seen at a look; each of shape (nq,)."""
+
+    q: np.ndarray  # [rad]
+    v: np.ndarray  # [rad/s]
+    error: np.ndarray  # [rad/s] of the velocity, against that of the reference
+    a_ref: np.ndarray  # [rad/s2]
+    commanded: np.ndarray  # [N m] what the motors make, without what damping takes of it
+
+    def astray(self, model: RobotModel) -> np.ndarray:
+        """Give the effort by which the motors accelerate the arm away from its reference [N m]."""
+        return self.commanded - model.rnea(self.q, self.v, self.a_ref)
 
 
 def _unexplained(change: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ import numpy as np
 import pinocchio as pin
 from dm_control import composer, mjcf
 
+from .addresses import part_of
 from .assembly import assemble, find_element
 from .errors import RobotError
 from .finger_travel import FingerTravel, direct_travel, is_direct, measure_travel
@@ -130,6 +131,11 @@ class Robot(composer.Entity):
 
         arm, gripper = joints(self.arm_joints), joints(self.gripper_joints)
         self.qpos_adr, self.dof_adr = model.jnt_qposadr[arm], model.jnt_dofadr[arm]
+        data, dofs = self.mj_data, part_of(self.dof_adr)
+        self._q = data.qpos, part_of(self.qpos_adr)
+        self._v, self._a, self._tau = [
+            (x, dofs) for x in (data.qvel, data.qacc, data.qfrc_actuator)
+        ]
         self.gripper_qpos_adr = model.jnt_qposadr[gripper]
         moving = joints(self._moving)
         self._moving_qpos_adr = model.jnt_qposadr[moving]
@@ -170,22 +176,26 @@ class Robot(composer.Entity):
     @property
     def q(self) -> np.ndarray:
         """Positions of the arm's joints, a copy [rad]."""  # (nq,)
-        return self.mj_data.qpos[self.qpos_adr]
+        numbers, part = self._q
+        return numbers[part].copy()
 
     @property
     def v(self) -> np.ndarray:
         """Velocities of the arm's joints, a copy [rad/s]."""  # (nq,)
-        return self.mj_data.qvel[self.dof_adr]
+        numbers, part = self._v
+        return numbers[part].copy()
 
     @property
     def a(self) -> np.ndarray:
         """Accelerations of the arm's joints in the last step, a copy [rad/s2]."""  # (nq,)
-        return self.mj_data.qacc[self.dof_adr]
+        numbers, part = self._a
+        return numbers[part].copy()
 
     @property
     def tau(self) -> np.ndarray:
         """Efforts that the arm's motors made in the last step, a copy [N m]."""  # (nq,)
-        return self.mj_data.qfrc_actuator[self.dof_adr]
+        numbers, part = self._tau
+        return numbers[part].copy()
 
     @property
     def tool_pose(self) -> pin.SE3:
