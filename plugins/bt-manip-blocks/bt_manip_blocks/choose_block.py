@@ -3,10 +3,10 @@
 from typing import Any
 
 from bt_manip.behaviours.poses import GRIP_HEIGHT, centre_pose, grips_from_above
-from bt_manip.motion.grasping import HandRoom, with_room
 from bt_manip.bt import Input, Output, Status, SyncAction
 from bt_manip.cell import Cell, CellError
 from bt_manip.motion import Arm
+from bt_manip.motion.grasping import HandRoom, with_room
 from bt_manip_blocks.coloured_block import ColouredBlock
 
 
