@@ -339,10 +339,11 @@ class Arm:
 
     def advance(self, dt: float) -> None:
         """Move the reference on by a control step [s]."""
-        if self._reference.trajectory is None:
+        reference = self._reference
+        if reference.trajectory is None:
             return
-        self._reference.advance(dt)
-        if self._guarded and self._reference.step % EVERY == 0 and self.moving and not self.fault:
+        reference.advance(dt)
+        if self._guarded and not reference.step % EVERY and self.moving and not self.fault:
             self._look(dt)
 
     def _look(self, dt: float) -> None:
