@@ -66,7 +66,7 @@ class Contents:
 
     @compiles_kept.setter
     def compiles_kept(self, limit: int) -> None:
-        self._assembly.cache.limit = limit
+        self._assembly.cache.limit = self._inventory.spares.limit = limit
 
     # What is in it
 

@@ -11,6 +11,7 @@ from bt_manip.cell.exceptions import CellError
 from bt_manip.cell.model_writer import ModelWriter
 from bt_manip.cell.naming import name_elements
 from bt_manip.cell.placement import Factory, Placement
+from bt_manip.cell.spares import Spares
 from bt_manip.exceptions import did_you_mean
 
 
@@ -29,6 +30,7 @@ class Inventory:
         """The same by name, without what is attached to them."""
         self.accepted: dict[str, float] = {}
         """How deep what has come since the last compile may be inside something else [m]."""
+        self.spares = Spares(self._writer.changes)
 
     def find(self, name: str) -> Placement:
         """Give the placement of a name.
@@ -45,7 +47,7 @@ class Inventory:
     def attach(self, name: str, placement: Placement, *, fresh: bool = True) -> None:
         """Put an entity into the arena, under a name."""
         entity = placement.entity
-        with self._revising():
+        with self._revising(), self._writer.changes.travelling(entity.mjcf_model):
             entity.mjcf_model.model = name
             for part in entity.iter_entities():
                 name_elements(part.mjcf_model)
@@ -60,11 +62,13 @@ class Inventory:
 
     def detach(self, name: str) -> None:
         """Take an entity out of the arena."""
-        entity = self.placed.pop(name).entity
+        placement = self.placed.pop(name)
         self.arrived.pop(name, None)
-        self._writer.forget(entity.mjcf_model)
-        with self._revising():
-            entity.detach()
+        model = placement.entity.mjcf_model
+        self._writer.forget(model)
+        with self._revising(), self._writer.changes.travelling(model):
+            placement.entity.detach()
+        self.spares.keep(name, placement)
 
     def relocate(self, name: str, placement: Placement) -> None:
         """Put an entity that is here at another pose."""
@@ -107,7 +111,7 @@ class Inventory:
             if known is not None and known.describe(name) == entry:
                 self.attach(name, known, fresh=False)
             elif factory is not None:
-                self.attach(name, Placement.made(entry, factory))
+                self.attach(name, self.spares.take(entry) or Placement.made(entry, factory))
             else:
                 raise CellError(
                     f"the state has a '{name}' that this cell lacks, and no way to make it"

@@ -11,6 +11,8 @@ import numpy as np
 from dm_control import mjcf
 from lxml import etree
 
+from bt_manip.cell.own_changes import OwnChanges, attached_to, with_attached
+
 _PLAIN_MESH = {
     "name", "class", "vertex", "face", "scale", "inertia", "maxhullvert",
     "smoothnormal", "refpos", "refquat",
@@ -42,6 +44,7 @@ class ModelWriter:
         """Begin with nothing written."""
         self._root = root
         self._texts: dict[int, _Text] = {}
+        self.changes = OwnChanges(root)
 
     def forget(self, model: mjcf.RootElement) -> None:
         """Write a model anew the next time; needed when it is taken out of the arena."""
@@ -49,7 +52,7 @@ class ModelWriter:
 
     def key(self) -> Hashable:
         """Give what is equal for as long as no attached model comes, goes or changes."""
-        return tuple((model, self._key(model)) for model in _attached(self._root))
+        return tuple((model, self._key(model)) for model in attached_to(self._root))
 
     def compile(self, models: Iterable[mjcf.RootElement]) -> mujoco.MjModel:
         """Compile the arena.
@@ -98,7 +101,7 @@ class ModelWriter:
         own = "".join(_written(child, self._root, {}) for child in default.all_children())
         name = quoteattr(default.dclass or "/")
         parts = [f"<default><default class={name}>{own}</default>"]
-        for model in _attached(self._root):
+        for model in attached_to(self._root):
             known = texts.get(id(model))
             parts.append(known.sections["default"] if known else self._default_of(model))
         return "".join([*parts, "</default>"])
@@ -127,17 +130,12 @@ class ModelWriter:
         return _Text(key, sections, assets)
 
     def _key(self, model: mjcf.RootElement) -> tuple[Any, ...]:
-        """Give what changes when a model changes.
-
-        A name scope counts its revisions, and those of the scopes around it: the difference to the
-        arena's counts its own.
-        """
+        """Give what changes when a model changes, or the frame that it stands in."""
         frame = mjcf.get_attachment_frame(model)
         joints = [child for child in frame.all_children() if child.root is self._root]
-        around = self._root.namescope.revision
         return (
             model.full_identifier,
-            *(part.namescope.revision - around for part in _with_attached(model)),
+            *self.changes.of(model),
             *(_attributes(element) for element in (frame, *joints)),
         )
 
@@ -151,22 +149,11 @@ class ModelWriter:
     def _files(self, kept: dict[int, Any]) -> Iterator[Any]:
         """Give the files of the arena itself, and of attached models whose texts are not kept."""
         models = [self._root]
-        for model in _attached(self._root):
+        for model in attached_to(self._root):
             if id(model) not in kept:
-                models += _with_attached(model)
+                models += with_attached(model)
         for model in models:
             yield from (file for file in model.namescope.files if file.value)
-
-
-def _attached(model: mjcf.RootElement) -> list[mjcf.RootElement]:
-    # The only way that PyMJCF has to ask for them, if they may be empty.
-    return list(model._attachments.values())
-
-
-def _with_attached(model: mjcf.RootElement) -> Iterator[mjcf.RootElement]:
-    yield model
-    for part in _attached(model):
-        yield from _with_attached(part)
 
 
 def _attributes(element: Any) -> tuple[Any, ...]:

@@ -126,3 +126,57 @@ def test_no_more_are_kept_than_asked_for():
     for name in ("b", "a"):
         cell.remove(name)
     assert cell.model is not first
+
+
+def make(entry):
+    return objects.Cube(**entry["parameters"])
+
+
+def test_what_was_taken_out_stands_there_again_without_a_compile():
+    cell = make_cell()
+    cell.step(20)
+    model, state = cell.model, cell.snapshot()
+    cell.remove("cube")
+    cell.restore(state, make)
+    assert cell.model is model
+
+
+def test_what_comes_back_goes_on_as_what_is_made_anew_to_the_last_bit():
+    def history(kept: int) -> list[bytes]:
+        cell = make_cell(kept)
+        cell.step(180)
+        state = cell.snapshot()
+        states = []
+        for _ in range(3):
+            cell.step(7)
+            cell.remove("cube")
+            cell.step(20)
+            cell.restore(state, make)
+            cell.step(30)
+            states.append(cell.state_bytes())
+        return states
+
+    assert history(3) == history(0)
+
+
+@pytest.mark.parametrize("removed_first", [True, False])
+def test_what_was_edited_by_hand_does_not_come_back(removed_first):
+    cell = make_cell()
+    state = cell.snapshot()
+    cube = cell.remove("cube") if removed_first else cell.find("cube")
+    cube.mjcf_model.find_all("geom")[0].rgba = (0.1, 0.2, 0.3, 1.0)
+    if not removed_first:
+        cell.remove("cube")
+    cell.restore(state, make)
+    assert cell.find("cube") is not cube
+    assert not any(np.allclose(colour, (0.1, 0.2, 0.3, 1.0)) for colour in cell.model.geom_rgba)
+
+
+def test_what_stands_elsewhere_by_now_is_left_there():
+    cell, other = make_cell(), Cell()
+    state = cell.snapshot()
+    cube = cell.remove("cube")
+    other.add(cube, BESIDE)
+    cell.restore(state, make)
+    assert cell.find("cube") is not cube
+    assert "cube" in other.objects
