@@ -1,6 +1,7 @@
 """Quintic splines over equal steps of a parameter."""
 
 from functools import lru_cache
+from math import perm
 
 import numpy as np
 
@@ -19,6 +20,8 @@ _TO_POWERS = (
     )
     / 120.0
 )
+# Factors that the derivatives (rows) of the powers 0 to 5 have: 1; 1 2 3 4 5; 2 6 12 20; ...
+_FALLING = [[float(perm(power, derivative)) for power in range(6)] for derivative in range(6)]
 _AT_KNOT = np.array([1, 26, 66, 26, 1]) / 120.0
 _SIXTH_DIFFERENCE = np.array([1, -6, 15, -20, 15, -6, 1])
 
@@ -50,8 +53,7 @@ class UniformSpline:
         for derivative in range(order + 1):
             value = np.zeros_like(powers[0])
             for power in range(5, derivative - 1, -1):
-                falling = float(np.prod(np.arange(power - derivative + 1, power + 1)))
-                value = value * x + falling * powers[power]
+                value = value * x + _FALLING[derivative][power] * powers[power]
             found.append(value * float(self._n) ** derivative)
         return found
 
