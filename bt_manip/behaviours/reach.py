@@ -32,7 +32,8 @@ class Reach(GrippingBehaviour):
             centre, a = centre_pose(self.cell, self.object).translation, T_wt.rotation[:, 2]
             deeper = -self.height - float(a @ (T_wt.translation - centre))
             T_wt = T_wt * pin.SE3(np.eye(3), np.array([0.0, 0.0, deeper]))
-        self.choice.check_room(self.object, T_wt)
+        if self.height is not None or self.grasp:  # the nearest was chosen by its room
+            self.choice.check_room(self.object, T_wt)
         self.arm.move_linear(T_wt, speed=self.speed)
 
     def _grip(self) -> pin.SE3:
