@@ -92,9 +92,11 @@ def _inside(path: Path, profile: JerkProfile, bounds: Bounds, model: RobotModel)
         trajectory = PathTrajectory(path, profile, bounds)
         velocity, acceleration, jerk = trajectory.use()
         used = BETWEEN * max(velocity, acceleration**0.5, jerk ** (1 / 3))
+        if used > 1.0:  # slower in any case: its efforts need not be known
+            profile = profile.slowed(1.0005 * used)
+            continue
         effort = effort_use(trajectory, model)
-        if used <= 1.0 and effort <= ALLOWED:
-            break
-        slower = (1.0 + 2e-3 * 1.5**tried) * (effort / ALLOWED) ** 0.5 if effort > ALLOWED else 1.0
-        profile = profile.slowed(max(1.0005 * used, slower))
-    return _Driven(trajectory, effort)
+        if effort <= ALLOWED:
+            return _Driven(trajectory, effort)
+        profile = profile.slowed((1.0 + 2e-3 * 1.5**tried) * (effort / ALLOWED) ** 0.5)
+    return _Driven(trajectory, effort_use(trajectory, model))
