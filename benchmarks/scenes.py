@@ -1,5 +1,6 @@
 """Scenes to plan in: a wall between two places, and obstacles drawn from a seed."""
 
+import contextlib
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -11,7 +12,13 @@ from dm_control import composer, mjcf
 from bt_manip import spatial
 from bt_manip.cell import Cell
 from bt_manip.control import ComputedTorque, GripperController
-from bt_manip.motion import Arm, CollisionWorld, DeviationGuard, InverseKinematics
+from bt_manip.motion import (
+    Arm,
+    CollisionWorld,
+    DeviationGuard,
+    InverseKinematics,
+    MotionError,
+)
 from bt_manip.robots import Robot, RobotDescription, panda
 
 TOP = ((0.7, 1.2, 0.1), (0.55, 0.0, -0.05))
@@ -55,6 +62,9 @@ class Planned(NamedTuple):
     arm: Arm
     open: np.ndarray
     name: str
+
+
+TURNS = (0.0, 0.5 * np.pi)  # of the hand: not every arm reaches every place with each
 
 
 def build(
@@ -103,18 +113,30 @@ def wall(
         ("box", 0.5 * scale * np.array(size), spatial.pose(scale * np.array(at)))
         for size, at in (TOP, WALL)
     ]
-    left, right = (
-        spatial.pointing_down(scale * np.array((0.5, y, 0.12)), 0.0) for y in (0.25, -0.25)
-    )
-    return build(boxes, description), left, right
+    planned = build(boxes, description)
+    for turn in TURNS:
+        left, right = (
+            spatial.pointing_down(scale * np.array((0.5, y, 0.12)), turn) for y in (0.25, -0.25)
+        )
+        with contextlib.suppress(MotionError):
+            free_start(planned, left)
+            free_start(planned, right)
+            break
+    return planned, left, right
 
 
 def free_start(planned: Planned, T_wt: pin.SE3) -> np.ndarray:
-    """Give a configuration with the tool at a pose that touches nothing, near home."""
+    """Give a configuration with the tool at a pose that touches nothing, near home.
+
+    Raises:
+        MotionError: When none was found.
+    """
     arm = planned.arm
     assert arm.world is not None
-    found = arm.ik.solutions(T_wt, arm.model.home, margin=0.05)
-    return next(result.q for result in found if not arm.world.near(result.q))
+    for found in arm.ik.solutions(T_wt, arm.model.home, margin=0.05):
+        if not arm.world.near(found.q):
+            return found.q
+    raise MotionError("no free configuration was found", reason="unreachable")
 
 
 def random_scene(
