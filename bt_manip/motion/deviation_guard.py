@@ -9,6 +9,7 @@ from bt_manip.robots import Robot, RobotModel
 EVERY = 7  # control steps between two looks
 PATIENCE = 2  # looks in a row in which a joint takes too much
 LASTING = 7e-3  # [s] a blow is one that a tolerated effort would take longer for
+CARRYING = 12e-3  # [s] the same with something held, which gives way between the fingers
 SHARE = 0.03  # of a joint's effort limit that an unmeant effort has to exceed
 AT_FIRST = 1.5  # times what presses on it when a motion begins
 FRICTION = 2.2  # of a joint's dry friction, whose direction is uncertain around rest
@@ -74,15 +75,16 @@ class DeviationGuard:
         a = self._robot.a
         needed = model.rnea(now.q, now.v, a)
         change = model.rnea(now.q, now.v, a + (now.error - before.error)) - needed
-        if (np.abs(change) > LASTING * self._tolerated).any():
+        tolerated = (CARRYING if model.payload else LASTING) * self._tolerated
+        if (np.abs(change) > tolerated).any():
             time = EVERY * dt
             impulse = _unexplained(change, time * before.astray(model), time * now.astray(model))
-            blow = np.abs(impulse) / self._tolerated
-            if blow.max() > LASTING:
+            blow = np.abs(impulse) / tolerated
+            if blow.max() > 1.0:
                 joint = int(blow.argmax())
                 return (
                     f"something pushes the arm: joint {joint + 1} takes {abs(impulse[joint]):.2f} "
-                    f"N m s at once ({LASTING * self._tolerated[joint]:.2f} N m s are tolerated)"
+                    f"N m s at once ({tolerated[joint]:.2f} N m s are tolerated)"
                 )
         effort = needed - now.commanded
         share = np.abs(effort) / self._tolerated
