@@ -1,5 +1,6 @@
 """Types of ports and of blackboard entries, and the safe casts between them."""
 
+import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
@@ -243,6 +244,29 @@ def cast(value: Any, source: PortType, target: PortType) -> Any:
     elif isinstance(target.python, type) and isinstance(value, target.python):
         return value
     raise ValueError(f"a value of type {source.name} does not become {target.name}")
+
+
+def fit(value: Any, type: PortType) -> Any:
+    """Check that a Python value has a type; numbers are cast where nothing is lost.
+
+    Args:
+        value: Any value.
+        type: What it has to be.
+
+    Raises:
+        TypeError: If it is of another type.
+        ValueError: If it is a number that the type does not hold.
+    """
+    python = type.python
+    if inspect.isclass(python):
+        if isinstance(value, python) and not (python is int and isinstance(value, bool)):
+            return value
+        if type.family in ("integer", "real"):
+            value = value.item() if hasattr(value, "item") else value
+            if isinstance(value, bool | int | float):
+                return cast(value, type_of(value), type)
+        raise TypeError(f"expected {type.name}, found {value!r}")
+    return list(value) if isinstance(value, list | tuple) else value
 
 
 def _to_integer(value: int, target: PortType) -> int | bool:

@@ -1,10 +1,12 @@
 """Ports: what a node reads and writes, declared once as attributes of its class."""
 
+import inspect
 import keyword
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, Self, overload
 
-from bt_manip.bt.port_types import UNTYPED, PortType, port_type
+from bt_manip.bt.port_types import UNTYPED, PortType, fit, port_type
+from bt_manip.exceptions import PortError
 
 if TYPE_CHECKING:
     from bt_manip.bt.nodes.node import Node
@@ -57,8 +59,12 @@ class Port:
             name: Its name in trees, if the attribute's does not do.
             parse: For classes of your own: makes a value of a text.
             format: For classes of your own: makes such a text of a value.
+
+        Raises:
+            PortError: If the default is none of the type.
         """
         self.type: PortType = port_type(type, parse=parse, format=format)
+        _check_default(default, self.type)
         self.default = default
         self.doc = doc
         self.name = name or ""
@@ -127,6 +133,30 @@ class InOut(Port):
     direction = "inout"
     reads = True
     writes = True
+
+
+def _check_default(default: Any, type: PortType) -> None:
+    """Find a default that nobody could read while the line that declares it is in the traceback.
+
+    None stands for nothing, whatever the type.
+    """
+    if default is MISSING or default is None or not type.strong:
+        return
+    if isinstance(default, str) and pointed_key("", default) is not None:
+        return
+    try:
+        if isinstance(default, str):
+            if type.parse is None:
+                raise ValueError(f"a text does not become a {type.name}")
+            type.parse(default)
+        elif inspect.isclass(type.python) or type.parse is None or type.format is None:
+            fit(default, type)
+        else:  # a list, whose entries are looked at by their texts
+            type.parse(type.format(default))
+    except Exception as error:  # a parser of a behaviour's own may raise anything
+        raise PortError(
+            f"{default!r} is no default of a port of type {type.name}: {error}"
+        ) from None
 
 
 def is_pointer(text: str) -> bool:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bt_manip.bt import NodeStatus, Tree
+from bt_manip.bt import Condition, NodeStatus, Tree
 from bt_manip.bt.nodes.node import Node
 from bt_manip.exceptions import NodeError
 from bt_manip.runner.station import Station
@@ -96,8 +96,13 @@ def setup_starts_nothing(case: BehaviourCase) -> None:
 
 
 def ends_as_it_should(case: BehaviourCase) -> None:
-    """Its example runs to its end."""
-    case.finish(case.trial(case.start()))
+    """Its example runs to its end, a condition's within one tick."""
+    trial = case.trial(case.start())
+    case.finish(trial)
+    ticks = trial.history.tick
+    assert ticks == 1 or not issubclass(case.cls, Condition), (
+        f"{case.cls.__name__} is a Condition and takes {ticks} ticks; what takes time is an Action"
+    )
 
 
 def never_steps_the_physics(case: BehaviourCase) -> None:

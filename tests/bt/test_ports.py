@@ -1,5 +1,6 @@
 """Ports: one declaration for Python, documents and the blackboard."""
 
+import re
 from enum import Enum
 
 import pytest
@@ -74,6 +75,37 @@ def test_a_default_is_read_where_nothing_is_given():
     node = bound(target="0,0")
 
     assert (node.speed, node.mode, node.names, node.in_) == (0.5, Mode.SLOW, ["a", "b"], False)
+
+
+@pytest.mark.parametrize(
+    ("type", "default", "message"),
+    [
+        (int, "x", "'x' is no default of a port of type int"),
+        (int, 2.5, "2.5 is not an integer"),
+        (float, "fast", "no default of a port of type double"),
+        (bool, "maybe", "no default of a port of type bool"),
+        (str, 3, "expected std::string, found 3"),
+        (list[float], ["a"], "no default of a port of type std::vector<double>"),
+        (list[float], 3.0, "no default of a port of type std::vector<double>"),
+        (Mode, "SIDEWAYS", "'SIDEWAYS' is not one of SLOW, FAST"),
+        (Point, "1,0", "a text does not become a Point"),
+        (Point, 7, "expected Point, found 7"),
+    ],
+)
+def test_a_default_of_another_type_is_refused_where_it_is_declared(type, default, message):
+    with pytest.raises(PortError, match=re.escape(message)):
+        Input(type, default=default)
+
+
+@pytest.mark.parametrize(
+    ("type", "default"),
+    [
+        (int, None), (int, "{key}"), (int, "{=}"), (float, 1), (float, "0.5"), (Mode, "FAST"),
+        (Mode, Mode.SLOW), (list[int], "1;2"), (list[int], (1, 2)), (Point, None),
+    ],
+)  # fmt: skip
+def test_a_default_is_a_value_a_text_an_entry_or_nothing(type, default):
+    assert Input(type, default=default).default is default
 
 
 def test_a_pointer_reads_the_entry_and_same_name_is_short_for_it():

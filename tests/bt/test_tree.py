@@ -223,6 +223,23 @@ def test_observed_trees_run_the_same(bench, leaf):
     assert [plain.tick() for _ in range(9)] == [observed.tick() for _ in range(9)]
 
 
+def test_a_condition_that_is_running_is_ticked_on_as_in_the_engine_and_says_what_is_odd():
+    class Hesitate(Condition):
+        looks = 0
+
+        def update(self):
+            self.looks += 1
+            return Status.SUCCESS if self.looks == 3 else Status.RUNNING
+
+    condition = Hesitate()
+    tree = Tree(condition)
+    assert [tree.tick() for _ in range(2)] == [NodeStatus.RUNNING] * 2
+    assert condition.feedback_message == (
+        "a condition that gives RUNNING: what takes time is an Action"
+    )
+    assert tree.tick() is NodeStatus.SUCCESS
+
+
 class TestConditionsAroundATick:
     """Pre- and post-conditions of any node."""
 

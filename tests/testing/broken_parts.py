@@ -8,7 +8,7 @@ from dm_control import composer, mjcf
 
 from bt_manip.behaviours import Hover, MoveHome
 from bt_manip.behaviours.arm_behaviour import ArmBehaviour, CellBehaviour
-from bt_manip.bt import Action, Input, Status
+from bt_manip.bt import Action, Condition, Input, Status
 from bt_manip.control import ComputedTorque
 
 _runs = itertools.count(1)
@@ -70,6 +70,16 @@ class FailsSilently(CellBehaviour):
 
     def update(self):
         return Status.SUCCESS if self.object in self.cell.objects else Status.FAILURE
+
+
+class TakesItsTime(Condition):
+    """Look twice."""
+
+    looks = 0
+
+    def update(self):
+        self.looks += 1
+        return Status.SUCCESS if self.looks % 2 == 0 else Status.RUNNING
 
 
 class NeverFails(CellBehaviour):

@@ -23,6 +23,8 @@ CUBE = Example({"object": "cube"})
         (behaviours.setup_starts_nothing, broken.MovesInSetup, Example(), "changes the station"),
         (behaviours.ends_as_it_should, broken.FailsSilently, Example({"object": "x"}),
          "ended with FAILURE"),
+        (behaviours.ends_as_it_should, broken.TakesItsTime, Example(),
+         "is a Condition and takes 2 ticks"),
         (behaviours.never_steps_the_physics, broken.StepsThePhysics, Example(),
          "tick 1 of StepsThePhysics takes 0.005 s"),
         (behaviours.never_steps_the_physics, broken.PushesThePhysics, Example(),

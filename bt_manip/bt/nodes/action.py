@@ -20,6 +20,7 @@ _RUNNING: Final = Status.RUNNING
 _SUCCESS: Final = Status.SUCCESS
 _FAILURE: Final = Status.FAILURE
 _INVALID: Final = Status.INVALID
+STILL_RUNNING: Final = "a condition that gives RUNNING: what takes time is an Action"
 
 
 class Leaf(Node):
@@ -174,14 +175,20 @@ class SyncAction(Action):
 
 
 class Condition(Leaf):
-    """A leaf that only looks: it is evaluated anew at every tick."""
+    """A leaf that only looks: it is evaluated anew at every tick.
+
+    It should say SUCCESS or FAILURE at once. The engine only asks for that in its documentation:
+    RUNNING is passed on and the condition is ticked again, and so it is here; but the node says of
+    itself what is odd, and its contract does not hold.
+    """
 
     kind: ClassVar = NodeKind.CONDITION
 
     def _tick(self) -> NodeStatus:
-        if self._node_status is RUNNING:
-            return self._finish(self.update())
-        return self._start()
+        state = self._finish(self.update()) if self._node_status is RUNNING else self._start()
+        if state is RUNNING and not self.feedback_message:
+            self.feedback_message = STILL_RUNNING
+        return state
 
     def _halt(self) -> None:
         if self._node_status is RUNNING:

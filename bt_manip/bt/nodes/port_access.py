@@ -1,12 +1,11 @@
 """Reading and writing the ports of a node: literals, defaults and blackboard entries."""
 
-import inspect
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from bt_manip.bt.blackboard import EMPTY
 from bt_manip.bt.literals import parse_integer
-from bt_manip.bt.port_types import STRING, PortType, cast, type_of
+from bt_manip.bt.port_types import STRING, PortType, cast, fit, type_of
 from bt_manip.bt.ports import MISSING, Port, is_pointer, pointed_key
 from bt_manip.exceptions import BlackboardError, PortError
 
@@ -48,7 +47,7 @@ class PortAccess:
             return
         try:
             if not isinstance(value, str):
-                self.given[port.name] = _fit(value, type)
+                self.given[port.name] = fit(value, type)
             elif type.converter is not None and pointed_key(port.name, value) is None:
                 type.converter(value)
         except Exception as error:  # a parser of a behaviour's own may raise anything
@@ -166,7 +165,7 @@ class PortAccess:
         type = type or self.ports[name].type
         try:
             if type.strong:
-                value = _fit(value, type)
+                value = fit(value, type)
             else:
                 type = type_of(value)
         except (ValueError, TypeError) as error:
@@ -193,17 +192,3 @@ def parse_enum(type: PortType, text: str, enums: Mapping[str, int]) -> Any:
             return type.python(parse_integer(text))
     assert type.parse is not None
     return type.parse(text)
-
-
-def _fit(value: Any, type: PortType) -> Any:
-    """Check that a Python value has the port's type; numbers are cast where nothing is lost."""
-    python = type.python
-    if inspect.isclass(python):
-        if isinstance(value, python) and not (python is int and isinstance(value, bool)):
-            return value
-        if type.family in ("integer", "real"):
-            value = value.item() if hasattr(value, "item") else value
-            if isinstance(value, bool | int | float):
-                return cast(value, type_of(value), type)
-        raise TypeError(f"expected {type.name}, found {value!r}")
-    return list(value) if isinstance(value, list | tuple) else value
