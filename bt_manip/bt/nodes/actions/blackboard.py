@@ -12,11 +12,14 @@ from bt_manip.exceptions import BlackboardError
 
 
 class SetBlackboard(SyncAction):
-    """Write a text, or the value of another entry, to an entry.
+    """Write a text, or the value and the type of another entry, to an entry.
 
-    | tick | SUCCESS; FAILURE if the other entry was never written |
-    |------|-------------------------------------------------------|
-    | halt | nothing                                               |
+    A text becomes the type of the entry, if that has one.
+
+    | tick | SUCCESS; FAILURE if the other entry was never written; a value that is none of the |
+    |      | entry's type is an error of the tree                                               |
+    |------|------------------------------------------------------------------------------------|
+    | halt | nothing                                                                            |
     """
 
     value = Input(doc="a text, or {key} for the value of another entry")
