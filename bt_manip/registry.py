@@ -112,16 +112,18 @@ class Registry(Generic[T]):
         factory: Any = self.get(name)
         return factory(*arguments, **parameters)
 
-    def maker(self, name: str, *needs: str) -> Callable[..., Any]:
+    def maker(self, name: str, *needs: str, expected: str = "") -> Callable[..., Any]:
         """Give what makes a part that is a factory, so that a plugin's fault in it has its name.
 
         Args:
             name: The part.
             *needs: Names of what a part of this kind has to have.
+            expected: What a part of this kind is, for messages.
 
         Returns:
-            A function that takes what the factory takes. It raises a `PartFault` when the factory
-            raises, unless that is a `BtManipError`, or makes something else.
+            A function that takes what the factory takes, which is its ``__wrapped__``. It raises a
+            `PartFault` when the factory raises, unless that is a `BtManipError`, or makes something
+            else.
 
         Raises:
             UnknownPartError: When there is none of this name; it offers the nearest names.
@@ -140,10 +142,12 @@ class Registry(Generic[T]):
             except (Exception, SystemExit) as error:
                 raise fault(f"{type(error).__name__}: {error}") from error
             if missing:
-                what = f"its factory gave a {type(made).__name__}"
-                raise fault(f"{what}, which has no '{missing[0]}'")
+                gave = "None" if made is None else f"a {type(made).__name__}"
+                right = f"; expected {expected}" if expected else ""
+                raise fault(f"its factory gave {gave}, which has no '{missing[0]}'{right}")
             return made
 
+        make.__wrapped__ = factory  # type: ignore[attr-defined]
         return make
 
     def owner(self, name: str) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from bt_manip.exceptions import BtManipError
+from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.registry import Parts, Surroundings
 
 
@@ -49,8 +49,12 @@ class Stage:
 
         Returns:
             Names of what was registered, by kind.
+
+        Raises:
+            BtManipError: When an object's ``kind`` is none by which it could be made again.
         """
         self._open = False
+        self._check_kinds()
         for kind, items in self._items.items():
             for name, item in items.items():
                 self._parts[kind].add(name, item, self._owner)
@@ -77,6 +81,25 @@ class Stage:
 
     def _register_objects(self, name: str, factory: Callable[..., Any]) -> None:
         self._add_factory("objects", name, factory)
+        category = getattr(factory, "category", None)
+        if category is not None and not isinstance(category, property):
+            from bt_manip.cell.objects.categories import refuse_misspelt
+
+            try:
+                refuse_misspelt(category)
+            except BtManipError as error:
+                raise BtManipError(f"object '{name}': {error}") from None
+
+    def _check_kinds(self) -> None:
+        """Refuse an object that a snapshot could not make again by its ``kind``."""
+        known = {*self._parts["objects"], *self._items["objects"]}
+        for name, factory in self._items["objects"].items():
+            kind = getattr(factory, "kind", name)
+            if isinstance(kind, str) and kind not in known:
+                raise BtManipError(
+                    f"object '{name}' calls its kind '{kind}', by which a snapshot could not make "
+                    f"it again{did_you_mean(kind, [name])}"
+                )
 
     def _register_controllers(self, name: str, factory: Callable[..., Any]) -> None:
         self._add_factory("controllers", name, factory)

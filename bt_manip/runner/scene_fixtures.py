@@ -192,7 +192,8 @@ def refuse(error: BtManipError) -> None:
 
 def _parameter_names(make: Callable[..., Any]) -> list[str] | None:
     """Name what an object can be made with; None where anything may be."""
-    build = getattr(make, "_build", make)
+    factory = inspect.unwrap(make)
+    build = getattr(factory, "_build", factory)
     try:
         parameters = inspect.signature(build).parameters.values()
     except (TypeError, ValueError):

@@ -51,6 +51,13 @@ def test_a_tree_file_that_is_not_there(refused, tmp_path):
     assert "no folder" in refused("nowhere/task.xml")
 
 
+@pytest.mark.parametrize("name", ["task.xml", "task.py"])
+def test_a_folder_that_is_called_like_a_tree(refused, tmp_path, name):
+    (tmp_path / name).mkdir()
+    function = ":make" if name.endswith(".py") else ""
+    assert f"'{name}' is a folder; a tree is a file" in refused(name + function)
+
+
 def test_a_python_file_without_a_function(refused, trees):
     assert "write 'small_trees.py:FUNCTION'" in refused("small_trees.py")
     assert "did you mean 'quick'" in refused("small_trees.py:quik")

@@ -36,6 +36,17 @@ HOOKS_THAT_FAIL = {
         "@hookimpl\ndef register_objects(register): register('cube', dict)",
         "object 'cube' is registered already, by plugin 'builtin'",
     ),
+    "misspelt category": (
+        "class Odd:\n    category = 'graspble'\n\n\n"
+        "@hookimpl\ndef register_objects(register): register('odd', Odd)",
+        "object 'odd': category 'graspble' is none; did you mean 'graspable'?",
+    ),
+    "unknown kind": (
+        "class Odd:\n    kind = 'od'\n\n\n"
+        "@hookimpl\ndef register_objects(register): register('odd', Odd)",
+        "object 'odd' calls its kind 'od', by which a snapshot could not make it again; "
+        "did you mean 'odd'?",
+    ),
     "raising hook": (
         "@hookimpl\ndef register_objects(register): raise RuntimeError('not today')",
         "RuntimeError: not today",
@@ -259,6 +270,36 @@ def test_a_controller_that_cannot_be_made_is_named(bt_manip, folder, trees, sour
     code, _, err = bt_manip(
         "run", f"{trees}:quick", "--controller", "odd", "--plugins-dir", plugins
     )
+    last = err.splitlines()[-1]
+    assert code == 3 and "plugin 'quack'" in last and reason in last
+
+
+UNMAKEABLE_OBJECTS = {
+    "nothing is made": (
+        "def odd(): pass",
+        "object 'odd' cannot be made: its factory gave None, which has no 'mjcf_model'; "
+        "expected a composer.Entity",
+    ),
+    "something else is made": ("def odd(): return 3", "its factory gave a int, which has no 'mjcf"),
+    "its maker raises": ("def odd(): return {}['size']", "cannot be made: KeyError: 'size'"),
+}
+
+
+@pytest.mark.parametrize(
+    ("source", "reason"), UNMAKEABLE_OBJECTS.values(), ids=list(UNMAKEABLE_OBJECTS)
+)
+@pytest.mark.parametrize("asked_by", ["a tree", "a scene"])
+def test_an_object_that_cannot_be_made_is_named(
+    bt_manip, folder, trees, tmp_path, source, reason, asked_by
+):
+    hook = "\n\n\n@hookimpl\ndef register_objects(register): register('odd', odd)\n"
+    plugins = folder("quack", source + hook)
+    options = ["pick_place", "--set", "cube=odd"]
+    if asked_by == "a scene":
+        scene = tmp_path / "odd.toml"
+        scene.write_text("[[objects]]\nmodel = 'odd'\nposition = [0.0, 0.0, 0.0]\n")
+        options = [f"{trees}:quick", "--scene", scene]
+    code, _, err = bt_manip("run", *options, "--plugins-dir", plugins)
     last = err.splitlines()[-1]
     assert code == 3 and "plugin 'quack'" in last and reason in last
 

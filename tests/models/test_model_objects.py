@@ -362,3 +362,19 @@ def _points(kind: str, size: np.ndarray, rng: np.random.Generator) -> np.ndarray
         return sphere * size[0] + ends
     flat = sphere * [1, 1, 0]
     return flat / np.linalg.norm(flat, axis=1, keepdims=True) * size[0] + ends
+
+
+@pytest.mark.parametrize("by", ["a catalogue", "itself"])
+def test_a_misspelt_category_is_refused_with_the_nearest_one(parts, by):
+    make = ModelObject if by == "itself" else Catalogue(parts.objects).create
+    with pytest.raises(CellError, match="category 'contaner' is none; did you mean 'container'"):
+        make("bundled:basket", category="contaner")
+
+
+def test_a_category_that_only_an_object_of_a_plugin_has_is_one(parts):
+    catalogue = Catalogue(parts.objects)
+    if "sorting_tray" not in parts.objects:
+        parts.objects.add("lonely", type("Lonely", (), {"category": "tray"}), "test")
+    assert catalogue.create("bundled:basket", category="tray").category == "tray"
+    with pytest.raises(CellError, match="category 'fixture' is none; known: button, container|did"):
+        catalogue.create("bundled:basket", category="fixture")

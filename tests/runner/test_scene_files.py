@@ -226,6 +226,10 @@ def test_a_file_may_say_which_seed(write, parts):
         (TABLE + 'on = "tabel"\nposition = [0, 0]\n', ":5: key .*on' is the name of an object"),
         (TABLE + '[[objects]]\nmodel = "cube"\non = "table"\n', "position' is x and y in the"),
         (TABLE + "mas = 3\n", ":5: key .*mas' means nothing"),
+        (
+            '[[objects]]\nmodel = "bundled:basket"\nname = "x"\ncategory = "contaner"\n',
+            ":4: .*category' is wrong: category 'contaner' is none; did you mean 'container'",
+        ),
         (TABLE + '[[objects]]\nmodel = "cube"\nmass = 0\n', ":7: .*mass' is wrong: mass must be"),
         (TABLE + '[[objects]]\nmodel = "cube"\nmass = -1\n', "positive number .kg., got -1"),
         (TABLE + "region = { x = [0, 1] }\n", "region.y' is missing"),

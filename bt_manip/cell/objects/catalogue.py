@@ -4,13 +4,11 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
+from bt_manip.cell.objects.categories import CONTAINER, refuse_unknown
 from bt_manip.cell.objects.model_object import ModelObject
 from bt_manip.models import MjcfModel, Progress, Source, is_address, load_model, terminal_progress
 from bt_manip.models.convex import can_decompose
 from bt_manip.registry import Registry
-
-CONTAINER = "container"
-"""Category of objects that others are put into."""
 
 
 class Catalogue:
@@ -64,7 +62,7 @@ class Catalogue:
 
     def _factory(self, name: str) -> Callable[..., Any]:
         if not is_address(name) or name in self._registered:
-            return self._registered.get(name)
+            return self._registered.maker(name, "mjcf_model", expected="a composer.Entity")
         self._load(name, "hull")
         return partial(self._make, name)
 
@@ -76,7 +74,10 @@ class Catalogue:
 
     def _make(self, address: str, *, convex: str | None = None, **parameters: Any) -> ModelObject:
         """Make an object of a model; a container's meshes are hollow where that can be had."""
-        if parameters.get("category") == CONTAINER and convex is None:
+        category = parameters.get("category")
+        if category is not None:
+            refuse_unknown(category, self._categories())
+        if category == CONTAINER and convex is None:
             if can_decompose():
                 convex = "parts"
             elif self._load(address, "hull").assets:
@@ -85,6 +86,11 @@ class Catalogue:
                     "into it; pip install 'bt-manip[convex]' makes them hollow"
                 ] = None
         return ModelObject(self._load(address, convex or "hull"), convex=convex, **parameters)
+
+    def _categories(self) -> set[str]:
+        """Collect the categories of the registered objects, those of plugins among them."""
+        found = (getattr(self._registered.get(n), "category", None) for n in self._registered)
+        return {category for category in found if isinstance(category, str)}
 
     def _load(self, address: str, convex: str) -> MjcfModel:
         if (address, convex) not in self._loaded:

@@ -10,6 +10,7 @@ from dm_control import mjcf
 from bt_manip.cell.exceptions import CellError
 from bt_manip.cell.naming import name_elements
 from bt_manip.cell.objects.bounds import Bounds, bounds_of
+from bt_manip.cell.objects.categories import CONTAINER, refuse_misspelt
 from bt_manip.cell.objects.prop import Prop, colour_of, default_of, positive
 from bt_manip.models import MjcfModel, load_model
 from bt_manip.models.exact_xml import exact_xml
@@ -60,6 +61,8 @@ class ModelObject(Prop):
             ModelError: When the address leads to no model.
             CellError: When MuJoCo refuses the model, or a parameter is wrong.
         """
+        if category is not None:
+            refuse_misspelt(category)
         if isinstance(model, str):
             model = load_model(model, convex=convex or "hull")
         self.kind = model.address
@@ -112,7 +115,7 @@ class ModelObject(Prop):
     @property
     def surface_height(self) -> float | None:
         """Height of its top above the origin, where things can be put on it [m]."""
-        return None if self.category == "container" else float(self._bounds.upper[2])
+        return None if self.category == CONTAINER else float(self._bounds.upper[2])
 
     def _compile(self, model: MjcfModel) -> mujoco.MjModel:
         try:
