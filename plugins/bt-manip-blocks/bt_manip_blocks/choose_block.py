@@ -2,20 +2,38 @@
 
 from typing import Any
 
-from bt_manip.behaviours.poses import GRIP_HEIGHT, centre_pose, grips_from_above
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.behaviours.poses import (
+    GRIP_HEIGHT,
+    centre_pose,
+    grips_from_above,
+    pose_from_text,
+    pose_to_text,
+)
 from bt_manip.bt import Input, Output, Status, SyncAction
 from bt_manip.cell import Cell, CellError
 from bt_manip.motion import Arm
 from bt_manip.motion.grasping import HandRoom, with_room
-from bt_manip_blocks.coloured_block import ColouredBlock
+from bt_manip.motion.grasping.hand_room import ENOUGH
+from bt_manip_blocks.blocks import blocks_on
 
 
 class ChooseBlock(SyncAction):
-    """Choose the block that the hand has most room to grip, of those that lie on something."""
+    """Choose a block that the hand has room to grip, of those that lie on something.
+
+    Where a tower grows, the block nearest to it, before the tower is in the way of the hand there;
+    otherwise the one with most room.
+    """
 
     on = Input(str, default="table", doc="Name of what the block has to touch.")
-    besides = Input(str, default="", doc="Name of a block that is not to be chosen.")
+    base = Input(str, default="", doc="Name of the block that a tower grows on, not to be chosen.")
     block = Output(str, doc="Name of the block.")
+    place = Output(
+        pin.SE3, parse=pose_from_text, format=pose_to_text,
+        doc="Where the middle of its bottom is now, in the world.",
+    )  # fmt: skip
 
     def setup(self, **infrastructure: Any) -> None:
         """Keep cell and arm."""
@@ -24,25 +42,31 @@ class ChooseBlock(SyncAction):
 
     def update(self) -> Status:
         """Compare the blocks."""
-        cell = self.cell
         try:
-            cell.find(self.on)
-            blocks = [
-                name
-                for name, entity in cell.objects.items()
-                if isinstance(entity, ColouredBlock)
-                and name != self.besides
-                and cell.contacts.touching(name, self.on)
-            ]
+            rooms = {b: self._room(b) for b in blocks_on(self.cell, self.on) if b != self.base}
+            gaps = {block: self._gap(block) for block in rooms} if self.base else {}
         except CellError as error:
             return self.fail(str(error))
-        if not blocks:
+        if not rooms:
             return self.fail(f"no block lies on '{self.on}'")
-        room, chosen = max((self._room(name), name) for name in blocks)
-        self.block = chosen
-        self.feedback_message = f"'{chosen}', with {1000 * room:.0f} mm of room"
+        free = [block for block in gaps if rooms[block] >= ENOUGH]
+        if free:
+            chosen = min(free, key=lambda block: (gaps[block], block))
+        else:
+            chosen = max(rooms, key=lambda block: (rooms[block], block))
+        self.block, self.place = chosen, self._place(chosen)
+        self.feedback_message = f"'{chosen}', with {1000 * rooms[chosen]:.0f} mm of room"
         return Status.SUCCESS
 
     def _room(self, name: str) -> float:
         grips = grips_from_above(centre_pose(self.cell, name), GRIP_HEIGHT)
         return with_room(grips, HandRoom(self.cell, self.arm.robot, [name]))[1].distance
+
+    def _place(self, name: str) -> pin.SE3:
+        T_wo, block = self.cell.pose(name), self.cell.find(name)
+        bottom = T_wo.translation - np.array([0.0, 0.0, block.rest_height])  # on whichever face
+        return pin.SE3(T_wo.rotation, bottom)
+
+    def _gap(self, name: str) -> float:
+        offset = self.cell.pose(name).translation - self.cell.pose(self.base).translation
+        return float(np.linalg.norm(offset[:2]))

@@ -8,8 +8,9 @@ import pinocchio as pin
 from bt_manip.behaviours.poses import pose_from_text, pose_to_text
 from bt_manip.bt import Input, Output, Status, SyncAction
 from bt_manip.cell import Cell, CellError
+from bt_manip_blocks.blocks import blocks_in, find_tray
 from bt_manip_blocks.coloured_block import ColouredBlock
-from bt_manip_blocks.sorting_tray import SLOT, SortingTray
+from bt_manip_blocks.sorting_tray import SLOT
 
 
 class FindSlot(SyncAction):
@@ -30,19 +31,13 @@ class FindSlot(SyncAction):
         """Look for a slot that no block stands in."""
         cell = self.cell
         try:
-            block, tray = cell.find(self.block), cell.find(self.tray)
+            block, tray = cell.find(self.block), find_tray(cell, self.tray)
             if not isinstance(block, ColouredBlock):
                 return self.fail(f"'{self.block}' is no coloured block")
-            if not isinstance(tray, SortingTray):
-                return self.fail(f"'{self.tray}' is no sorting tray")
             slots = [cell.pose(self.tray) * slot for slot in tray.row(block.colour)]
         except CellError as error:
             return self.fail(str(error))
-        others = [
-            cell.pose(name).translation
-            for name, entity in cell.objects.items()
-            if isinstance(entity, ColouredBlock) and name != self.block
-        ]
+        others = [cell.pose(name).translation for name in blocks_in(cell) if name != self.block]
         for slot in slots:
             if all(np.linalg.norm((p - slot.translation)[:2]) > SLOT / 2 for p in others):
                 self.pose = slot

@@ -19,12 +19,15 @@ def register_objects(register):
 
 @hookimpl
 def register_behaviours(register):
-    """Bring what scatters blocks, chooses one, and finds its slot."""
+    """Bring what scatters blocks, chooses one, finds its slot, and looks whether all is done."""
+    from bt_manip_blocks.are_sorted import AreSorted
+    from bt_manip_blocks.are_stacked import AreStacked
+    from bt_manip_blocks.choose_base import ChooseBase
     from bt_manip_blocks.choose_block import ChooseBlock
     from bt_manip_blocks.find_slot import FindSlot
     from bt_manip_blocks.scatter_blocks import ScatterBlocks
 
-    for cls in (ScatterBlocks, ChooseBlock, FindSlot):
+    for cls in (ScatterBlocks, ChooseBase, ChooseBlock, FindSlot, AreSorted, AreStacked):
         register(cls)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from bt_manip import spatial
 from bt_manip.bt import Action, Input, Output, Status
 from bt_manip.cell import Cell, CellError
+from bt_manip_blocks.blocks import blocks_in
 from bt_manip_blocks.coloured_block import ColouredBlock
 
 ATTEMPTS = 2000
@@ -54,9 +55,8 @@ class ScatterBlocks(Action):
         height = cell.pose(self.on).translation[2] + surface
         names = []
         with cell.editing():
-            for name, entity in list(cell.objects.items()):
-                if isinstance(entity, ColouredBlock):
-                    cell.remove(name)
+            for name in blocks_in(cell):
+                cell.remove(name)
         with cell.editing():  # another one: what comes by a name that goes would take its state
             for block, (x, y) in zip(blocks, places, strict=True):
                 yaw = self.rng.uniform(-math.pi, math.pi)

@@ -21,9 +21,16 @@ def build_station(parts):
 def situations(build_station):
     situations = Situations(build_station)
     situations.add(AT_REST, lambda station: station.cell.step(100), after=None)
+    situations.add("one block", put_one_block)
     situations.add("two blocks", put_two_blocks)
     situations.add("holding a block", pick_red, after="two blocks")
     return situations
+
+
+def put_one_block(station):
+    """A red block."""
+    station.cell.add(ColouredBlock(colour="red"), spatial.pose((0.35, -0.1, SURFACE + 0.02)))
+    station.cell.step(100)
 
 
 def put_two_blocks(station):

@@ -9,7 +9,18 @@ from bt_manip import spatial
 from bt_manip.behaviours import Hover, PlaceAt, Reach
 from bt_manip.bt import NodeStatus
 from bt_manip.cell import CellError
-from bt_manip_blocks import ChooseBlock, ColouredBlock, FindSlot, ScatterBlocks, SortingTray
+from bt_manip_blocks import (
+    AreSorted,
+    AreStacked,
+    ChooseBase,
+    ChooseBlock,
+    ColouredBlock,
+    FindSlot,
+    ScatterBlocks,
+    SortingTray,
+)
+
+from .conftest import SURFACE
 
 SUCCESS = NodeStatus.SUCCESS
 
@@ -33,8 +44,8 @@ def test_scattering_again_clears_the_old_ones_away(station, trial):
 
 
 @pytest.mark.start("two blocks")
-def test_the_block_that_lies_elsewhere_or_is_excluded_is_not_chosen(station, trial):
-    choosing = trial(ChooseBlock(besides="red", block="{block}"))
+def test_the_block_that_lies_elsewhere_or_that_a_tower_grows_on_is_not_chosen(station, trial):
+    choosing = trial(ChooseBlock(base="red", block="{block}"))
     assert choosing.tick() is SUCCESS
     assert choosing.blackboard["block"] == "green"
     station.cell.add(ColouredBlock(colour="blue"), spatial.pose((0.38, 0.24, 1.04)))
@@ -51,6 +62,75 @@ def test_the_block_with_most_room_is_chosen(station, trial):
     choosing = trial(ChooseBlock(block="{block}"))
     assert choosing.tick() is SUCCESS
     assert choosing.blackboard["block"] == "blue"
+
+
+def put(station, colour, x, y, z=0.02, yaw=0.0):
+    T_wo = spatial.pose((x, y, SURFACE + z), (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)))
+    return station.cell.add(ColouredBlock(colour=colour), T_wo)
+
+
+def test_a_tower_is_begun_where_the_nearest_neighbour_is_farthest_away(station, trial):
+    for colour, x, y in (("red", 0.3, -0.1), ("green", 0.3, -0.2), ("blue", 0.45, 0.0)):
+        put(station, colour, x, y)
+    station.cell.step(50)
+    choosing = trial(ChooseBase(base="{base}"))
+    assert choosing.tick() is SUCCESS
+    assert choosing.blackboard["base"] == "blue"
+
+
+def test_what_lies_near_a_tower_is_taken_before_it_is_in_the_way(station, trial):
+    for colour, x, y in (("red", 0.3, -0.1), ("green", 0.3, -0.2), ("blue", 0.45, 0.05)):
+        put(station, colour, x, y)
+    station.cell.step(50)
+    choosing = trial(ChooseBlock(base="red", block="{block}", place="{place}"))
+    assert choosing.tick() is SUCCESS
+    assert choosing.blackboard["block"] == "green"  # blue has more room
+    place = choosing.blackboard["place"].translation
+    assert place == pytest.approx([0.3, -0.2, SURFACE], abs=1e-3)
+
+
+def test_a_block_without_room_waits_although_it_is_nearest(station, trial):
+    put(station, "red", 0.3, -0.1)
+    put(station, "green", 0.3, -0.2)
+    for i, (x, y) in enumerate([(0.255, -0.2), (0.345, -0.2), (0.3, -0.245)]):  # around it
+        put(station, ("blue", "yellow", "orange")[i], x, y)
+    station.cell.step(50)
+    choosing = trial(ChooseBlock(base="red", block="{block}"))
+    assert choosing.tick() is SUCCESS
+    assert choosing.blackboard["block"] != "green"
+
+
+@pytest.mark.parametrize(
+    ("places", "reason"),
+    [
+        ([("red", 0.02), ("green", 0.06), ("blue", 0.1)], ""),
+        ([("red", 0.02), ("green", 0.06), ("blue", 0.2)], "'blue' does not stand on 'green'"),
+    ],
+)
+def test_blocks_are_stacked_when_each_touches_the_one_below(station, trial, places, reason):
+    for colour, z in places:
+        put(station, colour, 0.3, -0.1, z)
+    station.cell.step(30)
+    looking = trial(AreStacked())
+    assert looking.fails_with(reason) if reason else looking.tick() is SUCCESS
+
+
+def test_two_blocks_beside_each_other_are_no_tower(station, trial):
+    put(station, "red", 0.3, -0.1)
+    put(station, "green", 0.3, -0.2)
+    station.cell.step(30)
+    assert trial(AreStacked()).fails_with("2 blocks stand on 'table'")
+
+
+def test_blocks_are_sorted_when_each_stands_in_the_row_of_its_colour(station, trial):
+    tray = station.cell.find("tray")
+    for colour, row in (("red", "red"), ("green", "green"), ("blue", "red")):
+        T_wo = station.cell.pose("tray") * tray.row(row)[0 if colour != "blue" else 1]
+        put(station, colour, *T_wo.translation[:2], z=0.026)
+    station.cell.step(50)
+    assert trial(AreSorted()).fails_with("not in the row of their colour: blue")
+    station.cell.remove("blue")
+    assert trial(AreSorted()).tick() is SUCCESS
 
 
 @pytest.mark.start("two blocks")

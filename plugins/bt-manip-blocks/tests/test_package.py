@@ -21,6 +21,9 @@ EXAMPLES = {
         ),
     ),
     "ChooseBlock": Example({"block": "{block}"}, "two blocks", fails=({"on": "tray"},)),
+    "ChooseBase": Example({"base": "{base}"}, "two blocks", fails=({"on": "tray"},)),
+    "AreSorted": Example(fails=({"tray": "table"},)),
+    "AreStacked": Example(start="one block", fails=({"on": "tray"},)),
     "FindSlot": Example({"block": "red", "pose": "{pose}"}, "two blocks", fails=({"tray": "red"},)),
 }  # fmt: skip
 

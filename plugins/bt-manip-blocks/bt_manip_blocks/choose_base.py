@@ -1,0 +1,44 @@
+"""Choose the block to build a tower on."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from bt_manip.bt import Input, Output, Status, SyncAction
+from bt_manip.cell import Cell, CellError
+from bt_manip_blocks.blocks import blocks_on
+
+
+class ChooseBase(SyncAction):
+    """Choose the block to build a tower on: the one whose nearest neighbour is farthest away.
+
+    A tower is as high as the hand over a block on the table: what lies beside it can be gripped no
+    longer.
+    """
+
+    on = Input(str, default="table", doc="Name of what the block has to touch.")
+    base = Output(str, doc="Name of the block.")
+
+    def setup(self, **infrastructure: Any) -> None:
+        """Keep the cell."""
+        self.cell: Cell = infrastructure["cell"]
+
+    def update(self) -> Status:
+        """Compare the blocks."""
+        try:
+            places = {b: self.cell.pose(b).translation[:2] for b in blocks_on(self.cell, self.on)}
+        except CellError as error:
+            return self.fail(str(error))
+        if not places:
+            return self.fail(f"no block lies on '{self.on}'")
+        gaps = {
+            name: min(
+                (float(np.linalg.norm(p - q)) for o, q in places.items() if o != name),
+                default=math.inf,
+            )
+            for name, p in places.items()
+        }
+        self.base = chosen = max(gaps, key=lambda name: (gaps[name], name))
+        self.feedback_message = f"'{chosen}', {1000 * gaps[chosen]:.0f} mm from the nearest"
+        return Status.SUCCESS
