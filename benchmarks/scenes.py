@@ -64,7 +64,7 @@ class Planned(NamedTuple):
     name: str
 
 
-TURNS = (0.0, 0.5 * np.pi)  # of the hand: not every arm reaches every place with each
+TURNS = (0.0, 0.5 * np.pi, -0.5 * np.pi)  # of the hand: not every arm reaches a place with each
 
 
 def build(
@@ -114,15 +114,18 @@ def wall(
         for size, at in (TOP, WALL)
     ]
     planned = build(boxes, description)
-    for turn in TURNS:
-        left, right = (
-            spatial.pointing_down(scale * np.array((0.5, y, 0.12)), turn) for y in (0.25, -0.25)
-        )
-        with contextlib.suppress(MotionError):
-            free_start(planned, left)
-            free_start(planned, right)
-            break
+    left, right = (_downwards(planned, scale * np.array((0.5, y, 0.12))) for y in (0.25, -0.25))
     return planned, left, right
+
+
+def _downwards(planned: Planned, place: np.ndarray) -> pin.SE3:
+    """Point the tool down at a place, with the first turn of the hand that touches nothing."""
+    turned = [spatial.pointing_down(place, turn) for turn in TURNS]
+    for pose in turned:
+        with contextlib.suppress(MotionError):
+            free_start(planned, pose)
+            return pose
+    return turned[0]
 
 
 def free_start(planned: Planned, T_wt: pin.SE3) -> np.ndarray:

@@ -115,11 +115,9 @@ def _path_free(path: Path, space: FreeSpace) -> bool:
     slope = np.abs(path.evaluate(np.linspace(0.0, 1.0, 400), 1)[1][:, : path.nq]).max()
     n = max(8, int(np.ceil(1.02 * slope / STEP)))
     places = np.arange(n + 1) / n
-    every = max(1, int(COARSE / STEP))
-    for some in (places[::every], places):  # coarsely first: that is where most paths fail
-        if not space.path_free(path.evaluate(some, 0)[0][:, : path.nq]):
-            return False
-    return True
+    configurations = path.evaluate(places, 0)[0][:, : path.nq]
+    every = max(1, int(COARSE / STEP))  # coarsely first: that is where most paths fail
+    return all(map(space.free, configurations[::every])) and space.path_free(configurations)
 
 
 def _blocker(start: np.ndarray, end: np.ndarray, space: FreeSpace) -> Near | None:

@@ -6,16 +6,14 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from .arm_motion import ArmMotion, Stand, part_of_body
+from .arm_motion import ArmMotion
 from .enclosing_boxes import Boxes, apart
-from .geom_pairs import comparable, exact, margins
+from .geom_pairs import distance_unknown, margins, scaled
 from .lookout import Lookout
 
-WIDE = 0.05  # [m] how far away contacts are seen
-WINDOWS = (24, 6)  # configurations around one that is looked at; the latter where the first fails
-DOUBT = 2e-4  # [m] by which distances may be off
-CORNER = float(np.sqrt(3.0))  # boxes that are corner to corner are nearer for MuJoCo, by up to that
-_FULL = int(mujoco.mjtWarning.mjWARN_CONTACTFULL)
+WINDOWS = (24, 6)  # configurations around one that is measured; the latter where the first fails
+DOUBT = 4e-4  # [m] by which distances may be off: contacts at corners are nearer for MuJoCo
+CORNER = float(np.sqrt(3.0))  # boxes that are corner to corner are nearer for it by up to that
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 
 Carried = Callable[[np.ndarray], pin.SE3 | None]
@@ -23,64 +21,62 @@ Carried = Callable[[np.ndarray], pin.SE3 | None]
 
 
 class ClearanceProof:
-    """Looks at some configurations of a path, and tells which others need no look.
+    """Measures distances at some configurations of a path, and tells which others need no look.
 
-    Where the arm is looked at, each pair of geoms has a distance, or more than `WIDE`. At another
-    configuration it is smaller by no more than the way that a point of the one has come meanwhile,
-    seen from the other. As long as more is left than is asked for, there is no contact.
+    Where the arm is measured, each pair of geoms has a distance. At another configuration it is
+    smaller by no more than the way that a point of the one has come meanwhile, seen from the other.
+    As long as more is left than is asked for, there is no contact.
 
-    Distances are MuJoCo's own where it has a closed form for them; of other pairs those of the
-    boxes around their geoms. For arms that do more than turn about axes in a row nothing is proven.
+    Most pairs are far enough apart by the spheres around them, of the others most by the boxes
+    around them, and of the rest MuJoCo gives the distance. For arms that do more than turn about
+    axes in a row nothing is proven.
     """
 
-    def __init__(
-        self, source: mujoco.MjModel, near: Lookout, qpos_adr: np.ndarray, dof_adr: np.ndarray
-    ) -> None:
-        """Copy a model.
+    def __init__(self, source: mujoco.MjModel, near: Lookout, joints: np.ndarray) -> None:
+        """Prepare for a model.
 
         Args:
             source: What is simulated.
             near: Whose verdict it is that is foreseen here.
-            qpos_adr: Where the arm's positions are.  # (nq,)
-            dof_adr: Where its velocities are.  # (nq,)
+            joints: Ids of the arm's joints, from the base on.  # (nq,)
         """
-        self._source, self._near = source, near
-        self._joints = source.dof_jntid[dof_adr]
-        self._part_of_body = part_of_body(source, self._joints)
-        self._lookout = Lookout(source, WIDE, qpos_adr)
-        self._comparable, self._exact = comparable(source), exact(source)
+        self._source, self._near, self._joints = source, near, joints
+        self._scaled = scaled(source)
+        self._unknown = distance_unknown(source)
         self._blind = True
 
-    def watch(self, bodies: np.ndarray, held: int, counts: np.ndarray) -> None:
-        """Choose what is looked at.
+    def watch(self, pairs: np.ndarray, part: np.ndarray | None) -> None:
+        """Choose what is measured.
 
         Args:
-            bodies: Mark what moves.  # (nbody,)
-            held: Root body of what goes with the tool; 0 where nothing does.
-            counts: Pairs of geoms that shall not touch.  # (ngeom, ngeom)
+            pairs: Pairs of geoms that shall not touch, and may.  # (ngeom, ngeom)
+            part: By how many of the joints each geom is moved; None where these do more than turn
+                about axes in a row.  # (ngeom,)
         """
-        self._lookout.watch(bodies, held)
-        model, part = self._source, self._part_of_body
-        if part is None or model.nflex:
+        model = self._source
+        if part is None or model.nflex or (pairs & self._unknown).any():
+            self._blind = True
             return
-        part = np.where(model.body_rootid == held, len(self._joints), part) if held else part
-        pairs = counts & self._comparable
-        self._part = np.where(pairs.any(axis=1), part[model.geom_bodyid], 0)
-        apart = self._part[:, np.newaxis] != self._part
-        first, second = np.nonzero(np.triu(pairs & apart & ~self._exact))
+        self._blind = False
+        self._part = np.where(pairs.any(axis=1), part, 0)
+        first, second = np.nonzero(np.triu(pairs))
         swap = self._part[first] > self._part[second]
-        self._boxed = np.where(swap, (second, first), (first, second))  # (2, npair)
-        self._box_geoms, self._sides = np.unique(self._boxed, return_inverse=True)
-        self._blind = bool((model.geom_type[self._box_geoms] == _PLANE).any())
+        self._pairs = np.where(swap, (second, first), (first, second))  # (2, npair)
+        self._sides = self._part[self._pairs]
+        self._corner = np.where(self._scaled[first, second], CORNER, 1.0)
+        self._geoms, seen = np.unique(self._pairs, return_inverse=True)
+        self._seen = seen.reshape(2, -1)  # the pairs, by places in _geoms
+        self._radii = model.geom_rbound[self._pairs].sum(axis=0)
+        flat = model.geom_type[self._pairs] == _PLANE
+        self._flat = np.flatnonzero(flat.any(axis=0))
+        self._flat_side = flat[1, self._flat].astype(int)
 
     def take(self) -> None:
-        """Take over where everything is, and how thick."""
-        own, near = self._lookout.model, self._near.model
-        more = 0.5 * (WIDE - self._near.padding)
-        own.geom_margin[:] = near.geom_margin + more
-        own.body_margin[:] = near.body_margin + more
-        self._lookout.take(self._near.data)
+        """Take over how thick everything is."""
         self._motion: ArmMotion | None = None  # fingers and what they hold may be elsewhere
+        if not self._blind:
+            thick = margins(self._near.model) - self._near.padding
+            self._thick = thick[tuple(self._pairs)]
 
     def proven(self, path: np.ndarray, needed: np.ndarray, carried: Carried) -> np.ndarray:
         """Tell which of many configurations are free, without any doubt.
@@ -95,9 +91,10 @@ class ClearanceProof:
             Where this is False, nothing is known.  # (n,)
         """
         n, nq = path.shape
-        if self._blind or n <= WINDOWS[-1] or not self._kept(path[0], needed, carried):
+        if self._blind or n <= WINDOWS[-1]:
             return np.zeros(n, dtype=bool)
-        overflows = self._overflows
+        asked = needed[tuple(self._pairs)]
+        asked = np.where(asked > 0.0, self._corner * asked, asked) + self._thick + DOUBT
         filled = np.concatenate([path, np.repeat(path[-1:], -n % WINDOWS[0], axis=0)])
         proven = np.zeros(len(filled), dtype=bool)
         worth = ~proven
@@ -105,26 +102,19 @@ class ClearanceProof:
             rows = np.flatnonzero((worth & ~proven).reshape(-1, size)[:, 0])
             if not len(rows):
                 break
-            free, near = self._proven(filled.reshape(-1, size, nq)[rows], needed, carried)
+            free, near = self._windows(filled.reshape(-1, size, nq)[rows], asked, carried)
             proven.reshape(-1, size)[rows] = free[:, np.newaxis]
             worth.reshape(-1, size)[rows] = ~near[:, np.newaxis]
-        return proven[:n] & (self._overflows == overflows)
+        return proven[:n]
 
-    def _kept(self, q: np.ndarray, needed: np.ndarray, carried: Carried) -> bool:
-        """Tell whether geoms of the same part, which never move apart, are as far as asked for."""
-        self._near.look(q, carried(q))
-        first, second, distance = self._near.seen
-        same = self._part[first] == self._part[second]
-        return not (distance < needed[first, second])[same].any()
-
-    def _proven(
-        self, windows: np.ndarray, needed: np.ndarray, carried: Carried
+    def _windows(
+        self, windows: np.ndarray, asked: np.ndarray, carried: Carried
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Look at the middles of windows.
+        """Measure at the middles of windows.
 
         Args:
             windows: Configurations [rad].  # (m, size, nq)
-            needed: As for `proven`.
+            asked: Least distance of each pair [m].  # (npair,)
             carried: As for `proven`.
 
         Returns:
@@ -133,75 +123,83 @@ class ClearanceProof:
         """
         middles = windows[:, windows.shape[1] // 2]
         turned = windows - middles[:, np.newaxis]
-        left, stand, motion = self._look(middles, needed, carried)
-        ways = motion.ways(stand, turned).max(axis=1)
-        ways_apart = motion.ways_apart(np.abs(turned).max(axis=1))
-        free = (ways <= left[:, 0, 1:]).all(axis=1)
-        free &= (ways_apart <= left[:, 1:, 1:]).all(axis=(1, 2))
-        return free, left.min(axis=(1, 2)) < 0.0
-
-    def _look(
-        self, configurations: np.ndarray, needed: np.ndarray, carried: Carried
-    ) -> tuple[np.ndarray, Stand, ArmMotion]:
-        """Give how much farther than asked for everything is at least from everything [m].
-
-        Returns:
-            By the parts on both sides, the one nearer to the base first; and where the arm stands
-            in all this.  # (m, nq + 1, nq + 1)
-        """
-        lookout, part = self._lookout, self._part
-        data, geoms = lookout.data, self._box_geoms
-        motion = self._motion
-        parts, most = len(self._joints) + 1, max(float(needed.max()), 0.0)
-        left = np.full((len(configurations), parts, parts), WIDE - DOUBT - most)
-        stands, positions, matrices, seen = [], [], [], []
-        for q in configurations:
-            lookout.look(q, carried(q))
+        near, geoms = self._near, self._geoms
+        data, motion = near.data, self._motion
+        stands, positions, matrices = [], [], []
+        for q in middles:
+            near.put(q, carried(q))
             if motion is None:
-                motion = self._motion = ArmMotion(lookout.model, data, self._joints, part)
-                self._box_margins = margins(lookout.model)[tuple(self._boxed)] - WIDE
+                motion = self._motion = ArmMotion(near.model, data, self._joints, self._part)
             stands.append(motion.stand(data))
             positions.append(data.geom_xpos[geoms])
             matrices.append(data.geom_xmat[geoms])
-            seen.append(lookout.seen)
         assert motion is not None
-        rows = np.repeat(np.arange(len(seen)), [len(distance) for *_, distance in seen])
-        first, second, distance = map(np.concatenate, zip(*seen, strict=True))
-        known = self._exact[first, second] & (part[first] != part[second])
-        first, second = first[known], second[known]
-        slack = distance[known] - needed[first, second] - DOUBT
-        one, other = part[first], part[second]
-        sides = rows[known], np.minimum(one, other), np.maximum(one, other)
-        np.minimum.at(left, sides, slack)
-        if len(geoms):
-            self._look_at_boxes(np.array(positions), np.array(matrices), needed, left)
-        return left, motion.stands(stands), motion
+        m, nq = middles.shape
+        ways = np.zeros((m, nq + 1, nq + 1))
+        ways[:, 0, 1:] = motion.ways(motion.stands(stands), turned).max(axis=1)
+        ways[:, 1:, 1:] = motion.ways_apart(np.abs(turned).max(axis=1))
+        enough = asked + ways[:, self._sides[0], self._sides[1]]
+        return self._measured(np.array(positions), np.array(matrices), asked, enough)
 
-    def _look_at_boxes(
-        self, positions: np.ndarray, matrices: np.ndarray, needed: np.ndarray, left: np.ndarray
-    ) -> None:
-        """Take into account the pairs of which only the boxes around them are compared."""
-        aabb = self._source.geom_aabb[self._box_geoms]
-        rotation = matrices.reshape(*positions.shape, 3)
-        centre = positions + (rotation @ aabb[:, :3, np.newaxis])[..., 0]
-        half = np.broadcast_to(aabb[:, 3:], centre.shape)
-        one, other = (
-            Boxes(
-                centre[:, side].reshape(-1, 3),
-                rotation[:, side].reshape(-1, 3, 3),
-                half[:, side].reshape(-1, 3),
+    def _measured(
+        self, positions: np.ndarray, matrices: np.ndarray, asked: np.ndarray, enough: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Tell where all pairs are farther apart than is enough, and where one is too near.
+
+        Args:
+            positions: Of the geoms [m].  # (m, ngeom, 3)
+            matrices: Their axes.  # (m, ngeom, 9)
+            asked: Least distance of each pair [m].  # (npair,)
+            enough: Distance that is enough [m].  # (m, npair)
+        """
+        free, near = np.ones(len(enough), dtype=bool), np.zeros(len(enough), dtype=bool)
+        first, second = self._seen
+        between = positions[:, second] - positions[:, first]
+        bound = np.sqrt(np.einsum("...i,...i->...", between, between)) - self._radii
+        for column, side in zip(self._flat.tolist(), self._flat_side.tolist(), strict=True):
+            normal = matrices[:, self._seen[side, column], 2::3]
+            height = np.einsum("mi,mi->m", between[:, column], normal)
+            bound[:, column] = (1 - 2 * side) * height - self._radii[column]
+        rows, columns = np.nonzero(bound < enough)
+        bounds = self._boxes_apart(positions, matrices, rows, columns)
+        left = bounds - enough[rows, columns]
+        model, data = self._near.model, self._near.data
+        at, turned = data.geom_xpos, data.geom_xmat
+        for i in np.argsort(left, kind="stable").tolist():
+            if left[i] >= 0.0:
+                break
+            row, column = rows[i], columns[i]
+            if not free[row]:
+                continue
+            for k, geom in zip(self._seen[:, column], self._pairs[:, column], strict=True):
+                at[geom], turned[geom] = positions[row, k], matrices[row, k]
+            pair = self._pairs[:, column]
+            distance = mujoco.mj_geomDistance(
+                model, data, pair[0], pair[1], enough[row, column], None
             )
-            for side in self._sides.reshape(2, -1)
-        )
-        asked = needed[tuple(self._boxed)]
-        asked = np.where(asked > 0.0, CORNER * asked, asked) + self._box_margins + DOUBT
-        enough = float(left.max() + asked.max())
-        slack = apart(one, other, enough).reshape(len(left), -1) - asked
-        rows = np.arange(len(left))[:, np.newaxis]
-        first, second = self._part[self._boxed]
-        np.minimum.at(left, (rows, first, second), slack)
+            if distance < enough[row, column]:
+                free[row], near[row] = False, distance < asked[column]
+        return free, near
 
-    @property
-    def _overflows(self) -> int:
-        """How often there was no room for a contact."""
-        return int(self._lookout.data.warning.number[_FULL])
+    def _boxes_apart(
+        self, positions: np.ndarray, matrices: np.ndarray, rows: np.ndarray, columns: np.ndarray
+    ) -> np.ndarray:
+        """Give how far the boxes around pairs of geoms are apart at least [m].
+
+        Args:
+            positions: As for `_measured`.
+            matrices: As for `_measured`.
+            rows: Which configurations.  # (n,)
+            columns: Which pairs.  # (n,)
+        """  # (n,)
+        aabb = self._source.geom_aabb
+        sides = []
+        for seen, geoms in zip(self._seen, self._pairs, strict=True):
+            box = aabb[geoms[columns]]
+            rotation = matrices[rows, seen[columns]].reshape(-1, 3, 3)
+            centre = positions[rows, seen[columns]]
+            centre = centre + np.einsum("nij,nj->ni", rotation, box[:, :3])
+            sides.append(Boxes(centre, rotation, box[:, 3:]))
+        bound = apart(*sides)
+        bound[np.isin(columns, self._flat)] = -np.inf
+        return bound

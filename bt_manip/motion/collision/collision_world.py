@@ -8,10 +8,13 @@ import numpy as np
 from bt_manip.cell.labels import Labels
 from bt_manip.robots import Robot, RobotModel
 
+from .arm_motion import part_of_body
 from .clearance_proof import ClearanceProof
 from .encounter import CLEARANCE
 from .figure import Figure
+from .geom_pairs import comparable
 from .lookout import Lookout
+from .neighbours import never_touching
 from .other_robot import OtherRobot
 
 PADDING = 8e-3  # [m] how far away contacts are seen
@@ -62,7 +65,9 @@ class CollisionWorld:
             self._source = robot.mj_model
             adr = np.array(robot.qpos_adr)
             self._near = Lookout(self._source, PADDING, adr)
-            self._proof = ClearanceProof(self._source, self._near, adr, np.array(robot.dof_adr))
+            self._joints = self._source.dof_jntid[np.array(robot.dof_adr)]
+            self._parts = part_of_body(self._source, self._joints)
+            self._proof = ClearanceProof(self._source, self._near, self._joints)
             self._labels = Labels(self._source)
         if figure.bodies is not self._watched:
             self._watched = figure.bodies
@@ -99,7 +104,6 @@ class CollisionWorld:
         """Look at what moves, and at what of it may touch."""
         model, figure = self._source, self._figure
         assert model is not None
-        self._near.watch(figure.bodies, figure.held_root)
         of_geom = model.geom_bodyid
         fingers = np.isin(of_geom, self._robot.finger_body_ids)
         moving, own = figure.bodies[of_geom], figure.arm[of_geom]
@@ -109,7 +113,22 @@ class CollisionWorld:
         may_touch = gripping[:, np.newaxis] & gripping
         self.counts = (moving[:, np.newaxis] | moving) & ~may_touch & ~may_touch.T
         self.own = own[:, np.newaxis] & own
-        self._proof.watch(figure.bodies, figure.held_root, self.counts)
+        part = self._part_of_geom()
+        if part is not None:
+            self.counts &= (part != part[:, np.newaxis]) | ~(moving[:, np.newaxis] & moving)
+        self.counts &= comparable(model)
+        if part is not None:
+            self.counts &= ~never_touching(model, self._joints, part, self.counts)
+        self._near.watch(self.counts, figure.held_root)
+        self._proof.watch(self.counts, part)
+
+    def _part_of_geom(self) -> np.ndarray | None:
+        """Number the geoms by how many of the arm's joints move them."""  # (ngeom,)
+        model, held = self._source, self._figure.held_root
+        if model is None or self._parts is None:
+            return None
+        last = (model.body_rootid == held) & (held > 0)
+        return np.where(last, len(self._joints), self._parts)[model.geom_bodyid]
 
     def look(self, q: np.ndarray) -> int:
         """Put the arm at a configuration and find what is near.

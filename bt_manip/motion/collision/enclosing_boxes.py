@@ -18,12 +18,8 @@ class Boxes(NamedTuple):
     rotation: np.ndarray
     half: np.ndarray
 
-    def take(self, rows: np.ndarray) -> "Boxes":
-        """Give some of them."""
-        return Boxes(self.centre[rows], self.rotation[rows], self.half[rows])
 
-
-def apart(first: Boxes, second: Boxes, enough: float) -> np.ndarray:
+def apart(first: Boxes, second: Boxes) -> np.ndarray:
     """Give a lower bound of the distance of boxes [m], negative where they may overlap.
 
     The larger of the gap along the normal of a face of either, and that between one and the sphere
@@ -33,24 +29,17 @@ def apart(first: Boxes, second: Boxes, enough: float) -> np.ndarray:
     Args:
         first: On one side.
         second: On the other.
-        enough: Where it is more than that, nobody asks by how much [m].
     """  # (n,)
     between = second.centre - first.centre
-    beyond = np.abs(_seen_from(second, between)) - second.half
-    bound = _outside(beyond) - np.linalg.norm(first.half, axis=-1)
-    rows = np.flatnonzero(bound < enough)
-    if not len(rows):
-        return bound
-    one, other = first.take(rows), second.take(rows)
-    in_first = np.abs(_seen_from(one, between[rows])) - one.half
-    spread = np.abs(np.swapaxes(one.rotation, -1, -2) @ other.rotation)
-    closer = np.maximum.reduce([
-        (in_first - (spread @ other.half[..., np.newaxis])[..., 0]).max(axis=-1),
-        (beyond[rows] - (one.half[..., np.newaxis, :] @ spread)[..., 0, :]).max(axis=-1),
-        _outside(in_first) - np.linalg.norm(other.half, axis=-1),
+    in_first = np.abs(_seen_from(first, between)) - first.half
+    in_second = np.abs(_seen_from(second, between)) - second.half
+    spread = np.abs(np.swapaxes(first.rotation, -1, -2) @ second.rotation)
+    return np.maximum.reduce([
+        (in_first - (spread @ second.half[..., np.newaxis])[..., 0]).max(axis=-1),
+        (in_second - (first.half[..., np.newaxis, :] @ spread)[..., 0, :]).max(axis=-1),
+        _outside(in_first) - np.linalg.norm(second.half, axis=-1),
+        _outside(in_second) - np.linalg.norm(first.half, axis=-1),
     ])  # fmt: skip
-    bound[rows] = np.maximum(bound[rows], closer)
-    return bound
 
 
 def _seen_from(boxes: Boxes, vectors: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from .figure import Figure
-from .private_model import look_only_between, private_copy
+from .private_model import look_only_at, private_copy
 
 CLEARANCE = 10e-3
 """Distance that robots keep from each other [m]: what both may be off, and a little more."""
@@ -51,9 +51,11 @@ class Encounter:
             self._seen = None
         if self._seen is None or any(a is not b for a, b in zip(seen, self._seen, strict=True)):
             self._seen = seen
-            look_only_between(self._model, self._source, first.bodies, second.bodies)
-            one, other = (figure.bodies[self._source.geom_bodyid] for figure in self._figures)
+            solid = (self._source.geom_contype | self._source.geom_conaffinity) != 0
+            of_geom = self._source.geom_bodyid
+            one, other = (figure.bodies[of_geom] & solid for figure in self._figures)
             self._between = (one[:, np.newaxis] & other) | (other[:, np.newaxis] & one)
+            look_only_at(self._model, self._between)
         self._data.qpos[:] = self._robot.mj_data.qpos
         for figure in self._figures:
             figure.spread(self._data.qpos)

@@ -4,20 +4,8 @@ import mujoco
 import numpy as np
 
 _GEOM = mujoco.mjtGeom
-_PLANE, _SPHERE = int(_GEOM.mjGEOM_PLANE), int(_GEOM.mjGEOM_SPHERE)
-_CAPSULE, _CYLINDER = int(_GEOM.mjGEOM_CAPSULE), int(_GEOM.mjGEOM_CYLINDER)
-_ELLIPSOID, _BOX, _MESH = (
-    int(kind) for kind in (_GEOM.mjGEOM_ELLIPSOID, _GEOM.mjGEOM_BOX, _GEOM.mjGEOM_MESH)
-)
-
-# Of these MuJoCo computes the distance in closed form. Of two boxes apart it tells nothing where
-# the nearest faces do not overlap, and what its iterations find of two convex shapes is off by
-# centimetres at times when the margin is wide.
-_EXACT = [
-    *((_PLANE, other) for other in (_SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH)),
-    *((_SPHERE, other) for other in (_SPHERE, _CAPSULE, _CYLINDER, _BOX)),
-    *((_CAPSULE, other) for other in (_CAPSULE, _BOX)),
-]
+_BOX = int(_GEOM.mjGEOM_BOX)
+_FIELDS = [int(kind) for kind in (_GEOM.mjGEOM_HFIELD, _GEOM.mjGEOM_SDF)]
 _BODY_BITS = 16  # of a signature
 
 
@@ -44,13 +32,19 @@ def comparable(model: mujoco.MjModel) -> np.ndarray:
     return pairs
 
 
-def exact(model: mujoco.MjModel) -> np.ndarray:
-    """Mark the pairs of geoms whose distance MuJoCo finds exactly, however far they are apart."""
-    table = np.zeros((int(_GEOM.mjNGEOMTYPES),) * 2, dtype=bool)  # (ngeom, ngeom)
-    for first, second in _EXACT:
-        table[first, second] = table[second, first] = True
-    kind = model.geom_type
-    return table[kind[:, np.newaxis], kind]
+def scaled(model: mujoco.MjModel) -> np.ndarray:
+    """Mark the pairs of geoms whose contacts are nearer than they are, the farther the more.
+
+    Of two boxes corner to corner MuJoCo gives the gap along the axes of one, not the distance.
+    """  # (ngeom, ngeom)
+    box = model.geom_type == _BOX
+    return box[:, np.newaxis] & box
+
+
+def distance_unknown(model: mujoco.MjModel) -> np.ndarray:
+    """Mark the pairs of geoms of which MuJoCo gives no distance, only contacts."""
+    field = np.isin(model.geom_type, _FIELDS)  # (ngeom, ngeom)
+    return field[:, np.newaxis] | field
 
 
 def margins(model: mujoco.MjModel) -> np.ndarray:

@@ -30,16 +30,16 @@ class Lookout:
         self._source, self.padding, self._adr = source, padding, qpos_adr
         self.model = private_copy(source, padding)
         self.data = mujoco.MjData(self.model)
-        self.watch(np.zeros(source.nbody, dtype=bool))
+        self.watch(np.zeros((source.ngeom, source.ngeom), dtype=bool))
 
-    def watch(self, bodies: np.ndarray, held: int = 0) -> None:
+    def watch(self, pairs: np.ndarray, held: int = 0) -> None:
         """Choose what is looked at.
 
         Args:
-            bodies: Mark what moves.  # (nbody,)
+            pairs: Pairs of geoms.  # (ngeom, ngeom)
             held: Root body of what goes with the tool; 0 where nothing does.
         """
-        look_only_at(self.model, self._source, bodies)
+        look_only_at(self.model, pairs)
         start = int(self.model.jnt_qposadr[self.model.body_jntadr[held]]) if held else 0
         qpos = self.data.qpos
         self._held_pos, self._held_quat = qpos[start : start + 3], qpos[start + 3 : start + 7]
@@ -72,14 +72,22 @@ class Lookout:
         Returns:
             How many contacts were seen; `seen` has them.
         """
-        model, data = self.model, self.data
-        data.qpos[self._adr] = q
+        self.put(q, T_wo)
+        mujoco.mj_collision(self.model, self.data)
+        return int(self.data.ncon)
+
+    def put(self, q: np.ndarray, T_wo: pin.SE3 | None = None) -> None:
+        """Put the arm at a configuration.
+
+        Args:
+            q: Positions of the arm's joints [rad].  # (nq,)
+            T_wo: Where what is held is then.
+        """
+        self.data.qpos[self._adr] = q
         if T_wo is not None:
             self._held_pos[:] = T_wo.translation
             mujoco.mju_mat2Quat(self._held_quat, T_wo.rotation.ravel())
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_collision(model, data)
-        return int(data.ncon)
+        mujoco.mj_kinematics(self.model, self.data)
 
     @property
     def seen(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -5,7 +5,7 @@ import copy
 import mujoco
 import numpy as np
 
-_HALF = 16  # of the bits of contype and conaffinity
+_BITS = 31  # of contype and conaffinity
 
 
 def moved_bodies(model: mujoco.MjModel, dofs: np.ndarray) -> np.ndarray:
@@ -31,45 +31,26 @@ def private_copy(model: mujoco.MjModel, padding: float) -> mujoco.MjModel:
     return own
 
 
-def look_only_at(own: mujoco.MjModel, model: mujoco.MjModel, bodies: np.ndarray) -> None:
-    """Let a copy of a model leave out the contacts in which nothing of these bodies takes part.
+def look_only_at(own: mujoco.MjModel, pairs: np.ndarray) -> None:
+    """Let a copy of a model look at some pairs of geoms, and at those that it asks for by name.
 
-    Which of the other contacts are seen does not change: MuJoCo asks of a pair whether the contype
-    of either meets the conaffinity of the other. Here only what moves has a contype, and the
-    conaffinity of the rest carries its contype in the upper half.
-
-    Args:
-        own: The copy, which is changed.
-        model: The original.
-        bodies: Mark what moves.  # (nbody,)
-    """
-    geoms = bodies[model.geom_bodyid]
-    contype, conaffinity = model.geom_contype, model.geom_conaffinity
-    if max(contype.max(initial=0), conaffinity.max(initial=0)) >= 1 << (_HALF - 1):
-        return  # no room; whoever asks filters what is seen
-    own.geom_contype[:] = np.where(geoms, contype | (conaffinity << _HALF), 0)
-    own.geom_conaffinity[:] = np.where(geoms, conaffinity, conaffinity | (contype << _HALF))
-    own.body_contype[:] = own.body_conaffinity[:] = 0
-    np.bitwise_or.at(own.body_contype, own.geom_bodyid, own.geom_contype)
-    np.bitwise_or.at(own.body_conaffinity, own.geom_bodyid, own.geom_conaffinity)
-
-
-def look_only_between(
-    own: mujoco.MjModel, model: mujoco.MjModel, first: np.ndarray, second: np.ndarray
-) -> None:
-    """Let a copy of a model leave out contacts that are not between two sets of bodies.
-
-    Those that the model asks for by name are still seen.
+    MuJoCo compares geoms when a bit of the contype of either is one of the conaffinity of the
+    other. Here all geoms that are compared with the same others have a bit for themselves.
 
     Args:
-        own: The copy, which is changed.
-        model: The original.
-        first: Mark the bodies on the one side.  # (nbody,)
-        second: Mark those on the other.  # (nbody,)
+        own: The copy, which is changed. Where there are not enough bits it stays as it is: whoever
+            asks filters what is seen.
+        pairs: Mark them; it is symmetric.  # (ngeom, ngeom)
     """
-    solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-    own.geom_contype[:] = first[model.geom_bodyid] & solid
-    own.geom_conaffinity[:] = second[model.geom_bodyid] & solid
+    kinds, kind = np.unique(pairs, axis=0, return_inverse=True)
+    kind = kind.reshape(-1)
+    if len(kinds) > _BITS:
+        return
+    bits = 1 << np.arange(len(kinds))
+    # Geoms of one kind are compared with the same kinds: any of them stands for the others.
+    one_of = np.unique(kind, return_index=True)[1]
+    own.geom_contype[:] = bits[kind]
+    own.geom_conaffinity[:] = (kinds[:, one_of] @ bits)[kind]
     own.body_contype[:] = own.body_conaffinity[:] = 0
     np.bitwise_or.at(own.body_contype, own.geom_bodyid, own.geom_contype)
     np.bitwise_or.at(own.body_conaffinity, own.geom_bodyid, own.geom_conaffinity)

@@ -5,7 +5,8 @@ import numpy as np
 from .edges import Free, line_free
 
 TRIES = 120
-STEP = 0.01  # [rad] between the configurations that are looked at
+STEP = 0.02  # [rad] between the configurations that are looked at
+WORTH = 5e-3  # of the path's length, that a cut saves: others are not looked at
 _LEAST = 1e-6  # [rad]
 
 
@@ -33,7 +34,8 @@ def shortened(
             continue
         j = min(j, len(path) - 2)
         a, b = _at(path, along, first, i), _at(path, along, last, j)
-        if line_free(a, b, free, STEP):
+        saved = last - first - float(np.linalg.norm(b - a))
+        if saved >= WORTH * along[-1] and line_free(a, b, free, STEP):
             path = _without_repeats(np.vstack([path[: i + 1], a, b, path[j + 1 :]]))
     return _pruned(path, free)
 
