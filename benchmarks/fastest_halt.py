@@ -11,7 +11,7 @@ import ruckig
 from scipy import sparse
 from scipy.optimize import linprog
 
-from bt_manip.motion.halting import Curve
+from bt_manip.motion.clock_limits import Curve
 from bt_manip.motion.jerk_profile import JerkProfile
 from bt_manip.robots import RobotModel
 

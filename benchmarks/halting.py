@@ -9,7 +9,7 @@ from benchmarks.motions import KINDS, STEP, advance, begin
 from benchmarks.scenes import Planned, random_scene
 from bt_manip.motion import Arm, PathTrajectory, SequenceTrajectory
 from bt_manip.motion.bounds import Bounds
-from bt_manip.motion.halting import Curve
+from bt_manip.motion.clock_limits import Curve
 from bt_manip.motion.jerk_profile import JerkProfile
 from bt_manip.motion.paced_trajectory import PacedTrajectory
 from bt_manip.motion.trajectory import TailTrajectory

@@ -26,3 +26,19 @@ class Bounds(NamedTuple):
             np.append(self.acceleration, acceleration),
             np.append(self.jerk, jerk),
         )
+
+    def use(
+        self, velocity: np.ndarray, acceleration: np.ndarray, step: float
+    ) -> tuple[float, float, float]:
+        """Give the largest fractions of velocity, acceleration and jerk that are used.
+
+        Args:
+            velocity: At equal steps of time.  # (n, m)
+            acceleration: At the same; its differences are the jerk.  # (n, m)
+            step: The time between them [s].
+        """
+        return (
+            float((np.abs(velocity) / self.velocity).max()),
+            float((np.abs(acceleration) / self.acceleration).max()),
+            float((np.abs(np.diff(acceleration, axis=0)) / (step * self.jerk)).max()),
+        )

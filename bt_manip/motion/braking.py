@@ -1,17 +1,19 @@
 """Coming to rest, from wherever a motion is."""
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from bt_manip.robots import RobotModel
 
+from .bounds import Bounds
+from .clock_limits import Curve
 from .effort import ALLOWED
-from .halting import Curve, halting_clocks
-from .limit_check import effort_use, limit_use
+from .halting import State, halting_clocks, shortest_rest
+from .limit_check import EFFORT_STEP, ROUNDING, STEP, effort_use, greatest_effort, step_times
 from .paced_trajectory import PacedTrajectory
-from .pacing import paced
 from .trajectory import PathTrajectory, SequenceTrajectory, TailTrajectory, Trajectory
+
+ENOUGH = 1.02  # times the least that any path leaves: who rests as soon as that need not look on
+_EVERY = round(EFFORT_STEP / STEP)
 
 
 def brake(trajectory: Trajectory, t: float, model: RobotModel) -> Trajectory:
@@ -26,20 +28,64 @@ def brake(trajectory: Trajectory, t: float, model: RobotModel) -> Trajectory:
     """
     trajectory, t = _innermost(trajectory, t)
     tail = TailTrajectory(trajectory, t)
-    best: Trajectory = tail
-    least: float | None = None  # effort of the best; that of the tail is seldom needed
-    for trial in _on_the_way(trajectory, t, model):
-        if trial.duration >= tail.duration:
-            break  # those that come after it take even longer
-        if not limit_use(trial, model.limits).inside:
-            continue
-        effort = effort_use(trial, model)
-        if effort <= ALLOWED:
-            return trial
-        if least is None:
-            least = effort_use(tail, model)
-        if effort < least:
-            best, least = trial, effort
+    whole, state = clock_along(trajectory, t)
+    halted = halt(whole, state, model, tail.duration)
+    return tail if halted is None else halted
+
+
+def clock_along(trajectory: Trajectory, t: float) -> tuple[Trajectory, State]:
+    """Give what is driven at some pace, and the state of the clock that goes along it."""
+    if isinstance(trajectory, PacedTrajectory):
+        return trajectory.whole, trajectory.clock.sample(t)
+    return trajectory, (t, 1.0, 0.0)
+
+
+def curve_of(whole: Trajectory, model: RobotModel) -> Curve:
+    """Give what a clock along a trajectory goes through, with what the path carries."""
+    if isinstance(whole, PathTrajectory):
+        return Curve(whole.coordinates, whole.bounds, whole.duration)
+    return Curve(whole.table, Bounds.of_joints(model.limits), whole.duration)
+
+
+def halt(whole: Trajectory, state: State, model: RobotModel, left: float) -> PacedTrajectory | None:
+    """Bring the clock along a trajectory to rest, as soon as the limits allow.
+
+    Args:
+        whole: What is being driven.
+        state: Its time now, the pace and the pace's change: [s], [-] and [1/s].
+        model: The arm with its payload.
+        left: How long the motion would go on [s].
+
+    Returns:
+        None where nothing rests sooner than the motion, or only with more effort than is allowed
+        and than the motion itself takes.
+    """
+    curve = curve_of(whole, model)
+    s, p, u = state
+    _, d1, d2 = (rows[0] for rows in curve.evaluate(np.array([s])))
+    if left <= ENOUGH * shortest_rest(d1 * p, d2 * p * p + d1 * u, curve.bounds):
+        return None
+    best: PacedTrajectory | None = None
+    least: float | None = None  # effort of the best; that of the motion is seldom needed
+    for looked in (None, model):  # at efforts: seldom do they ask for less than the joints' limits
+        for clock in halting_clocks(curve, state, looked, ALLOWED):
+            if clock.duration >= left:
+                break  # those that come after it take even longer
+            times = step_times(clock.duration, STEP)
+            x, v, a = curve.driven(clock, times)
+            if max(curve.bounds.use(v, a, STEP)) > 1.0 + ROUNDING:
+                continue
+            halted = PacedTrajectory(whole, clock)
+            q, v, a = (rows[::_EVERY, : model.nq] for rows in (x, v, a))
+            effort = greatest_effort(model, q, v, a)
+            if effort <= ALLOWED:
+                return halted
+            if least is None:
+                least = effort_use(TailTrajectory(whole, s), model)
+            if effort < least:
+                best, least = halted, effort
+            if looked is None:
+                break
     return best
 
 
@@ -53,33 +99,3 @@ def _innermost(trajectory: Trajectory, t: float) -> tuple[Trajectory, float]:
             trajectory = trajectory.whole
         else:
             return trajectory, t
-
-
-def _on_the_way(trajectory: Trajectory, t: float, model: RobotModel) -> Iterator[Trajectory]:
-    clock = (t, 1.0, 0.0)
-    if isinstance(trajectory, PacedTrajectory):
-        clock = trajectory.clock.sample(t)
-        trajectory = trajectory.whole
-    if isinstance(trajectory, PathTrajectory):
-        now, pace, change = clock
-        s, ds, dds = trajectory.profile.sample(now)
-        yield from _on_path(trajectory, (s, ds * pace, dds * pace * pace + ds * change), model)
-        return
-    slowed = paced(trajectory, clock, 0.0, model)
-    if slowed is not None:
-        yield slowed
-
-
-def _on_path(
-    trajectory: PathTrajectory, state: tuple[float, float, float], model: RobotModel
-) -> Iterator[PathTrajectory]:
-    path, bounds = trajectory.path, trajectory.bounds
-
-    def evaluate(s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        x, d1, d2 = path.evaluate(s)
-        return x, d1, d2
-
-    for profile in halting_clocks(Curve(evaluate, bounds, 1.0), state, model, ALLOWED):
-        braked = PathTrajectory(path, profile, bounds)
-        if max(braked.use()) <= 1.0 + 1e-9:
-            yield braked

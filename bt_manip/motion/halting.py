@@ -1,205 +1,204 @@
 """The fastest way to bring a motion to rest on its own path.
 
-A path is gone through by a clock: its reading s, its pace p and the pace's change u, whose own
-change is the clock's jerk. With the path's derivatives x' and x'' its coordinates accelerate by
-``x' u + x'' p^2``, and the efforts are linear in u, p^2 and p. So in each short step the limits of
-acceleration and effort leave an interval of u, the limits of jerk leave another one around the u of
-the step before, and the lowest u in both brakes hardest. Once the pace is only just enough to let u
-come back to nought in time, it does so at the greatest jerk.
+A clock that brakes as hard as acceleration and effort allow at each reading is found by going
+forward once, its jerk apart. Along it the limits are known as functions of time, and so is what
+those of jerk make of them: the change of the pace falls no faster, and rises no later, than they
+allow. That moves the clock a little, so it is done again until the limits are kept.
 """
 
-from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from collections.abc import Iterator
+from math import sqrt
 
 import numpy as np
 
 from bt_manip.robots import RobotModel
 
 from .bounds import Bounds
+from .clock_limits import ClockLimits, Curve, Rates
 from .jerk_profile import JerkProfile
 
 STEP = 1e-3  # [s] in which the clock's jerk is constant
-MOST_STEPS = 4000
+FINE = 5e-4  # [s] for what is as short as this
+SHORT = 0.06  # [s]
+MOST_STEPS = 400
+MARGINS = (0.995, 0.97, 0.93, 0.85, 0.7, 0.5, 0.3)  # fractions of the limits
+ROUNDS = 5
+SETTLED = 1e-3  # of the duration, below which another round changes nothing
 LANDING = 0.97  # of the limits of jerk, for coming back to nought
-# Fractions of the limits, and the time [s] that is looked ahead for limits that become narrower.
-TRIALS = (
-    (0.999, 0.0), (0.99, 0.0), (0.97, 0.0), (0.999, 5e-3), (0.97, 5e-3), (0.999, 12e-3),
-    (0.97, 12e-3), (0.94, 0.0), (0.9, 0.0), (0.9, 12e-3), (0.85, 0.0), (0.8, 0.0), (0.7, 0.0),
-    (0.6, 0.0), (0.5, 0.0), (0.4, 0.0), (0.3, 0.0), (0.2, 0.0),
-)  # fmt: skip
-LOOK = 2.5e-3  # [s] between the places ahead that are looked at
-_CHUNK = 64  # places whose limits are computed at once
-_TINY = 1e-12
+LEVELS = 8  # paces that the lowest change is looked up between, for the first guess
+_TINY = 1e-9
 
-Evaluate = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
+State = tuple[float, float, float]
 
 
-class Curve(NamedTuple):
-    """What a clock goes through.
+def shortest_rest(v: np.ndarray, a: np.ndarray, bounds: Bounds) -> float:
+    """Give the longest time that any coordinate needs to come to rest, each by itself [s].
 
-    Attributes:
-        evaluate: Gives coordinates and their first two derivatives at readings of the clock, the
-            joints before all others.  # (n, m) each
+    No path lets them all rest sooner: acceleration comes and goes at the greatest jerk.
+
+    Args:
+        v: Velocities.  # (m,)
+        a: Accelerations.  # (m,)
         bounds: What the coordinates may do.  # (m,) each
-        end: The clock's last reading.
     """
-
-    evaluate: Evaluate
-    bounds: Bounds
-    end: float
+    most, jerk = bounds.acceleration, bounds.jerk
+    ahead = np.where(v + a * np.abs(a) / (2.0 * jerk) < 0.0, -1.0, 1.0)
+    v, a = ahead * v, ahead * a
+    peak = np.sqrt(np.maximum(jerk * v + 0.5 * a * a, 0.0))
+    full = (a + 2.0 * most) / jerk + (v + (0.5 * a * a - most * most) / jerk) / most
+    return float(np.where(peak <= most, (a + 2.0 * peak) / jerk, full).max())
 
 
 def halting_clocks(
-    curve: Curve, state: tuple[float, float, float], model: RobotModel, allowed: float
+    curve: Curve, state: State, model: RobotModel | None = None, allowed: float = 1.0
 ) -> Iterator[JerkProfile]:
-    """Bring a clock to rest, braking as hard as the limits allow in each step; and less hard.
+    """Bring a clock to rest, braking as hard as the limits allow; and less hard.
 
-    Whether the limits are kept is for the caller to see: where they become narrower faster than the
-    jerk may follow, only braking less hard helps.
+    Whether the limits are kept is for the caller to see: a clock may be a little outside, and then
+    another round, or a smaller fraction of the limits, helps.
 
     Args:
-        curve: What the clock goes through.
+        curve: What the clock goes through, inside its limits at pace 1.
         state: Its reading, its pace and the pace's change.
-        model: The arm with its payload.
+        model: The arm with its payload; None does not look at efforts.
         allowed: Fraction of the limits of effort that may be used.
 
     Returns:
-        Clocks that come to rest before the end, the fastest first.
+        Clocks that come to rest before the end.
     """
-    if state[1] <= _TINY:
-        return
-    limits = _Limits(curve, state[0], state[1] * STEP, model, allowed)
-    for margin, ahead in TRIALS:
-        limits.use(margin)
-        profile = _halted(limits, state, curve.end, ahead)
-        if profile is not None:
-            yield profile
-
-
-def _halted(
-    limits: "_Limits", state: tuple[float, float, float], end: float, ahead: float
-) -> JerkProfile | None:
-    """Go forward with the lowest change of the pace until it rests; None behind the end."""
     s, p, u = state
-    segments: list[list[float]] = []
-    h, t, landing = STEP, 0.0, False
-    here = limits.at(s)
-    while t < MOST_STEPS * h:
-        steepest = LANDING * limits.steepest(here)
-        if landing:
-            ramp = -2.0 * p / u
-            jerk = -u / ramp
-            segments.append([t, s, p, u, jerk])
-            s += ramp * (p + ramp * (0.5 * u + ramp * jerk / 6.0))
-            return JerkProfile(segments, t + ramp, s) if s <= end else None
-        there = limits.at(s + h * (p + 0.5 * h * u))
-        lowest = limits.lowest(here, there, (p, u), max(0.0, p + h * u), h)
-        for k in range(1, round(ahead / LOOK) + 1):
-            least, _ = limits.between(limits.at(s + k * LOOK * p), p)
-            lowest = max(lowest, min(least, max(u, 0.0)))
-        if lowest < 0.0 and 2.0 * p + h * (u + lowest) < lowest * lowest / steepest:
-            landing = True  # at this step's end the greatest jerk is just enough
-            root = h * h + 4.0 * max(0.0, 2.0 * p + h * u) / steepest
-            lowest = 0.5 * steepest * (h - float(np.sqrt(root)))
-        jerk = (lowest - u) / h
-        segments.append([t, s, p, u, jerk])
-        s += h * (p + h * (0.5 * u + h * jerk / 6.0))
-        p += 0.5 * h * (u + lowest)
-        u = lowest
-        t += h
-        if s > end or p <= 0.0 or (landing and u >= 0.0):
-            return None
-        here = limits.at(s)
-    return None
+    ramp = float((curve.bounds.acceleration / curve.bounds.jerk).max())
+    fastest = p + max(0.0, u) * ramp
+    if fastest <= _TINY:
+        return
+    _, d1, d2 = (rows[0] for rows in curve.evaluate(np.array([s])))
+    least = shortest_rest(d1 * p, d2 * p * p + d1 * u, curve.bounds)
+    limits = ClockLimits(curve, s, fastest * STEP, model, allowed)
+    course: _Course | None = None
+    for margin in MARGINS:
+        limits.margin = margin
+        if course is None:
+            course = _guess(limits, state, least, curve.end)
+            if course is None:
+                return
+        duration = 0.0
+        for _ in range(ROUNDS):
+            found = _again(limits, state, course, curve.end)
+            if found is None:
+                return
+            clock, course = found
+            yield clock
+            if abs(clock.duration - duration) < SETTLED * duration:
+                break
+            duration = clock.duration
 
 
-class _Limits:
-    """The limits along a curve, computed where they are asked for and interpolated between."""
+class _Course:
+    """Readings, paces and changes of the pace at equal steps of time."""
 
-    def __init__(
-        self,
-        curve: Curve,
-        start: float,
-        spacing: float,
-        model: RobotModel,
-        allowed: float,
-    ) -> None:
-        self._curve, self._model, self._allowed = curve, model, allowed
-        self._start, self._spacing = start, spacing
-        self._rows = np.empty((0, 0))
-        self._m = len(curve.bounds.jerk)
-        self.use(1.0)
+    def __init__(self, step: float, s: np.ndarray, p: np.ndarray, u: np.ndarray) -> None:
+        self.step, self.s, self.p, self.u = step, s, p, u
 
-    def use(self, margin: float) -> None:
-        """Take only a fraction of all limits from now on."""
-        bounds, effort = self._curve.bounds, self._allowed * self._model.limits.effort
-        self._bound = margin * np.concatenate([bounds.acceleration, effort])
-        self._jerk = margin * bounds.jerk
 
-    def at(self, s: float) -> np.ndarray:
-        """Give what multiplies u, p^2, p and 1, one below the other."""  # (4, m + nq)
-        place = (s - self._start) / self._spacing
-        i = int(place)
-        while i + 1 >= len(self._rows):
-            self._extend()
-        part = place - i
-        rows: np.ndarray = (1.0 - part) * self._rows[i] + part * self._rows[i + 1]
-        return rows
+def _guess(limits: ClockLimits, state: State, least: float, end: float) -> _Course | None:
+    """Brake as hard as acceleration and effort allow; None where the end comes first."""
+    s, p, _ = state
+    levels = np.linspace(0.0, max(p, _TINY), LEVELS + 1)
+    apart = float(levels[1])
 
-    def _extend(self) -> None:
-        done = len(self._rows)
-        places = self._start + self._spacing * np.arange(done, done + _CHUNK)
-        x, d1, d2 = self._curve.evaluate(np.minimum(places, self._curve.end))
-        model, n = self._model, self._model.nq
-        still, none = np.zeros(n), np.zeros_like(d1)
-        q, v, a = x[:, :n], d1[:, :n], d2[:, :n]
-        gravity = np.array([model.rnea(row, still, still) for row in q])
-        inertia = np.array([model.rnea(*row) for row in zip(q, 0.0 * v, v, strict=True)])
-        motion = np.array([model.rnea(*row) for row in zip(q, v, a, strict=True)])
-        rows = np.stack(
-            [
-                np.hstack([d1, inertia - gravity]),
-                np.hstack([d2, motion - gravity]),
-                np.hstack([none, model.damping * v]),
-                np.hstack([none, gravity + model.friction * np.sign(v)]),
-            ],
-            axis=1,
-        )
-        self._rows = np.concatenate([self._rows, rows]) if done else rows
+    def lowest(row: list[float], pace: float) -> float:
+        k = min(int(pace / apart), LEVELS - 1)
+        return row[k] + (pace / apart - k) * (row[k + 1] - row[k])
 
-    def steepest(self, here: np.ndarray) -> float:
-        """Give the greatest jerk of a clock that is about to rest."""
-        return float((self._jerk / np.maximum(np.abs(here[0, : self._m]), _TINY)).min())
+    rows: list[list[float]] = []
+    paces, spacing = [p], limits.spacing
+    while paces[-1] > 0.0:
+        n, pace = len(paces) - 1, paces[-1]
+        if n + 1 >= len(rows):
+            if not limits.extend(max(2 * len(rows), int(0.6 * least / STEP) + 10)):
+                return None
+            rows += limits.lowest(limits.nodes(len(rows)), levels[np.newaxis]).tolist()
+            continue
+        here = lowest(rows[n], pace)
+        there = lowest(rows[n + 1], sqrt(max(0.0, pace * pace + 2.0 * spacing * here)))
+        square = pace * pace + spacing * (here + there)
+        paces.append(sqrt(square) if square > 0.0 else square)
+    part = paces[-2] ** 2 / (paces[-2] ** 2 - paces[-1])
+    paces[-1] = 0.0
+    p_at = np.array(paces)
+    moved = np.full(len(p_at) - 1, spacing)
+    moved[-1] *= part
+    t = np.concatenate([[0.0], np.cumsum(2.0 * moved / (p_at[1:] + p_at[:-1]))])
+    change = np.append(np.diff(p_at) / np.diff(t), 0.0)
+    duration = max(float(t[-1]), least)
+    step = FINE if duration < SHORT else max(STEP, duration / MOST_STEPS)
+    times = step * np.arange(int(1.1 * duration / step) + 16)
+    reading = np.minimum(s + np.concatenate([[0.0], np.cumsum(moved)]), end)
+    return _Course(step, *(np.interp(times, t, rows) for rows in (reading, p_at, change)))
 
-    def between(self, there: np.ndarray, pace: float) -> tuple[float, float]:
-        """Give the change of the pace that acceleration and effort allow: from, and to."""
-        moves = np.abs(there[0]) > 1e-9
-        rate = np.where(moves, there[0], 1.0)
-        rest = np.sign(rate) * (there[1] * (pace * pace) + there[2] * pace + there[3])
-        least = np.where(moves, (-rest - self._bound) / np.abs(rate), -np.inf).max()
-        most = np.where(moves, (-rest + self._bound) / np.abs(rate), np.inf).min()
-        return float(least), float(most)
 
-    def lowest(
-        self,
-        here: np.ndarray,
-        there: np.ndarray,
-        now: tuple[float, float],
-        pace: float,
-        step: float,
-    ) -> float:
-        """Give the lowest change of the pace at the end of a step."""
-        p, u = now
-        least, most = self.between(there, pace)
-        m = self._m
-        moves = np.abs(there[0, :m]) > 1e-9
-        rate = np.where(moves, there[0, :m], 1.0)
-        before = here[0, :m] * u + here[1, :m] * (p * p)
-        to_go = np.sign(rate) * (before - there[1, :m] * (pace * pace))
-        jerk = step * self._jerk
-        first = np.where(moves, (to_go - jerk) / np.abs(rate), -np.inf).max()
-        last = np.where(moves, (to_go + jerk) / np.abs(rate), np.inf).min()
-        wanted = least if least <= most else 0.5 * (least + most)
-        # Where joints brake with all they have already, the clock waits instead of going faster.
-        wanted = min(wanted, max(u, 0.0))
-        return float(min(max(wanted, first), last) if first <= last else 0.5 * (first + last))
+def _again(
+    limits: ClockLimits, state: State, course: _Course, end: float
+) -> tuple[JerkProfile, _Course] | None:
+    """Brake as hard as all limits allow that hold along a course; None where the end is nearer."""
+    rows = limits.at(course.s)
+    low = limits.lowest(rows, course.p[:, np.newaxis])[:, 0]
+    rates = limits.rates(rows, course.p, course.u)
+    low = np.maximum(low, rates.lowest)
+    wide = low.copy()  # what lies between two nodes is as low as the higher of them at most
+    wide[1:] = np.maximum(wide[1:], low[:-1])
+    wide[:-1] = np.maximum(wide[:-1], low[1:])
+    u = _within(wide, rates, state[2], course.step)
+    return _landed(state, u, LANDING * rates.steepest, course.step, end)
+
+
+def _within(low: np.ndarray, rates: Rates, now: float, h: float) -> np.ndarray:
+    """Give the lowest change of the pace above ``low`` that falls and rises as jerk allows."""
+    rise = np.maximum(np.minimum(rates.rise[1:], rates.rise[:-1]), 0.0)
+    fall = np.minimum(np.maximum(rates.fall[1:], rates.fall[:-1]), 0.0)
+    risen = np.concatenate([[0.0], np.cumsum(h * rise)])
+    fallen = np.concatenate([[0.0], np.cumsum(h * fall)])
+    in_time = np.maximum.accumulate((low - risen)[::-1])[::-1] + risen
+    in_time[0] = now
+    return np.asarray(np.maximum.accumulate(in_time - fallen) + fallen)
+
+
+def _landed(
+    state: State, u: np.ndarray, steepest: np.ndarray, h: float, end: float
+) -> tuple[JerkProfile, _Course] | None:
+    """Follow changes of the pace until the greatest jerk is only just enough to rest at once."""
+    s, pace, _ = state
+    p = pace + 0.5 * h * np.concatenate([[0.0], np.cumsum(u[1:] + u[:-1])])
+    lands = (u[1:] < 0.0) & (2.0 * p[1:] < u[1:] ** 2 / steepest[:-1])
+    i = int(lands.argmax())
+    if not lands[i]:
+        return None
+    # Inside this step: at its end the greatest jerk is to be just enough.
+    jerk = float(steepest[i])
+    low = (
+        0.5 * jerk * (h - sqrt(h * h + 4.0 * max(0.0, 2.0 * float(p[i]) + h * float(u[i])) / jerk))
+    )
+    rest = float(p[i]) + 0.5 * h * (float(u[i]) + low)
+    if low < 0.0 < rest:
+        i += 1
+        u[i], p[i] = low, rest
+    change, rest = float(u[i]), float(p[i])
+    if not change < 0.0 < rest:
+        return None
+    rates = np.diff(u) / h
+    s_at = s + np.concatenate(
+        [[0.0], np.cumsum(h * (p[:-1] + h * (u[:-1] / 2.0 + h * rates / 6.0)))]
+    )
+    ramp = -2.0 * rest / change
+    jerk = -change / ramp
+    t = h * np.arange(i + 1)
+    rows = np.column_stack([t, s_at[: i + 1], p[: i + 1], u[: i + 1], np.append(rates[:i], jerk)])
+    x = np.minimum(h * np.arange(len(u) - i), ramp)
+    s_at[i:] = s_at[i] + x * (rest + x * (change / 2.0 + x * jerk / 6.0))
+    p[i:] = np.maximum(rest + x * (change + x * jerk / 2.0), 0.0)
+    u[i:] = change + x * jerk
+    last = float(rows[-1, 1]) + ramp * (rest + ramp * (change / 2.0 + ramp * jerk / 6.0))
+    if last > end:
+        return None
+    clock = JerkProfile(rows.tolist(), float(t[-1]) + ramp, last)
+    return clock, _Course(h, s_at, p, u)

@@ -54,6 +54,18 @@ def effort_use(trajectory: Trajectory, model: RobotModel, step: float = EFFORT_S
     """
     times = np.concatenate([step_times(trajectory.duration, step), trajectory.corners()])
     q, v, a = trajectory.table(times)
+    return greatest_effort(model, q, v, a)
+
+
+def greatest_effort(model: RobotModel, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> float:
+    """Give the largest fraction of an effort limit that some states of motion ask for.
+
+    Args:
+        model: The arm with its payload.
+        q: Positions [rad].  # (n, nq)
+        v: Velocities [rad/s].  # (n, nq)
+        a: Accelerations [rad/s2].  # (n, nq)
+    """
     tau = np.array([model.rnea(*row) for row in zip(q, v, a, strict=True)])
     tau += model.damping * v + model.friction * np.sign(v)
     return float((np.abs(tau) / model.limits.effort).max())

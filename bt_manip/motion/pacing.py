@@ -6,15 +6,13 @@ allow is known at each moment, and the fastest change of the pace is found by go
 """
 
 from collections.abc import Iterator
-from itertools import chain
 
 import numpy as np
 
 from bt_manip.robots import RobotModel
 
-from .bounds import Bounds
+from .braking import halt
 from .effort import ALLOWED
-from .halting import Curve, halting_clocks
 from .jerk_profile import JerkProfile
 from .limit_check import effort_use, limit_use
 from .paced_trajectory import PacedTrajectory
@@ -44,26 +42,15 @@ def paced(
     """
     if clock[0] >= whole.duration:
         return None
+    if pace == 0.0:
+        left = (whole.duration - clock[0]) / max(clock[1], _TINY)
+        return halt(whole, clock, model, left)
     worst = max(ALLOWED, effort_use(whole, model))
-    trials = _changed(whole, clock, pace, model)
-    if pace == 0.0:  # what is averaged takes longer, but bears limits that become narrower
-        trials = chain(_halted(whole, clock, model), trials)
-    for trial in trials:
-        if pace == 0.0 and trial.complete:
-            continue
+    for trial in _changed(whole, clock, pace, model):
         inside = limit_use(trial, model.limits)._replace(position=0.0).inside
         if inside and effort_use(trial, model) <= worst:
             return trial
     return None
-
-
-def _halted(
-    whole: Trajectory, clock: tuple[float, float, float], model: RobotModel
-) -> Iterator[PacedTrajectory]:
-    """Come to rest before the end with all that the limits leave, and then with less."""
-    curve = Curve(whole.table, Bounds.of_joints(model.limits), whole.duration)
-    for profile in halting_clocks(curve, clock, model, ALLOWED):
-        yield PacedTrajectory(whole, profile)
 
 
 def _changed(
@@ -75,8 +62,6 @@ def _changed(
     rates, squares, limits = _constraints(whole, moments, model)
     for margin in MARGINS:
         speed = _change(rates, squares, limits, moments, present, pace, margin)
-        if pace == 0.0 and speed[-1] > 0.0:
-            continue  # it would not come to rest before the end
         yield PacedTrajectory(whole, _smoothed(moments, speed, clock, whole.duration))
 
 

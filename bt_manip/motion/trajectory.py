@@ -89,11 +89,7 @@ class PathTrajectory:
     def use(self, step: float = 1e-3) -> tuple[float, float, float]:
         """Give the largest fractions of velocity, acceleration and jerk, behind the joints too."""
         _, v, a = self.coordinates(np.arange(0.0, self.duration + 2 * step, step))
-        return (
-            float((np.abs(v) / self.bounds.velocity).max()),
-            float((np.abs(a) / self.bounds.acceleration).max()),
-            float((np.abs(np.diff(a, axis=0)) / (step * self.bounds.jerk)).max()),
-        )
+        return self.bounds.use(v, a, step)
 
     def table(self, times: np.ndarray) -> Table:
         """Give q, v and a at many times."""

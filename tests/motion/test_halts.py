@@ -7,7 +7,8 @@ from benchmarks import fastest_halt
 from benchmarks.halting import clock_of, halts
 from bt_manip.motion import Arm, StraightPath
 from bt_manip.motion.bounds import Bounds
-from bt_manip.motion.halting import Curve, halting_clocks
+from bt_manip.motion.clock_limits import Curve
+from bt_manip.motion.halting import halting_clocks
 
 from .test_path_timing import pendulum
 
