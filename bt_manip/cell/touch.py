@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import mujoco
+import numpy as np
 
 from bt_manip.cell.labels import Labels
 from bt_manip.cell.naming import entity_of
@@ -41,7 +42,9 @@ class TouchMonitor:
             labels: Names of the geoms.
             fingers: Body names of all fingers, as ``entity/body``.
         """
-        self._contact = data.contact  # follows the data; looked up once because it takes time
+        self._data = data
+        # By number of contacts: MuJoCo keeps them at one place, and finding them takes time.
+        self._pairs: dict[int, np.ndarray] = {}
         self._label = labels.of_geom
         self._fingers = frozenset(fingers)
         self._robots = frozenset(map(entity_of, self._fingers))
@@ -49,17 +52,21 @@ class TouchMonitor:
 
     def judge(self) -> Touch:
         """Judge the contacts of the last step."""
-        key = self._contact.geom.tobytes()
+        n = self._data.ncon
+        pairs = self._pairs.get(n)
+        if pairs is None:
+            pairs = self._pairs[n] = self._data.contact.geom
+        key = pairs.tobytes()
         touch = self._seen.get(key)
         if touch is None:
             if len(self._seen) >= _MOST_REMEMBERED:
                 self._seen.clear()
-            touch = self._seen[key] = self._judge()
+            touch = self._seen[key] = self._judge(pairs.tolist())
         return touch
 
-    def _judge(self) -> Touch:
+    def _judge(self, geoms: list[list[int]]) -> Touch:
         label = self._label
-        pairs = {(label[a], label[b]) for a, b in self._contact.geom.tolist()}
+        pairs = {(label[a], label[b]) for a, b in geoms}
         unexpected = {
             (min(pair), max(pair))
             for pair in pairs

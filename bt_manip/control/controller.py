@@ -11,7 +11,7 @@ from numpy import ndarray
 from bt_manip.control.exceptions import ControlError, ControllerFault
 from bt_manip.control.reference import Hold, Reference
 from bt_manip.control.watch import problem_with
-from bt_manip.robots import Payload, Robot, RobotModel, part_of
+from bt_manip.robots import Payload, Robot, RobotModel, reader, writer
 
 FLOAT = np.dtype(np.float64)
 
@@ -39,8 +39,7 @@ class Controller(composer.Entity):
         self._mjcf_root = mjcf.RootElement(model=self.kind)
         self._robot = robot
         self._limit = np.array(robot.limits.effort)
-        self._per_limit = 1.0 / self._limit
-        self._share = np.zeros_like(self._limit)
+        self._bounds = self._limit.tolist()
         self._shape = self._limit.shape
         self._fault = False
         self._bare: RobotModel | None = None
@@ -126,12 +125,9 @@ class Controller(composer.Entity):
         robot = self._robot
         self._data = data
         self._dt = float(model.opt.timestep)
-        self._ctrl = data.ctrl
-        # A controller that works in place on what it is given must not move the physics.
-        self._qpos, self._qvel = data.qpos.view(), data.qvel.view()
-        self._qpos.flags.writeable = self._qvel.flags.writeable = False
-        self._q_index, self._v_index = part_of(robot.qpos_adr), part_of(robot.dof_adr)
-        self._ctrl_index = part_of(robot.ctrl_adr)
+        # Bound once: looking into the data takes longer than computing with what is there.
+        self._q, self._v = reader(data.qpos, robot.qpos_adr), reader(data.qvel, robot.dof_adr)
+        self._drive = writer(data.ctrl, robot.ctrl_adr)
 
     def initialize_episode(
         self, physics: mjcf.Physics, random_state: np.random.RandomState
@@ -146,22 +142,22 @@ class Controller(composer.Entity):
         reference = self._reference or self.reference
         if self._carries and reference.payload is not self._payload:  # type: ignore[attr-defined]
             self.payload = reference.payload  # type: ignore[attr-defined]
-        q, v = self._qpos[self._q_index], self._qvel[self._v_index]
         try:
-            tau = self.compute(q, v, reference.q, reference.v, reference.a)
+            tau = self.compute(self._q(), self._v(), reference.q, reference.v, reference.a)
         except (Exception, SystemExit) as error:
             text = " ".join(str(error).split())
             raise self._take_over(f"raised {type(error).__name__}: {text}") from error
         if type(tau) is not ndarray or tau.dtype is not FLOAT or tau.shape != self._shape:
             tau = self._as_efforts(tau)
-        # Sure to be inside where even the sum of all squared shares is; that is the cheaper look.
-        np.multiply(tau, self._per_limit, self._share)
-        if not self._share.dot(self._share) <= 1.0:  # which is not true of what is no number
-            tau = self._cut_to_limits(tau)
-        elif self._cut:
-            self._cut = self.saturated[:] = False
+        for effort, bound in zip(tau.tolist(), self._bounds, strict=True):
+            if not -bound <= effort <= bound:  # which is not true of what is no number either
+                tau = self._cut_to_limits(tau)
+                break
+        else:
+            if self._cut:
+                self._cut = self.saturated[:] = False
         self.tau = tau
-        self._ctrl[self._ctrl_index] = tau
+        self._drive(tau)
 
     def _as_efforts(self, tau: Any) -> np.ndarray:
         """Take an array of another type of numbers, and nothing else."""

@@ -29,8 +29,8 @@ class Reference:
 
     def __init__(self, q: np.ndarray) -> None:
         """Stand at a configuration [rad]."""
-        self._now = np.zeros((3, len(q)))
-        live = self._now.view()
+        self._now = np.zeros(3 * len(q))  # flat, because that is copied faster
+        live = self._now.reshape(3, -1)
         live.setflags(write=False)
         self.q, self.v, self.a = live
         self.reset(q)
@@ -38,7 +38,7 @@ class Reference:
     def reset(self, q: np.ndarray) -> None:
         """Forget all motion and stand at a configuration [rad]."""
         self._now[:] = 0.0
-        self._now[0] = q
+        self._now[: len(q)] = q
         self.trajectory: Trajectory | None = None
         self.paused: tuple[Trajectory, float] | None = None
         self.pace, self._stopping = 1.0, False
@@ -164,7 +164,7 @@ class Reference:
         """Sample the rest of the trajectory at once: a step costs little then."""
         assert self.trajectory is not None
         times = self._start + step_times(self.trajectory.duration - self._start, self._dt)
-        self._rows = np.stack(self.trajectory.table(times), axis=1)
+        self._rows = np.concatenate(self.trajectory.table(times), axis=1)
         self.step, self._last = 0, len(times) - 1
 
     def get_state(self) -> dict[str, Any]:
@@ -185,7 +185,7 @@ class Reference:
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Take everything back; it goes on bit for bit."""
-        self._now[:] = state["q"], state["v"], state["a"]
+        self._now[:] = (*state["q"], *state["v"], *state["a"])
         trajectory, paused = state["trajectory"], state["paused"]
         self.trajectory = None if trajectory is None else trajectory_from_state(trajectory)
         self._start, self._dt = state["start"], state["dt"]

@@ -4,6 +4,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bt_manip.robots import reader
+
 SIZE = 256
 """Steps in a block: enough that evaluating it costs a step next to nothing."""
 
@@ -50,17 +52,17 @@ class StepLog:
         cell, robot = self._cell, self._robot
         self._data, self._judge = cell.data, cell.touch.judge
         self._tool: Any = cell.data.site_xpos[robot.tool_site_id]
-        self._addresses = np.array(robot.qpos_adr), np.array(robot.dof_adr)
-        self._q: Any = _view(cell.data.qpos, self._addresses[0])
-        self._v: Any = _view(cell.data.qvel, self._addresses[1])
+        self._q, self._v = (
+            reader(cell.data.qpos, robot.qpos_adr),
+            reader(cell.data.qvel, robot.dof_adr),
+        )
 
     def append(self) -> bool:
         """Copy the state after one step; tell whether the block is full."""
-        arm, data = self._arm, self._data
-        q = self._q if self._q is not None else data.qpos[self._addresses[0]]
-        v = self._v if self._v is not None else data.qvel[self._addresses[1]]
-        self._rows.append(b"".join((q, v, arm.q, arm.v, arm.a, self._controller.tau, self._tool)))
-        self._times.append(data.time)
+        arm, tau = self._arm, self._controller.tau
+        parts: Any = (self._q(), self._v(), arm.q, arm.v, arm.a, tau, self._tool)
+        self._rows.append(b"".join(parts))
+        self._times.append(self._data.time)
         self._touches.append(self._judge())
         return len(self._touches) >= SIZE
 
@@ -72,11 +74,3 @@ class StepLog:
         t, touches = np.array(self._times[:n]), self._touches
         self._times, self._rows, self._touches = [], [], []
         return Block(t, q, v, q_ref, v_ref, a_ref, tau, tool, touches)
-
-
-def _view(array: np.ndarray, addresses: np.ndarray) -> np.ndarray | None:
-    """Give a view of an arm's joints where they stand in a row, as they mostly do."""
-    first, n = int(addresses[0]), len(addresses)
-    if np.array_equal(addresses, np.arange(first, first + n)):
-        return array[first : first + n]
-    return None

@@ -1,6 +1,7 @@
 """Robots: description, composer entity and the Pinocchio model that agrees with MuJoCo."""
 
-from .addresses import part_of as part_of
+from .addresses import reader as reader
+from .addresses import writer as writer
 from .description_file import read_description as read_description
 from .errors import RobotError as RobotError
 from .finger_travel import FingerTravel as FingerTravel

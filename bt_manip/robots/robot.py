@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 from dm_control import composer, mjcf
 
-from .addresses import part_of
+from .addresses import reader
 from .assembly import assemble, find_element
 from .errors import RobotError
 from .finger_travel import FingerTravel, direct_travel, is_direct, measure_travel
@@ -131,10 +131,10 @@ class Robot(composer.Entity):
 
         arm, gripper = joints(self.arm_joints), joints(self.gripper_joints)
         self.qpos_adr, self.dof_adr = model.jnt_qposadr[arm], model.jnt_dofadr[arm]
-        data, dofs = self.mj_data, part_of(self.dof_adr)
-        self._q = data.qpos, part_of(self.qpos_adr)
+        data = self.mj_data
+        self._q = reader(data.qpos, self.qpos_adr)
         self._v, self._a, self._tau = [
-            (x, dofs) for x in (data.qvel, data.qacc, data.qfrc_actuator)
+            reader(x, self.dof_adr) for x in (data.qvel, data.qacc, data.qfrc_actuator)
         ]
         self.gripper_qpos_adr = model.jnt_qposadr[gripper]
         moving = joints(self._moving)
@@ -176,26 +176,22 @@ class Robot(composer.Entity):
     @property
     def q(self) -> np.ndarray:
         """Positions of the arm's joints, a copy [rad]."""  # (nq,)
-        numbers, part = self._q
-        return numbers[part].copy()
+        return self._q().copy()
 
     @property
     def v(self) -> np.ndarray:
         """Velocities of the arm's joints, a copy [rad/s]."""  # (nq,)
-        numbers, part = self._v
-        return numbers[part].copy()
+        return self._v().copy()
 
     @property
     def a(self) -> np.ndarray:
         """Accelerations of the arm's joints in the last step, a copy [rad/s2]."""  # (nq,)
-        numbers, part = self._a
-        return numbers[part].copy()
+        return self._a().copy()
 
     @property
     def tau(self) -> np.ndarray:
         """Efforts that the arm's motors made in the last step, a copy [N m]."""  # (nq,)
-        numbers, part = self._tau
-        return numbers[part].copy()
+        return self._tau().copy()
 
     @property
     def tool_pose(self) -> pin.SE3:
