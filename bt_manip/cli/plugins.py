@@ -1,7 +1,6 @@
 """``bt-manip plugins``: which plugins there are, and how they are."""
 
 import contextlib
-import json
 import os
 import sys
 from collections.abc import Mapping
@@ -46,6 +45,8 @@ def show_plugins(as_json: bool, check: bool) -> int:
     if check:
         problems += _tree_problems(loaded)
     if as_json:
+        import json
+
         click.echo(json.dumps([_row(p, commands) for p in loaded.plugins], indent=2))
     elif not check:
         for plugin in loaded.plugins:

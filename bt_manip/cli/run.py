@@ -7,7 +7,6 @@ import click
 
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.plugin_options import plugin_options
-from bt_manip.cli.run_job import RunOptions, execute
 from bt_manip.cli.settings import parse_settings
 
 EXIT_CODES = (
@@ -86,4 +85,6 @@ def run(interrupt: Interrupt, settings: tuple[str, ...], **options: Any) -> int:
     TREE is a registered name (see: bt-manip list trees), path.xml, path.py:function, or
     package.module:function.
     """
+    from bt_manip.cli.run_job import RunOptions, execute
+
     return execute(RunOptions(settings=parse_settings(settings), **options), interrupt)

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from bt_manip import hookspecs
 from bt_manip.exceptions import BtManipError
 
 PREFIX = "bt-manip-"
@@ -81,6 +80,8 @@ class FilePlugin:
 
 def installed() -> tuple[EntryPoint, ...]:
     """Find the plugins of installed packages."""
+    from bt_manip import hookspecs  # with pluggy, which names alone do not need
+
     return tuple(importlib.metadata.entry_points(group=hookspecs.GROUP))
 
 
