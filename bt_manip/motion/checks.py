@@ -21,9 +21,10 @@ def check_pose(T_wt: Any) -> pin.SE3:
     """
     if not isinstance(T_wt, pin.SE3):
         raise MotionError(f"a pose is a pin.SE3, got {type(T_wt).__name__}", reason="target")
-    if not isfinite(T_wt.homogeneous.sum()):
+    first, second, third, _ = T_wt.homogeneous.tolist()
+    if not isfinite(sum(first) + sum(second) + sum(third)):
         raise MotionError(f"the pose is not finite:\n{T_wt}", reason="target")
-    if not _is_rotation(T_wt.rotation):
+    if not _are_axes(first, second, third):
         raise MotionError(f"the pose's rotation is none:\n{T_wt.rotation}", reason="target")
     return T_wt
 
@@ -35,21 +36,26 @@ def check_rotation(rotation: Any) -> np.ndarray:
         MotionError: When it is none.
     """
     R = _array(rotation)
-    if R.shape != (3, 3) or not isfinite(R.sum()) or not _is_rotation(R):
+    if R.shape != (3, 3) or not _are_axes(*R.tolist()):
         raise MotionError(
             f"a rotation is a 3 by 3 matrix of right-handed unit axes, got\n{R}", reason="target"
         )
     return R
 
 
-def _is_rotation(R: np.ndarray) -> bool:
+def _are_axes(first: list[float], second: list[float], third: list[float]) -> bool:
+    """Tell whether rows of three numbers, or of more, begin with a rotation."""
     # Plain numbers are faster here than arrays: two unit rows at right angles, and the third
-    # their product.
-    (a, b, c), (d, e, f), third = R.tolist()
-    product = (b * f - c * e, c * d - a * f, a * e - b * d)
-    off = [a * a + b * b + c * c - 1.0, d * d + e * e + f * f - 1.0, a * d + b * e + c * f]
-    off += [x - y for x, y in zip(third, product, strict=True)]
-    return max(off) <= _RIGHT and min(off) >= -_RIGHT
+    # their product. A comparison with what is not finite fails.
+    a, b, c, d, e, f, g, h, i = *first[:3], *second[:3], *third[:3]
+    return (
+        abs(a * a + b * b + c * c - 1.0) <= _RIGHT
+        and abs(d * d + e * e + f * f - 1.0) <= _RIGHT
+        and abs(a * d + b * e + c * f) <= _RIGHT
+        and abs(b * f - c * e - g) <= _RIGHT
+        and abs(c * d - a * f - h) <= _RIGHT
+        and abs(a * e - b * d - i) <= _RIGHT
+    )
 
 
 def check_poses(targets: Any) -> list[pin.SE3]:
@@ -75,7 +81,7 @@ def check_vector(vector: Any, what: str) -> np.ndarray:
         MotionError: When it has another shape than (3,), or is not finite.
     """
     array = _array(vector)
-    if array.shape != (3,) or not isfinite(array.sum()):
+    if array.shape != (3,) or not isfinite(sum(array.tolist())):
         raise MotionError(f"{what} is three finite numbers, got {vector!r}", reason="target")
     return array
 
@@ -87,7 +93,7 @@ def check_configuration(q: Any, n: int) -> np.ndarray:
         MotionError: When it has another shape than (n,), or is not finite.
     """
     array = _array(q)
-    if array.shape != (n,) or not isfinite(array.sum()):
+    if array.shape != (n,) or not isfinite(sum(array.tolist())):
         raise MotionError(f"a configuration is {n} finite numbers [rad], got {q}", reason="target")
     return array
 

@@ -4,12 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .least_squares import damped_step
+from .least_squares import boxed_step
 from .system import System
 
-DAMPING = 0.03  # of the squared error
+DAMPING = 0.01  # of the squared error
 STALL_STEPS = 4  # that do not bring the error below STALL_FACTOR of the least end a descent
 STALL_FACTOR = 0.9
+_ROOM = 1e-12  # [rad] that the solver needs for a joint that has none
 
 
 class Descended(NamedTuple):
@@ -32,7 +33,7 @@ def descend(
 ) -> Descended:
     """Descend from a configuration inside the limits to the nearest solution downhill.
 
-    A joint at its limit that would leave it is held, and the step taken with the others.
+    Each step is the best of those that do not leave the limits.
 
     Args:
         system: What has to be met.
@@ -43,30 +44,21 @@ def descend(
         patience: Steps without progress that end the descent.
     """
     best, stalled, best_q = np.inf, 0, q
+    near = system.near
+    most = np.maximum(upper, lower + _ROOM)
     for step in range(iterations + 1):
-        met = system.look(q)
-        error = system.error
+        error = system.look(q)
         square = float(error.dot(error))
         norm = square**0.5
-        if met:
-            return Descended(q, norm, step, True)
+        if square <= near and system.met:
+            inside = np.minimum(np.maximum(q, lower), upper)  # to the last bit
+            exact = inside.tolist() == q.tolist()
+            return Descended(q if exact else inside, norm, step, True)
+        stalled = 0 if norm < STALL_FACTOR * best else stalled + 1
         if norm < best:
-            best_q = q
-        if norm < STALL_FACTOR * best:
-            stalled = 0
-        else:
-            stalled += 1
-            if stalled >= patience:
-                break
-        best = min(best, norm)
-        jacobian = system.jacobian()
-        dq = damped_step(jacobian, error, DAMPING * square)
-        moved = q + dq
-        inside = np.minimum(np.maximum(moved, lower), upper)
-        if inside.tolist() != moved.tolist():  # faster than comparing short arrays
-            held = ((q <= lower) & (dq < 0.0)) | ((q >= upper) & (dq > 0.0))
-            if held.any():
-                moved = q + damped_step(jacobian * ~held, error, DAMPING * square + 1e-12)
-                inside = np.minimum(np.maximum(moved, lower), upper)
-        q = inside
-    return Descended(best_q, min(best, norm), step, False)
+            best, best_q = norm, q
+        if stalled >= patience:
+            break
+        damping = DAMPING * square
+        q = q + boxed_step(system.jacobian(), error, damping, lower - q, most - q)
+    return Descended(np.minimum(np.maximum(best_q, lower), upper), best, step, False)

@@ -1,7 +1,6 @@
 """Inverse kinematics: configurations for poses of the tool, and for problems one states."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
@@ -204,7 +203,7 @@ class InverseKinematics:
         else:
             i = min(range(len(last)), key=lambda i: last[i].position_error)
         iterations = sum(result.iterations for result in last)
-        return replace(last[i], iterations=iterations, target=i)
+        return last[i]._replace(iterations=iterations, target=i)
 
     def distance(self, q: np.ndarray, q0: np.ndarray) -> float:
         """Give the distance between configurations as a time at full speed [s]."""
@@ -261,7 +260,7 @@ class InverseKinematics:
 
     def _result(self, task: Task, found: Found, target: int = 0) -> IKResult:
         return IKResult(
-            found.q.copy(),
+            found.q,
             found.solved,
             task.residuals(found.q),
             found.iterations,

@@ -1,24 +1,64 @@
-"""The damped least-squares step, with few calls."""
+"""Damped least-squares steps, with few calls."""
 
-import eigenpy
+from functools import cache
+
+import mujoco
 import numpy as np
+
+_ROUND = 1e-12  # above the rounding of a squared Jacobian
+_FINE = 1e-10  # a damping from which on the error is scaled up
+_PIVOT = 1e-15  # the least, where rows depend on each other
 
 
 def damped_step(jacobian: np.ndarray, error: np.ndarray, damping: float) -> np.ndarray:
-    """Give ``J^T (J J^T + damping I)^-1 error``, by the smaller of both square matrices.
+    """Give ``J^T (J J^T + damping I)^-1 error``.
 
-    Where J has more rows than columns this is ``(J^T J + damping I)^-1 J^T error``, the same.
+    Args:
+        jacobian: J, with at most as many rows as columns.  # (m, nv)
+        error: What the step shall make.  # (m,)
+        damping: Above 0 where the rows depend on each other.
+    """
+    square = _damped(jacobian.dot(jacobian.T), damping)
+    solution = np.empty(len(error))
+    mujoco.mju_cholFactor(square, _PIVOT)
+    mujoco.mju_cholSolve(solution, square, error)
+    return solution.dot(jacobian)  # (nv,)
+
+
+def boxed_step(
+    jacobian: np.ndarray,
+    error: np.ndarray,
+    damping: float,
+    least: np.ndarray,
+    most: np.ndarray,
+) -> np.ndarray:
+    """Give the dq of a box for which ``|error + J dq|^2 + damping |dq|^2`` is least.
 
     Args:
         jacobian: J.  # (m, nv)
         error: What the step shall make up for.  # (m,)
-        damping: Above 0 where the rows depend on each other.
+        damping: Above 0.
+        least: The box, which nought lies in.  # (nv,)
+        most: The box.  # (nv,)
     """
-    m, nv = jacobian.shape
-    if m > nv:
-        square = jacobian.T.dot(jacobian)
-        square.ravel()[:: nv + 1] += damping
-        return eigenpy.LLT(square).solve(jacobian.T.dot(error))  # (nv,)
-    square = jacobian.dot(jacobian.T)
-    square.ravel()[:: m + 1] += damping
-    return jacobian.T.dot(eigenpy.LLT(square).solve(error))  # (nv,)
+    nv = len(least)
+    square = _damped(jacobian.T.dot(jacobian), damping + _ROUND)
+    slope = error.dot(jacobian)
+    if damping < _FINE:
+        # MuJoCo takes a slope of less than 1e-8 for none.
+        square /= damping
+        slope /= damping
+    dq = np.zeros(nv)  # stays inside the box where the solver fails
+    mujoco.mju_boxQP(dq, np.empty((nv, nv + 7)), None, square, slope, least, most)
+    return dq
+
+
+def _damped(square: np.ndarray, damping: float) -> np.ndarray:
+    """Add damping to a square matrix in place."""
+    mujoco.mju_addToScl(square.ravel(), _flat_unit(len(square)), damping)
+    return square
+
+
+@cache
+def _flat_unit(n: int) -> np.ndarray:
+    return np.eye(n).ravel()

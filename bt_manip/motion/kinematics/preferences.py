@@ -66,11 +66,11 @@ class Preferences:
         n = len(q)
         value, gradient, curvature = 0.0, np.zeros(n), np.zeros((n, n))
         for row in self.rows:
-            row.measure()
-            value += 0.5 * float(row.error.dot(row.error))
+            error = row.measure()
+            value += 0.5 * float(error.dot(error))
             if slope:
                 jacobian = row.jacobian()
-                gradient -= jacobian.T @ row.error
+                gradient += jacobian.T @ error
                 curvature += jacobian.T @ jacobian
         if self._posture is not None:
             away = q - self._posture.q

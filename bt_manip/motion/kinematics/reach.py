@@ -36,7 +36,7 @@ class Reach:
         if not self._usable:
             return
         frame = model.model.frames[model.tool_frame_id]
-        self._T_tl = frame.placement.inverse()
+        self._last_origin = frame.placement.inverse().translation  # in the tool
         self._fixed = _foot(arm, self._data)
         lower = np.maximum(model.limits.lower, -np.pi)
         upper = np.minimum(model.limits.upper, np.pi)
@@ -48,7 +48,7 @@ class Reach:
         """Say why a pose is out of reach; empty when it may be within."""
         if not self._usable:
             return ""
-        offset = T_wt.act(self._T_tl.translation) - self._fixed
+        offset = T_wt.act(self._last_origin) - self._fixed
         distance = float(offset.dot(offset)) ** 0.5
         if distance > self.greatest + SLACK:
             return f"{distance - self.greatest:.3f} m out of reach"

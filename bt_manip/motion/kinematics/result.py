@@ -1,6 +1,5 @@
 """What an inverse kinematics request ends with."""
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -22,8 +21,7 @@ class Residual(NamedTuple):
     met: bool
 
 
-@dataclass(frozen=True, eq=False)
-class IKResult:
+class IKResult(NamedTuple):
     """A configuration for a request, or the nearest that was found.
 
     Attributes:

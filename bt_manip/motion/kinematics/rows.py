@@ -1,7 +1,7 @@
 """Errors of frames from their targets, with their Jacobians.
 
 Each kind has `measure`, to be called after `pin.computeJointJacobians`, and `jacobian`, the matrix
-J of ``d error = -J dq``.
+J of ``d error = J dq``.
 """
 
 import numpy as np
@@ -11,20 +11,54 @@ from bt_manip.robots import RobotModel
 
 WIDE = 1e-3  # [m] and [rad] from which a tolerance is room to move in
 AIM = 0.9  # of a wide tolerance, that an error outside is brought back to
+_ROUND = 1.0 + 1e-9  # against rounding
 
 
 class Rows:
     """What all kinds have in common.
 
     Attributes:
-        error: The error last measured.  # (size,)
-        position: Its distance [m]; 0 where the kind has none.
-        rotation: Its angle [rad]; 0 where the kind has none.
-        met: Whether it is within the tolerance.
         frame: Index of the frame.
+        tolerance: Largest error that meets the target.
+        near: The square of the error above which the target cannot be met.
     """
 
-    size = 3
+    near: float
+
+    def __init__(self, arm: RobotModel, frame: int, tolerance: float) -> None:
+        """Look at a frame.
+
+        Args:
+            arm: The arm; its data are written to.
+            frame: The frame's index.
+            tolerance: Largest error that meets the target.
+        """
+        self._model, self._data, self.frame = arm.model, arm.data, frame
+        self.tolerance = tolerance
+
+    @property
+    def met(self) -> bool:
+        """Whether the target is met where the error was measured last."""
+        return self.residual()[2]
+
+    def residual(self) -> tuple[float, float, bool]:
+        """Give distance [m] and angle [rad], 0 where there is none, and whether both will do.
+
+        They are those that were measured last.
+        """
+        raise NotImplementedError
+
+    def measure(self) -> np.ndarray:
+        """Measure the error."""  # (size,)
+        raise NotImplementedError
+
+    def jacobian(self) -> np.ndarray:
+        """Give the Jacobian where the error was measured last."""  # (size, nv)
+        raise NotImplementedError
+
+
+class ScaledRows(Rows):
+    """An error of three components that has a weight, or room within a wide tolerance."""
 
     def __init__(self, arm: RobotModel, frame: int, tolerance: float, scale: float) -> None:
         """Look at a frame.
@@ -35,24 +69,16 @@ class Rows:
             tolerance: Largest error that meets the target.
             scale: Root of the weight; 1 for a constraint.
         """
-        self._model, self._data, self.frame = arm.model, arm.data, frame
-        self.tolerance, self._scale = tolerance, scale
+        super().__init__(arm, frame, tolerance)
+        self._scale = scale
         self._room = AIM * tolerance if WIDE <= tolerance < np.inf else 0.0
-        self.error = np.zeros(self.size)
-        self.position = self.rotation = 0.0
-        self.met = False
+        self.near = (_ROUND * (tolerance - self._room)) ** 2
+        self._length = 0.0
 
-    def measure(self) -> bool:
-        """Measure the error; tell whether the target is met."""
-        raise NotImplementedError
-
-    def jacobian(self) -> np.ndarray:
-        """Give the Jacobian where the error was measured last."""  # (size, nv)
-        raise NotImplementedError
-
-    def _outside(self, error: np.ndarray, length: float) -> np.ndarray:
+    def _outside(self, error: np.ndarray) -> np.ndarray:
         """Leave of an error what is outside the room that a wide tolerance gives."""
-        self._whole, self._length = error, length
+        self._whole = error
+        self._length = length = float(error.dot(error)) ** 0.5
         if self._room:
             return error * max(0.0, 1.0 - self._room / max(length, self._room))
         return self._scale * error
@@ -68,8 +94,8 @@ class Rows:
         return (1.0 - room / length) * jacobian + room / length * np.outer(along, along @ jacobian)
 
 
-class PositionRows(Rows):
-    """From the origin of a frame to a place, in the world's axes."""
+class PositionRows(ScaledRows):
+    """From a place to the origin of a frame, in the world's axes."""
 
     def __init__(
         self, arm: RobotModel, frame: int, place: np.ndarray, tolerance: float, scale: float = 1.0
@@ -78,14 +104,14 @@ class PositionRows(Rows):
         super().__init__(arm, frame, tolerance, scale)
         self._place = place
 
-    def measure(self) -> bool:
-        """Measure the distance."""
+    def measure(self) -> np.ndarray:
+        """Measure the distance vector."""
         T_wf = pin.updateFramePlacement(self._model, self._data, self.frame)
-        error = self._place - T_wf.translation
-        self.position = float(error.dot(error)) ** 0.5
-        self.error = self._outside(error, self.position)
-        self.met = self.position <= self.tolerance
-        return self.met
+        return self._outside(T_wf.translation - self._place)
+
+    def residual(self) -> tuple[float, float, bool]:
+        """Give the distance last measured [m], no angle, and whether it meets the target."""
+        return self._length, 0.0, self._length <= self.tolerance
 
     def jacobian(self) -> np.ndarray:
         """Give the Jacobian of the distance vector."""
@@ -95,8 +121,8 @@ class PositionRows(Rows):
         return self._of_outside(jacobian[:3])
 
 
-class RotationRows(Rows):
-    """From the axes of a frame to others, ``log3`` in the frame."""
+class RotationRows(ScaledRows):
+    """From axes to those of a frame, ``log3`` in both."""
 
     def __init__(
         self, arm: RobotModel, frame: int, axes: np.ndarray, tolerance: float, scale: float = 1.0
@@ -105,26 +131,24 @@ class RotationRows(Rows):
         super().__init__(arm, frame, tolerance, scale)
         self._axes = axes
 
-    def measure(self) -> bool:
-        """Measure the angle."""
+    def measure(self) -> np.ndarray:
+        """Measure the rotation vector."""
         T_wf = pin.updateFramePlacement(self._model, self._data, self.frame)
-        self._R_fd = T_wf.rotation.T @ self._axes
-        error = pin.log3(self._R_fd)
-        self.rotation = float(error.dot(error)) ** 0.5
-        self.error = self._outside(error, self.rotation)
-        self.met = self.rotation <= self.tolerance
-        return self.met
+        self._R_df = self._axes.T @ T_wf.rotation
+        return self._outside(pin.log3(self._R_df))
+
+    def residual(self) -> tuple[float, float, bool]:
+        """Give no distance, the angle last measured [rad], and whether it meets the target."""
+        return 0.0, self._length, self._length <= self.tolerance
 
     def jacobian(self) -> np.ndarray:
         """Give the Jacobian of the rotation vector."""
         jacobian = pin.getFrameJacobian(self._model, self._data, self.frame, pin.LOCAL)
-        return self._of_outside(pin.Jlog3(self._R_fd.T) @ jacobian[3:])
+        return self._of_outside(pin.Jlog3(self._R_df) @ jacobian[3:])
 
 
 class PoseRows(Rows):
-    """From a frame to a pose, ``log6`` in the frame; for tolerances without room to move in."""
-
-    size = 6
+    """From a pose to a frame, ``log6`` in the pose; for tolerances without room to move in."""
 
     def __init__(
         self, arm: RobotModel, frame: int, pose: pin.SE3, tolerances: tuple[float, float]
@@ -137,23 +161,29 @@ class PoseRows(Rows):
             pose: Where it shall be in the world.
             tolerances: Of position [m] and rotation [rad].
         """
-        super().__init__(arm, frame, max(tolerances), 1.0)
+        super().__init__(arm, frame, max(tolerances))
         self.pose, self.tolerances = pose, tolerances
+        # The linear part of the logarithm is longer than the distance by less than half of pi.
+        self.near = (_ROUND * 0.5 * np.pi * tolerances[0]) ** 2 + (_ROUND * tolerances[1]) ** 2
 
-    def measure(self) -> bool:
-        """Measure distance and angle."""
-        T_fd = pin.updateFramePlacement(self._model, self._data, self.frame).actInv(self.pose)
-        self._T_fd = T_fd
-        self.error = error = pin.log6(T_fd).np
-        x, y, z = T_fd.translation.tolist()
-        self.position = (x * x + y * y + z * z) ** 0.5
-        angular = error[3:]
-        self.rotation = float(angular.dot(angular)) ** 0.5
+    def measure(self) -> np.ndarray:
+        """Measure the logarithm."""
+        T_wf = pin.updateFramePlacement(self._model, self._data, self.frame)
+        self._T_df = T_df = self.pose.actInv(T_wf)
+        self._error: np.ndarray = pin.log6(T_df).np
+        return self._error
+
+    def residual(self) -> tuple[float, float, bool]:
+        """Give the distance [m] and the angle [rad] last measured, and whether both meet it."""
+        x, y, z = self._T_df.translation.tolist()
+        a, b, c = self._error[3:].tolist()
+        position, rotation = (x * x + y * y + z * z) ** 0.5, (a * a + b * b + c * c) ** 0.5
         most, widest = self.tolerances
-        self.met = self.position <= most and self.rotation <= widest
-        return self.met
+        return position, rotation, position <= most and rotation <= widest
 
     def jacobian(self) -> np.ndarray:
-        """Give the Jacobian of the logarithm."""
-        jacobian = pin.getFrameJacobian(self._model, self._data, self.frame, pin.LOCAL)
-        return pin.Jlog6(self._T_fd.inverse()).dot(jacobian)
+        """Give the Jacobian of the logarithm where it is small: it is the frame's own.
+
+        Descents need as many steps with it as with the exact one.
+        """
+        return pin.getFrameJacobian(self._model, self._data, self.frame, pin.LOCAL)

@@ -1,6 +1,6 @@
 """The searches for one task: from several starts, near one configuration, or for all there is."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +10,8 @@ from .improvement import Improved, improve
 from .task import Task
 
 PATIENCE = 15  # steps without progress, where there is no restart
+_ROUND = 1e-12  # [rad]
+DETOURS = 5  # starts elsewhere, where the first ends in a corner of the box
 TRIES = 8  # starts of a task that has costs alone, of which the best end is taken
 
 
@@ -52,7 +54,7 @@ def search(task: Task, starts: Iterable[np.ndarray], iterations: int) -> Found:
         steps += end.iterations
         obstacle = task.blocked(end.q) if end.solved else ""
         if end.solved and not obstacle:
-            found.append(improved(task, end))
+            found.append(improved(task, end, task.lower, task.upper))
             steps += found[-1].iterations
             if len(found) == wanted:
                 break
@@ -82,23 +84,20 @@ def search_near(
     lower, upper = np.minimum(task.lower, q0), np.maximum(task.upper, q0)
     least, most = np.maximum(lower, q0 - max_step), np.minimum(upper, q0 + max_step)
     steps = 0
-    # Joints that run into a limit together can hold each other there; from the middle of where
-    # they may go the way is another.
-    middle = 0.5 * (least + most)
-    for start in (q0, middle, 0.5 * (middle + q0)) if detours else (q0,):
+    for start in _inside(q0, least, most) if detours else (q0,):
         end = descend(task.system, start, least, most, iterations=iterations, patience=PATIENCE)
         steps += end.iterations
         if end.solved:
             break
     if end.solved:
-        better = improved(task._replace(lower=least, upper=most), end)
+        better = improved(task, end, least, most)
         blocked = task.blocked(better.q)
         return Found(better.q, not blocked, steps + better.iterations, 0, blocked, better.cost)
-    at_limit = ((end.q <= lower) | (end.q >= upper)) & (lower < upper)
+    at_limit = ((end.q <= lower + _ROUND) | (end.q >= upper - _ROUND)) & (lower < upper)
     names = [task.joints[i] for i in np.flatnonzero(at_limit).tolist()]
     if names:
         reason = f"{' and '.join(names)} at the limit"
-    elif np.abs(end.q - q0).max() >= max_step:
+    elif np.abs(end.q - q0).max() >= max_step - _ROUND:
         reason = f"a joint would have to jump by more than {max_step:g} rad"
     else:
         reason = "out of reach, or singular"
@@ -117,18 +116,24 @@ def search_all(task: Task, starts: Iterable[np.ndarray], iterations: int) -> lis
     for begin in starts:
         end = descend(task.system, begin, task.lower, task.upper, iterations=iterations)
         if end.solved:
-            better = improved(task, end)
+            better = improved(task, end, task.lower, task.upper)
             if not task.blocked(better.q):
                 steps = end.iterations + better.iterations
                 found.append(Found(better.q, True, steps, cost=better.cost))
     return found
 
 
-def improved(task: Task, end: Descended) -> Improved:
+def improved(task: Task, end: Descended, lower: np.ndarray, upper: np.ndarray) -> Improved:
     """Move a solution to where it costs least, unless it would touch something there."""
     if task.preferences is None:
         return Improved(end.q, 0.0, 0)
-    better = improve(task.system, task.preferences, end.q, task.lower, task.upper)
+    better = improve(task.system, task.preferences, end.q, lower, upper)
     if task.blocked(better.q):
         return Improved(end.q, task.cost(end.q), better.iterations)
     return better
+
+
+def _inside(q0: np.ndarray, least: np.ndarray, most: np.ndarray) -> Iterator[np.ndarray]:
+    """Give the middle of a box, and then starts anywhere in it, the same each time."""
+    yield q0
+    yield from np.random.default_rng(0).uniform(least, most, (DETOURS, len(q0)))

@@ -31,7 +31,8 @@ class Starts:
         lower, upper = within_a_turn(arm.limits.lower, arm.limits.upper)
         self.stored = rng.uniform(lower, upper, (count, arm.nq))
         poses = [arm.pose(q) for q in self.stored]
-        self._position = np.array([T.translation for T in poses])
+        position = np.array([T.translation for T in poses])
+        self._place = np.column_stack([-2.0 * position, (position**2).sum(axis=1)])
         self._quat = np.array([pin.Quaternion(T.rotation).coeffs() for T in poses])
 
     def nearest(self, task: Task, n: int, rng: np.random.Generator | None = None) -> np.ndarray:
@@ -48,9 +49,9 @@ class Starts:
         return np.minimum(np.maximum(near, task.lower), task.upper)
 
     def _nearest_poses(self, T_wt: pin.SE3, n: int) -> np.ndarray:
-        cosine = self._quat @ pin.Quaternion(T_wt.rotation).coeffs()
-        offset = self._position - T_wt.translation
-        far = (offset * offset).sum(axis=1) + 1.0 - cosine * cosine
+        # Squared distance and squared sine of half the angle, but for what all have in common.
+        cosine = self._quat.dot(pin.Quaternion(T_wt.rotation).coeffs())
+        far = self._place.dot(np.append(T_wt.translation, 1.0)) - cosine * cosine
         n = min(n, len(far))
         chosen = np.argpartition(far, n - 1)[:n]
         return chosen[np.argsort(far[chosen], kind="stable")]
@@ -61,8 +62,7 @@ def _drawn(task: Task, n: int, rng: np.random.Generator) -> np.ndarray:
     drawn = rng.uniform(lower, upper, (DRAWN, len(lower)))
     far = np.empty(DRAWN)
     for i, q in enumerate(drawn):
-        task.system.look(q)
-        error = task.system.error
+        error = task.system.look(q)
         far[i] = error.dot(error)
     return drawn[np.argsort(far, kind="stable")[:n]]
 

@@ -16,6 +16,7 @@ class System:
     Attributes:
         rows: The targets' errors.
         q: The configuration last looked at.  # (nq,)
+        near: The square of the error above which not all targets can be met.
     """
 
     def __init__(
@@ -33,24 +34,23 @@ class System:
         self._only = self.rows[0] if len(self.rows) == 1 else None
         self._moving = moving
         self.q: np.ndarray | None = None
+        self.near = sum(row.near for row in self.rows)
 
-    def look(self, q: np.ndarray) -> bool:
-        """Measure all errors at a configuration; tell whether all targets are met."""
+    def look(self, q: np.ndarray) -> np.ndarray:
+        """Measure all errors at a configuration."""  # (m,)
         pin.computeJointJacobians(self._model, self._data, q)
         self.q = q
         if self._only is not None:
             return self._only.measure()
-        return all([row.measure() for row in self.rows])
+        return np.concatenate([row.measure() for row in self.rows] or [np.zeros(0)])
 
     @property
-    def error(self) -> np.ndarray:
-        """The errors last measured."""  # (m,)
-        if self._only is not None:
-            return self._only.error
-        return np.concatenate([row.error for row in self.rows] or [np.zeros(0)])
+    def met(self) -> bool:
+        """Whether all targets are met where the errors were measured last."""
+        return all([row.met for row in self.rows])
 
     def jacobian(self) -> np.ndarray:
-        """Give J of ``d error = -J dq`` where the errors were measured last."""  # (m, nv)
+        """Give J of ``d error = J dq`` where the errors were measured last."""  # (m, nv)
         if self._only is not None:
             jacobian = self._only.jacobian()
         else:

@@ -55,18 +55,9 @@ class Task(NamedTuple):
             self.system.look(q)
         if self.preferences is not None:
             self.preferences.measure(self.system)
-        if len(self.rows) == 1 and len(self.rows[0]) == 1:
-            row = self.rows[0][0]
-            return (Residual(self.frames[0], row.position, row.rotation, row.met),)
-        return tuple(
-            Residual(
-                name,
-                max(row.position for row in rows),
-                max(row.rotation for row in rows),
-                all(row.met for row in rows),
-            )
-            for name, rows in zip(self.frames, self.rows, strict=True)
-        )
+        if len(self.frames) == 1:
+            return (_residual(self.frames[0], self.rows[0]),)
+        return tuple(map(_residual, self.frames, self.rows))
 
     def cost(self, q: np.ndarray) -> float:
         """Give the cost of a configuration."""
@@ -146,6 +137,14 @@ def make_task(
         problem.free,
         problem.clearance,
     )
+
+
+def _residual(frame: str, rows: tuple[Rows, ...]) -> Residual:
+    """Sum up the errors of one target."""
+    if len(rows) == 1:
+        return Residual(frame, *rows[0].residual())
+    positions, rotations, met = zip(*[row.residual() for row in rows], strict=True)
+    return Residual(frame, max(positions), max(rotations), all(met))
 
 
 def frame_index(arm: RobotModel, name: str) -> int:
