@@ -1,55 +1,30 @@
 """The gripper: positions where the way is free, forces where something is held."""
 
-from collections.abc import Mapping
-from typing import Any
-
-import numpy as np
-from dm_control import composer, mjcf
-
+from bt_manip.control.driven_fingers import (
+    CLOSING,
+    GRIPPING,
+    MET,
+    MOVING,
+    PRESSING,
+    RAMP,
+    RELEASING,
+    STILL,
+    DrivenFingers,
+)
 from bt_manip.control.exceptions import ControlError
-from bt_manip.control.finger_contacts import FingerContacts, Touched
-from bt_manip.control.finger_loop import FingerLoop
 from bt_manip.control.gripper_observables import GripperObservables
-from bt_manip.control.press import Press
-from bt_manip.control.stroke import Motion, Stroke, StrokeLimits
-from bt_manip.control.transmission import make_transmission
+from bt_manip.control.stroke import StrokeLimits
 from bt_manip.robots import Robot
 
-STILL = "still"
-MOVING = "moving"
-CLOSING = "closing"
-GRIPPING = "gripping"
-RELEASING = "releasing"
-
-_TOUCHED = 0.2  # [N] normal force that counts as a touch
-_SPEED = 0.1  # [m/s] of each finger, unless it is slower
-_SLOW = 0.04  # [m/s] speed of each finger once one of them touches
-_RAMP = 0.05  # [s]
 _RELEASE = 0.04  # [s]
-_STEADY_BAND = (0.95, 1.20)  # of the force
 _STEADY_TIME = 0.05  # [s]
-_MET = 1e-3  # [m] opening at which the fingers have met
-_MET_FORCE = 5.0  # [N] with which fingers press each other
-
-_NOTHING: Touched = ((), ())
 
 
-class GripperController(composer.Entity):
+class GripperController(DrivenFingers):
     """Opens and closes two fingers, and holds with a force.
-
-    Where each finger has a motor, that they stay in step is control, not a constraint; where one
-    motor moves both by a mechanism, it gets the sum of what the fingers need. They follow one
-    jerk-limited stroke until both feel the object, slower once one of them does, and then press
-    with a force that rises softly to the asked one. The normal force of each finger is measured by
-    a touch sensor that this entity adds to the robot's fingers.
 
     Attached to its robot (``robot.attach(gripper)``), it lives by composer's hooks.
     """
-
-    state: str
-    """What it is at: still, moving, closing, gripping or releasing."""
-    _stroke: Stroke | None
-    _touched: Touched | None
 
     def _build(self, robot: Robot, speed: float | None = None) -> None:
         """Prepare to control a robot's gripper.
@@ -62,20 +37,8 @@ class GripperController(composer.Entity):
         Raises:
             ControlError: When the robot has no gripper of two fingers, or the speed is not one.
         """
-        gripper = robot.description.gripper
-        if gripper is None or len(gripper.joints) != 2 or len(gripper.fingers) != 2:
-            raise ControlError(
-                f"robot '{robot.description.name}' has no gripper with two finger joints"
-            )
-        self._mjcf_root = mjcf.RootElement(model="gripper_controller")
-        self._robot = robot
-        self._description = gripper
-        self._open, self._min = robot.gripper_travel.open_width, robot.gripper_travel.min_width
-        self._fingers = make_transmission(robot)
-        self._speed = min(_SPEED, gripper.max_speed)
+        super()._build(robot)
         self._speed = self._checked_speed(speed)
-        self._contacts = FingerContacts(robot)
-        self._dt = 0.0
         self._reset()
 
     def _build_observables(self) -> GripperObservables:
@@ -106,7 +69,7 @@ class GripperController(composer.Entity):
             raise ControlError(f"the gripper opens from {low:g} to {high:g} m, not {width:g} m")
         self._limits = StrokeLimits(self._checked_speed(speed))
         self._target = 0.5 * width
-        if self.state in (GRIPPING, RELEASING):
+        if self.state in PRESSING:
             self._change_force(RELEASING, 0.0, _RELEASE)
         else:
             self._travel(self._target)
@@ -128,8 +91,8 @@ class GripperController(composer.Entity):
         self._limits = StrokeLimits(self._checked_speed(speed))
         self._asked = float(force)
         self._in_band = 0
-        if self.state in (GRIPPING, RELEASING):
-            self._change_force(GRIPPING, force, _RAMP)
+        if self.state in PRESSING:
+            self._change_force(GRIPPING, force, RAMP)
         else:
             self._slowed = False
             self._travel(0.5 * self._min)
@@ -141,20 +104,9 @@ class GripperController(composer.Entity):
             self._travel(None)
             self.state = MOVING
         elif self.state == RELEASING:
-            self._change_force(GRIPPING, self._asked, _RAMP)
+            self._change_force(GRIPPING, self._asked, RAMP)
 
     # Questions
-
-    @property
-    def width(self) -> float:
-        """Distance between the fingers [m]."""
-        s1, s2, _, _ = self._fingers.read()
-        return s1 + s2
-
-    @property
-    def finger_forces(self) -> tuple[float, float]:
-        """Normal force on each finger in the last step [N]."""
-        return self._forces
 
     @property
     def moving(self) -> bool:
@@ -175,96 +127,12 @@ class GripperController(composer.Entity):
     @property
     def closed_on_nothing(self) -> bool:
         """Whether the fingers have closed and met."""
-        return self.state == GRIPPING and self.width < self._min + _MET
+        return self.state == GRIPPING and self.width < self._min + MET
 
     @property
     def is_open(self) -> bool:
         """Whether the fingers are all the way open, and still."""
-        return self.state == STILL and self.width > self._open - _MET
-
-    @property
-    def is_free(self) -> bool:
-        """Whether the fingers touch nothing."""
-        return not any(self._touch())
-
-    @property
-    def held(self) -> tuple[str, ...]:
-        """Names of the entities that both fingers touch."""
-        left, right = self._touch()
-        return tuple(name for name in left if name in right)
-
-    @property
-    def mjcf_model(self) -> mjcf.RootElement:
-        """An empty model: what composer attaches."""
-        return self._mjcf_root
-
-    # Composer's hooks
-
-    def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Bind to the compiled model; what the last step touched is still true."""
-        if self._contacts.bound:
-            self._touch()
-        model, data = physics.model.ptr, physics.data.ptr
-        self._dt = float(model.opt.timestep)
-        fingers = self._fingers
-        fingers.bind(model, data)
-        self._loop = FingerLoop(fingers.mass, fingers.loss)
-        self._contacts.bind(model, data)
-
-    def initialize_episode(
-        self, physics: mjcf.Physics, random_state: np.random.RandomState
-    ) -> None:
-        """Start anew, with the fingers where they are."""
-        self._reset()
-        self._motion = Motion(0.5 * self.width, 0.0, 0.0)
-
-    def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Command the fingers for the step that begins now."""
-        if self.state == CLOSING:
-            self._look_for_contact()
-        fingers, loop = self._fingers.read(), self._loop
-        if self.state in (GRIPPING, RELEASING):
-            s1, s2, v1, v2 = fingers
-            f1, f2 = self._press.forces(loop.stiffness, loop.damping, s1 - s2, v1, v2)
-        else:
-            f1, f2 = loop.forces(self._motion, fingers)
-        self._fingers.push(f1, f2)
-
-    def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Measure what the step did, and go on with the time."""
-        self._forces = left, right = self._contacts.forces()
-        self._touched = None if left or right else _NOTHING
-        if self.state in (GRIPPING, RELEASING):
-            self._press_on(left, right)
-        elif self._stroke is not None:
-            self._motion = self._stroke.advance(self._dt)
-            if self._stroke.done:
-                self._stroke = None
-                if self.state == MOVING:
-                    self.state = STILL
-                elif self.state == CLOSING:  # nothing touched on the whole way
-                    self._begin_grip(_MET_FORCE)
-
-    # Inside
-
-    def _reset(self) -> None:
-        self.state = STILL
-        self._motion = Motion(0.5 * self._open, 0.0, 0.0)
-        self._stroke = None
-        self._limits = StrokeLimits(self._speed)
-        self._target = self._motion.s
-        self._slowed = False
-        self._asked = 0.0  # [N] the force of the last close()
-        self._press = Press()
-        self._in_band = 0  # steps
-        self._forces = (0.0, 0.0)
-        self._touched = _NOTHING
-
-    def _touch(self) -> Touched:
-        """Name what each finger touched in the last step; looked up when somebody asks."""
-        if self._touched is None:
-            self._touched = self._contacts.names()
-        return self._touched
+        return self.state == STILL and self.width > self._open - MET
 
     def _checked_speed(self, speed: float | None) -> float:
         if speed is None:
@@ -273,69 +141,3 @@ class GripperController(composer.Entity):
         if not 0 < speed <= most:
             raise ControlError(f"a finger moves with up to {most:g} m/s, not {speed:g} m/s")
         return float(speed)
-
-    def _travel(self, target: float | None) -> None:
-        self._stroke = Stroke(self._motion, target, self._limits)
-
-    def _look_for_contact(self) -> None:
-        left, right = self._forces
-        if left > _TOUCHED and right > _TOUCHED:
-            met = self.width < self._min + _MET
-            self._begin_grip(_MET_FORCE if met else self._asked)
-        elif (left > _TOUCHED or right > _TOUCHED) and not self._slowed:
-            self._slowed = True
-            self._limits = self._limits._replace(speed=min(self._limits.speed, _SLOW))
-            self._travel(0.5 * self._min)
-
-    def _begin_grip(self, force: float) -> None:
-        s1, s2, _, _ = self._fingers.read()
-        self._press.begin(s1 - s2)
-        self._change_force(GRIPPING, force, _RAMP)
-
-    def _change_force(self, state: str, force: float, duration: float) -> None:
-        self.state, self._stroke = state, None
-        self._press.change(force, duration)
-
-    def _press_on(self, left: float, right: float) -> None:
-        arrived = self._press.advance(self._dt, 0.5 * (left + right))
-        if arrived and self.state == RELEASING:
-            self._motion = Motion(0.5 * self.width, 0.0, 0.0)
-            self._travel(self._target)
-            self.state = MOVING
-            return
-        low, high = _STEADY_BAND[0] * self._asked, _STEADY_BAND[1] * self._asked
-        inside = low <= left <= high and low <= right <= high
-        self._in_band = self._in_band + 1 if inside else 0
-
-    # State
-
-    def get_state(self) -> dict[str, Any]:
-        """Give what is remembered between steps as plain data."""
-        return {
-            "state": self.state,
-            "motion": list(self._motion),
-            "stroke": None if self._stroke is None else self._stroke.get_state(),
-            "limits": list(self._limits),
-            "target": self._target,
-            "slowed": self._slowed,
-            "asked": self._asked,
-            "press": self._press.get_state(),
-            "in_band": self._in_band,
-            "forces": list(self._forces),
-            "touched": [list(names) for names in self._touch()],
-        }
-
-    def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take back what ``get_state`` gave."""
-        stroke = state["stroke"]
-        left, right = state["touched"]
-        self.state = state["state"]
-        self._motion = Motion(*state["motion"])
-        self._stroke = None if stroke is None else Stroke.from_state(stroke)
-        self._limits = StrokeLimits(*state["limits"])
-        self._target, self._slowed = state["target"], state["slowed"]
-        self._asked, self._in_band = state["asked"], state["in_band"]
-        self._press.set_state(state["press"])
-        first, second = state["forces"]
-        self._forces = (first, second)
-        self._touched = (tuple(left), tuple(right))

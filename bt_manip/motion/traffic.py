@@ -14,7 +14,7 @@ from .jerk_profile import JerkProfile
 from .trajectory import JointTrajectory, SequenceTrajectory, Trajectory
 
 if TYPE_CHECKING:
-    from .arm import Arm
+    from .moving_arm import MovingArm
 
 DELAY = 0.1
 """By whole times of this a motion starts later where another arm has to pass first [s]."""
@@ -36,7 +36,7 @@ class Traffic:
       is stopped itself where one that rests is in its way by now.
     """
 
-    def __init__(self, arms: Mapping[str, "Arm"]) -> None:
+    def __init__(self, arms: Mapping[str, "MovingArm"]) -> None:
         """Let arms know of each other.
 
         Args:
@@ -54,7 +54,7 @@ class Traffic:
                 OtherRobot(other, figures[other], arms[other]) for other in arms if other != name
             )
 
-    def give_way(self, arm: "Arm", trajectory: Trajectory) -> Trajectory:
+    def give_way(self, arm: "MovingArm", trajectory: Trajectory) -> Trajectory:
         """Let a motion start so late that it does not come too near to another arm's.
 
         Args:
@@ -80,7 +80,7 @@ class Traffic:
                 return later
         raise MotionError(f"'{blocker}' is in the way of the motion", reason="robot")
 
-    def changed(self, arm: "Arm") -> None:
+    def changed(self, arm: "MovingArm") -> None:
         """Look at all ways again, after an arm has left its own in time unplanned."""
         name = self._name(arm)
         for other_name, other in self._others(arm):
@@ -91,13 +91,13 @@ class Traffic:
             if _goes_on(who) and self._will_meet(name, other_name):
                 who.give_up(cause)
 
-    def _name(self, arm: "Arm") -> str:
+    def _name(self, arm: "MovingArm") -> str:
         return next(name for name, known in self._arms.items() if known is arm)
 
-    def _others(self, arm: "Arm") -> Iterator[tuple[str, "Arm"]]:
+    def _others(self, arm: "MovingArm") -> Iterator[tuple[str, "MovingArm"]]:
         return ((name, other) for name, other in self._arms.items() if other is not arm)
 
-    def _meets(self, arm: "Arm", trajectory: Trajectory, other: str, since: float) -> bool:
+    def _meets(self, arm: "MovingArm", trajectory: Trajectory, other: str, since: float) -> bool:
         """Tell whether a new motion comes too near to another arm while that one moves."""
         until = self._arms[other].remaining
         times = np.arange(since, until, STEP)
@@ -125,11 +125,11 @@ class Traffic:
         return encounter, ((others, rows) if turned else (rows, others))
 
 
-def _goes_on(arm: "Arm") -> bool:
+def _goes_on(arm: "MovingArm") -> bool:
     return arm.moving and not arm.stopping
 
 
-def _delayed(arm: "Arm", trajectory: Trajectory, delay: float) -> Trajectory | None:
+def _delayed(arm: "MovingArm", trajectory: Trajectory, delay: float) -> Trajectory | None:
     """Let a motion start later; None where the arm moves and does not come to rest before it."""
     if delay <= 0.0:
         return trajectory
