@@ -25,6 +25,7 @@ MARGINS = (0.995, 0.97, 0.93, 0.85, 0.7, 0.5, 0.3)  # fractions of the limits
 ROUNDS = 5
 SETTLED = 1e-3  # of the duration, below which another round changes nothing
 LANDING = 0.97  # of the limits of jerk, for coming back to nought
+EVERY = 2  # nodes, for the first guess
 LEVELS = 8  # paces that the lowest change is looked up between, for the first guess
 _TINY = 1e-9
 
@@ -111,13 +112,14 @@ def _guess(limits: ClockLimits, state: State, least: float, end: float) -> _Cour
         return row[k] + (pace / apart - k) * (row[k + 1] - row[k])
 
     rows: list[list[float]] = []
-    paces, spacing = [p], limits.spacing
+    paces, spacing = [p], EVERY * limits.spacing
     while paces[-1] > 0.0:
         n, pace = len(paces) - 1, paces[-1]
         if n + 1 >= len(rows):
-            if not limits.extend(max(2 * len(rows), int(0.6 * least / STEP) + 10)):
+            if not limits.extend(max(2 * EVERY * len(rows), int(0.6 * least / STEP) + 10)):
                 return None
-            rows += limits.lowest(limits.nodes(len(rows)), levels[np.newaxis]).tolist()
+            new = limits.nodes(EVERY * len(rows))[::EVERY]
+            rows += limits.lowest(new, levels[np.newaxis]).tolist()
             continue
         here = lowest(rows[n], pace)
         there = lowest(rows[n + 1], sqrt(max(0.0, pace * pace + 2.0 * spacing * here)))

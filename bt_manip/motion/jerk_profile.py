@@ -25,7 +25,10 @@ class JerkProfile:
         """
         self._segments = segments if segments else [[0.0, end, 0.0, 0.0, 0.0]]
         self._starts = [segment[0] for segment in self._segments]
-        self._table = np.array(self._segments)
+        at_rest = [duration, end, 0.0, 0.0, 0.0]
+        table = np.array([*self._segments, at_rest])
+        self._since, self._rows = table[:, 0], table[:, 1:].T.copy()
+        self._rows[2:] /= [[2.0], [6.0]]  # what multiplies powers of the time since then
         self.duration = duration
         self.end = end
 
@@ -72,18 +75,16 @@ class JerkProfile:
 
     def table(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Give positions, velocities and accelerations at many times."""  # (n,), (n,), (n,)
-        index = np.searchsorted(self._table[:, 0], times, side="right") - 1
-        start, p, v, a, j = self._table[np.maximum(index, 0)].T
-        x = times - start
-        done = times >= self.duration
-        position = np.where(done, self.end, p + x * (v + x * (a / 2.0 + x * j / 6.0)))
-        velocity = np.where(done, 0.0, v + x * (a + x * j / 2.0))
-        acceleration = np.where(done, 0.0, a + x * j)
-        return position, velocity, acceleration
+        index = np.maximum(self._since.searchsorted(times, side="right") - 1, 0)
+        x = times - self._since[index]
+        p, v, a, j = self._rows.take(index, axis=1)
+        position = p + x * (v + x * (a + x * j))
+        velocity = v + x * (2.0 * a + x * (3.0 * j))
+        return position, velocity, 2.0 * a + x * (6.0 * j)
 
     def corners(self) -> np.ndarray:
         """Give the times when the jerk changes."""
-        return np.append(self._table[:, 0], self.duration)
+        return self._since.copy()
 
     def times(self, factor: float, end: float | None = None) -> "JerkProfile":
         """Do the same in another unit; where it ends exactly may be known better."""

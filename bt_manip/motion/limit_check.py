@@ -6,7 +6,7 @@ import numpy as np
 
 from bt_manip.robots import JointLimits, RobotModel
 
-from .trajectory import Trajectory
+from .trajectory import Table, Trajectory
 
 STEP = 1e-3  # [s] control step that references are sampled at
 EFFORT_STEP = 4e-3  # [s] inverse dynamics vary slowly
@@ -32,7 +32,12 @@ def limit_use(trajectory: Trajectory, limits: JointLimits, step: float = STEP) -
 
     The jerk is the difference of accelerations per step, the last partial step included.
     """
-    q, v, a = trajectory.table(step_times(trajectory.duration, step))
+    return rows_use(trajectory.table(step_times(trajectory.duration, step)), limits, step)
+
+
+def rows_use(rows: Table, limits: JointLimits, step: float = STEP) -> LimitUse:
+    """Measure what a trajectory does at equal steps of time [s], until it has ended."""
+    q, v, a = rows
     middle, half = 0.5 * (limits.upper + limits.lower), 0.5 * (limits.upper - limits.lower)
     bounded = np.isfinite(half)
     position = np.abs(q - middle)[:, bounded] / half[bounded]

@@ -7,11 +7,11 @@ import numpy as np
 from bt_manip.robots import RobotModel
 
 from .errors import MotionError
-from .limit_check import limit_use, step_times
+from .limit_check import STEP, rows_use, step_times
 from .move_planning import Present, plan_stop
 from .paced_trajectory import PacedTrajectory
 from .pacing import paced
-from .trajectory import Trajectory, trajectory_from_state
+from .trajectory import Table, Trajectory, trajectory_from_state
 
 
 class Reference:
@@ -127,11 +127,15 @@ class Reference:
         """Follow a trajectory, once it is proven to be inside the limits."""
         if trajectory is None:
             return
-        use = limit_use(trajectory, model.limits)
+        rows = trajectory.table(step_times(trajectory.duration, STEP))
+        use = rows_use(rows, model.limits)
         if not use._replace(position=0.0).inside or not self._allows(use.position, model):
             raise MotionError(f"the planned motion exceeds a limit: {use}", reason="limits")
         self.trajectory, self._start = trajectory, 0.0
-        self._tabulate()
+        if self._dt == STEP:
+            self._keep(rows)
+        else:
+            self._tabulate()
 
     def _allows(self, used: float, model: RobotModel) -> bool:
         """Tell whether a use of the position limits is none, or no more than here already."""
@@ -164,8 +168,11 @@ class Reference:
         """Sample the rest of the trajectory at once: a step costs little then."""
         assert self.trajectory is not None
         times = self._start + step_times(self.trajectory.duration - self._start, self._dt)
-        self._rows = np.concatenate(self.trajectory.table(times), axis=1)
-        self.step, self._last = 0, len(times) - 1
+        self._keep(self.trajectory.table(times))
+
+    def _keep(self, rows: Table) -> None:
+        self._rows = np.concatenate(rows, axis=1)
+        self.step, self._last = 0, len(self._rows) - 1
 
     def get_state(self) -> dict[str, Any]:
         """Give everything as plain data."""

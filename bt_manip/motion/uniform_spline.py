@@ -1,7 +1,7 @@
 """Quintic splines over equal steps of a parameter."""
 
 from functools import lru_cache
-from math import perm
+from math import factorial
 
 import numpy as np
 
@@ -20,8 +20,6 @@ _TO_POWERS = (
     )
     / 120.0
 )
-# Factors that the derivatives (rows) of the powers 0 to 5 have: 1; 1 2 3 4 5; 2 6 12 20; ...
-_FALLING = [[float(perm(power, derivative)) for power in range(6)] for derivative in range(6)]
 _AT_KNOT = np.array([1, 26, 66, 26, 1]) / 120.0
 _SIXTH_DIFFERENCE = np.array([1, -6, 15, -20, 15, -6, 1])
 
@@ -46,15 +44,19 @@ class UniformSpline:
     def __call__(self, s: np.ndarray, order: int = 0) -> list[np.ndarray]:
         """Give values and derivatives up to an order at many places."""  # (len(s), m) each
         scaled = s * self._n
-        interval = np.clip(scaled.astype(int), 0, self._n - 1)
+        interval = np.minimum(np.maximum(scaled.astype(int), 0), self._n - 1)
         x = (scaled - interval)[:, np.newaxis]
-        powers = self._powers[:, interval]
-        found = []
-        for derivative in range(order + 1):
-            value = np.zeros_like(powers[0])
-            for power in range(5, derivative - 1, -1):
-                value = value * x + _FALLING[derivative][power] * powers[power]
-            found.append(value * float(self._n) ** derivative)
+        powers = self._powers.take(interval, axis=1)
+        # Horner's scheme, for the value and all derivatives at once.
+        found = [powers[5], *(np.zeros_like(powers[5]) for _ in range(order))]
+        for power in range(4, -1, -1):
+            for derivative in range(order, 0, -1):
+                found[derivative] *= x
+                found[derivative] += found[derivative - 1]
+            found[0] *= x
+            found[0] += powers[power]
+        for derivative in range(1, order + 1):
+            found[derivative] *= factorial(derivative) * float(self._n) ** derivative
         return found
 
 
