@@ -7,9 +7,11 @@ import numpy as np
 
 from benchmarks.fastest_drive import fastest_time, missing
 from benchmarks.scenes import Planned, put, random_scene
-from bt_manip.motion import MotionError
+from bt_manip.motion import FreeSpace, MotionError
+from bt_manip.motion.planning import PlanningProblem, RRTConnect
 from bt_manip.robots import RobotDescription
 
+LONG = 20_000  # samples of the search that tells whether there is a way at all
 ARRIVED = 0.01  # [rad] from the goal, at the most
 
 
@@ -25,6 +27,8 @@ class Drive(NamedTuple):
         touched: Whether the arm came into contact with anything.
         saturated: Whether a motor was at its limit.
         reached: Whether the arm was at the goal in the end.
+        solvable: Whether there is a way; of scenes that are refused a long search tells, which
+            keeps no clearance.
     """
 
     refused: str
@@ -35,6 +39,7 @@ class Drive(NamedTuple):
     touched: bool = False
     saturated: bool = False
     reached: bool = False
+    solvable: bool = True
 
 
 def drives(count: int, description: RobotDescription | None = None) -> list[Drive]:
@@ -49,7 +54,7 @@ def _drive(planned: Planned, start: np.ndarray, goal: np.ndarray, seed: int) -> 
     try:
         arm.move_to_configuration(goal, rng=np.random.default_rng(seed))
     except MotionError as error:
-        return Drive(str(error))
+        return Drive(str(error), solvable=_solvable(planned, start, goal, seed))
     planning, duration = 1e3 * (time.thread_time() - begun), arm.remaining
     ratio = np.nan if missing() else duration / fastest_time(arm.trajectory, arm.model)
     worst, touched = 0.0, False
@@ -67,3 +72,13 @@ def _drive(planned: Planned, start: np.ndarray, goal: np.ndarray, seed: int) -> 
         saturated=planned.control.saturated_steps > 0,
         reached=np.array_equal(arm.q, goal) and worst < ARRIVED,
     )
+
+
+def _solvable(planned: Planned, start: np.ndarray, goal: np.ndarray, seed: int) -> bool:
+    """Tell whether a long search finds a way."""
+    world, limits = planned.arm.world, planned.arm.model.limits
+    assert world is not None
+    free = FreeSpace(world, start, [goal], clearance=0.0).free
+    rng = np.random.default_rng(seed)
+    problem = PlanningProblem(start, goal[np.newaxis], free, limits, rng)
+    return len(RRTConnect(samples=LONG).plan(problem).path) > 0
