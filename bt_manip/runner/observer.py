@@ -20,8 +20,8 @@ class RunObserver:
     before the first `cycle_started`: what holds ids, views or handles of the physics binds them
     again there. An observer that leaves `before_tick` or `after_step` as it is here is never called
     for it. When a run is interrupted or something raises, `run_ended` is still called, and
-    `cycle_ended` of the cycle that was under way is not. When something raises while the arm
-    moves, it is braked first: `after_step` and `after_tick` go on meanwhile, without ticks.
+    `cycle_ended` of the cycle that was under way is not. An arm that moves then is braked first:
+    `after_step` and `after_tick` go on meanwhile, without ticks.
     """
 
     def run_started(self, run: Any) -> None:

@@ -15,7 +15,7 @@ from bt_manip.runner.station import Station
 Stop = Callable[[], bool]
 
 BRAKING = 3.0
-"""Longest time that an arm gets to come to rest after something has raised [s]."""
+"""Longest time that an arm gets to come to rest where a run ends before its tree [s]."""
 
 
 @dataclass
@@ -43,7 +43,8 @@ class Run:
 
         Args:
             observers: Who watches; `RunObserver` says what is called when.
-            stop: Asked once per tick; when it says yes, the tree is halted and the run ends.
+            stop: Asked once per tick; when it says yes, the tree is halted, the arms come to rest
+                and the run ends.
 
         Raises:
             Exception: What a behaviour, a controller or an observer raised; every observer has
@@ -98,28 +99,27 @@ class _Loop:
             progress = self._run.progress
             while self._request.cycles == 0 or progress.cycle < self._request.cycles:
                 if not self._cycle(progress.cycle):
+                    self._tree.halt()
+                    self._brake()
                     break
         except (Exception, SystemExit):
-            self._brake()
+            # What else raises follows from what did at first, and that is what has to be told.
+            for rescue in (self._tree.halt, self._brake):
+                with contextlib.suppress(Exception, SystemExit):
+                    rescue()
             raise
         finally:
             self._end(started)
 
     def _brake(self) -> None:
-        """Bring all arms to rest, as far as the physics and those who watch still work.
-
-        What raises here follows from what raised before, and that is what has to be told.
-        """
-        with contextlib.suppress(Exception):
-            self._tree.halt()
-        with contextlib.suppress(Exception):
-            arms = [robot.arm for robot in self._run.station.robots.values()]
-            for arm in arms:
-                if arm.moving:
-                    arm.stop()
-            end = self._cell.time + BRAKING
-            while any(arm.moving for arm in arms) and self._cell.time < end:
-                self._steps()
+        """Bring all arms to rest while everyone watches."""
+        arms = [robot.arm for robot in self._run.station.robots.values()]
+        for arm in arms:
+            if arm.moving:
+                arm.stop()
+        end = self._cell.time + BRAKING
+        while any(arm.moving for arm in arms) and self._cell.time < end:
+            self._steps()
 
     def _end(self, started: Sequence[RunObserver]) -> None:
         """Halt the tree and tell everyone, even when one of them raises."""

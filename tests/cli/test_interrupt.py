@@ -11,8 +11,10 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from bt_manip.cli.app import run_app
 from bt_manip.cli.interrupt import Interrupt
 
 
@@ -52,7 +54,7 @@ def test_within_held_it_can_be_raised_and_held_again(interrupt):
 
 def test_a_run_that_does_not_stop_is_stopped(interrupt, monkeypatch):
     monkeypatch.setattr("bt_manip.cli.interrupt.PATIENCE", 0.01)
-    with pytest.raises(KeyboardInterrupt), interrupt.patient():
+    with pytest.raises(SystemExit), interrupt.patient():
         signal.raise_signal(signal.SIGINT)
         assert interrupt.requested
         signal.pause()
@@ -64,9 +66,87 @@ def test_a_run_that_stops_is_left_alone(interrupt):
     assert signal.getitimer(signal.ITIMER_REAL)[0] == 0.0
 
 
+def test_the_second_one_ends_a_run_at_once_and_all_others_are_harmless(interrupt, monkeypatch):
+    monkeypatch.setattr("bt_manip.cli.interrupt.ONE_PRESS", 0.0)
+    with interrupt.patient():
+        signal.raise_signal(signal.SIGINT)
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+
+
+def test_one_that_is_told_twice_is_one(interrupt):
+    with interrupt.patient():
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+
+
 def test_termination_has_its_own_code(interrupt):
     signal.raise_signal(signal.SIGTERM)
     assert interrupt.exit_code == 143
+
+
+# A run whose arm is moving; the tree itself presses the key.
+
+PRESSING = """
+import signal
+from bt_manip.bt import Action, Status
+
+class Press(Action):
+    def setup(self, *, arm, **_):
+        self.arm, self.ticks = arm, 0
+
+    def update(self):
+        self.ticks += 1
+        if self.ticks == 1:
+            self.arm.move_to_configuration(self.arm.q + 0.5)
+        if self.ticks == 20:
+            signal.raise_signal(signal.SIGINT)
+            {then}
+        return Status.RUNNING
+
+    def terminate(self, new_status):
+        {halted}
+
+def tree():
+    return Press()
+"""
+
+
+@pytest.fixture
+def pressed(interrupt, tmp_path) -> Callable[..., np.ndarray]:
+    """Run, and give the velocities of the reference."""
+
+    def run(then: str = "pass", halted: str = "pass") -> np.ndarray:
+        (tmp_path / "tree.py").write_text(PRESSING.format(then=then, halted=halted))
+        files = "--report", str(tmp_path / "r.json"), "--trace", str(tmp_path / "t.npz")
+        assert run_app(interrupt, ["run", f"{tmp_path}/tree.py:tree", *files]) == 130
+        report = json.loads((tmp_path / "r.json").read_text())
+        assert report["status"] == report["cycles"][0]["status"] == "INTERRUPTED"
+        with np.load(tmp_path / "t.npz") as rows:
+            return rows["v_ref"]
+
+    return run
+
+
+def came_to_rest(v_ref: np.ndarray) -> bool:
+    assert abs(np.diff(v_ref, axis=0)).max() < 0.05  # nowhere stopped dead
+    return len(v_ref) > 200 and not v_ref[-1].any()
+
+
+def test_the_arm_is_braked_before_the_run_ends(pressed):
+    assert came_to_rest(pressed())
+
+
+def test_the_arm_is_braked_where_its_behaviour_hangs(pressed, monkeypatch):
+    monkeypatch.setattr("bt_manip.cli.interrupt.PATIENCE", 0.5)
+    assert came_to_rest(pressed(then="signal.pause()"))
+
+
+def test_the_second_one_ends_it_without_braking(pressed, monkeypatch):
+    monkeypatch.setattr("bt_manip.cli.interrupt.ONE_PRESS", 0.0)
+    v_ref = pressed(halted="signal.raise_signal(signal.SIGINT)")
+    assert len(v_ref) == 200 and abs(v_ref[-1]).max() > 0.1
 
 
 # The whole program, in a process and at a terminal of its own.

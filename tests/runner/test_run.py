@@ -60,7 +60,7 @@ def make(root, cycles=1, tick=0.002) -> Run:
     tree = Tree(root, clock=lambda: cell.time)
     request = RunRequest(TreeSource("x", "python"), cycles=cycles, tick=tick)
     episodes = SimpleNamespace(begin=lambda cycle: None)
-    return Run(request, tree, SimpleNamespace(cell=cell, randomizer=episodes))
+    return Run(request, tree, SimpleNamespace(cell=cell, robots={}, randomizer=episodes))
 
 
 def test_observers_are_told_everything_in_order():
@@ -118,6 +118,30 @@ def test_stopping_halts_what_runs():
     ticks = iter([False, False, True])
     make(Sequence(work)).execute(stop=lambda: next(ticks))
     assert work.halted
+
+
+class Brake:
+    """An arm that takes a while to come to rest."""
+
+    def __init__(self, cell: Cell) -> None:
+        self._cell, self._rest = cell, 1e9
+
+    @property
+    def moving(self) -> bool:
+        return self._cell.time < self._rest
+
+    def stop(self) -> None:
+        self._rest = self._cell.time + 0.0495
+
+
+def test_stopping_lets_the_arms_come_to_rest_while_everyone_watches():
+    run, log = make(Sleep("rest", msec=1000)), Log()
+    arm = Brake(run.station.cell)
+    run.station.robots["one"] = SimpleNamespace(arm=arm)
+    run.execute([log], stop=lambda: run.station.cell.time >= 0.1)
+    assert not arm.moving and run.station.cell.time == pytest.approx(0.15)
+    assert log.calls.count("step") == 150
+    assert log.calls[-2:] == ["after_tick", "run_ended"]
 
 
 def test_when_something_raises_everyone_is_told_that_the_run_has_ended():
