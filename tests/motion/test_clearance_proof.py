@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from dm_control import composer, mjcf
 
+from benchmarks.bench_arms import SCALES
 from bt_manip import spatial
 from bt_manip.cell import Cell, objects
 from bt_manip.motion import CollisionWorld, FreeSpace
@@ -15,7 +16,8 @@ from bt_manip.motion.collision.arm_motion import ArmMotion, part_of_body
 from bt_manip.motion.collision.enclosing_boxes import Boxes, apart
 from bt_manip.motion.collision.geom_pairs import comparable
 from bt_manip.motion.planning.edges import line
-from bt_manip.robots import Robot, panda
+from bt_manip.plugins import load_plugins
+from bt_manip.robots import Robot, RobotDescription, panda
 
 from .conftest import Box
 
@@ -37,12 +39,15 @@ class Stone(composer.Entity):
         return self._root
 
 
-def among_many(rng: np.random.Generator, *, holding: bool = False) -> tuple[CollisionWorld, Cell]:
-    """A Panda on the floor between boxes, a mesh and balls, with or without a cube in its hand."""
-    cell, robot = Cell(), Robot(panda())
+def among_many(
+    rng: np.random.Generator, *, holding: bool = False, arm: RobotDescription | None = None
+) -> tuple[CollisionWorld, Cell]:
+    """An arm on the floor between boxes, a mesh and balls, with or without a cube in its hand."""
+    cell, robot = Cell(), Robot(arm or panda())
     cell.add(robot, spatial.pose((0.0, 0.0, 0.3)), free=False)
-    robot.set_configuration(HOME)
-    robot.mj_data.qpos[robot.gripper_qpos_adr] = 0.025 - 1e-4
+    robot.set_configuration(np.array(robot.description.home))
+    if arm is None:
+        robot.mj_data.qpos[robot.gripper_qpos_adr] = 0.025 - 1e-4
     mujoco.mj_forward(cell.model, cell.data)
     things: Sequence[composer.Entity] = (
         Box((0.3, 0.2, 0.3)), Box((0.1, 0.5, 0.02)), Stone(rng), objects.Cube(), Stone(rng)
@@ -59,13 +64,20 @@ def among_many(rng: np.random.Generator, *, holding: bool = False) -> tuple[Coll
     return CollisionWorld(robot, robot.make_model()), cell
 
 
-def compare(world: CollisionWorld, motions: int, rng: np.random.Generator) -> tuple[int, int, int]:
+def compare(
+    world: CollisionWorld,
+    motions: int,
+    rng: np.random.Generator,
+    home: np.ndarray = HOME,
+    limits: tuple[np.ndarray, np.ndarray] | None = None,
+) -> tuple[int, int, int]:
     """Count the configurations of random motions: all, the free ones, those proven to be free."""
-    limits = panda_limits()
+    limits = limits or panda_limits()
     count = free = sure = 0
     for k in range(motions):
-        start = rng.uniform(*limits) if k % 2 else HOME
-        end = np.clip(start + rng.uniform(-1.0, 1.0, 7) * rng.uniform(0.1, 1.5), *limits)
+        start = rng.uniform(*limits) if k % 2 else home
+        way = rng.uniform(-1.0, 1.0, len(home)) * rng.uniform(0.1, 1.5)
+        end = np.clip(start + way, *limits)
         path = np.vstack([start, line(start, end, 2e-3)])
         space = FreeSpace(world, start, clearance=(0.0, 4e-3, 8e-3)[k % 3])
         proven = space.proven(path)
@@ -109,6 +121,21 @@ def test_no_look_contradicts_what_is_proven_in_many_scenes(seed):
     rng = np.random.default_rng(seed)
     world, _ = among_many(rng, holding=bool(seed % 2))
     compare(world, 300, rng)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", SCALES)
+def test_no_look_contradicts_what_is_proven_of_arms_of_meshes(name, menagerie, monkeypatch):
+    pytest.importorskip("bt_manip_menagerie")
+    monkeypatch.setenv("MENAGERIE_ROOT", str(menagerie))
+    arm = load_plugins().parts.robots.get(name)
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        world, _ = among_many(rng, arm=arm)
+        limits = Robot(arm).limits
+        inside = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
+        _, free, sure = compare(world, 60, rng, np.array(arm.home), inside)
+        assert sure > 0.6 * free
 
 
 def test_few_looks_do_where_nothing_is_near(walled, monkeypatch):
