@@ -33,9 +33,16 @@ def halt_rows(count: int, description: RobotDescription | None = None) -> Iterat
         "100 %",
     )
     yield (
-        "halts: duration over the shortest that path and limits allow",
+        "halts: duration over a time that none on the path can be below",
         f"{np.median(ratios):.3f} / {max(ratios):.3f} (median / most of {len(found)})",
         "1.1",
+    )
+    yield (
+        "halts: processor time of a stop [ms]",
+        "{:.1f} / {:.1f} (median / 99 %)".format(
+            *np.percentile([h.computing for h in found], [50, 99])
+        ),
+        "3 / 30",
     )
 
 

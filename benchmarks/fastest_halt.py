@@ -1,25 +1,38 @@
 """The shortest time in which a motion can come to rest on its path, computed without bt-manip.
 
-Two answers. `alone` bounds it from below: no joint, and no coordinate that the path carries, can
-rest sooner than it could by itself, whatever the path. `on_the_path` looks for the optimum itself:
-whether a clock along the path can come to rest in a given time is a linear programme in the clock's
-changes, once the limits are linearised around the programme before it; the time is bisected.
+Two bounds from below, neither of which knows what bt-manip does. `alone`: no joint, and no
+coordinate that the path carries, can rest sooner than it could by itself, whatever the path.
+`along`: no clock along the path can rest sooner than one whose jerk is unlimited. For that one the
+optimum is computed: with ``z = p^2`` and ``u = dp/dt = dz/ds / 2`` the limits are linear, so the
+fastest way from the present pace to rest at a given place is found by reachability (H. Pham,
+Q.-C. Pham, "A New Approach to Time-Optimal Path Parameterization Based on Reachability Analysis",
+IEEE T-RO 34 (2018)), here for all places at once; the best of them is where to rest. It may wait,
+or even go faster first, where that helps.
 """
 
 import numpy as np
 import ruckig
-from scipy import sparse
-from scipy.optimize import linprog
 
 from bt_manip.motion.clock_limits import Curve
-from bt_manip.motion.jerk_profile import JerkProfile
 from bt_manip.robots import RobotModel
 
-NODES = 120  # at which the limits hold
-PROGRAMMES = 8  # after which a time counts as too short
-CLOSE = 2e-3  # of the limits, that an answer may be off
-BISECTIONS = 8
+GRID = 240  # intervals, and places to rest at
+FINER = 5  # times, at most, that the grid is laid over what a rest nearby needs
+NEARBY = 80  # intervals: a best place nearer than that is looked at more closely
+RELAXED = 1.00001  # times the limits, so that rounding rules nothing out
+_TINY = 1e-12
 State = tuple[float, float, float]
+
+
+def shortest(curve: Curve, state: State, model: RobotModel) -> float:
+    """Give the greater of both bounds: nothing rests sooner [s].
+
+    Args:
+        curve: What the clock goes through.
+        state: The clock's reading, its pace and the pace's change.
+        model: The arm with its payload.
+    """
+    return max(alone(curve, state), along(curve, state, model))
 
 
 def alone(curve: Curve, state: State) -> float:
@@ -41,152 +54,99 @@ def alone(curve: Curve, state: State) -> float:
     return longest
 
 
-def on_the_path(curve: Curve, state: State, model: RobotModel, known: JerkProfile) -> float:
-    """Give the shortest time that the path and all limits leave [s].
+def along(curve: Curve, state: State, model: RobotModel) -> float:
+    """Give the shortest time to rest that path, velocity, acceleration and effort leave [s].
 
-    Args:
-        curve: What the clock goes through.
-        state: The clock's reading, its pace and the pace's change.
-        model: The arm with its payload.
-        known: A clock that rests inside the limits: the search begins with it, and each shorter
-            time with what was found for the one before.
+    Damping is taken as anything between none and what it is at the greatest pace.
     """
-    low, high = alone(curve, state), known.duration
-    best = known.table(np.linspace(0.0, known.duration, NODES + 1))[2]
-    best[0], best[-1] = state[2], 0.0
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        found = _rest_within(curve, state, model, middle, best)
-        if found is None:
-            low = middle
-        else:
-            high, best = middle, found
-    return high
+    start, pace, _ = state
+    end, least = curve.end, np.inf
+    for _ in range(FINER):
+        s = np.linspace(start, end, GRID + 1)
+        times = _to_rest(curve, s, pace, model)
+        best = int(times.argmin())
+        least = float(times[best])
+        if best >= NEARBY or not np.isfinite(least):
+            break
+        end = start + 2.0 * (float(s[best + 1]) - start)
+    return least if np.isfinite(least) else 0.0
 
 
-def _rest_within(
-    curve: Curve, state: State, model: RobotModel, duration: float, guess: np.ndarray
-) -> np.ndarray | None:
-    """Give a clock's changes that bring it to rest in a time, or None."""  # (NODES + 1,)
-    h = duration / NODES
-    u = guess.copy()
-    # The same course in less time: whatever the guess brakes, it has to brake the whole pace.
-    inner, ends = h * u[1:-1].sum(), 0.5 * h * (u[0] + u[-1])
-    u[1:-1] *= -(state[1] + ends) / inner
-    programme = _Programme(curve, state, model, h, u)
-    for _ in range(PROGRAMMES):
-        if programme.excess <= CLOSE:
-            return programme.u
-        wanted = programme.solve()
-        if wanted is None:
-            return None
-        trials = (
-            _Programme(curve, state, model, h, programme.u + part * (wanted - programme.u))
-            for part in (1.0, 0.5, 0.2)
-        )
-        better = min(trials, key=lambda trial: trial.excess)
-        if better.excess >= programme.excess:
-            return None
-        programme = better
-    return programme.u if programme.excess <= CLOSE else None
+def _to_rest(curve: Curve, s: np.ndarray, pace: float, model: RobotModel) -> np.ndarray:
+    """Give the shortest times from a pace at the first place to rest at each of them."""  # (n,)
+    limits = _Limits(curve, s, pace, model)
+    n, h = len(s), float(s[1] - s[0])
+    reachable = np.zeros((n, n))  # greatest z at a place (row) for resting at another (column)
+    greatest = np.zeros(n)
+    for i in range(n - 2, -1, -1):
+        greatest = np.minimum(limits.before(i, greatest, h), limits.most[i])
+        greatest[: i + 1] = 0.0
+        reachable[i] = greatest
+    z, times = np.full(n, pace * pace), np.zeros(n)
+    times[(reachable[0] < pace * pace)] = np.inf
+    for i in range(n - 1):
+        after = np.minimum(limits.after(i, z, h), reachable[i + 1])
+        after = np.maximum(after, 0.0)
+        step = 2.0 * h / (np.sqrt(z) + np.sqrt(after) + _TINY)
+        going = np.arange(n) > i
+        times = np.where(going, times + step, times)
+        z = np.where(going, after, z)
+    return times
 
 
-class _Programme:
-    """The limits along a clock, linearised around it."""
+class _Limits:
+    """The limits at places of a path, as ``u <= slope z + offset`` or ``u >= slope z + offset``.
 
-    def __init__(self, curve: Curve, state: State, model: RobotModel, h: float, u: np.ndarray):
-        n = len(u) - 1
-        p = state[1] + np.concatenate([[0.0], np.cumsum(0.5 * h * (u[1:] + u[:-1]))])
-        moved = h * (p[:-1] + h * (u[:-1] / 3.0 + u[1:] / 6.0))
-        s = np.minimum(state[0] + np.concatenate([[0.0], np.cumsum(moved)]), curve.end)
-        self.u, self.p, self.s, self._h, self._n, self._state = u, p, s, h, n, state
-        step = 1e-5 * max(float(np.ptp(s)), 1e-6)
-        here, there = _limited(curve, model, s), _limited(curve, model, s + step)
-        change = [(b - a) / step for a, b in zip(here, there, strict=True)]
-        up, pp = u[:, np.newaxis], p[:, np.newaxis]
-        rates, squares, linear, rest = here
-        drift = change[0] * up + change[1] * pp**2 + change[2] * pp + change[3]
-        # value = constant + rates u + by_p p + drift s, around this clock
-        self._rates, self._by_p, self._drift = rates, 2.0 * squares * pp + linear, drift
-        value = rates * up + squares * pp**2 + linear * pp + rest
-        self._constant = value - rates * up - self._by_p * pp - drift * s[:, np.newaxis]
-        b, m = curve.bounds, len(curve.bounds.jerk)
-        self._bound = np.concatenate([b.acceleration, model.limits.effort])
-        self._jerk, self._m = b.jerk, m
-        # The first node is where the arm is: what it uses there cannot be helped.
-        used = np.abs(value[1:] / self._bound).max()
-        steep = np.abs(np.diff(value[:, :m], axis=0) / (h * b.jerk)).max()
-        speed = (np.abs(rates[1:, :m] * pp[1:]) / b.velocity).max()
-        off = abs(p[-1]) / max(state[1], 1e-9)
-        self.excess = max(used, steep, speed, 1.0 + off, 1.0 - p.min() / max(state[1], 1e-9)) - 1.0
+    Attributes:
+        most: The greatest z at each place.  # (n,)
+    """
 
-    def solve(self) -> np.ndarray | None:
-        """Give the changes of the clock that exceed the limits least."""  # (n + 1,)
-        n, h, m = self._n, self._h, self._m
-        size = 3 * (n + 1) + 1
-        at_u, at_p, at_s = (k * (n + 1) + np.arange(n + 1) for k in range(3))
-        equal, right = self._motion(size, at_u, at_p, at_s)
-        blocks, bounds = [], []
-        for row in range(len(self._bound)):
-            value = sparse.lil_matrix((n + 1, size))
-            k = np.arange(n + 1)
-            value[k, at_u] = self._rates[:, row]
-            value[k, at_p] = self._by_p[:, row]
-            value[k, at_s] = self._drift[:, row]
-            value, constant = value.tocsr(), self._constant[:, row]
-            pairs = [(value[1:], constant[1:], self._bound[row])]
-            if row < m:
-                pairs.append((value[1:] - value[:-1], np.diff(constant), h * self._jerk[row]))
-            for matrix, offset, most in pairs:
-                slack = sparse.csr_matrix(
-                    (np.full(n, -most), (np.arange(n), np.full(n, size - 1))), shape=(n, size)
-                )
-                blocks += [matrix + slack, slack - matrix]
-                bounds += [most - offset, most + offset]
-        ranges = [(None, None)] * (n + 1) + [(0.0, None)] * (n + 1) + [(None, None)] * (n + 1)
-        cost = np.zeros(size)
-        cost[-1] = 1.0
-        found = linprog(
-            cost,
-            A_ub=sparse.vstack(blocks).tocsc(),
-            b_ub=np.concatenate(bounds),
-            A_eq=equal,
-            b_eq=right,
-            bounds=[*ranges, (0.0, None)],
-            method="highs",
-        )
-        return None if found.x is None else found.x[at_u]
+    def __init__(self, curve: Curve, s: np.ndarray, pace: float, model: RobotModel):
+        x, d1, d2 = curve.evaluate(np.minimum(s, curve.end))
+        nq = model.nq
+        q, v, a, still = x[:, :nq], d1[:, :nq], d2[:, :nq], np.zeros(nq)
+        gravity = np.array([model.rnea(row, still, still) for row in q])
+        inertia = np.array([model.rnea(i, still, j) for i, j in zip(q, v, strict=True)]) - gravity
+        motion = np.array([model.rnea(i, j, k) for i, j, k in zip(q, v, a, strict=True)]) - gravity
+        fastest = RELAXED * (curve.bounds.velocity / np.maximum(np.abs(d1), _TINY)).min(axis=1)
+        fastest[0] = max(fastest[0], pace)
+        damping = model.damping * v * np.minimum(fastest, 1e3 * pace)[:, np.newaxis]
+        effort = RELAXED * model.limits.effort
+        dry = gravity + model.friction * np.sign(v)
+        room = np.broadcast_to(RELAXED * curve.bounds.acceleration, d1.shape)
+        above = np.hstack([room, effort - dry - np.minimum(damping, 0.0)])
+        below = np.hstack([room, effort + dry + np.maximum(damping, 0.0)])
+        rates, squares = np.hstack([d1, inertia]), np.hstack([d2, motion])
+        rates, squares = np.hstack([rates, -rates]), np.hstack([squares, -squares])
+        constants = np.hstack([above, below])
+        self._upper, self._lower = rates > _TINY, rates < -_TINY
+        safe = np.where(self._upper | self._lower, rates, 1.0)
+        self._slope, self._offset = -squares / safe, constants / safe
+        flat = ~(self._upper | self._lower) & (squares > _TINY)
+        bend = np.where(flat, constants / np.where(flat, squares, 1.0), np.inf).min(axis=1)
+        self.most = self._admissible(np.minimum(fastest**2, bend))
+        self.most[0] = max(self.most[0], pace * pace)
 
-    def _motion(self, size, at_u, at_p, at_s):
-        """Write what pace and reading are when the change is linear in each step."""
-        n, h = self._n, self._h
-        rows = sparse.lil_matrix((2 * n + 5, size))
-        right = np.zeros(2 * n + 5)
-        k = np.arange(n)
-        for column, factor in ((at_p[1:], 1.0), (at_p[:-1], -1.0)):
-            rows[k, column] = factor
-        rows[k, at_u[1:]] = rows[k, at_u[:-1]] = -0.5 * h
-        rows[n + k, at_s[1:]], rows[n + k, at_s[:-1]], rows[n + k, at_p[:-1]] = 1.0, -1.0, -h
-        rows[n + k, at_u[:-1]], rows[n + k, at_u[1:]] = -h * h / 3.0, -h * h / 6.0
-        fixed = [(at_s[0], self._state[0]), (at_p[0], self._state[1]), (at_u[0], self._state[2])]
-        for i, (column, value) in enumerate([*fixed, (at_p[-1], 0.0), (at_u[-1], 0.0)]):
-            rows[2 * n + i, column] = 1.0
-            right[2 * n + i] = value
-        return rows.tocsc(), right
+    def _admissible(self, most: np.ndarray) -> np.ndarray:
+        """Lower the greatest z to where some u is still allowed, by bisection."""
+        low, high, trial = np.zeros_like(most), most.copy(), most
+        for _ in range(50):
+            bound = self._slope * trial[:, np.newaxis] + self._offset
+            least = np.where(self._lower, bound, -np.inf).max(axis=1)
+            fits = least <= np.where(self._upper, bound, np.inf).min(axis=1)
+            low, high = np.where(fits, trial, low), np.where(fits, high, trial)
+            trial = 0.5 * (low + high)
+        return low
 
+    def before(self, i: int, after: np.ndarray, h: float) -> np.ndarray:
+        """Give the greatest z at a place from which braking leads to some z at the next."""
+        rise = 1.0 + 2.0 * h * self._slope[i]
+        binds = self._lower[i] & (rise > _TINY)
+        z = (after[:, np.newaxis] - 2.0 * h * self._offset[i, binds]) / rise[binds]
+        return np.maximum(z.min(axis=1, initial=np.inf), 0.0)
 
-def _limited(curve: Curve, model: RobotModel, s: np.ndarray) -> list[np.ndarray]:
-    """Give what multiplies u, p^2, p and 1 in accelerations and efforts."""  # (n, m + nq) each
-    x, d1, d2 = curve.evaluate(np.minimum(s, curve.end))
-    nq, none = model.nq, np.zeros_like(d1)
-    q, v, a = x[:, :nq], d1[:, :nq], d2[:, :nq]
-    still = np.zeros(nq)
-    gravity = np.array([model.rnea(row, still, still) for row in q])
-    inertia = np.array([model.rnea(i, still, j) for i, j in zip(q, v, strict=True)]) - gravity
-    motion = np.array([model.rnea(i, j, k) for i, j, k in zip(q, v, a, strict=True)]) - gravity
-    return [
-        np.hstack([d1, inertia]),
-        np.hstack([d2, motion]),
-        np.hstack([none, model.damping * v]),
-        np.hstack([none, gravity + model.friction * np.sign(v)]),
-    ]
+    def after(self, i: int, z: np.ndarray, h: float) -> np.ndarray:
+        """Give the greatest z at the next place."""
+        upper = self._upper[i]
+        u = self._slope[i, upper] * z[:, np.newaxis] + self._offset[i, upper]
+        return z + 2.0 * h * u.min(axis=1, initial=np.inf)

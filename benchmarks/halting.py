@@ -1,5 +1,6 @@
-"""Halts at random moments, next to the fastest that any clock on the path could make."""
+"""Halts at random moments, next to a time in which no clock on the path could make them."""
 
+import time
 from typing import NamedTuple
 
 import numpy as np
@@ -10,12 +11,11 @@ from benchmarks.scenes import Planned, random_scene
 from bt_manip.motion import Arm, PathTrajectory, SequenceTrajectory
 from bt_manip.motion.bounds import Bounds
 from bt_manip.motion.clock_limits import Curve
-from bt_manip.motion.jerk_profile import JerkProfile
 from bt_manip.motion.paced_trajectory import PacedTrajectory
 from bt_manip.motion.trajectory import TailTrajectory
 from bt_manip.robots import RobotDescription
 
-CLEAR = 1.03  # times the lower bound: nearer than that nobody needs to look for the optimum
+CLEAR = 1.03  # times the lower bound: nearer than that nobody needs to look for a higher one
 EACH = 10  # halts in one scene
 ROUNDING = 1e-6
 
@@ -26,9 +26,10 @@ class Halt(NamedTuple):
     Attributes:
         kind: Of the motion that was halted.
         duration: Until rest [s].
-        shortest: The least that path and limits leave, or a bound below it that is near [s].
+        shortest: What no clock on the path can be below: see `fastest_halt` [s].
         off: Farthest from the path [rad].
         used: Largest share of a limit of velocity, acceleration, jerk or effort.
+        computing: Processor time of the stop [ms].
     """
 
     kind: str
@@ -36,6 +37,7 @@ class Halt(NamedTuple):
     shortest: float
     off: float
     used: float
+    computing: float
 
     @property
     def ratio(self) -> float:
@@ -69,15 +71,17 @@ def halt(planned: Planned, kind: str, share: float) -> Halt:
     advance(planned, share)
     curve, state = clock_of(arm)
     rows = [(arm.q_ref, arm.v_ref, arm.a_ref)]
+    begun = time.thread_time()
     arm.stop()
-    duration, known = arm.remaining, _clock(arm)
+    computing, duration = 1e3 * (time.thread_time() - begun), arm.remaining
     while arm.moving:
         arm.advance(STEP)
         rows.append((arm.q_ref, arm.v_ref, arm.a_ref))
     shortest = fastest_halt.alone(curve, state)
-    if duration > CLEAR * shortest and known is not None:
-        shortest = fastest_halt.on_the_path(curve, state, arm.model, known)
-    return Halt(kind, duration, shortest, _off(rows, np.array(way)), _used(arm, rows))
+    if duration > CLEAR * shortest:
+        shortest = fastest_halt.shortest(curve, state, arm.model)
+    off = _off(rows, np.array(way))
+    return Halt(kind, duration, shortest, off, _used(arm, rows), computing)
 
 
 def clock_of(arm: Arm) -> tuple[Curve, fastest_halt.State]:
@@ -97,14 +101,6 @@ def clock_of(arm: Arm) -> tuple[Curve, fastest_halt.State]:
         return Curve(trajectory.path.evaluate, trajectory.bounds, 1.0), state
     bounds = Bounds.of_joints(arm.model.limits)
     return Curve(trajectory.table, bounds, trajectory.duration), (t, pace, change)
-
-
-def _clock(arm: Arm) -> JerkProfile | None:
-    """Give the clock that an arm halts by; None where it drives on to the end."""
-    halted = arm.trajectory
-    if isinstance(halted, PathTrajectory):
-        return halted.profile
-    return halted.clock if isinstance(halted, PacedTrajectory) else None
 
 
 def _off(rows: list[tuple[np.ndarray, ...]], way: np.ndarray) -> float:

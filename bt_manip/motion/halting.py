@@ -18,9 +18,8 @@ from .clock_limits import ClockLimits, Curve, Rates
 from .jerk_profile import JerkProfile
 
 STEP = 1e-3  # [s] in which the clock's jerk is constant
-FINE = 5e-4  # [s] for what is as short as this
-SHORT = 0.06  # [s]
-MOST_STEPS = 400
+FINEST = 1e-4  # [s] for halts that are short
+FEWEST_STEPS, MOST_STEPS = 100, 400
 MARGINS = (0.995, 0.97, 0.93, 0.85, 0.7, 0.5, 0.3)  # fractions of the limits
 ROUNDS = 5
 SETTLED = 1e-3  # of the duration, below which another round changes nothing
@@ -133,7 +132,7 @@ def _guess(limits: ClockLimits, state: State, least: float, end: float) -> _Cour
     t = np.concatenate([[0.0], np.cumsum(2.0 * moved / (p_at[1:] + p_at[:-1]))])
     change = np.append(np.diff(p_at) / np.diff(t), 0.0)
     duration = max(float(t[-1]), least)
-    step = FINE if duration < SHORT else max(STEP, duration / MOST_STEPS)
+    step = max(FINEST, min(STEP, duration / FEWEST_STEPS), duration / MOST_STEPS)
     times = step * np.arange(int(1.1 * duration / step) + 16)
     reading = np.minimum(s + np.concatenate([[0.0], np.cumsum(moved)]), end)
     return _Course(step, *(np.interp(times, t, rows) for rows in (reading, p_at, change)))

@@ -14,10 +14,7 @@ def test_500_halts_stay_on_their_paths_and_inside_all_limits_and_are_about_the_f
     found = halts(500)
     for halt in found:
         assert halt.off <= 1e-3 and halt.used <= 1.0 + 1e-6, halt
-        assert halt.ratio <= 1.1 or halt.kind == "redirected", halt
-    # Where joints of a redirected motion brake with all they have, each by itself, no clock can
-    # slow them all at once; some of these halts take longer, or the motion is driven to its end.
-    assert sum(halt.ratio <= 1.1 for halt in found) >= 485
+        assert halt.ratio <= 1.1, halt
 
 
 def test_200_pushes_are_noticed_within_20_milliseconds():

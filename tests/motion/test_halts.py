@@ -7,8 +7,11 @@ from benchmarks import fastest_halt
 from benchmarks.halting import clock_of, halts
 from bt_manip.motion import Arm, StraightPath
 from bt_manip.motion.bounds import Bounds
+from bt_manip.motion.braking import brake
 from bt_manip.motion.clock_limits import Curve
-from bt_manip.motion.halting import halting_clocks
+from bt_manip.motion.halting import halting_clocks, shortest_rest
+from bt_manip.motion.jerk_profile import JerkProfile, brake_profile
+from bt_manip.motion.trajectory import JointTrajectory
 
 from .test_path_timing import pendulum
 
@@ -32,9 +35,9 @@ def test_a_joint_that_cruises_rests_after_the_time_of_the_textbook(arm):
     assert arm.v[0] == pytest.approx(v) and arm.a[0] == pytest.approx(0.0, abs=1e-9)
     curve, state = clock_of(arm)
     assert fastest_halt.alone(curve, state) == pytest.approx(v / a + a / j, rel=1e-6)
-    slow = next(halting_clocks(curve, state, arm.model, 0.3))
-    found = fastest_halt.on_the_path(curve, state, arm.model, slow)
-    assert found == pytest.approx(v / a + a / j, rel=0.01)
+    assert fastest_halt.along(curve, state, arm.model) == pytest.approx(v / a, rel=0.01)
+    arm.stop()
+    assert arm.remaining == pytest.approx(v / a + a / j, rel=0.01)
 
 
 def test_a_motor_that_is_too_weak_for_the_limits_takes_its_own_time():
@@ -42,10 +45,35 @@ def test_a_motor_that_is_too_weak_for_the_limits_takes_its_own_time():
     weak = pendulum(effort=10.0)
     path = StraightPath(np.zeros(1), np.ones(1))
     curve, state = Curve(path.evaluate, Bounds.of_joints(weak.limits), 1.0), (0.0, 1.0, 0.0)
-    slow = next(halting_clocks(curve, state, weak, 0.8))
-    assert slow.duration == pytest.approx(1.0 / 4.0, rel=0.01)
     assert fastest_halt.alone(curve, state) < 0.02
-    assert fastest_halt.on_the_path(curve, state, weak, slow) == pytest.approx(0.2, rel=0.02)
+    assert fastest_halt.along(curve, state, weak) == pytest.approx(0.2, rel=0.01)
+    clock = next(halting_clocks(curve, state, weak))
+    assert clock.duration == pytest.approx(0.2, rel=0.03)
+
+
+def test_a_joint_that_brakes_with_all_it_has_is_waited_for(model):
+    # Joint 1 cannot brake harder than it does, so nothing slows down before it rests.
+    limits, v = model.limits, 1.0
+    first = brake_profile((0.0, 1.5, -15.0), (2.175, 15.0, 7500.0))
+    second = JerkProfile([[0.0, 0.0, v, 0.0, 0.0]], 2.0, 2.0 * v)
+    others = [JerkProfile([], 2.0, q) for q in model.home[2:]]
+    motion = JointTrajectory([first, second, *others])
+    last = v / limits.acceleration[1] + limits.acceleration[1] / limits.jerk[1]
+    halted = brake(motion, 0.0, model)
+    assert halted.duration == pytest.approx(first.duration + last, rel=0.03)
+    curve = Curve(motion.table, Bounds.of_joints(limits), motion.duration)
+    least = fastest_halt.along(curve, (0.0, 1.0, 0.0), model)
+    assert 0.95 * halted.duration < least < halted.duration
+
+
+def test_what_every_joint_needs_to_rest_is_what_ruckig_finds(model, rng):
+    bounds, m = Bounds.of_joints(model.limits), model.nq
+    for _ in range(200):
+        v, a = (rng.uniform(-1.0, 1.0, m) * most for most in (bounds.velocity, bounds.acceleration))
+        line = Curve(lambda s, v=v, a=a: (v[None], v[None], a[None]), bounds, 1.0)
+        assert shortest_rest(v, a, bounds) == pytest.approx(
+            fastest_halt.alone(line, (0.0, 1.0, 0.0)), rel=1e-6
+        )
 
 
 @pytest.mark.parametrize("share", [0.1, 0.4, 0.6, 0.9])
