@@ -74,9 +74,7 @@ class ClearanceProof:
     def take(self) -> None:
         """Take over how thick everything is."""
         self._motion: ArmMotion | None = None  # fingers and what they hold may be elsewhere
-        if not self._blind:
-            thick = margins(self._near.model) - self._near.padding
-            self._thick = thick[tuple(self._pairs)]
+        self._thick: np.ndarray | None = None
 
     def proven(self, path: np.ndarray, needed: np.ndarray, carried: Carried) -> np.ndarray:
         """Tell which of many configurations are free, without any doubt.
@@ -93,6 +91,9 @@ class ClearanceProof:
         n, nq = path.shape
         if self._blind or n <= WINDOWS[-1]:
             return np.zeros(n, dtype=bool)
+        if self._thick is None:
+            thick = margins(self._near.model)[tuple(self._pairs)]
+            self._thick = thick - self._near.padding
         asked = needed[tuple(self._pairs)]
         asked = np.where(asked > 0.0, self._corner * asked, asked) + self._thick + DOUBT
         filled = np.concatenate([path, np.repeat(path[-1:], -n % WINDOWS[0], axis=0)])

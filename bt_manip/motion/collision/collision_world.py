@@ -67,6 +67,7 @@ class CollisionWorld:
             self._near = Lookout(self._source, PADDING, adr)
             self._joints = self._source.dof_jntid[np.array(robot.dof_adr)]
             self._parts = part_of_body(self._source, self._joints)
+            self._may_touch = self._pairs_that_may_touch(self._source)
             self._proof = ClearanceProof(self._source, self._near, self._joints)
             self._labels = Labels(self._source)
         if figure.bodies is not self._watched:
@@ -110,17 +111,21 @@ class CollisionWorld:
         self._moving, carried = moving, moving & ~own
         # Fingers that have closed on nothing touch each other, however the arm moves.
         gripping = fingers | carried
-        may_touch = gripping[:, np.newaxis] & gripping
-        self.counts = (moving[:, np.newaxis] | moving) & ~may_touch & ~may_touch.T
+        allowed = gripping[:, np.newaxis] & gripping
+        self.counts = (moving[:, np.newaxis] | moving) & ~allowed & self._may_touch
         self.own = own[:, np.newaxis] & own
         part = self._part_of_geom()
         if part is not None:
             self.counts &= (part != part[:, np.newaxis]) | ~(moving[:, np.newaxis] & moving)
-        self.counts &= comparable(model)
-        if part is not None:
-            self.counts &= ~never_touching(model, self._joints, part, self.counts)
         self._near.watch(self.counts, figure.held_root)
         self._proof.watch(self.counts, part)
+
+    def _pairs_that_may_touch(self, model: mujoco.MjModel) -> np.ndarray:
+        """Mark the pairs of geoms that MuJoCo compares, but for neighbours that never touch."""
+        pairs = comparable(model)  # (ngeom, ngeom)
+        if self._parts is None:
+            return pairs
+        return pairs & ~never_touching(model, self._joints, self._parts[model.geom_bodyid], pairs)
 
     def _part_of_geom(self) -> np.ndarray | None:
         """Number the geoms by how many of the arm's joints move them."""  # (ngeom,)

@@ -42,15 +42,16 @@ def look_only_at(own: mujoco.MjModel, pairs: np.ndarray) -> None:
             asks filters what is seen.
         pairs: Mark them; it is symmetric.  # (ngeom, ngeom)
     """
-    kinds, kind = np.unique(pairs, axis=0, return_inverse=True)
-    kind = kind.reshape(-1)
+    kinds: dict[bytes, int] = {}
+    rows = (row.tobytes() for row in np.packbits(pairs, axis=1))
+    kind = np.array([kinds.setdefault(row, len(kinds)) for row in rows], dtype=int)
     if len(kinds) > _BITS:
         return
     bits = 1 << np.arange(len(kinds))
     # Geoms of one kind are compared with the same kinds: any of them stands for the others.
     one_of = np.unique(kind, return_index=True)[1]
     own.geom_contype[:] = bits[kind]
-    own.geom_conaffinity[:] = (kinds[:, one_of] @ bits)[kind]
+    own.geom_conaffinity[:] = (pairs[np.ix_(one_of, one_of)] @ bits)[kind]
     own.body_contype[:] = own.body_conaffinity[:] = 0
     np.bitwise_or.at(own.body_contype, own.geom_bodyid, own.geom_contype)
     np.bitwise_or.at(own.body_conaffinity, own.geom_bodyid, own.geom_conaffinity)

@@ -22,10 +22,10 @@ def shortened(
         tries: How often.
     """  # (m, nq)
     path = _pruned(path, free)
+    along = _lengths(path)
     for _ in range(tries):
         if len(path) < 3:
             break
-        along = _lengths(path)
         # Long cuts take detours away, short ones bring corners nearer to what they go around.
         middle, reach = rng.uniform(0.0, along[-1]), 0.5 * along[-1] * rng.uniform() ** 3
         first, last = max(0.0, middle - reach), min(float(along[-1]), middle + reach)
@@ -37,6 +37,7 @@ def shortened(
         saved = last - first - float(np.linalg.norm(b - a))
         if saved >= WORTH * along[-1] and line_free(a, b, free, STEP):
             path = _without_repeats(np.vstack([path[: i + 1], a, b, path[j + 1 :]]))
+            along = _lengths(path)
     return _pruned(path, free)
 
 
