@@ -1,5 +1,6 @@
 """Notice that something pushes the arm."""
 
+from operator import le
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -53,13 +54,15 @@ class DeviationGuard:
             v_ref: Velocity of its reference [rad/s].  # (nq,)
             a_ref: Acceleration of its reference [rad/s2].  # (nq,)
         """
-        self._last = now = self._moment(model, v_ref, a_ref)
-        effort = model.rnea(now.q, now.v, self._robot.a) - now.commanded
+        now, a = self._moment(model, v_ref, a_ref)
+        self._last = now
+        effort = model.rnea(now.q, now.v, a) - now.commanded
         self._tolerate(self.bounds + AT_FIRST * np.abs(effort))
         self._strikes = 0
 
     def _tolerate(self, efforts: np.ndarray) -> None:
-        self._tolerated, self._most = efforts, efforts.tolist()
+        self._tolerated, self._presses = efforts, efforts.tolist()
+        self._blows = [(lasting * efforts).tolist() for lasting in (LASTING, CARRYING)]
 
     def look(self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray, dt: float) -> str:
         """Look at the last control step, and at what has come of those since the last look.
@@ -73,18 +76,16 @@ class DeviationGuard:
         Returns:
             What is wrong, once it is so for long enough; empty otherwise.
         """
-        before, now = self._last, self._moment(model, v_ref, a_ref)
+        before, (now, a) = self._last, self._moment(model, v_ref, a_ref)
         self._last = now
-        a = self._robot.a
         needed = model.rnea(now.q, now.v, a)
         change = model.rnea(now.q, now.v, a + (now.error - before.error)) - needed
         effort = needed - now.commanded
-        lasting = CARRYING if model.payload else LASTING
-        if not _inside(change, lasting, self._most):
-            blow = self._blow(change, before, now, model, lasting, dt)
+        if not _inside(change, self._blows[bool(model.payload)]):
+            blow = self._blow(change, before, now, model, dt)
             if blow:
                 return blow
-        self._strikes = 0 if _inside(effort, 1.0, self._most) else self._strikes + 1
+        self._strikes = 0 if _inside(effort, self._presses) else self._strikes + 1
         if self._strikes < PATIENCE:
             return ""
         joint = int((np.abs(effort) / self._tolerated).argmax())
@@ -99,11 +100,11 @@ class DeviationGuard:
         before: "_Moment",
         now: "_Moment",
         model: RobotModel,
-        lasting: float,
         dt: float,
     ) -> str:
         """Say what has struck the arm between two looks; empty where its motors explain it."""
-        time, tolerated = EVERY * dt, lasting * self._tolerated
+        time = EVERY * dt
+        tolerated = (CARRYING if model.payload else LASTING) * self._tolerated
         impulse = _unexplained(change, time * before.astray(model), time * now.astray(model))
         blow = np.abs(impulse) / tolerated
         if not blow.max() > 1.0:
@@ -114,10 +115,12 @@ class DeviationGuard:
             f"N m s at once ({tolerated[joint]:.2f} N m s are tolerated)"
         )
 
-    def _moment(self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray) -> "_Moment":
-        robot = self._robot
-        v = robot.v
-        return _Moment(robot.q, v, v - v_ref, a_ref.copy(), robot.tau - model.damping * v)
+    def _moment(
+        self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray
+    ) -> tuple["_Moment", np.ndarray]:
+        """Give what can be seen now, and the acceleration [rad/s2]."""  # (nq,)
+        q, v, a, tau = self._robot.measured()
+        return _Moment(q, v, v - v_ref, a_ref.copy(), tau - model.damping * v), a
 
     def get_state(self) -> dict[str, Any]:
         """Give what is remembered between looks as plain data."""
@@ -148,10 +151,10 @@ class _Moment(NamedTuple):
         return self.commanded - model.rnea(self.q, self.v, self.a_ref)
 
 
-def _inside(numbers: np.ndarray, share: float, most: list[float]) -> bool:
-    """Tell whether no number exceeds its share of a bound."""
+def _inside(numbers: np.ndarray, bounds: list[float]) -> bool:
+    """Tell whether no number exceeds its bound."""
     # One by one: for so few numbers NumPy takes longer to begin.
-    return all(abs(x) <= share * m for x, m in zip(numbers.tolist(), most, strict=True))
+    return all(map(le, map(abs, numbers.tolist()), bounds))
 
 
 def _unexplained(change: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
