@@ -103,8 +103,8 @@ class RobotModel:
 
     def pose(self, q: np.ndarray) -> pin.SE3:
         """Give the pose T_wt of the tool in the world."""
-        pin.framesForwardKinematics(self.model, self.data, q)
-        return self.data.oMf[self.tool_frame_id].copy()
+        pin.forwardKinematics(self.model, self.data, q)
+        return pin.updateFramePlacement(self.model, self.data, self.tool_frame_id)
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         """Give the tool's Jacobian: linear over angular velocity, in the world's axes."""

@@ -15,6 +15,7 @@ from bt_manip.motion import (
     limit_use,
     tool_paths,
 )
+from bt_manip.motion.tool_path import follow_path
 from bt_manip.robots import ToolLimits
 
 START = spatial.pointing_down([0.4, -0.2, 0.3])
@@ -298,6 +299,18 @@ def test_a_path_through_something_says_how_much_of_it_is_free(walled):
     first = np.linalg.norm(aside.translation - walled.left.translation)
     assert first / (first + 0.5) < raised.value.fraction < (first + 0.25) / (first + 0.5)
     assert not arm.moving
+
+
+def test_a_line_is_followed_with_a_joint_led_along_its_limit(model, ik):
+    q0 = np.array([-1.072, -0.626, 0.458, -2.31, 0.266, 1.729, 2.847])  # joint 7 by its limit
+    start = model.pose(q0)
+    down = pin.SE3(start.rotation, start.translation - [0.0, 0.0, 0.385])
+    (path,) = tool_paths(start, [LineTo(down)])
+    curve = follow_path(ik, q0, path)
+    q = curve.evaluate(np.linspace(0.0, 1.0, 3000), 0)[0][:, : model.nq]
+    assert (model.limits.upper - q).min() < 0.01
+    assert model.limits.contain(q, 1e-9)
+    assert np.abs(model.pose(q[-1]).translation - down.translation).max() <= 1e-7
 
 
 def test_nothing_to_do_is_no_motion(at_start):

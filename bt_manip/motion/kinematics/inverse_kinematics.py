@@ -69,9 +69,11 @@ class InverseKinematics:
         self._further = Starts(self.model, stored, np.random.default_rng(seed))
         self._reach = Reach(self.model, self._further.stored)
         tool = self.model.tool_frame_id
-        tolerances = position_tolerance, rotation_tolerance
+        self._tolerances = position_tolerance, rotation_tolerance
         self.tool = str(self.model.model.frames[tool].name)
-        self._tool_rows = PoseRows(self.model, tool, self.model.pose(self.model.home), tolerances)
+        self._tool_rows = PoseRows(
+            self.model, tool, self.model.pose(self.model.home), self._tolerances
+        )
         self._tool_system = System(self.model, [self._tool_rows])
         self._joints = tuple(self.model.model.names)[1:]
 
@@ -116,20 +118,25 @@ class InverseKinematics:
         *,
         max_step: float = 0.2,
         detours: bool = True,
+        margin: float = 0.0,
+        tolerance: float | None = None,
     ) -> IKResult:
         """Find the configuration near `q0`, without jumping and without restarts.
 
         Args:
-            request: A pose of the tool, or a problem; its margin is kept once `q0` keeps it.
+            request: A pose of the tool, or a problem.
             q0: The configuration before.  # (nq,)
             max_step: How far a joint may go from it [rad].
             detours: Whether to try again from elsewhere inside `max_step`.
+            margin: How far from the limits to stay for a pose [rad]; as that of a problem, it is
+                kept once `q0` keeps it.
+            tolerance: Of a solution for a pose [m] and [rad]; by default as constructed.
 
         Raises:
             MotionError: When the request or the configuration is none.
         """
         q0 = check_configuration(q0, self.model.nq)
-        task = self._task(request, q0)
+        task = self._task(request, q0, margin, tolerance)
         found = search_near(task, q0, self.iterations, max_step=max_step, detours=detours)
         return self._result(task, found)
 
@@ -212,10 +219,18 @@ class InverseKinematics:
 
     # What is asked for
 
-    def _task(self, request: Request, q0: np.ndarray, margin: float = 0.0) -> Task:
+    def _task(
+        self,
+        request: Request,
+        q0: np.ndarray,
+        margin: float = 0.0,
+        tolerance: float | None = None,
+    ) -> Task:
         if isinstance(request, IKProblem):
             return make_task(self.model, self._joints, request, q0, self._inverse_speed)
-        self._tool_rows.pose, self._tool_system.q = check_pose(request), None
+        tolerances = self._tolerances if tolerance is None else (tolerance, tolerance)
+        self._tool_rows.aim(check_pose(request), tolerances)
+        self._tool_system.q = None
         limits = self.model.limits
         lower, upper = limits.lower, limits.upper
         if margin:

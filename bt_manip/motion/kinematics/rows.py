@@ -72,7 +72,7 @@ class ScaledRows(Rows):
         super().__init__(arm, frame, tolerance)
         self._scale = scale
         self._room = AIM * tolerance if WIDE <= tolerance < np.inf else 0.0
-        self.near = (_ROUND * (tolerance - self._room)) ** 2
+        self.near = (tolerance - self._room) ** 2 * _ROUND
         self._length = 0.0
 
     def _outside(self, error: np.ndarray) -> np.ndarray:
@@ -162,9 +162,14 @@ class PoseRows(Rows):
             tolerances: Of position [m] and rotation [rad].
         """
         super().__init__(arm, frame, max(tolerances))
+        self.aim(pose, tolerances)
+
+    def aim(self, pose: pin.SE3, tolerances: tuple[float, float]) -> None:
+        """Ask for another pose, within tolerances of position [m] and rotation [rad]."""
         self.pose, self.tolerances = pose, tolerances
         # The linear part of the logarithm is longer than the distance by less than half of pi.
-        self.near = (_ROUND * 0.5 * np.pi * tolerances[0]) ** 2 + (_ROUND * tolerances[1]) ** 2
+        linear, angular = 0.5 * np.pi * tolerances[0], tolerances[1]
+        self.near = _ROUND * (linear * linear + angular * angular)
 
     def measure(self) -> np.ndarray:
         """Measure the logarithm."""

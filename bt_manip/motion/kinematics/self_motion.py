@@ -21,10 +21,16 @@ class SelfMotion:
         upper = np.minimum(model.limits.upper, np.pi)
         self._middle, self._half = 0.5 * (lower + upper), 0.5 * (upper - lower)
 
-    def away_from_limits(self, q: np.ndarray) -> np.ndarray:
-        """Give a self-motion away from the joint limits, to go along a path with [rad/m]."""
+    def onwards(self, q: np.ndarray, dq: np.ndarray, way: float) -> np.ndarray:
+        """Give the step that moves the tool as another does, and the joints away from their limits.
+
+        Args:
+            q: Where the arm is.  # (nq,)
+            dq: The other step.  # (nq,)
+            way: How far along a path that is [m].
+        """
         if not self._free:
-            return np.zeros(len(q))
-        wish = -(((q - self._middle) / self._half) ** _EVASION)
+            return dq
+        wish = -way * ((q - self._middle) / self._half) ** _EVASION - dq
         jacobian = pin.computeFrameJacobian(self._model, self._data, q, self._frame, pin.LOCAL)
-        return wish - damped_step(jacobian, jacobian.dot(wish), 1e-4)  # (nq,)
+        return dq + wish - damped_step(jacobian, jacobian.dot(wish), 1e-4)  # (nq,)

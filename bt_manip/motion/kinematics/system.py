@@ -16,7 +16,6 @@ class System:
     Attributes:
         rows: The targets' errors.
         q: The configuration last looked at.  # (nq,)
-        near: The square of the error above which not all targets can be met.
     """
 
     def __init__(
@@ -34,7 +33,6 @@ class System:
         self._only = self.rows[0] if len(self.rows) == 1 else None
         self._moving = moving
         self.q: np.ndarray | None = None
-        self.near = sum(row.near for row in self.rows)
 
     def look(self, q: np.ndarray) -> np.ndarray:
         """Measure all errors at a configuration."""  # (m,)
@@ -43,6 +41,11 @@ class System:
         if self._only is not None:
             return self._only.measure()
         return np.concatenate([row.measure() for row in self.rows] or [np.zeros(0)])
+
+    @property
+    def near(self) -> float:
+        """The square of the error above which not all targets can be met."""
+        return sum([row.near for row in self.rows])
 
     @property
     def met(self) -> bool:

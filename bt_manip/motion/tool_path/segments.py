@@ -34,17 +34,20 @@ class Line:
 
     def __init__(self, start: pin.SE3, end: pin.SE3) -> None:
         """Connect two poses of the tool in the world."""
-        self._start, self._end = start, end
+        self._place, self._rotation = start.translation.copy(), start.rotation.copy()
+        self._offset = end.translation - start.translation
         self._turn = pin.log3(start.rotation.T @ end.rotation)
-        self.length = float(np.linalg.norm(end.translation - start.translation))
+        self.length = float(np.linalg.norm(self._offset))
         self.angle = float(np.linalg.norm(self._turn))
         self.travel = max(self.length, ARM_LENGTH * self.angle)
 
     def pose(self, way: float) -> pin.SE3:
         """Give the pose after some of the travel."""
         part = way / self.travel
-        place = (1.0 - part) * self._start.translation + part * self._end.translation
-        return pin.SE3(self._start.rotation @ pin.exp3(part * self._turn), place)
+        rotation = self._rotation
+        if self.angle:
+            rotation = rotation @ pin.exp3(part * self._turn)
+        return pin.SE3(rotation, self._place + part * self._offset)
 
 
 class Arc:

@@ -1,6 +1,8 @@
 """The tool on lines and arcs, with rounded corners between them."""
 
+from bisect import bisect_right
 from collections.abc import Sequence
+from itertools import accumulate
 from math import isfinite
 
 import numpy as np
@@ -57,8 +59,8 @@ class ToolPath:
         """
         self._segments = list(segments)
         travels = [segment.travel for segment in segments]
-        self._starts = np.concatenate([[0.0], np.cumsum(travels)])
-        self.travel = float(self._starts[-1])
+        self._starts = [0.0, *accumulate(travels)]
+        self.travel = self._starts[-1]
         self.length = sum(segment.length for segment in segments)
         self.angle = sum(segment.angle for segment in segments)
         self.straight = len(self._segments) == 1 and self._segments[0].straight
@@ -74,8 +76,8 @@ class ToolPath:
     def pose(self, fraction: float) -> pin.SE3:
         """Give the pose T_wt at a fraction of the travel."""
         way = min(max(fraction, 0.0), 1.0) * self.travel
-        i = min(int(np.searchsorted(self._starts, way, side="right")) - 1, len(self._segments) - 1)
-        since, left = way - float(self._starts[i]), float(self._starts[i + 1]) - way
+        i = min(bisect_right(self._starts, way) - 1, len(self._segments) - 1)
+        since, left = way - self._starts[i], self._starts[i + 1] - way
         if i > 0 and since < self._cuts[i - 1]:
             return self._corner(i - 1, since)
         if i < len(self._cuts) and left < self._cuts[i]:
