@@ -1,7 +1,7 @@
 """The base of all nodes: a py_trees behaviour that is ticked as the engine ticks its nodes."""
 
 import inspect
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from py_trees.behaviour import Behaviour
@@ -9,9 +9,9 @@ from py_trees.behaviour import Behaviour
 from bt_manip.bt.nodes.names import CONDITIONS, NodeKind, refuse_reserved
 from bt_manip.bt.nodes.names import RESERVED as RESERVED
 from bt_manip.bt.nodes.port_access import PortAccess
+from bt_manip.bt.nodes.stock_life import StockLife
 from bt_manip.bt.ports import Port
 from bt_manip.bt.status import (
-    FAILURE,
     IDLE,
     PY_STATUS,
     RUNNING,
@@ -32,7 +32,7 @@ _INVALID: Final = Status.INVALID
 _SUCCESS: Final = Status.SUCCESS
 
 
-class Node(PortAccess, Behaviour):
+class Node(PortAccess, StockLife, Behaviour):
     """A node of a tree; see `Action`, `Condition`, `Control` and `Decorator`.
 
     Attributes:
@@ -216,50 +216,6 @@ class Node(PortAccess, Behaviour):
         """The engine's status of the node: idle again as soon as its parent has completed."""
         return self._node_status
 
-    # ------------------------------------------------------------------ py_trees' life cycle
-
-    def tick(self) -> Iterator[Behaviour]:
-        """Tick the node for a stock py_trees parent or tree, and yield the nodes it ticked."""
-        if self._node_status is SUCCESS or self._node_status is FAILURE:
-            self._reset()
-        runtime = self.runtime
-        if runtime.visited is not None:  # a stock node between two of ours: the outer one reports
-            self.execute()
-            return
-        if self.parent is None or not _below_node(self):
-            runtime.fire_timers()
-        visited: list[Behaviour] = []
-        runtime.visited = visited
-        runtime.observers.append(_ignore)
-        try:
-            self.execute()
-        finally:
-            runtime.visited = None
-            runtime.observers.remove(_ignore)
-        yield from visited
-
-    def tick_once(self) -> None:
-        """Tick the node for a stock py_trees parent or tree, without yielding."""
-        if self._node_status is SUCCESS or self._node_status is FAILURE:
-            self._reset()
-        if self.parent is None or not _below_node(self):
-            self.runtime.fire_timers()
-        self.execute()
-
-    def stop(self, new_status: Status) -> None:
-        """Stop the node for a stock py_trees parent."""
-        if new_status is _INVALID:
-            if self._node_status is RUNNING:
-                self.halt()
-            self._reset()
-        else:
-            self.terminate(new_status)
-        self.status = new_status
-
-    def update(self) -> Any:
-        """Not used by nodes that direct others."""
-        return _INVALID
-
     # ------------------------------------------------------------------ surroundings
 
     @property
@@ -328,19 +284,6 @@ class Node(PortAccess, Behaviour):
     def summary(cls) -> str:
         """Give the first line of the class's documentation."""
         return (inspect.getdoc(cls) or "").partition("\n")[0]
-
-
-def _below_node(node: Behaviour) -> bool:
-    parent = node.parent
-    while parent is not None:
-        if isinstance(parent, Node):
-            return True
-        parent = parent.parent
-    return False
-
-
-def _ignore(node: Any, old: Any, new: Any) -> None:
-    """Observe nothing: only makes nodes report that they were ticked."""
 
 
 def _describe(error: Exception) -> str:
