@@ -46,11 +46,13 @@ class Inventory:
 
     def attach(self, name: str, placement: Placement, *, fresh: bool = True) -> None:
         """Put an entity into the arena, under a name."""
-        entity = placement.entity
-        with self._revising(), self._writer.changes.travelling(entity.mjcf_model):
+        entity, changes = placement.entity, self._writer.changes
+        has_names = changes.none(entity.mjcf_model)  # and has been here before
+        with self._revising(), changes.travelling(entity.mjcf_model):
             entity.mjcf_model.model = name
-            for part in entity.iter_entities():
-                name_elements(part.mjcf_model)
+            if not has_names:
+                for part in entity.iter_entities():
+                    name_elements(part.mjcf_model)
             attach = self.arena.add_free_entity if placement.free else self.arena.attach
             frame = attach(entity)
             self.placed[name] = placement

@@ -226,7 +226,8 @@ class Controller(composer.Entity):
         self._cut = bool(self.saturated.any())
         self.saturated_steps = state["saturated_steps"]
         payload = state["payload"]
-        self.payload = None if payload is None else Payload.from_state(payload)
+        if payload is not None or self._payload is not None:  # a new model takes a while
+            self.payload = None if payload is None else Payload.from_state(payload)
 
     def _model_changed(self) -> None:
         """Take up a new model; for subclasses that keep parts of it."""

@@ -212,7 +212,9 @@ class MovingArm:
     def set_state(self, state: dict[str, Any]) -> None:
         """Take everything back; the arm goes on bit for bit."""
         self._reference.set_state(state)
-        self.payload = None if state["payload"] is None else Payload.from_state(state["payload"])
+        payload = state["payload"]
+        if payload is not None or self.payload is not None:  # a new model takes a while
+            self.payload = None if payload is None else Payload.from_state(payload)
         self.fault, self._guarded = state["fault"], state["guarded"]
         if self.guard is not None and state["guard"] is not None:
             self.guard.set_state(state["guard"])

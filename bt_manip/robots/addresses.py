@@ -40,7 +40,8 @@ def writer(array: np.ndarray, addresses: np.ndarray) -> Callable[[np.ndarray], N
 
 
 def _lie_together(addresses: np.ndarray) -> bool:
-    return np.array_equal(addresses, np.arange(addresses[0], addresses[0] + len(addresses)))
+    first, *_ = numbers = addresses.tolist()
+    return numbers == list(range(first, first + len(numbers)))
 
 
 def _part(array: np.ndarray, addresses: np.ndarray) -> np.ndarray:

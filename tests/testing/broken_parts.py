@@ -157,7 +157,7 @@ class BeyondTheLimits(ComputedTorque):
 
     def before_substep(self, physics, random_state):
         super().before_substep(physics, random_state)
-        self._ctrl[self._ctrl_index] *= 10.0
+        physics.data.ctrl[self.robot.ctrl_adr] *= 10.0
 
 
 class Swings(ComputedTorque):
