@@ -63,8 +63,8 @@ def time_optimal(
         most = (MARGIN * limits.velocity / (np.abs(d1) + _TINY)).min(axis=1) ** 2
         damped, speed = 0.5 * np.sqrt(most), np.sqrt(most)
         for _ in range(ROUNDS if limits.damped else 1):
-            constants = limits.constants(damped)
-            speed = np.sqrt(_fastest(limits.rates, limits.squares, constants, most))
+            above, below = limits.constants(damped)
+            speed = np.sqrt(_fastest(limits.rates, limits.squares, above, below, most))
             damped = 0.5 * (damped + speed)
         if speed[1:-1].min() >= _STUCK * speed.max():
             return [_smoothed(s, speed, node) for node in nodes]
@@ -79,7 +79,7 @@ def _unhurried(d1: np.ndarray, bounds: Bounds) -> JerkProfile:
 
 
 class _Limits:
-    """The limits along a path: ``rates u + squares z <= constants`` at each point.
+    """The limits along a path: ``-below <= rates u + squares z <= above`` at each point.
 
     Attributes:
         velocity: The greatest of each coordinate.  # (n, m)
@@ -124,64 +124,62 @@ class _Limits:
         fastest = DAMPED * moving / (model.damping + _TINY)
         self.velocity[:, :nq] = np.minimum(self.velocity[:, :nq], fastest)
         self.damped = bool((model.damping * model.limits.velocity > LITTLE * effort).any())
-        rates, squares = np.hstack([d1, inertia - gravity]), np.hstack([d2, motion - gravity])
-        self.rates, self.squares = np.hstack([rates, -rates]), np.hstack([squares, -squares])
+        self.rates = np.hstack([d1, inertia - gravity])
+        self.squares = np.hstack([d2, motion - gravity])
         self._acceleration = np.broadcast_to(MARGIN * bounds.acceleration, d1.shape)
         self._effort, self._gravity = MARGIN * effort, gravity
         self._friction, self._damping = model.friction * np.sign(v), model.damping * v
 
-    def constants(self, speed: np.ndarray) -> np.ndarray:
+    def constants(self, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Give what is left for moving, when damping takes what it does at a speed ``ds``."""
         lost = self._gravity + self._friction + self._damping * speed[:, np.newaxis]
         above = np.hstack([self._acceleration, self._effort - lost])
         below = np.hstack([self._acceleration, self._effort + lost])
-        return np.maximum(np.hstack([above, below]), _TINY)  # (n, k)
+        return np.maximum(above, _TINY), np.maximum(below, _TINY)  # (n, k) each
 
 
 def _fastest(
-    rates: np.ndarray, squares: np.ndarray, constants: np.ndarray, most: np.ndarray
+    rates: np.ndarray,
+    squares: np.ndarray,
+    above: np.ndarray,
+    below: np.ndarray,
+    most: np.ndarray,
 ) -> np.ndarray:
     """Give the greatest ``ds^2`` at each point of the grid."""  # (n,)
     n = len(most)
     h = 1.0 / (n - 1)
-    # u <= slope z + offset where the rate is positive, u >= where it is negative
-    positive, negative = rates > _TINY, rates < -_TINY
-    safe = np.where(positive | negative, rates, 1.0)
-    slope, offset = -squares / safe, constants / safe
-    flat = ~(positive | negative) & (squares > _TINY)
-    most = np.minimum(most, np.where(flat, constants / np.where(flat, squares, 1.0), np.inf).min(1))
-    most = _admissible(slope, offset, positive, negative, most)
+    # down <= u - slope z <= up; where the rate is next to nothing the limit is one of z
+    steep = np.abs(rates) > _TINY
+    safe = np.where(steep, rates, 1.0)
+    slope = np.where(steep, -squares / safe, 0.0)
+    ends = above / safe, -below / safe
+    up = np.where(steep, np.maximum(*ends), np.inf)
+    down = np.where(steep, np.minimum(*ends), -np.inf)
+    flat = ~steep & (np.abs(squares) > _TINY)
+    room = np.where(squares > 0.0, above, below) / np.where(flat, np.abs(squares), 1.0)
+    most = np.minimum(most, np.where(flat, room, np.inf).min(axis=1))
+    most = np.minimum(most, _admissible(slope, up, down))
+    rise = 1.0 + 2.0 * h * slope
+    binds = rise > _TINY
+    share = np.where(binds, 1.0 / np.where(binds, rise, 1.0), 0.0)
+    rest = np.where(binds, -2.0 * h * down * share, np.inf)
     last = np.zeros(n)  # the greatest from which the end can still be reached
-    for i in range(n - 2, -1, -1):
-        rise = 1.0 + 2.0 * h * slope[i]
-        binds = negative[i] & (rise > _TINY)
-        limit = (last[i + 1] - 2.0 * h * offset[i])[binds] / rise[binds]
-        last[i] = max(0.0, min(float(limit.min(initial=np.inf)), float(most[i])))
-    z = np.zeros(n)
-    for i in range(n - 1):
-        up = slope[i] * z[i] + offset[i]
-        z[i + 1] = min(z[i] + 2.0 * h * float(up[positive[i]].min(initial=np.inf)), last[i + 1])
-    return np.maximum(z, 0.0)
+    z, least = 0.0, np.minimum.reduce
+    for i, bound in zip(range(n - 2, -1, -1), most[-2::-1].tolist(), strict=True):
+        z = last[i] = max(0.0, min(float(least(z * share[i] + rest[i])), bound))
+    fastest = np.zeros(n)
+    gain, z = 2.0 * h * up, 0.0
+    for i, bound in enumerate(last[1:].tolist()):
+        z = fastest[i + 1] = max(0.0, min(float(least(z * rise[i] + gain[i])), bound))
+    return fastest
 
 
-def _admissible(
-    slope: np.ndarray,
-    offset: np.ndarray,
-    positive: np.ndarray,
-    negative: np.ndarray,
-    most: np.ndarray,
-) -> np.ndarray:
-    """Lower ``most`` to where some acceleration is still allowed, by bisection."""
-    low, high = np.zeros_like(most), most.copy()
-    trial = high
-    for _ in range(30):
-        bound = slope * trial[:, np.newaxis] + offset
-        most_u = np.where(positive, bound, np.inf).min(axis=1)
-        least_u = np.where(negative, bound, -np.inf).max(axis=1)
-        fits = least_u <= most_u
-        low, high = np.where(fits, trial, low), np.where(fits, high, trial)
-        trial = np.where(low >= most, most, 0.5 * (low + high))
-    return low
+def _admissible(slope: np.ndarray, up: np.ndarray, down: np.ndarray) -> np.ndarray:
+    """Give the greatest ``ds^2`` at which some acceleration is still allowed."""  # (n,)
+    nearing = slope[:, np.newaxis, :] - slope[:, :, np.newaxis]
+    apart = up[:, :, np.newaxis] - down[:, np.newaxis, :]
+    meets = nearing > _TINY
+    return np.where(meets, apart / np.where(meets, nearing, 1.0), np.inf).min(axis=(1, 2))
 
 
 def _smoothed(s: np.ndarray, speed: np.ndarray, node: float) -> JerkProfile:
