@@ -8,9 +8,9 @@ import numpy as np
 import pinocchio as pin
 from dm_control import composer, mjcf
 
+from bt_manip.cell.altered_contents import AlteredContents
 from bt_manip.cell.contact_events import ContactChanges, ContactEvent
 from bt_manip.cell.contacts import Contacts
-from bt_manip.cell.contents import Contents
 from bt_manip.cell.exceptions import CellError
 from bt_manip.cell.placement import Factory
 from bt_manip.cell.state import integration_state
@@ -19,7 +19,7 @@ from bt_manip.exceptions import did_you_mean
 from bt_manip.spatial import pose as make_pose
 
 
-class Cell(Contents):
+class Cell(AlteredContents):
     """Owns the arena and its compiled physics, and is the one loop that steps it.
 
     Entities live by composer's hooks: ``after_compile`` runs for all of them after every change,

@@ -5,21 +5,19 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-import mujoco
 import numpy as np
 import pinocchio as pin
 from dm_control import composer
 
-from bt_manip.cell.alterations import Values, kind_of, nominal_value
+from bt_manip.cell.alterations import Values
 from bt_manip.cell.arena import Arena
-from bt_manip.cell.assembly import Assembly, Vary
+from bt_manip.cell.assembly import Assembly
 from bt_manip.cell.compiled import Compiled
 from bt_manip.cell.exceptions import CellError, OverlapError
 from bt_manip.cell.inventory import Inventory
 from bt_manip.cell.naming import unique_name
 from bt_manip.cell.placement import Factory, Placement
 from bt_manip.cell.placing import CLEAR, find_place
-from bt_manip.cell.quantities import ENTITY
 from bt_manip.cell.region import Region
 
 
@@ -45,15 +43,6 @@ class Contents:
         self._assembly = Assembly(arena, self.random_state)
         self.before_remove: list[Callable[[str], None]] = []
         """Called with the name of an entity that is about to be taken out."""
-
-    @property
-    def vary(self) -> Vary | None:
-        """Asked of each entity that comes in how it differs from its model; nobody at first."""
-        return self._assembly.vary
-
-    @vary.setter
-    def vary(self, vary: Vary | None) -> None:
-        self._assembly.vary = vary
 
     @property
     def compiles_kept(self) -> int:
@@ -220,52 +209,6 @@ class Contents:
             self._inventory.relocate(name, moved)
             self._inventory.accepted[name] = overlap
 
-    # How it differs from its models
-
-    def alter(self, thing: str, **values: Any) -> None:
-        """Let the physics of something differ from its model, until it is removed.
-
-        Nothing is compiled; what is altered stays so when the cell is compiled anew, and is part
-        of a snapshot. ``nominal_model`` is without it.
-
-        Args:
-            thing: An entity's name, ``light:NAME``, or ``camera:NAME``.
-            values: Values by quantity; None makes one what the model says again. An entity has
-                ``mass`` [kg], ``friction``, ``colour`` and the ``gain`` of its actuators, a factor
-                each; a light has ``position`` [m], ``direction``, ``colour`` and ``brightness``,
-                a factor; a camera has ``position`` [m], ``rotation`` [rad] about its own axes, and
-                ``fovy`` [degrees].
-
-        Raises:
-            CellError: When there is no such thing or quantity, or a value is impossible; nothing
-                is altered then.
-        """
-        self._known(thing)
-        self._assembly.alterations.put(thing, values, self._compiled.nominal)
-        self._compiled.alter(self._assembly.alterations)
-
-    def nominal(self, thing: str, quantity: str) -> Any:
-        """Give what a thing's model says of a quantity that can be altered.
-
-        Raises:
-            CellError: When there is no such thing or quantity.
-        """
-        self._known(thing)
-        return nominal_value(self._compiled.nominal, thing, quantity)
-
-    @property
-    def nominal_model(self) -> mujoco.MjModel:
-        """MuJoCo's model without what has been altered: what can be known of the things.
-
-        The same object as ``model`` where nothing is altered; otherwise alike but for the values.
-        """
-        return self._compiled.nominal
-
-    @property
-    def altered(self) -> dict[str, dict[str, Any]]:
-        """All that differs from the models, by thing and quantity, as plain data."""
-        return self._assembly.alterations.get_state()
-
     @contextlib.contextmanager
     def editing(self) -> Iterator[None]:
         """Compile once for all that is added and removed inside, or leave the cell as it was.
@@ -281,12 +224,6 @@ class Contents:
             yield
 
     # Inside
-
-    def _known(self, thing: str) -> None:
-        """Offer the nearest names where an entity is meant that is not there."""
-        kind, name = kind_of(thing)
-        if kind == ENTITY:
-            self.find(name)
 
     def _become(
         self,

@@ -10,7 +10,7 @@ import pinocchio as pin
 from dm_control import composer
 
 from bt_manip.cell.alterations import nominal_value
-from bt_manip.cell.contents import Contents
+from bt_manip.cell.altered_contents import AlteredContents
 from bt_manip.cell.exceptions import CellError
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization.draws import Varied, draw, stream
@@ -38,7 +38,7 @@ class Randomizer:
     def __init__(
         self,
         randomization: Randomization,
-        cell: Contents,
+        cell: AlteredContents,
         catalogue: Catalogue,
         *,
         seed: int,
