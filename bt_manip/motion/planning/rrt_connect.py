@@ -7,7 +7,7 @@ from .planner import Planning, PlanningProblem
 
 STEP = 0.04  # [rad] between the configurations that are looked at
 REACH = 0.6  # [rad] that a tree grows at the most towards a sample
-SAMPLES = 2000
+SAMPLES = 6000
 
 
 class RRTConnect:
