@@ -8,7 +8,7 @@ import numpy as np
 
 from bt_manip.cell.naming import entity_of
 
-INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
+INTEGRATION = int(mujoco.mjtState.mjSTATE_INTEGRATION.value)  # the number is taken faster
 # Width of a joint in qpos and qvel by type: free, ball, slide, hinge.
 _QPOS_WIDTH = (7, 4, 1, 1)
 _DOF_WIDTH = (6, 3, 1, 1)

@@ -54,9 +54,8 @@ class DeviationGuard:
             v_ref: Velocity of its reference [rad/s].  # (nq,)
             a_ref: Acceleration of its reference [rad/s2].  # (nq,)
         """
-        now, a = self._moment(model, v_ref, a_ref)
-        self._last = now
-        effort = model.rnea(now.q, now.v, a) - now.commanded
+        self._last = now = self._moment(model, v_ref, a_ref)
+        effort = model.rnea(now.q, now.v, self._robot.a) - now.commanded
         self._tolerate(self.bounds + AT_FIRST * np.abs(effort))
         self._strikes = 0
 
@@ -76,8 +75,8 @@ class DeviationGuard:
         Returns:
             What is wrong, once it is so for long enough; empty otherwise.
         """
-        before, (now, a) = self._last, self._moment(model, v_ref, a_ref)
-        self._last = now
+        before, now = self._last, self._moment(model, v_ref, a_ref)
+        self._last, a = now, self._robot.a
         needed = model.rnea(now.q, now.v, a)
         change = model.rnea(now.q, now.v, a + (now.error - before.error)) - needed
         effort = needed - now.commanded
@@ -115,12 +114,10 @@ class DeviationGuard:
             f"N m s at once ({tolerated[joint]:.2f} N m s are tolerated)"
         )
 
-    def _moment(
-        self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray
-    ) -> tuple["_Moment", np.ndarray]:
-        """Give what can be seen now, and the acceleration [rad/s2]."""  # (nq,)
-        q, v, a, tau = self._robot.measured()
-        return _Moment(q, v, v - v_ref, a_ref.copy(), tau - model.damping * v), a
+    def _moment(self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray) -> "_Moment":
+        robot = self._robot
+        v = robot.v
+        return _Moment(robot.q, v, v - v_ref, a_ref.copy(), robot.tau - model.damping * v)
 
     def get_state(self) -> dict[str, Any]:
         """Give what is remembered between looks as plain data."""

@@ -193,11 +193,6 @@ class Robot(composer.Entity):
         """Efforts that the arm's motors made in the last step, a copy [N m]."""  # (nq,)
         return self._tau().copy()
 
-    def measured(self) -> np.ndarray:
-        """Give `q`, `v`, `a` and `tau`, read together, which takes a third of the time."""
-        parts: Any = (self._q(), self._v(), self._a(), self._tau())
-        return np.frombuffer(b"".join(parts)).reshape(4, -1)  # (4, nq)
-
     @property
     def tool_pose(self) -> pin.SE3:
         """Pose T_wt of the tool as simulated, at the last ``mj_forward`` or step."""
