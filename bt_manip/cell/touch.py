@@ -43,7 +43,8 @@ class TouchMonitor:
             fingers: Body names of all fingers, as ``entity/body``.
         """
         self._data = data
-        # By number of contacts: MuJoCo keeps them at one place, and finding them takes time.
+        # By number of contacts: MuJoCo keeps them at the beginning of its arena, where they are
+        # looked at without being looked up, which takes longer than all the rest.
         self._pairs: dict[int, np.ndarray] = {}
         self._label = labels.of_geom
         self._fingers = frozenset(fingers)

@@ -6,6 +6,8 @@ import pytest
 from dm_control import composer, mjcf
 
 from bt_manip.cell import Cell, CellError, Cube, Table
+from bt_manip.cell.labels import Labels
+from bt_manip.cell.touch import TouchMonitor
 from bt_manip.spatial import pose
 
 G = 9.81
@@ -153,3 +155,18 @@ def test_a_held_thing_that_meets_another_is_not_free():
 
 def test_things_that_are_not_robots_touch_each_other_as_they_like(cell):
     assert cell.touch.judge() == ((), (), True)
+
+
+def test_every_step_is_judged_by_its_own_contacts_as_they_come_and_go():
+    cell = Cell()
+    with cell.editing():
+        cell.add(Claw())
+        cell.add(Cube(), pose((0.21, 0.01, 0.35), (0.9, 0.4, 0.3, 0.2)))  # tumbles off the finger
+        cell.add(Cube(), pose((0.0, 0.02, 0.33), (0.9, 0.1, 0.5, 0.0)))  # and this one off the post
+    judged = set()
+    for _ in range(800):
+        cell.step()
+        anew = TouchMonitor(cell.data, Labels(cell.model), ["claw/finger"])
+        assert cell.touch.judge() == anew.judge()
+        judged.add(cell.data.contact.geom.tobytes())
+    assert len(judged) > 5
