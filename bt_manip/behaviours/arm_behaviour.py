@@ -145,15 +145,16 @@ class MotionBehaviour(ArmBehaviour):
         if self._blocked is not None:
             late = self.cell.time >= self._tried + self.RETRY - 1e-9
             return self.begin_again() if late else Status.RUNNING
-        if self.arm.fault:
-            return self.fail(self.arm.fault)
-        if self.arm.paused:
+        arm = self.arm
+        if arm.fault:
+            return self.fail(arm.fault)
+        if arm.paused:
             self.feedback_message = "paused"
             return Status.RUNNING
-        if self.arm.moving:
-            self.feedback_message = f"{self.arm.remaining:.2f} s to go"
+        if arm.moving:
+            self.feedback_message = f"{arm.remaining:.2f} s to go"
             return Status.RUNNING
-        error = float(np.max(np.abs(self.arm.q - self.arm.robot.q)))
+        error = float(np.max(np.abs(arm.q - arm.robot.q)))
         if error <= self.largest_error:
             return self.arrived()
         if self._ended is None:

@@ -187,7 +187,7 @@ def _smoothed(s: np.ndarray, speed: np.ndarray, node: float) -> JerkProfile:
     steps = 2.0 * np.diff(s) / np.maximum(speed[1:] + speed[:-1], _TINY)
     t = np.concatenate([[0.0], np.cumsum(steps)])
     node = max(node, t[-1] / MOST_NODES)
-    n = int(np.ceil(t[-1] / node))
+    n = max(2, int(np.ceil(t[-1] / node)))  # one in the middle at least
     node = t[-1] / n
     nodes = node * np.arange(-2, n + 3)
     v = np.interp(nodes, t, speed, left=0.0, right=0.0)  # speed is linear in time between points

@@ -313,6 +313,21 @@ def test_a_line_is_followed_with_a_joint_led_along_its_limit(model, ik):
     assert np.abs(model.pose(q[-1]).translation - down.translation).max() <= 1e-7
 
 
+@pytest.mark.parametrize("size", [1e-8, 1e-7, 1e-6, 1e-5, 1e-4])
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_least_way_is_driven_inside_all_limits_too(at_start, size, turned):
+    arm = at_start
+    T = arm.model.pose(arm.q)
+    little = np.array([0.0, 0.0, size])
+    aside = pin.SE3(pin.exp3(little), np.zeros(3)) if turned else pin.SE3(np.eye(3), little)
+    arm.move_linear(T * aside)
+    assert 0.0 < arm.remaining < 0.05
+    assert limit_use(planned(arm), arm.model.limits).inside
+    while arm.moving:
+        arm.advance(1e-3)
+    assert np.abs(pin.log6(arm.model.pose(arm.q).actInv(T * aside)).np).max() <= 2e-8
+
+
 def test_nothing_to_do_is_no_motion(at_start):
     T = at_start.model.pose(at_start.q)
     at_start.move_path([])

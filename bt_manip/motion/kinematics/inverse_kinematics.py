@@ -268,7 +268,9 @@ class InverseKinematics:
         self, task: Task, q0: np.ndarray, count: int, rng: np.random.Generator | None
     ) -> Iterator[np.ndarray]:
         """Give the first start, and then of those nearest to meeting the task the nearest."""
-        yield np.clip(q0, task.lower, task.upper)
+        yield np.minimum(np.maximum(q0, task.lower), task.upper)
+        if not count:
+            return
         starts = self._further.nearest(task, 8 * count, rng)
         far = [self.distance(q, q0) for q in starts]
         yield from starts[np.argsort(far, kind="stable")[:count]]

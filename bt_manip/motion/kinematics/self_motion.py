@@ -7,8 +7,6 @@ from bt_manip.robots import RobotModel
 
 from .least_squares import damped_step
 
-_EVASION = 3  # odd power of the place between the limits, -1 to 1
-
 
 class SelfMotion:
     """Use the freedom of an arm that has more than six joints; others have none."""
@@ -19,7 +17,7 @@ class SelfMotion:
         self._free = model.nq > 6
         lower = np.maximum(model.limits.lower, -np.pi)
         upper = np.minimum(model.limits.upper, np.pi)
-        self._middle, self._half = 0.5 * (lower + upper), 0.5 * (upper - lower)
+        self._middle, self._inverse_half = 0.5 * (lower + upper), 2.0 / (upper - lower)
 
     def onwards(self, q: np.ndarray, dq: np.ndarray, way: float) -> np.ndarray:
         """Give the step that moves the tool as another does, and the joints away from their limits.
@@ -31,6 +29,7 @@ class SelfMotion:
         """
         if not self._free:
             return dq
-        wish = -way * ((q - self._middle) / self._half) ** _EVASION - dq
+        place = (q - self._middle) * self._inverse_half  # between the limits, -1 to 1
+        wish = -way * (place * place * place) - dq
         jacobian = pin.computeFrameJacobian(self._model, self._data, q, self._frame, pin.LOCAL)
         return dq + wish - damped_step(jacobian, jacobian.dot(wish), 1e-4)  # (nq,)

@@ -15,7 +15,7 @@ from .tool_path import ToolPath
 SPACING = 0.02  # [m] between the poses that are solved
 TURN = 0.1  # [rad] between them
 CORNER = 6  # intervals in the narrowest corner, at the least
-LEAST, MOST = 12, 400  # intervals on a path
+LEAST, MOST = 8, 400  # intervals on a path
 STRAIGHTNESS = 5e-5  # [m] and [rad] that the joints may leave the path between them
 GRID = 500  # points where the joint limits are looked at
 REFINEMENTS = 4
@@ -72,7 +72,7 @@ def _left(curve: SplinePath, ik: InverseKinematics, path: ToolPath, intervals: i
     worst = 0.0
     for row in curve.evaluate((np.arange(intervals) + 0.5) / intervals, 0)[0]:
         T_td = ik.model.pose(row[: curve.nq]).actInv(path.pose(row[-1]))
-        worst = max(worst, float(np.abs(pin.log6(T_td).np).max()))
+        worst = max(worst, *map(abs, pin.log6(T_td).np.tolist()))
     if worst <= STRAIGHTNESS:
         return ""
     return f" smoothly: it would be left by {1e3 * worst:.2f} mm"
