@@ -24,7 +24,9 @@ class DeviationGuard:
     anybody looks, but it leaves the arm at another velocity than that of its reference: ``M`` times
     what came to that difference since the last look is the blow's impulse, as far as the motors did
     not make it. A controller that follows badly makes much of it, and always towards the
-    difference; one that follows well only works against it.
+    difference; one that follows well only works against it. Efforts are held through a control
+    step, so where the reference's acceleration changes within a few of them, as halfway through a
+    short motion, the arm falls behind by half a step of that change; this is no blow either.
 
     What presses on the arm already when a motion begins, as a table on what is gripped from it, is
     no deviation of that motion.
@@ -104,7 +106,9 @@ class DeviationGuard:
         """Say what has struck the arm between two looks; empty where its motors explain it."""
         time = EVERY * dt
         tolerated = (CARRYING if model.payload else LASTING) * self._tolerated
-        impulse = _unexplained(change, time * before.astray(model), time * now.astray(model))
+        late = model.rnea(now.q, np.zeros_like(now.v), 0.5 * dt * (before.a_ref - now.a_ref))
+        late -= model.rnea(now.q, np.zeros_like(now.v), np.zeros_like(now.v))
+        impulse = _unexplained(change, time * before.astray(model), time * now.astray(model), late)
         blow = np.abs(impulse) / tolerated
         if not blow.max() > 1.0:
             return ""
@@ -154,14 +158,19 @@ def _inside(numbers: np.ndarray, bounds: list[float]) -> bool:
     return all(map(le, map(abs, numbers.tolist()), bounds))
 
 
-def _unexplained(change: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+def _unexplained(
+    change: np.ndarray, before: np.ndarray, after: np.ndarray, late: np.ndarray
+) -> np.ndarray:
     """Give what is left of a change of momentum without what the motors made of it [N m s].
 
     Args:
         change: The change.  # (nq,)
         before: What the motors would have made, going on as at the last look.  # (nq,)
         after: What they would have made, had they always been as they are now.  # (nq,)
+        late: What it costs that efforts are held through a step while the reference's acceleration
+            changes: the arm has that of half a step before.  # (nq,)
     """
     towards = np.sign(change)
     made = np.maximum(towards * before, towards * after).clip(min=0.0)
+    made += (towards * late).clip(min=0.0)
     return change - towards * np.minimum(made, np.abs(change))

@@ -95,6 +95,18 @@ def test_nothing_is_noticed_where_there_is_nothing(bench, rng):
         assert bench.until_noticed(int(rng.integers(200, 900))) is None, bench.arm.fault
 
 
+@pytest.mark.parametrize("wait", range(4))  # where between two looks the course turns
+def test_a_stretched_arm_may_turn_from_speeding_up_to_braking_at_once(bench, wait):
+    arm = bench.arm
+    arm.move_to_configuration(np.array([-0.4, 0.9, 0.0, -1.0, 0.0, 1.8, 0.4]))
+    assert bench.until_noticed(2500) is None
+    bench.cell.step(2 * wait)
+    for way in (0.25, -0.25):  # so short that it brakes as soon as it has sped up
+        arm.move_to_configuration(arm.q + way * np.array([1.0, 0.0, 0.62, 0.0, 0.0, 0.0, 1.2]))
+        assert bench.until_noticed(900) is None, arm.fault
+        assert not arm.moving
+
+
 def test_an_obstacle_that_came_unseen_stops_it_and_is_named(bench):
     bench.arm.move_to_configuration(THERE)
     bench.cell.step(50)
