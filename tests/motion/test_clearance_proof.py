@@ -258,7 +258,7 @@ def test_boxes_are_at_least_as_far_apart_as_the_bound(rng):
             for i in range(2)
         ]
         distance = mujoco.mj_geomDistance(model, data, 0, 1, 5.0, None)
-        bound = apart(*boxes)[0]
+        bound = apart(*boxes, np.array([5.0]))[0]
         assert bound <= distance + 1e-6
         if distance > 0.05:
             shares.append(bound / distance)
@@ -268,8 +268,8 @@ def test_boxes_are_at_least_as_far_apart_as_the_bound(rng):
 def test_boxes_face_to_face_are_as_far_apart_as_their_faces():
     flat = Boxes(np.array([[0.0, 0.0, 0.0]]), np.eye(3)[None], np.array([[1.0, 1.0, 0.1]]))
     small = Boxes(np.array([[0.5, 0.9, 0.25]]), np.eye(3)[None], np.array([[0.1, 0.1, 0.1]]))
-    assert apart(flat, small) == pytest.approx([0.05])
-    assert apart(small, flat) == pytest.approx([0.05])
+    assert apart(flat, small, np.ones(1)) == pytest.approx([0.05])
+    assert apart(small, flat, np.ones(1)) == pytest.approx([0.05])
 
 
 def test_joints_that_slide_or_branch_are_left_to_looks():

@@ -154,15 +154,8 @@ class ClearanceProof:
             enough: Distance that is enough [m].  # (m, npair)
         """
         free, near = np.ones(len(enough), dtype=bool), np.zeros(len(enough), dtype=bool)
-        first, second = self._seen
-        between = positions[:, second] - positions[:, first]
-        bound = np.sqrt(np.einsum("...i,...i->...", between, between)) - self._radii
-        for column, side in zip(self._flat.tolist(), self._flat_side.tolist(), strict=True):
-            normal = matrices[:, self._seen[side, column], 2::3]
-            height = np.einsum("mi,mi->m", between[:, column], normal)
-            bound[:, column] = (1 - 2 * side) * height - self._radii[column]
-        rows, columns = np.nonzero(bound < enough)
-        bounds = self._boxes_apart(positions, matrices, rows, columns)
+        rows, columns = np.nonzero(self._near_by_spheres(positions, matrices, enough))
+        bounds = self._boxes_apart(positions, matrices, rows, columns, enough[rows, columns])
         left = bounds - enough[rows, columns]
         model, data = self._near.model, self._near.data
         at, turned = data.geom_xpos, data.geom_xmat
@@ -182,8 +175,36 @@ class ClearanceProof:
                 free[row], near[row] = False, distance < asked[column]
         return free, near
 
+    def _near_by_spheres(
+        self, positions: np.ndarray, matrices: np.ndarray, enough: np.ndarray
+    ) -> np.ndarray:
+        """Mark the pairs that the spheres around them do not show to be as far apart as is enough.
+
+        Args:
+            positions: As for `_measured`.
+            matrices: As for `_measured`.
+            enough: As for `_measured`.
+        """  # (m, npair)
+        first, second = self._seen
+        reach = np.maximum(enough + self._radii, 0.0)
+        square = np.einsum("mgi,mgi->mg", positions, positions)
+        product = (positions @ np.swapaxes(positions, 1, 2))[:, first, second]
+        close: np.ndarray = square[:, first] + square[:, second] - 2.0 * product < reach * reach
+        for column, side in zip(self._flat.tolist(), self._flat_side.tolist(), strict=True):
+            pair = self._seen[:, column]
+            plane, other = pair[side], pair[1 - side]
+            normal = matrices[:, plane, 2::3]
+            height = np.einsum("mi,mi->m", positions[:, other] - positions[:, plane], normal)
+            close[:, column] = height < reach[:, column]
+        return close
+
     def _boxes_apart(
-        self, positions: np.ndarray, matrices: np.ndarray, rows: np.ndarray, columns: np.ndarray
+        self,
+        positions: np.ndarray,
+        matrices: np.ndarray,
+        rows: np.ndarray,
+        columns: np.ndarray,
+        enough: np.ndarray,
     ) -> np.ndarray:
         """Give how far the boxes around pairs of geoms are apart at least [m].
 
@@ -192,6 +213,7 @@ class ClearanceProof:
             matrices: As for `_measured`.
             rows: Which configurations.  # (n,)
             columns: Which pairs.  # (n,)
+            enough: Where it is more than that, it matters no more by how much [m].  # (n,)
         """  # (n,)
         aabb = self._source.geom_aabb
         sides = []
@@ -199,8 +221,8 @@ class ClearanceProof:
             box = aabb[geoms[columns]]
             rotation = matrices[rows, seen[columns]].reshape(-1, 3, 3)
             centre = positions[rows, seen[columns]]
-            centre = centre + np.einsum("nij,nj->ni", rotation, box[:, :3])
+            centre = centre + (rotation @ box[:, :3, np.newaxis])[..., 0]
             sides.append(Boxes(centre, rotation, box[:, 3:]))
-        bound = apart(*sides)
+        bound = apart(sides[0], sides[1], enough)
         bound[np.isin(columns, self._flat)] = -np.inf
         return bound

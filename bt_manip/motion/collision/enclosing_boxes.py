@@ -19,7 +19,7 @@ class Boxes(NamedTuple):
     half: np.ndarray
 
 
-def apart(first: Boxes, second: Boxes) -> np.ndarray:
+def apart(first: Boxes, second: Boxes, enough: np.ndarray) -> np.ndarray:
     """Give a lower bound of the distance of boxes [m], negative where they may overlap.
 
     The larger of the gap along the normal of a face of either, and that between one and the sphere
@@ -29,17 +29,21 @@ def apart(first: Boxes, second: Boxes) -> np.ndarray:
     Args:
         first: On one side.
         second: On the other.
+        enough: Where it is more than that, nobody asks by how much [m].  # (n,)
     """  # (n,)
     between = second.centre - first.centre
     in_first = np.abs(_seen_from(first, between)) - first.half
     in_second = np.abs(_seen_from(second, between)) - second.half
-    spread = np.abs(np.swapaxes(first.rotation, -1, -2) @ second.rotation)
-    return np.maximum.reduce([
-        (in_first - (spread @ second.half[..., np.newaxis])[..., 0]).max(axis=-1),
-        (in_second - (first.half[..., np.newaxis, :] @ spread)[..., 0, :]).max(axis=-1),
-        _outside(in_first) - np.linalg.norm(second.half, axis=-1),
-        _outside(in_second) - np.linalg.norm(first.half, axis=-1),
-    ])  # fmt: skip
+    bound = np.maximum(
+        _outside(in_first) - _length(second.half), _outside(in_second) - _length(first.half)
+    )
+    rows = np.flatnonzero(bound < enough)
+    spread = np.abs(np.swapaxes(first.rotation[rows], -1, -2) @ second.rotation[rows])
+    along_first = in_first[rows] - (spread @ second.half[rows, :, np.newaxis])[..., 0]
+    along_second = in_second[rows] - (first.half[rows, np.newaxis] @ spread)[:, 0]
+    gaps = np.maximum(along_first.max(axis=-1), along_second.max(axis=-1))
+    bound[rows] = np.maximum(bound[rows], gaps)
+    return bound
 
 
 def _seen_from(boxes: Boxes, vectors: np.ndarray) -> np.ndarray:
@@ -48,4 +52,8 @@ def _seen_from(boxes: Boxes, vectors: np.ndarray) -> np.ndarray:
 
 def _outside(beyond: np.ndarray) -> np.ndarray:
     """Give how far points are from a box, from how far they are beyond its faces."""
-    return np.linalg.norm(np.maximum(beyond, 0.0), axis=-1)
+    return _length(np.maximum(beyond, 0.0))
+
+
+def _length(vectors: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.einsum("...i,...i->...", vectors, vectors))
