@@ -16,8 +16,9 @@ def begin(planned: Planned, kind: str, start: np.ndarray, goal: np.ndarray, seed
 
     Args:
         planned: The arm among obstacles.
-        kind: ``way`` goes around what is in the way, ``joints`` somewhere near, ``line`` moves the
-            tool on a straight line, ``redirected`` and ``paced`` change another one on its way.
+        kind: ``way`` goes around what is in the way, ``joints`` somewhere near (as does ``way`` where
+            there is none), ``line`` moves the tool on a straight line, ``redirected`` and ``paced``
+            change another one on its way.
         start: Where from [rad].  # (nq,)
         goal: Where the way goes [rad].  # (nq,)
         seed: Of all that is random.
@@ -27,7 +28,7 @@ def begin(planned: Planned, kind: str, start: np.ndarray, goal: np.ndarray, seed
         far = 1.0 - tried / _TRIES  # where there is little room, motions are shorter
         arm.reset(start)
         try:
-            if kind == "way":
+            if kind == "way" and not tried:
                 arm.move_to_configuration(goal, rng=rng)
             elif kind == "line":
                 arm.move_linear(_beside(arm.model.pose(start), rng, far))
