@@ -16,9 +16,9 @@ def begin(planned: Planned, kind: str, start: np.ndarray, goal: np.ndarray, seed
 
     Args:
         planned: The arm among obstacles.
-        kind: ``way`` goes around what is in the way, ``joints`` somewhere near (as does ``way`` where
-            there is none), ``line`` moves the tool on a straight line, ``redirected`` and ``paced``
-            change another one on its way.
+        kind: ``way`` goes around what is in the way, ``joints`` somewhere near, as does ``way``
+            where there is none; ``line`` moves the tool on a straight line, ``redirected`` and
+            ``paced`` change another one on its way.
         start: Where from [rad].  # (nq,)
         goal: Where the way goes [rad].  # (nq,)
         seed: Of all that is random.
