@@ -92,7 +92,7 @@ class Way(NamedTuple):
 def way_to(
     ik: InverseKinematics, q: np.ndarray, T_wt: pin.SE3, world: CollisionWorld | None
 ) -> Way:
-    """Look whether the tool can go straight to a pose, touching nothing.
+    """Look whether the tool can go straight to a pose, touching nothing every few centimetres.
 
     Args:
         ik: Inverse kinematics of the arm.
@@ -104,7 +104,7 @@ def way_to(
     try:
         curve = follow_path(ik, q, line)
         if world is not None:
-            check_path(world, curve, line)
+            check_path(world, curve, line, closely=False)
     except MotionError as error:
         return Way(-1.0, q, error)
     on_the_way = curve.knots[:, : ik.model.nq]

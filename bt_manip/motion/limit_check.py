@@ -55,9 +55,12 @@ def rows_use(rows: Table, limits: JointLimits, step: float = STEP) -> LimitUse:
 def effort_use(trajectory: Trajectory, model: RobotModel, step: float = EFFORT_STEP) -> float:
     """Give the largest fraction of an effort limit that a trajectory asks for.
 
-    Rigid bodies, rotors, payload, damping and dry friction are counted.
+    Rigid bodies, rotors, payload, damping and dry friction are counted. Between two times when the
+    jerk changes the acceleration changes evenly: where they are near each other, only they are looked at.
     """
-    times = np.concatenate([step_times(trajectory.duration, step), trajectory.corners()])
+    times = trajectory.corners()
+    if np.diff(times, prepend=0.0, append=trajectory.duration).max() > 2.0 * step:
+        times = np.concatenate([step_times(trajectory.duration, step), times])
     q, v, a = trajectory.table(times)
     return greatest_effort(model, q, v, a)
 

@@ -15,6 +15,7 @@ from bt_manip.motion import (
     limit_use,
     tool_paths,
 )
+from bt_manip.motion.collision_check import check_path
 from bt_manip.motion.tool_path import follow_path
 from bt_manip.robots import ToolLimits
 
@@ -326,6 +327,35 @@ def test_the_least_way_is_driven_inside_all_limits_too(at_start, size, turned):
     while arm.moving:
         arm.advance(1e-3)
     assert np.abs(pin.log6(arm.model.pose(arm.q).actInv(T * aside)).np).max() <= 2e-8
+
+
+def test_a_look_at_the_knots_tells_ways_apart_as_a_close_look_does(walled, rng):
+    ik, world = walled.ik, walled.world
+    home = ik.model.home
+    places = rng.uniform([0.35, -0.35, 0.2, -3.0], [0.65, 0.35, 0.35, 3.0], (60, 4))
+    verdicts = []
+    for x, y, z, yaw in places:
+        T = spatial.pointing_down([x, y, z], yaw)
+        tilted = pin.SE3(T.rotation @ pin.exp3(rng.uniform(-0.4, 0.4, 3)), T.translation)
+        q = ik.solve(tilted, home).q
+        start = ik.model.pose(q)
+        ahead = pin.SE3(np.eye(3), np.array([0.0, 0.0, 0.15]))
+        (path,) = tool_paths(start, [LineTo(start * ahead)])
+        try:
+            curve = follow_path(ik, q, path)
+        except MotionError:
+            continue
+        told = []
+        for closely in (True, False):
+            try:
+                check_path(world, curve, path, closely=closely)
+            except MotionError as error:
+                told.append(error.reason)
+            else:
+                told.append("")
+        assert told[0] == told[1]
+        verdicts.append(told[0])
+    assert 5 < verdicts.count("") < len(verdicts) - 5
 
 
 def test_nothing_to_do_is_no_motion(at_start):
