@@ -45,7 +45,7 @@ def drive_straight(
     trajectory = PathTrajectory(path, profile.slowed(1.0 / speed), bounds)
     if effort_use(trajectory, model) <= ALLOWED:
         return trajectory
-    return drive(path, bounds, model, speed)
+    return drive(path, bounds, model, speed, efforts_bind=True)
 
 
 def drive(
@@ -54,6 +54,8 @@ def drive(
     model: RobotModel,
     speed: float = 1.0,
     grids: Sequence[int] = GRIDS,
+    *,
+    efforts_bind: bool = False,
 ) -> PathTrajectory:
     """Drive any path as fast as limits and efforts let it.
 
@@ -63,20 +65,26 @@ def drive(
         model: The arm with its payload.
         speed: At 0.5 the move takes twice the time.
         grids: As for `time_optimal`.
+        efforts_bind: Whether it is known already that efforts limit the speed.
 
     Raises:
         MotionError: When even standing on the way asks too much effort.
     """
-    profiles = time_optimal(path, bounds, model, ALLOWED, grids)
-    driven = [_inside(path, profile.slowed(1.0 / speed), bounds, model) for profile in profiles]
-    fastest = min(driven, key=lambda found: (found.effort > ALLOWED, found.trajectory.duration))
-    if fastest.effort > ALLOWED:
-        raise MotionError(
-            f"the motion asks for {100.0 * fastest.effort:.0f} % of an effort limit even when "
-            f"slow, {100.0 * ALLOWED:.0f} % are allowed",
-            reason="effort",
-        )
-    return fastest.trajectory
+    # Few paths ask for more effort than there is when they are driven as fast as the joints may.
+    for minded in (model,) if efforts_bind else (None, model):
+        profiles = time_optimal(path, bounds, minded, ALLOWED, grids)
+        driven = [
+            _inside(path, profile.slowed(1.0 / speed), bounds, model, minded is not None)
+            for profile in profiles
+        ]
+        fastest = min(driven, key=lambda found: (found.effort > ALLOWED, found.trajectory.duration))
+        if fastest.effort <= ALLOWED:
+            return fastest.trajectory
+    raise MotionError(
+        f"the motion asks for {100.0 * fastest.effort:.0f} % of an effort limit even when "
+        f"slow, {100.0 * ALLOWED:.0f} % are allowed",
+        reason="effort",
+    )
 
 
 class _Driven(NamedTuple):
@@ -86,8 +94,18 @@ class _Driven(NamedTuple):
     effort: float
 
 
-def _inside(path: Path, profile: JerkProfile, bounds: Bounds, model: RobotModel) -> _Driven:
-    """Slow a plan until it is inside all limits, or as often as is of use."""
+def _inside(
+    path: Path, profile: JerkProfile, bounds: Bounds, model: RobotModel, for_efforts: bool
+) -> _Driven:
+    """Slow a plan until it is inside all limits, or as often as is of use.
+
+    Args:
+        path: The curve.
+        profile: The plan.
+        bounds: What its coordinates may do.
+        model: The arm with its payload.
+        for_efforts: Whether it is slowed for the efforts too.
+    """
     for tried in range(PASSES):
         trajectory = PathTrajectory(path, profile, bounds)
         velocity, acceleration, jerk = trajectory.use()
@@ -96,7 +114,7 @@ def _inside(path: Path, profile: JerkProfile, bounds: Bounds, model: RobotModel)
             profile = profile.slowed(1.0005 * used)
             continue
         effort = effort_use(trajectory, model)
-        if effort <= ALLOWED:
+        if effort <= ALLOWED or not for_efforts:
             return _Driven(trajectory, effort)
         profile = profile.slowed((1.0 + 2e-3 * 1.5**tried) * (effort / ALLOWED) ** 0.5)
     return _Driven(trajectory, effort_use(trajectory, model))

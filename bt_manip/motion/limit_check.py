@@ -56,7 +56,8 @@ def effort_use(trajectory: Trajectory, model: RobotModel, step: float = EFFORT_S
     """Give the largest fraction of an effort limit that a trajectory asks for.
 
     Rigid bodies, rotors, payload, damping and dry friction are counted. Between two times when the
-    jerk changes the acceleration changes evenly: where they are near each other, only they are looked at.
+    jerk changes the acceleration changes evenly: where these times are near each other, only they
+    are looked at.
     """
     times = trajectory.corners()
     if np.diff(times, prepend=0.0, append=trajectory.duration).max() > 2.0 * step:

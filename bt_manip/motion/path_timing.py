@@ -33,7 +33,7 @@ _STUCK = 1e-3
 def time_optimal(
     path: Path,
     bounds: Bounds,
-    model: RobotModel,
+    model: RobotModel | None,
     allowed: float,
     grids: Sequence[int] = GRIDS,
 ) -> list[JerkProfile]:
@@ -42,7 +42,7 @@ def time_optimal(
     Args:
         path: The curve.
         bounds: Limits of its coordinates.
-        model: The arm with its payload.
+        model: The arm with its payload; None does not mind efforts.
         allowed: Fraction of every effort limit that may be used.
         grids: Intervals that it is looked at in; a finer one where the path bends too much for
             the first.
@@ -59,7 +59,9 @@ def time_optimal(
     for grid in grids:
         s = np.linspace(0.0, 1.0, grid + 1)
         x, d1, d2 = path.evaluate(s, 2)
-        limits = _Limits(x, d1, d2, bounds, model, allowed)
+        limits = _Limits(d1, d2, bounds)
+        if model is not None:
+            limits.mind(_Efforts(x, d1, d2, model, allowed))
         most = (MARGIN * limits.velocity / (np.abs(d1) + _TINY)).min(axis=1) ** 2
         damped, speed = 0.5 * np.sqrt(most), np.sqrt(most)
         for _ in range(ROUNDS if limits.damped else 1):
@@ -85,17 +87,55 @@ class _Limits:
         velocity: The greatest of each coordinate.  # (n, m)
         rates: What multiplies u.  # (n, k)
         squares: What multiplies z.  # (n, k)
+    """
+
+    def __init__(self, d1: np.ndarray, d2: np.ndarray, bounds: Bounds) -> None:
+        """Take those of the coordinates.
+
+        Args:
+            d1: First derivatives of the path at some points.  # (n, m)
+            d2: Second derivatives.  # (n, m)
+            bounds: Limits of the coordinates.
+        """
+        self.velocity = np.tile(bounds.velocity, (len(d1), 1))
+        self.rates, self.squares = d1, d2
+        self._acceleration = np.broadcast_to(MARGIN * bounds.acceleration, d1.shape)
+        self._efforts: _Efforts | None = None
+
+    def mind(self, efforts: "_Efforts") -> None:
+        """Add those of the joints' efforts."""
+        nq = efforts.rates.shape[1]
+        self.velocity[:, :nq] = np.minimum(self.velocity[:, :nq], efforts.velocity)
+        self.rates = np.hstack([self.rates, efforts.rates])
+        self.squares = np.hstack([self.squares, efforts.squares])
+        self._efforts = efforts
+
+    @property
+    def damped(self) -> bool:
+        """Whether damping takes more than a little of any effort."""
+        return self._efforts is not None and self._efforts.damped
+
+    def constants(self, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Give what is left for moving, when damping takes what it does at a speed ``ds``."""
+        if self._efforts is None:
+            return self._acceleration, self._acceleration
+        efforts = self._efforts.left(speed)
+        above, below = (np.hstack([self._acceleration, left]) for left in efforts)
+        return np.maximum(above, _TINY), np.maximum(below, _TINY)  # (n, k) each
+
+
+class _Efforts:
+    """The same for the efforts of an arm.
+
+    Attributes:
+        velocity: The greatest that damping leaves.  # (n, nq)
+        rates: What multiplies u.  # (n, nq)
+        squares: What multiplies z.  # (n, nq)
         damped: Whether damping takes more than a little of any effort.
     """
 
     def __init__(
-        self,
-        x: np.ndarray,
-        d1: np.ndarray,
-        d2: np.ndarray,
-        bounds: Bounds,
-        model: RobotModel,
-        allowed: float,
+        self, x: np.ndarray, d1: np.ndarray, d2: np.ndarray, model: RobotModel, allowed: float
     ) -> None:
         """Look at a path at some points.
 
@@ -119,23 +159,17 @@ class _Limits:
             )
         # Some models' damping takes all the effort that gravity leaves or adds before the joint is
         # at full speed.
-        self.velocity = np.tile(bounds.velocity, (len(x), 1))
         moving = effort - model.friction - np.sign(v) * gravity
-        fastest = DAMPED * moving / (model.damping + _TINY)
-        self.velocity[:, :nq] = np.minimum(self.velocity[:, :nq], fastest)
+        self.velocity = DAMPED * moving / (model.damping + _TINY)
         self.damped = bool((model.damping * model.limits.velocity > LITTLE * effort).any())
-        self.rates = np.hstack([d1, inertia - gravity])
-        self.squares = np.hstack([d2, motion - gravity])
-        self._acceleration = np.broadcast_to(MARGIN * bounds.acceleration, d1.shape)
+        self.rates, self.squares = inertia - gravity, motion - gravity
         self._effort, self._gravity = MARGIN * effort, gravity
         self._friction, self._damping = model.friction * np.sign(v), model.damping * v
 
-    def constants(self, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Give what is left for moving, when damping takes what it does at a speed ``ds``."""
+    def left(self, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Give what is left above and below, when damping takes what it does at a speed."""
         lost = self._gravity + self._friction + self._damping * speed[:, np.newaxis]
-        above = np.hstack([self._acceleration, self._effort - lost])
-        below = np.hstack([self._acceleration, self._effort + lost])
-        return np.maximum(above, _TINY), np.maximum(below, _TINY)  # (n, k) each
+        return self._effort - lost, self._effort + lost  # (n, nq) each
 
 
 def _fastest(
