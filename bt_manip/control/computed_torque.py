@@ -71,12 +71,11 @@ class ComputedTorque(Controller):
         the law has a dozen of those: this way it costs a third, a thousand times a second.
         """
         model, n = self.model, len(self.kp)
-        self._pin, self._pin_data = model.model, model.data
         one, none = np.eye(n), np.zeros((n, n))
         kp, kd, ki = np.diag(self.kp), np.diag(self.kd), np.diag(self.ki)
         dt, steep = self._dt * one, one / self._friction_velocity
         damping = np.diag(model.damping)
-        self._law = np.block(
+        law = np.block(
             [  # q_ref, q,  v_ref, v,       a_ref, integral
                 [kp, -kp, kd, -kd, one, ki],  # commanded acceleration
                 [dt, -dt, none, none, none, one],  # integral, a step on
@@ -84,7 +83,12 @@ class ComputedTorque(Controller):
                 [none, none, none, damping, none, none],  # damping
             ]
         )
-        self._friction = np.hstack([np.diag(model.friction), one])  # direction, damping -> effort
+        friction = np.hstack([np.diag(model.friction), one])  # direction, damping -> effort
+        # Together, because looking up attributes one by one takes as long as a product.
+        self._bound = (
+            model.model, model.data, law, self._product, self._a, self._integral,
+            friction, self._direction, self._losses, self._loss,
+        )  # fmt: skip
 
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Bind to the compiled model, whose time step is part of the law."""
@@ -100,23 +104,21 @@ class ComputedTorque(Controller):
         """Give the efforts that make the error die out [N m]."""  # (nv,)
         if self._model is None:
             _ = self.model  # made when needed, the robot being compiled by then
-        product, direction, loss = self._product, self._direction, self._loss
+        pin, data, law, product, a, integral, friction, direction, losses, loss = self._bound
         # Joined as bytes: a quarter of the time of writing into parts of an array.
-        parts: Any = (q_ref, q, v_ref, v, a_ref, self._integral)
+        parts: Any = (q_ref, q, v_ref, v, a_ref, integral)
         self._stack = stack = frombuffer(join(parts))
-        self._law.dot(stack, product)
-        tau = rnea(self._pin, self._pin_data, q, v, self._a)
+        law.dot(stack, product)
+        tau = rnea(pin, data, q, v, a)
         tanh(direction, direction)
-        self._friction.dot(self._losses, loss)
+        friction.dot(losses, loss)
         add(tau, loss, tau)
         return tau
 
-    def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Command the efforts; the error of joints that a limit cuts is not integrated."""
-        super().before_substep(physics, random_state)
-        if self._cut:  # integrating would only wind up what must later unwind
-            former = self._stack[-len(self._integral) :]
-            np.copyto(self._integral, former, where=self.saturated)
+    def _were_cut(self) -> None:
+        """Do not integrate the error of joints that a limit cuts: that must unwind later."""
+        former = self._stack[-len(self._integral) :]
+        np.copyto(self._integral, former, where=self.saturated)
 
     def reset(self) -> None:
         """Forget the integral."""

@@ -195,6 +195,7 @@ class Controller(composer.Entity):
             if problem:
                 raise self._take_over(problem)
             self.saturated_steps += 1
+            self._were_cut()
         return limited
 
     def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
@@ -231,3 +232,6 @@ class Controller(composer.Entity):
 
     def _model_changed(self) -> None:
         """Take up a new model; for subclasses that keep parts of it."""
+
+    def _were_cut(self) -> None:
+        """Take note that limits have just cut efforts; for subclasses that integrate."""

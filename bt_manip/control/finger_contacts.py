@@ -35,15 +35,16 @@ class FingerContacts:
     def bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Look at a compiled model."""
         left, right = (model.sensor(s.full_identifier).adr[0] for s in self._sensors)
-        self._left, self._right = int(left), int(right)
+        self._bound = data.sensordata.item, int(left), int(right)
         self._geoms = self._robot.finger_geom_ids
-        self._model, self._data, self._sensordata = model, data, data.sensordata
+        self._model, self._data = model, data
         self._labels: Labels | None = None
         self.bound = True
 
     def forces(self) -> tuple[float, float]:
         """Give the normal force on each finger [N]."""
-        return self._sensordata.item(self._left), self._sensordata.item(self._right)
+        force, left, right = self._bound
+        return force(left), force(right)
 
     def names(self) -> Touched:
         """Name the entities that touch each finger, the robot itself apart."""
