@@ -68,9 +68,9 @@ def halt(whole: Trajectory, state: State, model: RobotModel, left: float) -> Pac
     best: PacedTrajectory | None = None
     least: float | None = None  # effort of the best; that of the motion is seldom needed
     for looked in (None, model):  # at efforts: seldom do they ask for less than the joints' limits
-        for clock in halting_clocks(curve, state, looked, ALLOWED):
+        for clock in halting_clocks(curve, state, looked, ALLOWED, left):
             if clock.duration >= left:
-                break  # those that come after it take even longer
+                continue
             times = step_times(clock.duration, STEP)
             x, v, a = curve.driven(clock, times)
             if max(curve.bounds.use(v, a, STEP)) > 1.0 + ROUNDING:
@@ -86,6 +86,8 @@ def halt(whole: Trajectory, state: State, model: RobotModel, left: float) -> Pac
                 best, least = halted, effort
             if looked is None:
                 break
+        else:
+            break  # efforts are not what is in the way
     return best
 
 

@@ -21,8 +21,10 @@ STEP = 1e-3  # [s] in which the clock's jerk is constant
 FINEST = 1e-4  # [s] for halts that are short
 FEWEST_STEPS, MOST_STEPS = 100, 400
 MARGINS = (0.995, 0.97, 0.93, 0.85, 0.7, 0.5, 0.3)  # fractions of the limits
+FEW = 4  # of these, before the clock shall keep the limits without jerk all the time
 ROUNDS = 5
 SETTLED = 1e-3  # of the duration, below which another round changes nothing
+LEAST = 0.1  # of the greatest jerk of a clock that is about to rest, for coming back to nought
 LANDING = 0.97  # of the limits of jerk, for coming back to nought
 EVERY = 2  # nodes, for the first guess
 LEVELS = 8  # paces that the lowest change is looked up between, for the first guess
@@ -50,7 +52,11 @@ def shortest_rest(v: np.ndarray, a: np.ndarray, bounds: Bounds) -> float:
 
 
 def halting_clocks(
-    curve: Curve, state: State, model: RobotModel | None = None, allowed: float = 1.0
+    curve: Curve,
+    state: State,
+    model: RobotModel | None = None,
+    allowed: float = 1.0,
+    left: float = np.inf,
 ) -> Iterator[JerkProfile]:
     """Bring a clock to rest, braking as hard as the limits allow; and less hard.
 
@@ -62,6 +68,7 @@ def halting_clocks(
         state: Its reading, its pace and the pace's change.
         model: The arm with its payload; None does not look at efforts.
         allowed: Fraction of the limits of effort that may be used.
+        left: Clocks that take longer are not looked for [s].
 
     Returns:
         Clocks that come to rest before the end.
@@ -74,23 +81,25 @@ def halting_clocks(
     _, d1, d2 = (rows[0] for rows in curve.evaluate(np.array([s])))
     least = shortest_rest(d1 * p, d2 * p * p + d1 * u, curve.bounds)
     limits = ClockLimits(curve, s, fastest * STEP, model, allowed)
-    course: _Course | None = None
-    for margin in MARGINS:
-        limits.margin = margin
-        if course is None:
-            course = _guess(limits, state, least, curve.end)
-            if course is None:
-                return
-        duration = 0.0
-        for _ in range(ROUNDS):
-            found = _again(limits, state, course, curve.end)
-            if found is None:
-                return
-            clock, course = found
-            yield clock
-            if abs(clock.duration - duration) < SETTLED * duration:
+    first = _guess(limits, state, least, curve.end)
+    if first is None:
+        return
+    for still, margins in ((False, MARGINS[:FEW]), (True, MARGINS)):
+        course = first
+        course.still = np.full(len(course.s), still)
+        for limits.margin in margins:
+            duration = 0.0
+            for _ in range(ROUNDS):
+                found = _again(limits, state, course, curve.end)
+                if found is None:
+                    break
+                clock, course = found
+                yield clock
+                if abs(clock.duration - duration) < SETTLED * duration:
+                    break
+                duration = clock.duration
+            if found is None or clock.duration > left:
                 break
-            duration = clock.duration
 
 
 class _Course:
@@ -98,6 +107,8 @@ class _Course:
 
     def __init__(self, step: float, s: np.ndarray, p: np.ndarray, u: np.ndarray) -> None:
         self.step, self.s, self.p, self.u = step, s, p, u
+        # Where a clock without jerk has to keep the limits.
+        self.still = np.zeros(len(s), dtype=bool)
 
 
 def _guess(limits: ClockLimits, state: State, least: float, end: float) -> _Course | None:
@@ -145,18 +156,30 @@ def _again(
     rows = limits.at(course.s)
     low = limits.lowest(rows, course.p[:, np.newaxis])[:, 0]
     rates = limits.rates(rows, course.p, course.u)
-    low = np.maximum(low, rates.lowest)
+    narrow = rates.fall > rates.rise  # no jerk of the clock is right for all coordinates
+    narrow[1:-1] |= narrow[2:] | narrow[:-2]
+    course.still |= narrow
+    low = np.where(course.still, np.maximum(low, rates.lowest), low)
+    rates = rates._replace(
+        fall=np.where(course.still, np.minimum(rates.fall, 0.0), rates.fall),
+        rise=np.where(course.still, np.maximum(rates.rise, 0.0), rates.rise),
+    )
     wide = low.copy()  # what lies between two nodes is as low as the higher of them at most
     wide[1:] = np.maximum(wide[1:], low[:-1])
     wide[:-1] = np.maximum(wide[:-1], low[1:])
     u = _within(wide, rates, state[2], course.step)
-    return _landed(state, u, LANDING * rates.steepest, course.step, end)
+    rise = LANDING * np.maximum(rates.rise, LEAST * rates.steepest)
+    rest = int(np.count_nonzero(course.p > 0.0))
+    found = _landed(state, u, rise[: rest + 1], course.step, end)
+    if found is not None:
+        found[1].still = course.still
+    return found
 
 
 def _within(low: np.ndarray, rates: Rates, now: float, h: float) -> np.ndarray:
     """Give the lowest change of the pace above ``low`` that falls and rises as jerk allows."""
-    rise = np.maximum(np.minimum(rates.rise[1:], rates.rise[:-1]), 0.0)
-    fall = np.minimum(np.maximum(rates.fall[1:], rates.fall[:-1]), 0.0)
+    rise = np.minimum(rates.rise[1:], rates.rise[:-1])
+    fall = np.maximum(rates.fall[1:], rates.fall[:-1])
     risen = np.concatenate([[0.0], np.cumsum(h * rise)])
     fallen = np.concatenate([[0.0], np.cumsum(h * fall)])
     in_time = np.maximum.accumulate((low - risen)[::-1])[::-1] + risen
@@ -165,41 +188,60 @@ def _within(low: np.ndarray, rates: Rates, now: float, h: float) -> np.ndarray:
 
 
 def _landed(
-    state: State, u: np.ndarray, steepest: np.ndarray, h: float, end: float
+    state: State, u: np.ndarray, rise: np.ndarray, h: float, end: float
 ) -> tuple[JerkProfile, _Course] | None:
-    """Follow changes of the pace until the greatest jerk is only just enough to rest at once."""
-    s, pace, _ = state
-    p = pace + 0.5 * h * np.concatenate([[0.0], np.cumsum(u[1:] + u[:-1])])
-    lands = (u[1:] < 0.0) & (2.0 * p[1:] < u[1:] ** 2 / steepest[:-1])
+    """Follow changes of the pace until the greatest jerk is only just enough to rest.
+
+    Args:
+        state: Where the clock is.
+        u: The changes of the pace at equal steps; all of this is written in these.  # (n,)
+        rise: The greatest jerk at the same times, until the course before was at rest.  # (m,)
+        h: The step [s].
+        end: The last reading.
+    """
+    # What is left of the pace and its change, some steps before rest.
+    back = np.pad(rise[::-1], (0, len(u)), mode="edge")
+    change = np.concatenate([[0.0], np.cumsum(0.5 * h * (back[1:] + back[:-1]))])
+    left = np.concatenate([[0.0], np.cumsum(0.5 * h * (change[1:] + change[:-1]))])
+    p = state[1] + 0.5 * h * np.concatenate([[0.0], np.cumsum(u[1:] + u[:-1])])
+    spare = p - np.interp(-u, change, left)
+    lands = (u[1:] < 0.0) & (spare[1:] < 0.0)
     i = int(lands.argmax())
     if not lands[i]:
         return None
-    # Inside this step: at its end the greatest jerk is to be just enough.
-    jerk = float(steepest[i])
-    low = (
-        0.5 * jerk * (h - sqrt(h * h + 4.0 * max(0.0, 2.0 * float(p[i]) + h * float(u[i])) / jerk))
-    )
-    rest = float(p[i]) + 0.5 * h * (float(u[i]) + low)
-    if low < 0.0 < rest:
-        i += 1
-        u[i], p[i] = low, rest
-    change, rest = float(u[i]), float(p[i])
-    if not change < 0.0 < rest:
+    part = float(np.clip(spare[i] / (spare[i] - spare[i + 1]), 0.0, 1.0))
+    low = float(u[i] + part * (u[i + 1] - u[i]))
+    pace = float(p[i]) + 0.5 * part * h * (float(u[i]) + low)
+    if not low < 0.0 < pace:
         return None
-    rates = np.diff(u) / h
-    s_at = s + np.concatenate(
-        [[0.0], np.cumsum(h * (p[:-1] + h * (u[:-1] / 2.0 + h * rates / 6.0)))]
+    takes = float(np.interp(-low, change, h * np.arange(len(change))))
+    steps = max(1, int(np.ceil(takes / h)))
+    share = np.arange(1, steps + 1) / steps
+    landing = -np.interp(takes * (1.0 - share), h * np.arange(len(change)), change)
+    landing[-1] = 0.0
+    takes *= pace / -(0.5 * takes / steps * (low + 2.0 * float(landing.sum())))
+    t = np.concatenate([h * np.arange(i + 1), h * (i + part) + takes * np.append(0.0, share)])
+    return _clock(
+        state, t, np.concatenate([u[: i + 1], [low], landing]), h * np.arange(len(u)), end
     )
-    ramp = -2.0 * rest / change
-    jerk = -change / ramp
-    t = h * np.arange(i + 1)
-    rows = np.column_stack([t, s_at[: i + 1], p[: i + 1], u[: i + 1], np.append(rates[:i], jerk)])
-    x = np.minimum(h * np.arange(len(u) - i), ramp)
-    s_at[i:] = s_at[i] + x * (rest + x * (change / 2.0 + x * jerk / 6.0))
-    p[i:] = np.maximum(rest + x * (change + x * jerk / 2.0), 0.0)
-    u[i:] = change + x * jerk
-    last = float(rows[-1, 1]) + ramp * (rest + ramp * (change / 2.0 + ramp * jerk / 6.0))
-    if last > end:
+
+
+def _clock(
+    state: State, t: np.ndarray, u: np.ndarray, times: np.ndarray, end: float
+) -> tuple[JerkProfile, _Course] | None:
+    """Make a clock of changes of the pace; None where the end is nearer than its rest."""
+    s, pace, _ = state
+    new = np.append(True, np.diff(t) > _TINY)
+    t, u = t[new], u[new]
+    dt = np.diff(t)
+    jerk = np.diff(u) / dt
+    p = pace + np.concatenate([[0.0], np.cumsum(0.5 * dt * (u[1:] + u[:-1]))])
+    moved = dt * (p[:-1] + dt * (u[:-1] / 2.0 + dt * jerk / 6.0))
+    reading = s + np.concatenate([[0.0], np.cumsum(moved)])
+    if reading[-1] > end:
         return None
-    clock = JerkProfile(rows.tolist(), float(t[-1]) + ramp, last)
-    return clock, _Course(h, s_at, p, u)
+    rows = np.column_stack([t[:-1], reading[:-1], p[:-1], u[:-1], jerk])
+    clock = JerkProfile(rows.tolist(), float(t[-1]), float(reading[-1]))
+    p[-1] = 0.0
+    course = (np.interp(times, t, column) for column in (reading, p, u))
+    return clock, _Course(float(times[1]), *course)
