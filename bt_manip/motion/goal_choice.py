@@ -10,7 +10,7 @@ from .collision import CollisionWorld
 from .collision_check import check_path
 from .errors import MotionError
 from .kinematics import IKResult, InverseKinematics
-from .tool_path import LineTo, follow_path, tool_paths
+from .tool_path import SMOOTH, LineTo, follow_path, tool_paths
 
 _STARTS = (0, 1, 8)  # few first: mostly the nearest serves
 
@@ -92,7 +92,7 @@ class Way(NamedTuple):
 def way_to(
     ik: InverseKinematics, q: np.ndarray, T_wt: pin.SE3, world: CollisionWorld | None
 ) -> Way:
-    """Look whether the tool can go straight to a pose, touching nothing every few centimetres.
+    """Look whether the tool can go straight to a pose, smoothly, touching nothing at its knots.
 
     Args:
         ik: Inverse kinematics of the arm.
@@ -102,7 +102,7 @@ def way_to(
     """
     (line,) = tool_paths(ik.model.pose(q), [LineTo(T_wt)])
     try:
-        curve = follow_path(ik, q, line)
+        curve = follow_path(ik, q, line, SMOOTH)
         if world is not None:
             check_path(world, curve, line, closely=False)
     except MotionError as error:

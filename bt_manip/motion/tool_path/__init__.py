@@ -1,5 +1,6 @@
 """Paths of the tool: lines and arcs with rounded corners, and joints that follow them."""
 
+from .following import SMOOTH as SMOOTH
 from .following import follow_path as follow_path
 from .steps import ArcTo as ArcTo
 from .steps import LineTo as LineTo

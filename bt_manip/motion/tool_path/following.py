@@ -18,7 +18,8 @@ CORNER = 6  # intervals in the narrowest corner, at the least
 LEAST, MOST = 8, 400  # intervals on a path
 STRAIGHTNESS = 5e-5  # [m] and [rad] that the joints may leave the path between them
 GRID = 500  # points where the joint limits are looked at
-REFINEMENTS = 4
+REFINEMENTS = 6  # where a joint turns sharply, the spline follows in the last of them
+SMOOTH = 4  # of them, that a line takes which is easy to drive
 FINEST = 1600  # intervals
 SUBSTEPS = 8  # where a step is too long for the solver
 MARGIN = 5e-3  # [rad] from the joint limits, for what a spline swings beyond its knots
@@ -26,13 +27,16 @@ NODE_TOLERANCE = 1e-8  # [m] and [rad]
 MAX_STEP = 0.2  # [rad] that a joint may go by between two poses
 
 
-def follow_path(ik: InverseKinematics, q0: np.ndarray, path: ToolPath) -> SplinePath:
+def follow_path(
+    ik: InverseKinematics, q0: np.ndarray, path: ToolPath, refinements: int = REFINEMENTS
+) -> SplinePath:
     """Follow a path of the tool with the joints.
 
     Args:
         ik: Inverse kinematics of the arm.
         q0: Where the arm is.  # (nq,)
         path: Starts at the tool pose of `q0`.
+        refinements: How often it is tried, each time with twice as many poses.
 
     Returns:
         A path that carries what `ToolPath.carried` gives, the fraction of the way last.
@@ -44,7 +48,7 @@ def follow_path(ik: InverseKinematics, q0: np.ndarray, path: ToolPath) -> Spline
     nq = ik.model.nq
     intervals = max(path.length / SPACING, path.angle / TURN, CORNER / path.finest)
     intervals = int(np.clip(np.ceil(intervals), LEAST, MOST))
-    for _ in range(REFINEMENTS):
+    for _ in range(refinements):
         curve = SplinePath(_follow(ik, q0, path, intervals), nq)
         fault = _beyond(curve, ik.model.limits) or _left(curve, ik, path, intervals)
         if not fault:
