@@ -5,9 +5,10 @@ import numpy as np
 from bt_manip.robots import RobotModel
 
 from .bounds import Bounds
-from .clock_limits import Curve
+from .clock_limits import Curve, Rows
 from .effort import ALLOWED
 from .halting import State, halting_clocks, shortest_rest
+from .jerk_profile import JerkProfile
 from .limit_check import EFFORT_STEP, ROUNDING, STEP, effort_use, greatest_effort, step_times
 from .paced_trajectory import PacedTrajectory
 from .trajectory import PathTrajectory, SequenceTrajectory, TailTrajectory, Trajectory
@@ -29,6 +30,11 @@ def brake(trajectory: Trajectory, t: float, model: RobotModel) -> Trajectory:
     trajectory, t = _innermost(trajectory, t)
     tail = TailTrajectory(trajectory, t)
     whole, state = clock_along(trajectory, t)
+    # Along a path itself the limits change least; as a motion over time it has corners of its own.
+    if isinstance(whole, PathTrajectory):
+        clock = _rested(*_on_path(whole, state), model, tail, tail.duration)
+        if clock is not None:
+            return PathTrajectory(whole.path, clock, whole.bounds)
     halted = halt(whole, state, model, tail.duration)
     return tail if halted is None else halted
 
@@ -38,13 +44,6 @@ def clock_along(trajectory: Trajectory, t: float) -> tuple[Trajectory, State]:
     if isinstance(trajectory, PacedTrajectory):
         return trajectory.whole, trajectory.clock.sample(t)
     return trajectory, (t, 1.0, 0.0)
-
-
-def curve_of(whole: Trajectory, model: RobotModel) -> Curve:
-    """Give what a clock along a trajectory goes through, with what the path carries."""
-    if isinstance(whole, PathTrajectory):
-        return Curve(whole.coordinates, whole.bounds, whole.duration)
-    return Curve(whole.table, Bounds.of_joints(model.limits), whole.duration)
 
 
 def halt(whole: Trajectory, state: State, model: RobotModel, left: float) -> PacedTrajectory | None:
@@ -60,30 +59,52 @@ def halt(whole: Trajectory, state: State, model: RobotModel, left: float) -> Pac
         None where nothing rests sooner than the motion, or only with more effort than is allowed
         and than the motion itself takes.
     """
-    curve = curve_of(whole, model)
+    if isinstance(whole, PathTrajectory):
+        curve = Curve(whole.coordinates, whole.bounds, whole.duration)
+    else:
+        curve = Curve(whole.table, Bounds.of_joints(model.limits), whole.duration)
+    clock = _rested(curve, state, model, TailTrajectory(whole, state[0]), left)
+    return None if clock is None else PacedTrajectory(whole, clock)
+
+
+def _on_path(whole: PathTrajectory, state: State) -> tuple[Curve, State]:
+    """Give the path itself, and the state of the clock that goes along it."""
+    now, pace, change = state
+    s, ds, dds = whole.profile.sample(now)
+    along = s, ds * pace, dds * pace * pace + ds * change
+
+    def evaluate(places: np.ndarray) -> Rows:
+        x, d1, d2 = whole.path.evaluate(places)
+        return x, d1, d2
+
+    return Curve(evaluate, whole.bounds, 1.0), along
+
+
+def _rested(
+    curve: Curve, state: State, model: RobotModel, tail: Trajectory, left: float
+) -> JerkProfile | None:
+    """Give the first clock that rests inside the limits before what is left of a motion does."""
     s, p, u = state
     _, d1, d2 = (rows[0] for rows in curve.evaluate(np.array([s])))
     if left <= ENOUGH * shortest_rest(d1 * p, d2 * p * p + d1 * u, curve.bounds):
         return None
-    best: PacedTrajectory | None = None
+    best: JerkProfile | None = None
     least: float | None = None  # effort of the best; that of the motion is seldom needed
     for looked in (None, model):  # at efforts: seldom do they ask for less than the joints' limits
         for clock in halting_clocks(curve, state, looked, ALLOWED, left):
             if clock.duration >= left:
                 continue
-            times = step_times(clock.duration, STEP)
-            x, v, a = curve.driven(clock, times)
+            x, v, a = curve.driven(clock, step_times(clock.duration, STEP))
             if max(curve.bounds.use(v, a, STEP)) > 1.0 + ROUNDING:
                 continue
-            halted = PacedTrajectory(whole, clock)
             q, v, a = (rows[::_EVERY, : model.nq] for rows in (x, v, a))
             effort = greatest_effort(model, q, v, a)
             if effort <= ALLOWED:
-                return halted
+                return clock
             if least is None:
-                least = effort_use(TailTrajectory(whole, s), model)
+                least = effort_use(tail, model)
             if effort < least:
-                best, least = halted, effort
+                best, least = clock, effort
             if looked is None:
                 break
         else:
