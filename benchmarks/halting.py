@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks import fastest_halt
+from benchmarks import fastest_halt, jerk_limited_halt
 from benchmarks.motions import KINDS, STEP, advance, begin
 from benchmarks.scenes import Planned, random_scene
 from bt_manip.motion import Arm, PathTrajectory, SequenceTrajectory
@@ -16,6 +16,7 @@ from bt_manip.motion.trajectory import TailTrajectory
 from bt_manip.robots import RobotDescription
 
 CLEAR = 1.03  # times the lower bound: nearer than that nobody needs to look for a higher one
+LOOSE = 1.09  # times the bound: farther than that it may be the bound that is too low
 EACH = 10  # halts in one scene
 ROUNDING = 1e-6
 
@@ -26,7 +27,8 @@ class Halt(NamedTuple):
     Attributes:
         kind: Of the motion that was halted.
         duration: Until rest [s].
-        shortest: What no clock on the path can be below: see `fastest_halt` [s].
+        shortest: What no clock on the path can be below (`fastest_halt`); where that is far away,
+            since jerk is scarce, the best that is found (`jerk_limited_halt`), if any [s].
         off: Farthest from the path [rad].
         used: Largest share of a limit of velocity, acceleration, jerk or effort.
         computing: Processor time of the stop [ms].
@@ -80,6 +82,8 @@ def halt(planned: Planned, kind: str, share: float) -> Halt:
     shortest = fastest_halt.alone(curve, state)
     if duration > CLEAR * shortest:
         shortest = fastest_halt.shortest(curve, state, arm.model)
+    if duration > LOOSE * shortest:
+        shortest = jerk_limited_halt.found(curve, state, arm.model, shortest) or shortest
     off = _off(rows, np.array(way))
     return Halt(kind, duration, shortest, off, _used(arm, rows), computing)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks import fastest_halt
+from benchmarks import fastest_halt, jerk_limited_halt
 from benchmarks.halting import clock_of, halts
 from bt_manip.motion import Arm, StraightPath
 from bt_manip.motion.bounds import Bounds
@@ -36,6 +36,8 @@ def test_a_joint_that_cruises_rests_after_the_time_of_the_textbook(arm):
     curve, state = clock_of(arm)
     assert fastest_halt.alone(curve, state) == pytest.approx(v / a + a / j, rel=1e-6)
     assert fastest_halt.along(curve, state, arm.model) == pytest.approx(v / a, rel=0.01)
+    found = jerk_limited_halt.found(curve, state, arm.model, v / a)
+    assert found == pytest.approx(v / a + a / j, rel=0.01)
     arm.stop()
     assert arm.remaining == pytest.approx(v / a + a / j, rel=0.01)
 
