@@ -7,7 +7,7 @@ import numpy as np
 from .least_squares import boxed_step
 from .system import System
 
-DAMPING = 0.01  # of the squared error
+DAMPING = 0.03  # of the squared error
 STALL_STEPS = 4  # that do not bring the error below STALL_FACTOR of the least end a descent
 STALL_FACTOR = 0.9
 _ROOM = 1e-12  # [rad] that the solver needs for a joint that has none
