@@ -1,6 +1,5 @@
 """The errors that bt-manip raises for what a user can put right."""
 
-import difflib
 from collections.abc import Iterable
 
 
@@ -20,6 +19,8 @@ def did_you_mean(name: str, valid: Iterable[str], *, most: int = 3) -> str:
         ``"; did you mean 'a' or 'b'?"``, or all choices when nothing is near, or ``""`` when
         there is nothing to choose from. Made to be appended to an error message.
     """
+    import difflib  # by errors alone
+
     choices = sorted(valid)
     by_folded = {choice.casefold(): choice for choice in reversed(choices)}
     near = difflib.get_close_matches(name.casefold(), by_folded, n=most, cutoff=0.6)

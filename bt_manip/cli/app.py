@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 BAD_INPUT = 2
 FAULT = 3
+_FOUND = "bt_manip.commands"
 
 COMMANDS = {
     "list": "bt_manip.cli.listing:list_parts",
@@ -75,9 +76,13 @@ class LazyGroup(click.Group):
 
 
 def _plugin_commands(ctx: click.Context) -> "Mapping[str, PluginCommand]":
-    from bt_manip.cli.plugin_commands import plugin_commands
+    """Give the commands of plugins; looking through all packages once for a command line."""
+    if _FOUND not in ctx.meta:
+        from bt_manip.cli.plugin_commands import plugin_commands
 
-    return plugin_commands(chosen(ctx))
+        ctx.meta[_FOUND] = plugin_commands(chosen(ctx))
+    found: Mapping[str, PluginCommand] = ctx.meta[_FOUND]
+    return found
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
