@@ -18,6 +18,7 @@ from bt_manip.cell.objects import (
     Mug,
     Sphere,
 )
+from bt_manip.runner.station import build_station
 
 PICKS = 20
 # A mug that lies so that its handle is where a finger would be is not always picked.
@@ -51,9 +52,8 @@ THINGS = {
 
 
 @pytest.fixture
-def empty_table(station):
-    station.cell.remove("cube")
-    return station
+def empty_table():
+    return build_station()
 
 
 def drop_it(station, thing, rng):
