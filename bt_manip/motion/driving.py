@@ -17,6 +17,7 @@ from .paths import Path, StraightPath
 from .trajectory import PathTrajectory
 
 PASSES = 10
+LOST = 1.08  # times what was planned, by which a finer grid is tried
 BETWEEN = 1.001  # between the steps that are looked at there is a little more
 
 
@@ -72,12 +73,18 @@ def drive(
     """
     # Few paths ask for more effort than there is when they are driven as fast as the joints may.
     for minded in (model,) if efforts_bind else (None, model):
-        profiles = time_optimal(path, bounds, minded, ALLOWED, grids)
-        driven = [
-            _inside(path, profile.slowed(1.0 / speed), bounds, model, minded is not None)
-            for profile in profiles
-        ]
-        fastest = min(driven, key=lambda found: (found.effort > ALLOWED, found.trajectory.duration))
+        driven: list[_Driven] = []
+        for number in range(len(grids)):
+            profiles = time_optimal(path, bounds, minded, ALLOWED, grids[number:])
+            driven += [
+                _inside(path, profile.slowed(1.0 / speed), bounds, model, minded is not None)
+                for profile in profiles
+            ]
+            fastest = min(driven, key=_merit)
+            # A bend that the grid is too coarse for slows the whole motion.
+            planned = min(profile.duration for profile in profiles) / speed
+            if fastest.trajectory.duration <= LOST * planned:
+                break
         if fastest.effort <= ALLOWED:
             return fastest.trajectory
     raise MotionError(
@@ -92,6 +99,10 @@ class _Driven(NamedTuple):
 
     trajectory: PathTrajectory
     effort: float
+
+
+def _merit(driven: _Driven) -> tuple[bool, float]:
+    return driven.effort > ALLOWED, driven.trajectory.duration
 
 
 def _inside(

@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from benchmarks.fastest_drive import fastest_time
 from bt_manip.motion import MotionError, PathTrajectory, SplinePath, StraightPath, effort_use
 from bt_manip.motion.bounds import Bounds
 from bt_manip.motion.driving import drive, drive_straight
@@ -85,6 +86,19 @@ def test_a_curved_path_of_the_panda_is_driven_inside_all_limits_and_close_to_one
         assert max(use) <= 1.0 and effort <= 0.9501
         # Something binds: a velocity, an acceleration or an effort.
         assert max(use[0], use[1], effort / 0.95) > 0.93
+
+
+def test_a_tight_corner_does_not_slow_the_rest_of_a_path(model):
+    # Two straight ways, and a corner that is rounded within a few of 144 steps.
+    pytest.importorskip("toppra")
+    first = np.array([2.25, 0.0, 0.75, 0.0, 1.2, 0.0, 0.75]) / 144
+    second = np.array([0.0, 1.2, -0.45, 1.2, 0.0, 1.35, -1.2]) / 144
+    steps = np.where(np.arange(144)[:, np.newaxis] < 58, first, second)
+    window = np.hanning(7) / np.hanning(7).sum()
+    steps[3:-3] = [window @ steps[k : k + 7] for k in range(138)]
+    path = SplinePath(model.home + np.vstack([np.zeros(7), np.cumsum(steps, axis=0)]))
+    driven = drive(path, Bounds.of_joints(model.limits), model)
+    assert driven.duration <= 1.1 * fastest_time(driven, model)
 
 
 def test_at_a_tenth_of_the_speed_a_path_takes_ten_times_the_time(model):
