@@ -7,6 +7,7 @@ import pytest
 
 from bt_manip import spatial
 from bt_manip.motion import InverseKinematics, MotionError
+from bt_manip.motion.kinematics.starts import Starts
 from bt_manip.robots import Robot, RobotDescription, compile_alone
 
 
@@ -71,6 +72,16 @@ def test_a_pose_that_the_limits_forbid_ends_at_the_bound(model):
     assert not found.solved and found.restarts == 5
     assert found.reason == "no solution from 6 starts"
     assert model.limits.contain(found.q)
+
+
+def test_searches_start_again_far_from_where_they_started_before(model, ik, rng):
+    starts = Starts(model, 2000, np.random.default_rng(0))
+    task = ik._task(model.pose(rng.uniform(model.limits.lower, model.limits.upper)), model.home)
+    given = np.array(list(starts.spread(task, 90)))
+    assert len(np.unique(given, axis=0)) == 90
+    assert np.array_equal(given[0], starts.nearest(task, 1)[0])
+    apart = [np.sqrt(((q - given[:i]) ** 2).mean(axis=1)).min() for i, q in enumerate(given) if i]
+    assert min(apart[:5]) > 1.0 and min(apart) > 0.3
 
 
 def test_following_never_steps_far(model, ik, rng):

@@ -30,11 +30,11 @@ class InverseKinematics:
     """Find joint configurations inside the limits, by bounded searches.
 
     A request is a pose of the tool, or an `IKProblem`. Levenberg-Marquardt goes from the start
-    that is asked for; where it ends beside the targets, again from the configurations that are
-    nearest to meeting them. For poses of the tool these were drawn once from a seeded generator,
-    for other problems they are drawn from the generator that is handed in: the same request gives
-    the same answer. A solution is moved along what its constraints leave free to where the
-    problem's costs are least.
+    that is asked for; where it ends beside the targets, again from configurations that are near
+    to meeting them and far from each other. For poses of the tool these were drawn once from a
+    seeded generator, for other problems they are drawn from the generator that is handed in: the
+    same request gives the same answer. A solution is moved along what its constraints leave free
+    to where the problem's costs are least.
 
     Attributes:
         model: The arm.
@@ -45,7 +45,7 @@ class InverseKinematics:
         self,
         model: RobotModel,
         *,
-        restarts: int = 60,
+        restarts: int = 90,
         iterations: int = 50,
         seed: int = 0,
         position_tolerance: float = 1e-6,
@@ -259,10 +259,10 @@ class InverseKinematics:
     def _starts(
         self, task: Task, q0: np.ndarray, restarts: int, rng: np.random.Generator | None
     ) -> Iterator[np.ndarray]:
-        """Give the first start, and then those nearest to meeting the task."""
+        """Give the first start, and then those near to meeting the task, far from each other."""
         yield q0
         if restarts > 0:
-            yield from self._further.nearest(task, restarts, rng)
+            yield from self._further.spread(task, restarts, rng)
 
     def _near_starts(
         self, task: Task, q0: np.ndarray, count: int, rng: np.random.Generator | None

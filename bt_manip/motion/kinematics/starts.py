@@ -1,5 +1,7 @@
 """Where searches start when the first start was in vain."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import pinocchio as pin
 
@@ -8,6 +10,8 @@ from bt_manip.robots import RobotModel
 from .task import Task
 
 DRAWN = 400  # configurations to choose starts from
+APART = 1.2  # [rad], root mean square: starts that are nearer than this tend to end alike
+CLOSER = 0.7  # of it, when no start is left that far from those before
 
 
 class Starts:
@@ -47,6 +51,29 @@ class Starts:
             return _drawn(task, n, np.random.default_rng(0) if rng is None else rng)
         near = self.stored[self._nearest_poses(task.tool_pose, n)]
         return np.minimum(np.maximum(near, task.lower), task.upper)
+
+    def spread(
+        self, task: Task, n: int, rng: np.random.Generator | None = None
+    ) -> Iterator[np.ndarray]:
+        """Give configurations near to meeting a task, each far from those before it.
+
+        Where one descent ended in a corner of the limits, its neighbours do too.
+
+        Args:
+            task: What is searched for.
+            n: How many.
+            rng: As for `nearest`.
+        """
+        near = self.nearest(task, DRAWN, rng)
+        left = np.full(len(near), np.inf)  # mean square distance to the nearest one given
+        apart = APART**2
+        for _ in range(min(n, len(near))):
+            while not (far := left >= apart).any():
+                apart *= CLOSER**2
+            chosen = int(far.argmax())
+            yield near[chosen]
+            left = np.minimum(left, ((near - near[chosen]) ** 2).mean(axis=1))
+            left[chosen] = -1.0
 
     def _nearest_poses(self, T_wt: pin.SE3, n: int) -> np.ndarray:
         # Squared distance and squared sine of half the angle, but for what all have in common.
