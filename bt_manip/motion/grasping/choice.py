@@ -1,20 +1,16 @@
 """Which grasp of an object the arm takes."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from itertools import islice
-from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
 from bt_manip.cell import Cell
-from bt_manip.cell.naming import entity_of
 from bt_manip.robots import Robot
 
-from ..arm import MARGIN, Arm
-from ..errors import MotionError
-from ..goal_choice import ahead, way_to
+from ..arm import Arm
 from .candidates import Candidates
 from .grasp import Grasp
 from .hand import measure_hand
@@ -22,39 +18,15 @@ from .hand_room import ENOUGH, HandRoom
 from .ranking import ALIKE, Ranked, Ranking
 from .refusals import Refusals
 from .solid import solids_of
+from .way_in import WAYS, Chosen, WayIn
 
 LOOKED_AT = 128  # grasps whose room is measured, at the most
 BATCH = 4  # grasps that serve equally well and are solved together
 BATCHES = 6  # at the most
-WAYS = 24  # lines to the object that are looked at, at the most
-SIDE = 0.12  # [m] from which the tool comes at most, where not from above
-LIFT = 0.05  # [m] straight up that has to be free
 TOO_DEEP = -3e-3  # [m]; shapes of hands are a little thicker than hands
-_SEARCHES = (
-    (0, MARGIN),
-    (1, MARGIN),
-    (8, MARGIN),
-    (8, 0.0),
-)  # few first: mostly the nearest serves
-_FROM_ABOVE = math.cos(math.radians(30.0))
 _BEFORE = 0.05  # [rad] that a tool is off which stands before a grasp already
-_TOUCHED = -1e-3  # [m] that what is lifted may be inside what it lies beside
 _EARLY = 3e-3  # [m] on each side before which fingers may touch nothing else of the object
 _THICK = 0.012  # [m] of a finger
-
-
-class Chosen(NamedTuple):
-    """A grasp, how the arm comes to it, and why it is this one."""
-
-    grasp: Grasp
-    T_wt: pin.SE3
-    """Where the tool grips."""
-    q: np.ndarray
-    """Where the arm goes first, before it moves straight on along the tool's axis."""  # (nq,)
-    back: float
-    """How far that is [m]."""
-    reason: str
-    """What speaks for it, and what was refused."""
 
 
 class GraspChoice:
@@ -84,7 +56,7 @@ class GraspChoice:
         Args:
             name: The object.
             height: How far over the object's middle the tool is first, measured along its axis
-                [m]. Where it does not come from above, it is at most `SIDE` away from the grip.
+                [m]. Where it does not come from above, at most `way_in.SIDE` from the grip.
             centre: The object's middle in the world [m].  # (3,)
 
         Raises:
@@ -94,10 +66,11 @@ class GraspChoice:
         arm = self.arm
         room, ranking = self._look(name, arm.model.pose(arm.q))
         refused = self._refusals(name)
+        way_in = WayIn(arm, name, room, refused)
         for number, batch in enumerate(self._batches(name, ranking.best_first(), room, refused)):
             if number == BATCHES or refused.ways >= WAYS:
                 break
-            found = self._reachable(name, batch, height, centre, room, refused)
+            found = way_in.nearest(batch, height, centre)
             if found is not None:
                 return found
         raise refused.error()
@@ -213,101 +186,3 @@ class GraspChoice:
                 batch = []
         if batch:
             yield batch
-
-    def _reachable(
-        self,
-        name: str,
-        batch: Sequence[Ranked],
-        height: float,
-        centre: np.ndarray,
-        room: HandRoom,
-        refused: Refusals,
-    ) -> Chosen | None:
-        """Find the nearest configuration from which one of several grasps is come to."""
-        arm = self.arm
-        backs = [_back(one.T_wt, height, centre) for one in batch]
-        poses = [ahead(one.T_wt, -back) for one, back in zip(batch, backs, strict=True)]
-        if arm.world is not None:
-            arm.world.refresh()
-        best: tuple[float, Chosen] | None = None
-        solved = False
-        for starts, margin in _SEARCHES:
-            if best is not None:
-                break
-            for found in arm.ik.solutions(poses, arm.q, starts=starts, margin=margin):
-                solved = True
-                if refused.ways >= WAYS:
-                    break
-                one, back = batch[found.target], backs[found.target]
-                near = arm.world.near(found.q) if arm.world is not None else []
-                if near:
-                    refused.blocked(entity_of(near[0].second))
-                    continue
-                left, end, error = way_to(arm.ik, found.q, one.T_wt, arm.world)
-                if left <= 0.0:
-                    refused.no_way(error)
-                    continue
-                if not self._lifts(name, one, end, room, refused):
-                    continue
-                reason = (
-                    f"{_describe(one)}; {left:.2f} rad from a limit, "
-                    f"{arm.ik.distance(found.q, arm.q):.2f} s away{refused.count()}"
-                )
-                chosen = Chosen(one.grasp, one.T_wt, found.q, back, reason)
-                if left >= MARGIN:
-                    return chosen
-                if best is None or left > best[0]:
-                    best = left, chosen
-        if best is not None:
-            return best[1]
-        if not solved:
-            above = height > 0.0 and all(_from_above(one.T_wt) for one in batch)
-            if above and arm.ik.nearest([one.T_wt for one in batch], arm.q).solved:
-                raise MotionError(
-                    f"{height:g} m over '{name}' is unreachable, though '{name}' is not",
-                    reason="unreachable",
-                )
-            refused.unreachable(len(batch))
-        return None
-
-    def _lifts(
-        self, name: str, one: Ranked, q: np.ndarray, room: HandRoom, refused: Refusals
-    ) -> bool:
-        """Tell whether hand and object can go straight up from the grip."""
-        steps = [np.array([0.0, 0.0, part * LIFT]) for part in (0.5, 1.0)]
-        over = room.carrying(name, steps)
-        if over.distance < _TOUCHED:
-            refused.blocked(over.nearest)
-            return False
-        if _from_above(one.T_wt):
-            return True  # much as it came
-        T = one.T_wt
-        for step in steps:
-            there = room.at(pin.SE3(T.rotation, T.translation + step))
-            if there.distance < 0.0:
-                refused.blocked(there.nearest)
-                return False
-        up = pin.SE3(one.T_wt.rotation, one.T_wt.translation + steps[-1])
-        error = way_to(self.arm.ik, q, up, None).refused
-        if error is not None:
-            refused.no_way(error)
-            return False
-        return True
-
-
-def _back(T_wt: pin.SE3, height: float, centre: np.ndarray) -> float:
-    """Give how far before the grip the tool is first [m]."""
-    a = T_wt.rotation[:, 2]
-    back = max(height + float(a @ (T_wt.translation - centre)), 0.0)
-    return back if _from_above(T_wt) else min(back, SIDE)
-
-
-def _from_above(T_wt: pin.SE3) -> bool:
-    return bool(-T_wt.rotation[2, 2] > _FROM_ABOVE)
-
-
-def _describe(one: Ranked) -> str:
-    """Say in words from where a grasp comes and what it costs."""
-    tilt = math.degrees(math.acos(float(np.clip(-one.T_wt.rotation[2, 2], -1.0, 1.0))))
-    where = "from above" if tilt < 5.0 else f"{tilt:.0f} degrees from upright"
-    return f"{where}, {1e3 * one.grasp.width:.0f} mm wide; costs: {one.cost}"
