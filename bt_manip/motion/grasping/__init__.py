@@ -2,7 +2,6 @@
 
 from .antipodal import antipodal_pairs as antipodal_pairs
 from .candidates import Candidates as Candidates
-from .choice import Chosen as Chosen
 from .choice import GraspChoice as GraspChoice
 from .grasp import Grasp as Grasp
 from .hand import Hand as Hand
@@ -12,3 +11,4 @@ from .hand_room import Room as Room
 from .hand_room import with_room as with_room
 from .solid import Solid as Solid
 from .solid import solids_of as solids_of
+from .way_in import Chosen as Chosen
