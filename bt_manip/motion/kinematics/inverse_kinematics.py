@@ -45,7 +45,7 @@ class InverseKinematics:
         self,
         model: RobotModel,
         *,
-        restarts: int = 90,
+        restarts: int = 80,
         iterations: int = 50,
         seed: int = 0,
         position_tolerance: float = 1e-6,
