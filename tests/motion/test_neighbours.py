@@ -95,6 +95,22 @@ def test_only_the_pairs_that_are_asked_for_are_seen(rng):
     assert 10 < (everything & wanted).sum() < everything.sum()
 
 
+def test_with_more_kinds_of_geoms_than_bits_no_pair_is_left_out():
+    spheres = "".join(
+        f'<body pos="{0.01 * i} 0 0"><freejoint/><geom size=".01"/></body>' for i in range(40)
+    )
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{spheres}</worldbody></mujoco>")
+    chain = np.eye(40, k=1, dtype=bool) | np.eye(40, k=-1, dtype=bool)
+    own = private_copy(model, 0.0)
+    look_only_at(own, np.zeros_like(chain))
+    look_only_at(own, chain)
+    data = mujoco.MjData(own)
+    mujoco.mj_kinematics(own, data)
+    mujoco.mj_collision(own, data)
+    seen = {tuple(pair) for pair in data.contact.geom.tolist()}
+    assert seen >= {(i, i + 1) for i in range(39)}
+
+
 def test_what_moves_as_one_is_not_in_its_own_way():
     cell, robot = Cell(), Robot(panda())
     cell.add(robot, free=False)

@@ -38,20 +38,21 @@ def look_only_at(own: mujoco.MjModel, pairs: np.ndarray) -> None:
     other. Here all geoms that are compared with the same others have a bit for themselves.
 
     Args:
-        own: The copy, which is changed. Where there are not enough bits it stays as it is: whoever
-            asks filters what is seen.
+        own: The copy, which is changed. Where there are not enough bits it looks at all geoms of
+            any pair: whoever asks filters what is seen.
         pairs: Mark them; it is symmetric.  # (ngeom, ngeom)
     """
     kinds: dict[bytes, int] = {}
     rows = (row.tobytes() for row in np.packbits(pairs, axis=1))
     kind = np.array([kinds.setdefault(row, len(kinds)) for row in rows], dtype=int)
     if len(kinds) > _BITS:
-        return
-    bits = 1 << np.arange(len(kinds))
-    # Geoms of one kind are compared with the same kinds: any of them stands for the others.
-    one_of = np.unique(kind, return_index=True)[1]
-    own.geom_contype[:] = bits[kind]
-    own.geom_conaffinity[:] = (pairs[np.ix_(one_of, one_of)] @ bits)[kind]
+        own.geom_contype[:] = own.geom_conaffinity[:] = pairs.any(axis=1)
+    else:
+        bits = 1 << np.arange(len(kinds))
+        # Geoms of one kind are compared with the same kinds: any of them stands for the others.
+        one_of = np.unique(kind, return_index=True)[1]
+        own.geom_contype[:] = bits[kind]
+        own.geom_conaffinity[:] = (pairs[np.ix_(one_of, one_of)] @ bits)[kind]
     own.body_contype[:] = own.body_conaffinity[:] = 0
     np.bitwise_or.at(own.body_contype, own.geom_bodyid, own.geom_contype)
     np.bitwise_or.at(own.body_conaffinity, own.geom_bodyid, own.geom_conaffinity)
