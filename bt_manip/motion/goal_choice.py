@@ -100,14 +100,15 @@ def way_to(
         T_wt: Where the tool is to go.
         world: What it shall not touch; None looks at nothing.
     """
-    (line,) = tool_paths(ik.model.pose(q), [LineTo(T_wt)])
-    try:
-        curve = follow_path(ik, q, line, SMOOTH)
-        if world is not None:
-            check_path(world, curve, line, closely=False)
-    except MotionError as error:
-        return Way(-1.0, q, error)
-    on_the_way = curve.knots[:, : ik.model.nq]
+    on_the_way = q[np.newaxis]
+    for line in tool_paths(ik.model.pose(q), [LineTo(T_wt)]):  # none where it stands there already
+        try:
+            curve = follow_path(ik, q, line, SMOOTH)
+            if world is not None:
+                check_path(world, curve, line, closely=False)
+        except MotionError as error:
+            return Way(-1.0, q, error)
+        on_the_way = curve.knots[:, : ik.model.nq]
     limits = ik.model.limits
     left = min((on_the_way - limits.lower).min(), (limits.upper - on_the_way).min())
     return Way(float(left), np.array(on_the_way[-1]), None)

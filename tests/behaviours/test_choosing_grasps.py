@@ -51,6 +51,13 @@ def test_the_grasp_is_explained(station, trial):
     assert "rad from a limit" in message and "s away" in message
 
 
+@pytest.mark.parametrize("height", [0.0, 0.015])
+def test_hovering_no_higher_than_the_grip_is_being_at_the_grip(station, trial, height):
+    trial(Hover(object="cube", height=height)).tick_until("SUCCESS")
+    trial(Grasp(object="cube")).tick_until("SUCCESS")
+    trial(IsHolding(object="cube")).tick_until("SUCCESS")
+
+
 def test_reach_takes_the_grasp_that_hover_gave(station, trial):
     hovering = trial(Hover(object="cube", height=0.15, grasp="{grasp}"))
     hovering.tick_until("SUCCESS")
