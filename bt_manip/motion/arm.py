@@ -8,7 +8,7 @@ import pinocchio as pin
 
 from bt_manip.robots import Robot, RobotModel
 
-from .checks import check_configuration, check_inside, check_pose, check_speed
+from .checks import check_amount, check_configuration, check_inside, check_pose, check_speed
 from .collision import CollisionWorld
 from .deviation_guard import DeviationGuard
 from .errors import MotionError
@@ -115,6 +115,9 @@ class Arm(MovingArm):
                 found, or the motion asks too much effort.
         """
         speed = check_speed(speed)
+        margin = check_amount(margin, "the margin from the joint limits", "rad")
+        approach = check_amount(approach, "the way on along the tool's axis", "m")
+        avoiding = self._avoiding(planner, rng)
         found = choose_configurations(
             self.ik, T_wt, self.q, margin=margin, approach=approach, world=self.world
         )
@@ -128,7 +131,6 @@ class Arm(MovingArm):
                 )
             raise MotionError(message, reason="unreachable")
         targets = itertools.chain([best.q], (result.q for result in found))
-        avoiding = self._avoiding(planner, rng)
         self._begin(
             plan_to_configurations(self._reference.present, targets, self.model, speed, avoiding)
         )
@@ -207,10 +209,14 @@ class Arm(MovingArm):
     def _avoiding(
         self, planner: Planner | None, rng: np.random.Generator | None
     ) -> Avoiding | None:
-        if self.world is None:
-            return None
-        return Avoiding(
-            self.world,
-            self.planner if planner is None else planner,
-            np.random.default_rng(0) if rng is None else rng,
-        )
+        planner = self.planner if planner is None else planner
+        rng = np.random.default_rng(0) if rng is None else rng
+        if not callable(getattr(planner, "plan", None)):
+            raise MotionError(
+                f"a planner is an object with a method plan, got {planner!r}", reason="target"
+            )
+        if not isinstance(rng, np.random.Generator):
+            raise MotionError(
+                f"chance comes from a numpy.random.Generator, got {rng!r}", reason="target"
+            )
+        return None if self.world is None else Avoiding(self.world, planner, rng)

@@ -23,9 +23,17 @@ def check_pose(T_wt: Any) -> pin.SE3:
         raise MotionError(f"a pose is a pin.SE3, got {type(T_wt).__name__}", reason="target")
     first, second, third, _ = T_wt.homogeneous.tolist()
     if not isfinite(sum(first) + sum(second) + sum(third)):
-        raise MotionError(f"the pose is not finite:\n{T_wt}", reason="target")
+        raise MotionError(
+            f"the pose is not finite: its position is {_row(T_wt.translation)} [m], its rotation "
+            f"{_matrix(T_wt.rotation)}",
+            reason="target",
+        )
     if not _are_axes(first, second, third):
-        raise MotionError(f"the pose's rotation is none:\n{T_wt.rotation}", reason="target")
+        raise MotionError(
+            "the pose's rotation is none: a rotation is a 3 by 3 matrix of right-handed unit axes, "
+            f"got {_matrix(T_wt.rotation)}",
+            reason="target",
+        )
     return T_wt
 
 
@@ -37,8 +45,10 @@ def check_rotation(rotation: Any) -> np.ndarray:
     """
     R = _array(rotation)
     if R.shape != (3, 3) or not _are_axes(*R.tolist()):
+        found = _matrix(R) if R.shape == (3, 3) else repr(rotation)
         raise MotionError(
-            f"a rotation is a 3 by 3 matrix of right-handed unit axes, got\n{R}", reason="target"
+            f"a rotation is a 3 by 3 matrix of right-handed unit axes, got {found}",
+            reason="target",
         )
     return R
 
@@ -68,6 +78,40 @@ def check_poses(targets: Any) -> list[pin.SE3]:
     if not poses:
         raise MotionError("no target pose was given", reason="target")
     return [check_pose(pose) for pose in poses]
+
+
+def check_amount(amount: Any, what: str, unit: str) -> float:
+    """Give a length or an angle as a number.
+
+    Args:
+        amount: 0 or above.
+        what: How the error calls it.
+        unit: Its unit.
+
+    Raises:
+        MotionError: When it is not a finite number, or below 0.
+    """
+    number = _array(amount)
+    if number.shape != () or not 0.0 <= number < np.inf:
+        raise MotionError(f"{what} is 0 or above [{unit}], got {amount!r}", reason="target")
+    return float(number)
+
+
+def check_number(number: Any, what: str, unit: str) -> float:
+    """Give a finite number.
+
+    Args:
+        number: Of either sign.
+        what: How the error calls it.
+        unit: Its unit.
+
+    Raises:
+        MotionError: When it is none.
+    """
+    array = _array(number)
+    if array.shape != () or not np.isfinite(array):
+        raise MotionError(f"{what} is a finite number [{unit}], got {number!r}", reason="target")
+    return float(array)
 
 
 def check_vector(vector: Any, what: str) -> np.ndarray:
@@ -150,6 +194,14 @@ def _array(value: Any) -> np.ndarray:
         return np.array(value, dtype=float)
     except (TypeError, ValueError):
         return np.array(np.nan)
+
+
+def _row(numbers: np.ndarray) -> str:
+    return f"({', '.join(f'{x:.4g}' for x in numbers.tolist())})"
+
+
+def _matrix(rows: np.ndarray) -> str:
+    return f"({', '.join(map(_row, rows))})"
 
 
 def _is_many(targets: Any) -> bool:

@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 from bt_manip import spatial
-from bt_manip.motion import Arm, MotionError
+from bt_manip.motion import Arm, LineTo, MotionError
 from bt_manip.robots import Payload
 
 DT = 1e-3
@@ -327,6 +327,9 @@ def test_restored_from_plain_data_it_goes_on_bit_for_bit(robot, kind):
     assert not arm.moving and not other.moving
 
 
+HERE = down(0.4, 0.0, 0.3)
+
+
 @pytest.mark.parametrize(
     ("ask", "message"),
     [
@@ -343,6 +346,21 @@ def test_restored_from_plain_data_it_goes_on_bit_for_bit(robot, kind):
         (lambda arm: arm.move_linear(down(np.nan, 0, 0.3)), "not finite"),
         (lambda arm: arm.move_linear([0.4, 0.0, 0.3]), "a pose is a pin.SE3, got list"),
         (lambda arm: arm.move_to_pose(down(1.2, 0, 0.3)), "unreachable: .* out of reach"),
+        (
+            lambda arm: arm.move_to_pose(HERE, margin=-0.1),
+            "margin .* is 0 or above .*, got -0.1",
+        ),
+        (
+            lambda arm: arm.move_to_pose(HERE, margin=np.nan),
+            "margin .* is 0 or above .*, got nan",
+        ),
+        (lambda arm: arm.move_to_pose(HERE, approach=np.nan), "way on .* 0 or above .m., got nan"),
+        (lambda arm: arm.move_to_pose(HERE, approach="far"), "way on .* 0 or above .m., got 'far'"),
+        (lambda arm: arm.move_to_pose(HERE, planner="rrt"), "a planner is .*, got 'rrt'"),
+        (lambda arm: arm.move_to_configuration(arm.model.home, rng=3), "Generator, got 3"),
+        (lambda arm: arm.move_path(LineTo(HERE)), "a path is a list of .*, got LineTo"),
+        (lambda arm: arm.move_path([HERE]), "a step of a path is a .*, got SE3"),
+        (lambda arm: arm.move_path([LineTo(HERE)], blend="wide"), "a blend is 0 or above .m., got"),
     ],
 )
 @pytest.mark.parametrize("moving", [False, True])
@@ -352,6 +370,7 @@ def test_bad_input_is_named_and_changes_nothing(arm, ask, message, moving):
         for _ in range(100):
             arm.advance(DT)
     before = arm.get_state()
-    with pytest.raises(MotionError, match=message):
+    with pytest.raises(MotionError, match=message) as raised:
         ask(arm)
+    assert "\n" not in str(raised.value)
     assert arm.get_state() == before

@@ -1,13 +1,13 @@
 """What one asks of a path of the tool, step by step: where to, and by which way."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from math import isfinite
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
-from ..checks import check_pose, check_vector
+from ..checks import check_number, check_pose, check_vector
 from ..errors import MotionError
 from .segments import Arc, Line, Segment
 
@@ -96,11 +96,7 @@ class TurnAbout:
         check_vector(self.point, "a point of the axis of a turn")
         if np.linalg.norm(check_vector(self.axis, "the axis of a turn")) < 1e-9:
             raise MotionError(f"the axis of a turn has no direction: {self.axis}", reason="target")
-        if not isinstance(self.angle, float | int) or not isfinite(self.angle):
-            raise MotionError(
-                f"the angle of a turn is a finite number [rad], got {self.angle!r}",
-                reason="target",
-            )
+        check_number(self.angle, "the angle of a turn", "rad")
 
     def after(self, start: pin.SE3) -> tuple[Segment, pin.SE3]:
         """Give the way from a pose, and its end."""
@@ -108,9 +104,30 @@ class TurnAbout:
         axis /= np.linalg.norm(axis)
         point = np.array(self.point, dtype=float)
         centre = point + axis.dot(start.translation - point) * axis
-        sweep = self.angle * axis
+        sweep = float(self.angle) * axis
         arc = Arc(start, centre, sweep, start.rotation.T @ sweep)
         return arc, arc.pose(arc.travel) if arc.travel else start
 
 
 Step = LineTo | ArcTo | TurnAbout
+
+
+def check_steps(steps: Any) -> list[Step]:
+    """Give the steps of a path as a list.
+
+    Raises:
+        MotionError: When one is none.
+    """
+    if not isinstance(steps, Iterable):
+        raise MotionError(
+            f"a path is a list of LineTo, ArcTo and TurnAbout, got {type(steps).__name__}",
+            reason="target",
+        )
+    found = list(steps)
+    for step in found:
+        if not isinstance(step, Step):
+            raise MotionError(
+                f"a step of a path is a LineTo, ArcTo or TurnAbout, got {type(step).__name__}",
+                reason="target",
+            )
+    return found

@@ -3,7 +3,6 @@
 from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import accumulate
-from math import isfinite
 
 import numpy as np
 import pinocchio as pin
@@ -11,10 +10,10 @@ import pinocchio as pin
 from bt_manip.robots import ToolLimits
 
 from ..bounds import Bounds
-from ..errors import MotionError
+from ..checks import check_amount
 from ..path_timing import GRIDS
 from .segments import Segment
-from .steps import Step
+from .steps import Step, check_steps
 
 GRID = 25  # intervals in the narrowest corner
 FINEST_GRID = 2000  # intervals on a path
@@ -172,15 +171,9 @@ def tool_paths(start: pin.SE3, steps: Sequence[Step], blend: float = 0.0) -> lis
     Raises:
         MotionError: When a step is none, or the blend is no length.
     """
-    if not isinstance(blend, float | int) or not isfinite(blend) or blend < 0.0:
-        raise MotionError(f"a blend is 0 or above [m], got {blend!r}", reason="target")
+    blend = check_amount(blend, "a blend", "m")
     segments: list[Segment] = []
-    for step in steps:
-        if not isinstance(step, Step):
-            raise MotionError(
-                f"a step of a path is a LineTo, ArcTo or TurnAbout, got {type(step).__name__}",
-                reason="target",
-            )
+    for step in check_steps(steps):
         segment, start = step.after(start)
         if segment.length >= _SAME or segment.angle >= _SAME:
             segments.append(segment)
