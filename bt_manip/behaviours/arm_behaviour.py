@@ -1,6 +1,6 @@
 """What behaviours that use the arm have in common."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,6 +11,7 @@ from bt_manip.cell import Cell, CellError
 from bt_manip.control import ControlError
 from bt_manip.models import ModelError
 from bt_manip.motion import MotionError
+from bt_manip.motion.checks import check_amount
 from bt_manip.registry import UnknownPartError
 
 from .robot_port import RobotPort
@@ -24,6 +25,9 @@ class CellBehaviour(Action):
 
     memory: ClassVar[tuple[str, ...]] = ("_started",)
 
+    amounts: ClassVar[Mapping[str, str]] = {}
+    """Ports that hold numbers of 0 or above, with their units."""
+
     _started = 0.0  # [s] simulated
 
     def setup(self, **infrastructure: Any) -> None:
@@ -33,7 +37,17 @@ class CellBehaviour(Action):
     def initialise(self) -> None:
         """Begin, or fail with the reason why it cannot be done."""
         self._started = self.cell.time
-        self.try_to(self.start)
+        if self.try_to(self.check_amounts):
+            self.try_to(self.start)
+
+    def check_amounts(self) -> None:
+        """Refuse amounts that are none.
+
+        Raises:
+            MotionError: Naming the port.
+        """
+        for port, unit in self.amounts.items():
+            check_amount(getattr(self, port), f"the port '{port}'", unit)
 
     def try_to(self, begin: Callable[[], None]) -> bool:
         """Begin something, or fail with the reason why it cannot be done; tell which it was."""
@@ -69,7 +83,7 @@ class ArmBehaviour(RobotPort, CellBehaviour):
     def initialise(self) -> None:
         """Begin with the robot that is meant now."""
         self._started = self.cell.time
-        if self.try_to(self.choose_robot):
+        if self.try_to(self.choose_robot) and self.try_to(self.check_amounts):
             self.try_to(self.start)
 
     @property
@@ -98,6 +112,7 @@ class MotionBehaviour(ArmBehaviour):
     )
 
     memory: ClassVar[tuple[str, ...]] = (*ArmBehaviour.memory, "_ended", "_blocked", "_tried")
+    amounts: ClassVar[Mapping[str, str]] = {"wait": "s"}
 
     _ended: float | None = None  # [s] when the reference came to rest
     _blocked: float | None = None  # [s] since when another robot has been in the way
@@ -111,7 +126,7 @@ class MotionBehaviour(ArmBehaviour):
     def initialise(self) -> None:
         """Start the motion."""
         self._started, self._ended, self._blocked = self.cell.time, None, None
-        if self.try_to(self.choose_robot):
+        if self.try_to(self.choose_robot) and self.try_to(self.check_amounts):
             self.begin_motion(self.start)
 
     def begin_motion(self, begin: Callable[[], None]) -> Status:

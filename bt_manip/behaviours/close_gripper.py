@@ -11,6 +11,8 @@ class CloseGripper(ArmBehaviour):
     force = Input(float, default=50.0, doc="Normal force of each finger [N].")
     patience = Input(float, default=2.0, doc="Longest simulated time to try [s].")
 
+    amounts = {"patience": "s"}
+
     def start(self) -> None:
         """Start to close."""
         self.gripper.close(self.force)

@@ -18,6 +18,8 @@ class FollowTarget(MotionBehaviour):
     duration = Input(float, default=0.0, doc="For how long [s]; 0 goes on until it is halted.")
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
 
+    amounts = {**MotionBehaviour.amounts, "duration": "s"}
+
     def start(self) -> None:
         """Turn towards the object."""
         poses = grips_from_above(centre_pose(self.cell, self.object), self.height)

@@ -18,6 +18,8 @@ class Grasp(ArmBehaviour):
     force = Input(float, default=50.0, doc="Normal force of each finger [N].")
     patience = Input(float, default=2.0, doc="Longest simulated time to try [s].")
 
+    amounts = {"patience": "s"}
+
     def start(self) -> None:
         """Start to close."""
         self.cell.find(self.object)

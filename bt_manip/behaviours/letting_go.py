@@ -11,6 +11,7 @@ class LettingGoBehaviour(MotionBehaviour):
     patience = Input(float, default=2.0, doc="Longest simulated time for the fingers to open [s].")
 
     memory = (*MotionBehaviour.memory, "_opening")
+    amounts = {**MotionBehaviour.amounts, "patience": "s"}
 
     _opening: float | None = None  # [s] when the fingers began to open
 

@@ -3,7 +3,7 @@
 from typing import Any
 
 from bt_manip.bt import Input
-from bt_manip.motion import Planner
+from bt_manip.motion import MotionError, Planner
 
 from .arm_behaviour import MotionBehaviour
 
@@ -15,6 +15,14 @@ class Move(MotionBehaviour):
     tolerance = Input(
         float, default=MotionBehaviour.ARRIVED, doc="Largest error of a joint on arrival [rad]."
     )
+
+    def check_amounts(self) -> None:
+        """Refuse a tolerance that nothing could be within, too."""
+        super().check_amounts()
+        if not self.tolerance > 0.0:
+            raise MotionError(
+                f"the port 'tolerance' is above 0 [rad], got {self.tolerance!r}", reason="target"
+            )
 
     @property
     def largest_error(self) -> float:

@@ -10,6 +10,8 @@ class OpenGripper(ArmBehaviour):
 
     patience = Input(float, default=2.0, doc="Longest simulated time to try [s].")
 
+    amounts = {"patience": "s"}
+
     def start(self) -> None:
         """Start to open."""
         self.gripper.open()

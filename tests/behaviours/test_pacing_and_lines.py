@@ -1,5 +1,7 @@
 """Lines, approaches, following, stopping and changing the pace."""
 
+import re
+
 import mujoco
 import numpy as np
 import pinocchio as pin
@@ -8,7 +10,10 @@ import pytest
 from bt_manip import spatial
 from bt_manip.behaviours import (
     Approach,
+    Drop,
     FollowTarget,
+    Grasp,
+    Lift,
     MoveArc,
     MoveLinear,
     MoveThrough,
@@ -220,6 +225,42 @@ def test_a_target_inside_the_table_is_refused_by_name(station, trial):
     q = station.arm.q_ref
     assert trial(MoveToPose(pose=T)).fails_with("inside an obstacle", "'table'")
     assert (station.arm.q_ref == q).all()
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: MoveToConfiguration(configuration=LEFT, tolerance=0.0), "'tolerance' is above 0"),
+        (
+            lambda: MoveToConfiguration(configuration=LEFT, tolerance=np.nan),
+            "above 0 .rad., got nan",
+        ),
+        (lambda: MoveToConfiguration(configuration=LEFT, wait=np.nan), "'wait' is 0 or above .s."),
+        (
+            lambda: FollowTarget(object="cube", duration=-1.0),
+            "'duration' is 0 or above .*-1",
+        ),
+        (lambda: FollowTarget(object="cube", height=np.nan), "position is .*nan"),
+        (
+            lambda: Drop(container="basket", patience=np.nan),
+            "'patience' is 0 or above .*nan",
+        ),
+        (lambda: Grasp(object="cube", patience=-1.0), "'patience' is 0 or above .s., got -1.0"),
+        (lambda: Approach(distance=np.inf), "not finite: its position is .*inf"),
+        (lambda: Lift(height=np.nan), "not finite: its position is .*nan"),
+    ],
+)
+def test_what_no_port_may_hold_is_refused_in_one_line_and_nothing_moves(
+    station, trial, make, message
+):
+    q, width = station.arm.q_ref, station.gripper.width
+    trying = trial(make())
+    assert trying.tick() is FAILURE
+    said = trying.behaviour.feedback_message
+    assert re.search(message, said) and "\n" not in said
+    station.cell.step(20)
+    assert (station.arm.q_ref == q).all()
+    assert station.gripper.width == pytest.approx(width, abs=1e-4)
 
 
 @pytest.mark.parametrize(
