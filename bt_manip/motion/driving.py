@@ -1,6 +1,6 @@
 """Paths from rest to rest, inside all limits."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,11 +12,13 @@ from .effort import ALLOWED
 from .errors import MotionError
 from .jerk_profile import JerkProfile, reach_profile
 from .limit_check import effort_use
-from .path_timing import GRIDS, time_optimal
+from .path_timing import GRIDS, PathTiming, unhurried
 from .paths import Path, StraightPath
 from .trajectory import PathTrajectory
 
 PASSES = 10
+NEAR = 1.01  # times what was planned, beyond which the path is planned again
+HEEDED = 2  # plans that the next ones may learn from
 LOST = 1.08  # times what was planned, by which a finer grid is tried
 BETWEEN = 1.001  # between the steps that are looked at there is a little more
 
@@ -65,7 +67,7 @@ def drive(
         bounds: What its coordinates may do.
         model: The arm with its payload.
         speed: At 0.5 the move takes twice the time.
-        grids: As for `time_optimal`.
+        grids: Steps that it is looked at in; a finer one where it bends too much for the first.
         efforts_bind: Whether it is known already that efforts limit the speed.
 
     Raises:
@@ -73,36 +75,97 @@ def drive(
     """
     # Few paths ask for more effort than there is when they are driven as fast as the joints may.
     for minded in (model,) if efforts_bind else (None, model):
-        driven: list[_Driven] = []
-        for number in range(len(grids)):
-            profiles = time_optimal(path, bounds, minded, ALLOWED, grids[number:])
-            driven += [
-                _inside(path, profile.slowed(1.0 / speed), bounds, model, minded is not None)
-                for profile in profiles
-            ]
-            fastest = min(driven, key=_merit)
-            # A bend that the grid is too coarse for slows the whole motion.
-            planned = min(profile.duration for profile in profiles) / speed
-            if fastest.trajectory.duration <= LOST * planned:
-                break
-        if fastest.effort <= ALLOWED:
-            return fastest.trajectory
+        driven = _fastest(path, bounds, model, minded, speed, grids)
+        if driven.effort <= ALLOWED:
+            return driven.trajectory
     raise MotionError(
-        f"the motion asks for {100.0 * fastest.effort:.0f} % of an effort limit even when "
+        f"the motion asks for {100.0 * driven.effort:.0f} % of an effort limit even when "
         f"slow, {100.0 * ALLOWED:.0f} % are allowed",
         reason="effort",
     )
 
 
+def _fastest(
+    path: Path,
+    bounds: Bounds,
+    model: RobotModel,
+    minded: RobotModel | None,
+    speed: float,
+    grids: Sequence[int],
+) -> "_Driven":
+    """Give the fastest of all plans inside the limits.
+
+    Where efforts are not minded, the first plan that asks for too much ends the search: slowed for
+    another limit it might ask for less, and yet be slower than one that minds them.
+    """
+
+    def inside(plan: JerkProfile) -> _Driven:
+        return _inside(path, plan.slowed(1.0 / speed), bounds, model, minded is not None)
+
+    found: list[_Driven] = []
+    for grid in grids:
+        timing = PathTiming(path, bounds, minded, ALLOWED, grid)
+        if timing.stuck:
+            continue
+        for node in timing.nodes:
+            if found and timing.plan(node).duration >= speed * min(found, key=_merit).duration:
+                break
+            for driven in _better_and_better(timing, node, inside):
+                if minded is None and driven.effort > ALLOWED:
+                    return driven
+                found.append(driven)
+        # A bend that the grid is too coarse for slows the whole motion.
+        planned = timing.plan(timing.nodes[0]).duration / speed
+        if min(found, key=_merit).duration <= LOST * planned:
+            break
+    return min(found, key=_merit) if found else inside(unhurried(path, bounds))
+
+
+def _better_and_better(
+    timing: PathTiming, node: float, inside: Callable[[JerkProfile], "_Driven"]
+) -> Iterator["_Driven"]:
+    """Plan again and again, as long as it is of use, each time knowing where the last was slowed.
+
+    Args:
+        timing: Of the path.
+        node: What plans are smoothed over [s].
+        inside: Slows a plan until it is inside all limits.
+    """
+    plan = timing.plan(node)
+    driven = inside(plan)
+    yield driven
+    for _ in range(HEEDED):
+        if driven.slowed <= NEAR:
+            break
+        timing = timing.keeping_off(plan)
+        again = timing.plan(node)
+        if again.duration >= driven.slowed * plan.duration:
+            break
+        plan, driven = again, inside(again)
+        yield driven
+
+
 class _Driven(NamedTuple):
-    """A plan, and the largest fraction of an effort limit that it asks for."""
+    """A plan that is inside the limits.
+
+    Attributes:
+        trajectory: What it is.
+        effort: The largest fraction of an effort limit that it asks for.
+        slowed: How many times longer than planned it takes.
+    """
 
     trajectory: PathTrajectory
     effort: float
+    slowed: float
+
+    @property
+    def duration(self) -> float:
+        """How long it takes [s]."""
+        return self.trajectory.duration
 
 
 def _merit(driven: _Driven) -> tuple[bool, float]:
-    return driven.effort > ALLOWED, driven.trajectory.duration
+    return driven.effort > ALLOWED, driven.duration
 
 
 def _inside(
@@ -117,6 +180,7 @@ def _inside(
         model: The arm with its payload.
         for_efforts: Whether it is slowed for the efforts too.
     """
+    planned = profile.duration
     for tried in range(PASSES):
         trajectory = PathTrajectory(path, profile, bounds)
         velocity, acceleration, jerk = trajectory.use()
@@ -126,6 +190,9 @@ def _inside(
             continue
         effort = effort_use(trajectory, model)
         if effort <= ALLOWED or not for_efforts:
-            return _Driven(trajectory, effort)
+            break
         profile = profile.slowed((1.0 + 2e-3 * 1.5**tried) * (effort / ALLOWED) ** 0.5)
-    return _Driven(trajectory, effort_use(trajectory, model))
+    else:
+        trajectory = PathTrajectory(path, profile, bounds)
+        effort = effort_use(trajectory, model)
+    return _Driven(trajectory, effort, profile.duration / planned)

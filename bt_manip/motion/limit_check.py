@@ -59,11 +59,15 @@ def effort_use(trajectory: Trajectory, model: RobotModel, step: float = EFFORT_S
     jerk changes the acceleration changes evenly: where these times are near each other, only they
     are looked at.
     """
+    return greatest_effort(model, *trajectory.table(effort_times(trajectory, step)))
+
+
+def effort_times(trajectory: Trajectory, step: float = EFFORT_STEP) -> np.ndarray:
+    """Give the times at which efforts are looked at."""
     times = trajectory.corners()
     if np.diff(times, prepend=0.0, append=trajectory.duration).max() > 2.0 * step:
-        times = np.concatenate([step_times(trajectory.duration, step), times])
-    q, v, a = trajectory.table(times)
-    return greatest_effort(model, q, v, a)
+        times = np.unique(np.concatenate([step_times(trajectory.duration, step), times]))
+    return times
 
 
 def greatest_effort(model: RobotModel, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> float:
@@ -75,9 +79,14 @@ def greatest_effort(model: RobotModel, q: np.ndarray, v: np.ndarray, a: np.ndarr
         v: Velocities [rad/s].  # (n, nq)
         a: Accelerations [rad/s2].  # (n, nq)
     """
+    return float((np.abs(efforts(model, q, v, a)) / model.limits.effort).max())
+
+
+def efforts(model: RobotModel, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """Give what the motors have to do in some states of motion."""  # (n, nq)
     tau = np.array([model.rnea(*row) for row in zip(q, v, a, strict=True)])
     tau += model.damping * v + model.friction * np.sign(v)
-    return float((np.abs(tau) / model.limits.effort).max())
+    return tau
 
 
 def step_times(duration: float, step: float) -> np.ndarray:
