@@ -1,7 +1,7 @@
 """The arm as behaviours and scripts command it."""
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pinocchio as pin
@@ -14,10 +14,11 @@ from .deviation_guard import DeviationGuard
 from .errors import MotionError
 from .goal_choice import choose_configurations
 from .kinematics import InverseKinematics
-from .move_planning import Avoiding, plan_to_configurations, plan_tool_path
+from .move_planning import Avoiding, Present, plan_to_configurations, plan_tool_path
 from .moving_arm import MovingArm
 from .planning import Planner, RRTConnect
 from .tool_path import LineTo, Step
+from .trajectory import Trajectory
 
 MARGIN = 0.05  # [rad] that chosen configurations keep from the limits where they can
 
@@ -86,7 +87,7 @@ class Arm(MovingArm):
         check_inside(target, self.model.limits)
         avoiding = self._avoiding(planner, rng)
         self._begin(
-            plan_to_configurations(self._reference.present, [target], self.model, speed, avoiding)
+            lambda present: plan_to_configurations(present, [target], self.model, speed, avoiding)
         )
 
     def move_to_pose(
@@ -130,10 +131,14 @@ class Arm(MovingArm):
                     f"{best.rotation_error:.3f} rad away"
                 )
             raise MotionError(message, reason="unreachable")
-        targets = itertools.chain([best.q], (result.q for result in found))
-        self._begin(
-            plan_to_configurations(self._reference.present, targets, self.model, speed, avoiding)
-        )
+        targets: Iterator[np.ndarray] = itertools.chain([best.q], (end.q for end in found))
+
+        def plan(present: Present) -> Trajectory | None:
+            nonlocal targets
+            targets, mine = itertools.tee(targets)  # it may be planned more than once
+            return plan_to_configurations(present, mine, self.model, speed, avoiding)
+
+        self._begin(plan)
 
     def move_linear(self, T_wt: pin.SE3, speed: float = 1.0, *, contact: bool = False) -> None:
         """Move the tool to a pose on a straight line, turning evenly on the way.
@@ -176,9 +181,12 @@ class Arm(MovingArm):
         """
         speed = check_speed(speed)
         world = None if contact else self.world
-        present = self._reference.present
-        path = plan_tool_path(present, steps, blend, self.model, self.ik, speed, world)
-        self._begin(path, guarded=world is not None)
+        self._begin(
+            lambda present: plan_tool_path(
+                present, steps, blend, self.model, self.ik, speed, world
+            ),
+            guarded=world is not None,
+        )
 
     def follow(self, T_wt: pin.SE3, speed: float = 1.0) -> None:
         """Turn towards a target that moves; to be called again as it does.
@@ -201,7 +209,7 @@ class Arm(MovingArm):
             raise MotionError(f"the pose is unreachable: {found.reason}", reason="unreachable")
         avoiding = self._avoiding(None, None)
         self._begin(
-            plan_to_configurations(self._reference.present, [found.q], self.model, speed, avoiding)
+            lambda present: plan_to_configurations(present, [found.q], self.model, speed, avoiding)
         )
 
     # Inside

@@ -8,6 +8,8 @@ import ruckig
 
 from .errors import MotionError
 
+LONGEST = 600.0  # [s] of what is driven at once: every control step of it is looked at
+
 
 class JerkProfile:
     """Position, velocity and acceleration over time; afterwards at rest at the end.
@@ -92,7 +94,12 @@ class JerkProfile:
         return JerkProfile(segments, self.duration, factor * self.end if end is None else end)
 
     def slowed(self, factor: float) -> "JerkProfile":
-        """Do the same in a time longer by a factor."""
+        """Do the same in a time longer by a factor.
+
+        Raises:
+            MotionError: When it would take too long.
+        """
+        check_duration(factor * self.duration)
         c = factor
         segments = [[t * c, p, v / c, a / c**2, j / c**3] for t, p, v, a, j in self._segments]
         return JerkProfile(segments, self.duration * c, self.end)
@@ -105,6 +112,20 @@ class JerkProfile:
     def from_state(cls, state: dict[str, Any]) -> "JerkProfile":
         """Make a profile from plain data."""
         return cls([list(s) for s in state["segments"]], state["duration"], state["end"])
+
+
+def check_duration(duration: float) -> None:
+    """Refuse what would take too long, as at a speed that is nearly nought.
+
+    Raises:
+        MotionError: When it takes longer than `LONGEST`.
+    """
+    if not duration <= LONGEST:
+        raise MotionError(
+            f"the motion would take {duration:.3g} s at this speed and pace; "
+            f"{LONGEST:g} s are the most",
+            reason="target",
+        )
 
 
 def reach_profile(
@@ -213,7 +234,7 @@ def calculate(motion: Any) -> Any:
     trajectory = ruckig.Trajectory(motion.degrees_of_freedom)
     try:
         result = ruckig.Ruckig(motion.degrees_of_freedom).calculate(motion, trajectory)
-    except ruckig.RuckigError as error:
+    except (ruckig.RuckigError, ValueError) as error:  # the latter for results without a name
         raise MotionError(f"no trajectory was found: {error}", reason="limits") from error
     if result not in (ruckig.Result.Working, ruckig.Result.Finished):
         raise MotionError(f"no trajectory was found: {result}", reason="limits")

@@ -7,6 +7,7 @@ import numpy as np
 from bt_manip.robots import JointLimits, RobotModel
 
 from .trajectory import Table, Trajectory
+from .trajectory import step_times as step_times
 
 STEP = 1e-3  # [s] control step that references are sampled at
 EFFORT_STEP = 4e-3  # [s] inverse dynamics vary slowly
@@ -52,6 +53,18 @@ def rows_use(rows: Table, limits: JointLimits, step: float = STEP) -> LimitUse:
     )
 
 
+def jumps(rows: Table, limits: JointLimits, step: float = STEP) -> bool:
+    """Tell whether positions at equal steps of time [s] change otherwise than by their velocities.
+
+    With a jerk inside the limits, what a joint moves in a step differs from the mean of its two
+    velocities times the step by at most a twelfth of jerk times step cubed (the error of the
+    trapezoidal rule); twice that is no jump.
+    """
+    q, v, _ = rows
+    off = np.diff(q, axis=0) - 0.5 * step * (v[1:] + v[:-1])
+    return bool((np.abs(off) > limits.jerk * step**3 / 6.0).any())
+
+
 def effort_use(trajectory: Trajectory, model: RobotModel, step: float = EFFORT_STEP) -> float:
     """Give the largest fraction of an effort limit that a trajectory asks for.
 
@@ -87,8 +100,3 @@ def efforts(model: RobotModel, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> n
     tau = np.array([model.rnea(*row) for row in zip(q, v, a, strict=True)])
     tau += model.damping * v + model.friction * np.sign(v)
     return tau
-
-
-def step_times(duration: float, step: float) -> np.ndarray:
-    """Give the times of all steps from 0 until a trajectory has ended."""
-    return step * np.arange(int(np.ceil(duration / step - 1e-9)) + 2)

@@ -26,7 +26,7 @@ _STANDSTILL = 1e-10  # [rad] below which there is nothing to move; Ruckig gives 
 
 
 class Present(NamedTuple):
-    """What the reference does now.
+    """What the reference does now, or would do now at full pace.
 
     Attributes:
         q: Position [rad].  # (nq,)
@@ -34,6 +34,8 @@ class Present(NamedTuple):
         a: Acceleration [rad/s2].  # (nq,)
         trajectory: What it follows; None at rest.
         time: Since the start of that [s].
+        pace: What part of that velocity it really has.
+        change: How that changes [1/s].
     """
 
     q: np.ndarray
@@ -41,6 +43,8 @@ class Present(NamedTuple):
     a: np.ndarray
     trajectory: Trajectory | None
     time: float
+    pace: float = 1.0
+    change: float = 0.0
 
 
 class Avoiding(NamedTuple):

@@ -1,5 +1,6 @@
 """An arm on its way: what it follows, at which pace, and what makes it stop."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,9 +10,12 @@ from bt_manip.robots import Payload, Robot, RobotModel
 from .checks import check_pace
 from .collision import CollisionWorld
 from .deviation_guard import EVERY, DeviationGuard
+from .move_planning import Present
 from .reference import Reference
 from .traffic import Traffic
 from .trajectory import Trajectory
+
+RETRY = 20  # control steps after which a change of the pace is tried again
 
 
 class MovingArm:
@@ -176,6 +180,8 @@ class MovingArm:
         if reference.trajectory is None:
             return
         reference.advance(dt)
+        if reference.lagging and not reference.step % RETRY:
+            self.pace = reference.pace
         if self._guarded and not reference.step % EVERY and self.moving and not self.fault:
             self._look(dt)
 
@@ -186,14 +192,25 @@ class MovingArm:
             touching = "" if self.world is None else self.world.touching_now()
             self.give_up(f"{fault}; {touching}" if touching else fault)
 
-    def _begin(self, trajectory: Trajectory | None, guarded: bool = True) -> None:
-        """Take a planned motion, at the present pace, as soon as other arms let it pass."""
-        if self.traffic is not None and trajectory is not None:
-            trajectory = self.traffic.give_way(self, trajectory)
+    def _begin(self, plan: Callable[[Present], Trajectory | None], *, guarded: bool = True) -> None:
+        """Plan a motion and take it, at the present pace, as soon as other arms let it pass.
+
+        Args:
+            plan: Plans it from what the arm does.
+            guarded: Whether it shall stop where something pushes the arm.
+
+        Raises:
+            MotionError: When there is no such motion; then nothing changes.
+        """
+        for present in self._reference.presents():
+            trajectory = plan(present)
+            if self.traffic is not None and trajectory is not None:
+                trajectory = self.traffic.give_way(self, trajectory)
+            if self._reference.begin(trajectory, present, self.model):
+                break
         self.fault, self._guarded = "", guarded and self.world is not None
         if self.guard is not None:
             self.guard.begin(self.model, self.v, self.a)
-        self._reference.begin(trajectory, self.model)
         if self.traffic is not None and self.pace < 1.0:
             self.traffic.changed(self)
 

@@ -6,29 +6,53 @@ allow is known at each moment, and the fastest change of the pace is found by go
 """
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
-from bt_manip.robots import RobotModel
+from bt_manip.robots import JointLimits, RobotModel
 
 from .braking import halt
 from .effort import ALLOWED
-from .jerk_profile import JerkProfile
-from .limit_check import effort_use, limit_use
+from .jerk_profile import JerkProfile, check_duration
+from .limit_check import (
+    EFFORT_STEP,
+    STEP,
+    effort_use,
+    greatest_effort,
+    jumps,
+    rows_use,
+    step_times,
+)
 from .paced_trajectory import PacedTrajectory
-from .trajectory import Trajectory
+from .trajectory import Table, Trajectory
 
 POINTS = 160  # at which the limits are looked at
 NODE = 5e-3  # [s] the pace's change is linear between nodes, and averaged over two of these
 MOST_NODES = 400
 MARGINS = (0.995, 0.97, 0.9, 0.8, 0.6, 0.4, 0.2)  # of what is left of the limits
+BRISK = 0.8  # of these, the least that needs not be improved on
 STEEPEST = 100.0  # [1/s] change of the pace
+_SHIFTED = 0.25  # of a change, that is taken out of it in proportion
 _TINY = 1e-9
+
+
+class Change(NamedTuple):
+    """A change of the pace.
+
+    Attributes:
+        trajectory: Makes it.
+        brisk: Whether it makes about as much use of the limits as there is; it is slower where
+            a joint brakes with nearly all it has, or the pace is changing fast already.
+    """
+
+    trajectory: PacedTrajectory
+    brisk: bool
 
 
 def paced(
     whole: Trajectory, clock: tuple[float, float, float], pace: float, model: RobotModel
-) -> PacedTrajectory | None:
+) -> Change | None:
     """Change the pace of a trajectory inside all limits, about as quickly as these let.
 
     Args:
@@ -38,31 +62,79 @@ def paced(
         model: The arm with its payload.
 
     Returns:
-        None where no change is possible any more, as shortly before the end.
+        None where the limits allow no change now, as while a joint brakes with all it has already
+        or shortly before the end.
+
+    Raises:
+        MotionError: When it would go on for too long.
     """
-    if clock[0] >= whole.duration:
+    now, present, change = clock
+    if now >= whole.duration:
         return None
+    if pace > 0.0:
+        check_duration((whole.duration - now) / pace)
+    if present == pace and change == 0.0:
+        return Change(steady(whole, now, pace), True)
     if pace == 0.0:
-        left = (whole.duration - clock[0]) / max(clock[1], _TINY)
-        return halt(whole, clock, model, left)
-    worst = max(ALLOWED, effort_use(whole, model))
-    for trial in _changed(whole, clock, pace, model):
-        inside = limit_use(trial, model.limits)._replace(position=0.0).inside
-        if inside and effort_use(trial, model) <= worst:
-            return trial
+        left = (whole.duration - now) / max(present, _TINY)
+        halted = halt(whole, clock, model, left)
+        if halted is None:
+            return None
+        rows = halted.table(step_times(halted.duration, STEP))
+        return Change(halted, True) if _kept(rows, model.limits) else None
+    trials = _changed(whole, clock, pace, model)
+    for margin, (trial, changing) in zip(MARGINS, trials, strict=True):
+        if _inside(trial, changing, pace, model):
+            return Change(trial, margin >= BRISK)
     return None
+
+
+def steady(whole: Trajectory, now: float, pace: float) -> PacedTrajectory:
+    """Go on along a trajectory from a time of its own [s], at a pace that stays."""
+    left, end = (0.0, now) if pace == 0.0 else ((whole.duration - now) / pace, whole.duration)
+    return PacedTrajectory(whole, JerkProfile([[0.0, now, pace, 0.0, 0.0]], left, end))
+
+
+def _inside(trial: PacedTrajectory, changing: float, pace: float, model: RobotModel) -> bool:
+    """Tell whether a change of the pace keeps to the limits.
+
+    Args:
+        trial: A trajectory whose pace changes first, and stays then.
+        changing: For how long it changes [s].
+        pace: What it is then: there the trajectory does what it does as a whole, more slowly.
+        model: The arm with its payload.
+    """
+    times = step_times(min(changing, trial.duration), STEP)
+    rows = trial.table(times)
+    if trial.clock.table(times)[1].min() < 0.0 or not _kept(rows, model.limits):
+        return False
+    first = np.arange(0.0, changing, EFFORT_STEP)
+    times = np.concatenate([first, np.arange(changing, trial.duration, EFFORT_STEP / pace)])
+    effort = greatest_effort(model, *trial.table(times))
+    return effort <= ALLOWED or effort <= effort_use(trial.whole, model)
+
+
+def _kept(rows: Table, limits: JointLimits) -> bool:
+    """Tell whether what is done at all control steps keeps to the limits of the motion."""
+    inside = rows_use(rows, limits)._replace(position=0.0).inside
+    return inside and not jumps(rows, limits)
 
 
 def _changed(
     whole: Trajectory, clock: tuple[float, float, float], pace: float, model: RobotModel
-) -> Iterator[PacedTrajectory]:
-    """Change the pace with all that the limits leave, and then with less."""
+) -> Iterator[tuple[PacedTrajectory, float]]:
+    """Change the pace with all that the limits leave, and then with less.
+
+    Returns:
+        Trajectories, and for how long their pace changes [s].
+    """
     now, present, _ = clock
     moments = np.linspace(now, whole.duration, POINTS)
     rates, squares, limits = _constraints(whole, moments, model)
     for margin in MARGINS:
         speed = _change(rates, squares, limits, moments, present, pace, margin)
-        yield PacedTrajectory(whole, _smoothed(moments, speed, clock, whole.duration))
+        profile, changing = _smoothed(moments, speed, clock, whole.duration)
+        yield PacedTrajectory(whole, profile), changing
 
 
 def _constraints(
@@ -118,11 +190,14 @@ def _change(
 
 def _smoothed(
     moments: np.ndarray, speed: np.ndarray, clock: tuple[float, float, float], end: float
-) -> JerkProfile:
-    """Make a clock of paces: its change is averaged over two nodes and linear between them."""
+) -> tuple[JerkProfile, float]:
+    """Make a clock of paces: its change is averaged over two nodes and linear between them.
+
+    Returns:
+        The clock, and for how long its pace changes [s].
+    """
     now, present, change = clock
-    moving = np.flatnonzero(speed > _TINY)
-    last = min(len(speed) - 1, int(moving[-1]) + 1 if len(moving) else 0)
+    last = int((speed != speed[-1]).sum())  # from there on it stays
     middle = np.maximum(0.5 * (speed[1 : last + 1] + speed[:last]), 1e-4)
     t = np.concatenate([[0.0], np.cumsum(np.diff(moments[: last + 1]) / middle)])
     node = max(NODE, t[-1] / MOST_NODES)
@@ -134,19 +209,22 @@ def _smoothed(
     u[1:-1] = (paces[3:-1] - paces[1:-3]) / (2.0 * node)
     u[0] = change
     # What the averaging has shifted is taken out of the whole change, so that it ends at the pace.
-    wanted = float(paces[-1]) - present
-    got = float((0.5 * node * (u[1:] + u[:-1])).sum())
-    if abs(got - 0.5 * node * change) > _TINY:
-        u[1:] *= (wanted - 0.5 * node * change) / (got - 0.5 * node * change)
+    wanted = float(paces[-1]) - present - 0.5 * node * change
+    got = float(node * u[1:].sum())
+    if abs(wanted - got) < _SHIFTED * abs(got):
+        u[1:] *= wanted / got
+    else:  # most of it is what was going on before
+        hat = np.minimum(np.arange(n + 3), np.arange(n + 3)[::-1])
+        u[1:] += (wanted - got) / (node * hat.sum()) * hat[1:]
     jerk = np.diff(u) / node
     velocity = present + np.concatenate([[0.0], np.cumsum(0.5 * node * (u[1:] + u[:-1]))])
     moved = node * (velocity[:-1] + node * (u[:-1] / 2.0 + node * jerk / 6.0))
     position = now + np.concatenate([[0.0], np.cumsum(moved)])
     rows = np.column_stack([node * np.arange(n + 2), position[:-1], velocity[:-1], u[:-1], jerk])
     segments = rows.tolist()
-    duration, reading = node * (n + 2), float(position[-1])
-    pace = float(paces[-1])
-    if pace > _TINY and reading < end:
+    changing = duration = node * (n + 2)
+    reading, pace = float(position[-1]), float(paces[-1])
+    if reading < end:
         segments.append([duration, reading, pace, 0.0, 0.0])
         duration, reading = duration + (end - reading) / pace, end
-    return JerkProfile(segments, duration, reading)
+    return JerkProfile(segments, duration, reading), changing

@@ -1,5 +1,6 @@
 """The reference on its way along a trajectory: pace, pause, stop."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,10 @@ from .errors import MotionError
 from .limit_check import STEP, rows_use, step_times
 from .move_planning import Present, plan_stop
 from .paced_trajectory import PacedTrajectory
-from .pacing import paced
+from .pacing import paced, steady
 from .trajectory import Table, Trajectory, trajectory_from_state
+
+_LEAST = 1e-3  # of the planned speed, below which it is next to rest
 
 
 class Reference:
@@ -24,6 +27,8 @@ class Reference:
         trajectory: What is followed; None at rest.
         paused: A trajectory in whose middle it rests, and where in it [s]; None where it does not.
         pace: Fraction of their planned speed that trajectories are driven at.
+        lagging: Whether the limits did not allow to change to that pace at all yet, or as fast as
+            they may later.
         step: Control steps since the trajectory was last tabulated.
     """
 
@@ -41,15 +46,30 @@ class Reference:
         self._now[: len(q)] = q
         self.trajectory: Trajectory | None = None
         self.paused: tuple[Trajectory, float] | None = None
-        self.pace, self._stopping = 1.0, False
+        self.pace, self._stopping, self.lagging = 1.0, False, False
         self._start = 0.0  # [s] into the trajectory, where the table begins
         self._dt = 1e-3
         self.step = self._last = 0
 
     @property
     def present(self) -> Present:
-        """What it does now, for those who plan what comes next."""
+        """What it does now."""
         return Present(self.q, self.v, self.a, self.trajectory, self.time)
+
+    def presents(self) -> Iterator[Present]:
+        """Give what it does now, for those who plan what comes next.
+
+        At a pace of its own it first gives what it would do at full pace: what is planned from
+        there is driven at that pace too, and goes the same way at any.
+        """
+        trajectory, time = self.trajectory, self.time
+        if isinstance(trajectory, PacedTrajectory) and not self._stopping:
+            now, pace, change = (float(x[0]) for x in trajectory.clock.table(np.array([time])))
+            whole = trajectory.whole
+            _, v, a = (rows[0] for rows in whole.table(np.array([min(now, whole.duration)])))
+            if pace > _LEAST and now < whole.duration:
+                yield Present(self.q, v, a, whole, now, pace, change)
+        yield self.present
 
     @property
     def time(self) -> float:
@@ -73,69 +93,108 @@ class Reference:
             return np.tile(self.q, (len(times), 1))
         return trajectory.table(np.minimum(self.time + times, trajectory.duration))[0]
 
-    def begin(self, trajectory: Trajectory | None, model: RobotModel) -> None:
+    def begin(self, trajectory: Trajectory | None, since: Present, model: RobotModel) -> bool:
         """Take a planned motion, at the present pace; None is no motion.
+
+        Args:
+            trajectory: The motion.
+            since: What it was planned from.
+            model: The arm with its payload.
+
+        Returns:
+            False where it cannot go on at the pace of what it was planned from; then nothing
+            changes.
 
         Raises:
             MotionError: When it exceeds a limit; then nothing changes.
         """
-        self.follow(trajectory, model)
         if trajectory is None:
             self.paused = None
-            return
-        # What is planned as paced is but a stop, where that is all that is asked for.
-        self.paused, self._stopping = None, isinstance(trajectory, PacedTrajectory)
-        if self.pace < 1.0 and not self._stopping:
-            rest = not (self.v.any() or self.a.any())
-            if rest and self.pace == 0.0:
-                self.trajectory, self.paused = None, (trajectory, 0.0)
-            else:
-                self._go_on(trajectory, (0.0, self.pace if rest else 1.0, 0.0), self.pace, model)
+            return True
+        rest = not (self.v.any() or self.a.any())
+        pace, change = (self.pace, 0.0) if rest else (since.pace, since.change)
+        stops = not rest and isinstance(trajectory, PacedTrajectory)  # and that is all it does
+        if rest and pace == 0.0:
+            self._proven(trajectory, model)
+            self.trajectory, self.paused = None, (trajectory, 0.0)
+            self._stopping = self.lagging = False
+            return True
+        driven: Trajectory | None = trajectory
+        wanted = pace if stops else self.pace
+        lagging = False
+        if (pace, change, wanted) != (1.0, 0.0, 1.0):
+            found = paced(trajectory, (0.0, pace, change), wanted, model)
+            driven, lagging = None, True
+            if found is not None:
+                driven, lagging = found.trajectory, not found.brisk
+            elif change == 0.0:
+                driven = trajectory if pace == 1.0 else steady(trajectory, 0.0, pace)
+        if driven is None:
+            return False
+        self.follow(driven, model)
+        self.paused, self._stopping, self.lagging = None, stops, lagging
+        return True
 
     def stop(self, model: RobotModel) -> None:
         """Come to rest as soon as the limits allow, and give the motion up."""
-        self.paused, self._stopping = None, True
+        self.paused, self._stopping, self.lagging = None, True, False
         if not (self.v.any() or self.a.any()):  # not begun yet
             self.trajectory, self._stopping = None, False
             return
         self.follow(plan_stop(self.present, model), model)
 
     def change_pace(self, pace: float, model: RobotModel) -> None:
-        """Go on at another fraction of the planned speed; 0 pauses."""
+        """Go on at another fraction of the planned speed; 0 pauses.
+
+        Where the limits do not allow that now, it goes on as it was, and lags.
+        """
+        lagging = False
         if self.paused is not None:
             if pace > 0.0:
                 whole, since = self.paused
-                self._go_on(whole, (since, 0.0, 0.0), pace, model)
+                lagging = self._go_on(whole, (since, 0.0, 0.0), pace, model)
         elif self.trajectory is not None and not self._stopping:
             trajectory, t = self.trajectory, self.time
             if isinstance(trajectory, PacedTrajectory):
-                self._go_on(trajectory.whole, trajectory.clock.sample(t), pace, model)
+                clock = trajectory.clock.sample(t)
+                lagging = self._go_on(trajectory.whole, clock, pace, model)
             else:
-                self._go_on(trajectory, (t, 1.0, 0.0), pace, model)
-        self.pace = pace
+                lagging = self._go_on(trajectory, (t, 1.0, 0.0), pace, model)
+        self.pace, self.lagging = pace, lagging
 
     def _go_on(
         self, whole: Trajectory, clock: tuple[float, float, float], pace: float, model: RobotModel
-    ) -> None:
-        """Change the pace of a motion; too near to its end, it goes on as it was."""
-        changed = paced(whole, clock, pace, model)
-        if changed is not None:
-            self.paused = None
-            self.follow(changed, model)
+    ) -> bool:
+        """Change the pace of a motion as far as possible; tell whether it lags."""
+        found = paced(whole, clock, pace, model)
+        if found is None:
+            return True
+        self.follow(found.trajectory, model)
+        self.paused = None
+        return not found.brisk
 
     def follow(self, trajectory: Trajectory | None, model: RobotModel) -> None:
         """Follow a trajectory, once it is proven to be inside the limits."""
         if trajectory is None:
             return
-        rows = trajectory.table(step_times(trajectory.duration, STEP))
-        use = rows_use(rows, model.limits)
-        if not use._replace(position=0.0).inside or not self._allows(use.position, model):
-            raise MotionError(f"the planned motion exceeds a limit: {use}", reason="limits")
+        rows = self._proven(trajectory, model)
         self.trajectory, self._start = trajectory, 0.0
         if self._dt == STEP:
             self._keep(rows)
         else:
             self._tabulate()
+
+    def _proven(self, trajectory: Trajectory, model: RobotModel) -> Table:
+        """Tabulate a trajectory that is inside the limits.
+
+        Raises:
+            MotionError: When it is not.
+        """
+        rows = trajectory.table(step_times(trajectory.duration, STEP))
+        use = rows_use(rows, model.limits)
+        if not use._replace(position=0.0).inside or not self._allows(use.position, model):
+            raise MotionError(f"the planned motion exceeds a limit: {use}", reason="limits")
+        return rows
 
     def _allows(self, used: float, model: RobotModel) -> bool:
         """Tell whether a use of the position limits is none, or no more than here already."""
@@ -162,7 +221,7 @@ class Reference:
         ended, self.trajectory = self.trajectory, None
         if isinstance(ended, PacedTrajectory) and not (self._stopping or ended.complete):
             self.paused = ended.whole, ended.clock.end
-        self._stopping = False
+        self._stopping = self.lagging = False
 
     def _tabulate(self) -> None:
         """Sample the rest of the trajectory at once: a step costs little then."""
@@ -187,6 +246,7 @@ class Reference:
             "step": self.step,
             "pace": self.pace,
             "stopping": self._stopping,
+            "lagging": self.lagging,
             "paused": None if paused is None else [paused[0].get_state(), paused[1]],
         }
 
@@ -200,4 +260,5 @@ class Reference:
             self._tabulate()
         self.step = state["step"]
         self.pace, self._stopping = state["pace"], state["stopping"]
+        self.lagging = state["lagging"]
         self.paused = None if paused is None else (trajectory_from_state(paused[0]), paused[1])

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from .bounds import Bounds
-from .jerk_profile import JerkProfile
+from .jerk_profile import JerkProfile, check_duration
 from .paths import Path, path_from_state
 
 Table = tuple[np.ndarray, np.ndarray, np.ndarray]  # q, v, a: (n, nq) each
@@ -29,6 +29,16 @@ class Trajectory(Protocol):
 
     def get_state(self) -> dict[str, Any]:
         """Give the trajectory as plain data."""
+
+
+def step_times(duration: float, step: float) -> np.ndarray:
+    """Give the times of all steps from 0 until a trajectory has ended.
+
+    Raises:
+        MotionError: When it takes too long.
+    """
+    check_duration(duration)
+    return step * np.arange(int(np.ceil(duration / step - 1e-9)) + 2)
 
 
 class JointTrajectory:
@@ -88,7 +98,7 @@ class PathTrajectory:
 
     def use(self, step: float = 1e-3) -> tuple[float, float, float]:
         """Give the largest fractions of velocity, acceleration and jerk, behind the joints too."""
-        _, v, a = self.coordinates(np.arange(0.0, self.duration + 2 * step, step))
+        _, v, a = self.coordinates(step_times(self.duration, step))
         return self.bounds.use(v, a, step)
 
     def table(self, times: np.ndarray) -> Table:

@@ -189,3 +189,127 @@ def test_paused_it_is_restored_bit_for_bit(arm, robot, watch, steps):
         other.advance(DT)
         assert np.array_equal(arm.q, other.q) and np.array_equal(arm.a, other.a)
     assert np.array_equal(arm.q, GOAL) and np.array_equal(other.q, GOAL)
+
+
+def test_turned_down_and_up_again_within_milliseconds_it_reaches_the_last_pace(arm, watch):
+    joints(arm)
+    full = arm.remaining
+    for pace in (0.1, 0.01, 1.0):
+        arm.pace = pace
+        watch.run(5)
+    watch.run(int(1.5 * full / DT))
+    watch.check()
+    assert np.array_equal(arm.q, GOAL) and not arm.busy
+
+
+def test_a_change_that_the_limits_do_not_allow_yet_is_made_as_soon_as_they_do(arm, watch, rng):
+    lower, upper = arm.model.limits.lower + 0.1, arm.model.limits.upper - 0.1
+    waited = 0
+    for _ in range(12):
+        arm.reset(arm.model.home)
+        arm.pace = 1.0
+        watch.rows = [watch.now()]
+        arm.move_to_configuration(rng.uniform(lower, upper))
+        watch.run(int(rng.integers(50, 300)))
+        arm.move_to_configuration(rng.uniform(lower, upper))
+        watch.run(10)
+        before = arm.remaining
+        arm.pace = 0.1
+        waited += arm.remaining == before
+        watch.run(400)
+        assert arm.remaining > 3.0 * (before - 0.4)
+        assert (np.abs(arm.v) <= 0.1001 * arm.model.limits.velocity).all()
+        watch.check()
+    assert waited > 0
+
+
+@pytest.mark.parametrize("steps", range(1, 9))
+def test_paused_as_soon_as_it_sets_out_it_rests(arm, watch, steps):
+    arm.pause()
+    joints(arm)
+    arm.resume()
+    watch.run(steps)
+    arm.pause()
+    watch.run()
+    watch.check()
+    assert arm.paused and not arm.v.any()
+    arm.resume()
+    watch.run()
+    watch.check()
+    assert np.array_equal(arm.q, GOAL)
+
+
+def test_paused_and_resumed_in_the_same_step_it_goes_on(arm, watch):
+    arm.pause()
+    joints(arm)
+    arm.resume()
+    arm.pause()
+    watch.run(3)
+    assert arm.paused
+    arm.resume()
+    watch.run()
+    assert np.array_equal(arm.q, GOAL)
+
+
+@pytest.mark.parametrize("pace", [0.5, 0.1])
+def test_following_at_a_lower_pace_is_slower(arm, watch, pace):
+    T = arm.model.pose(arm.q)
+    there = spatial.pointing_down(T.translation + [0.0, 0.3, -0.1])
+    arm.pace = pace
+    for _ in range(60):
+        arm.follow(there)
+        watch.run(10)
+    watch.check()
+    fastest = np.max([np.abs(v) / arm.model.limits.velocity for _, v, _ in watch.rows])
+    assert 0.3 * pace < fastest <= pace + 1e-9
+
+
+def test_a_motion_is_redirected_on_the_same_way_at_any_pace(arm, watch):
+    ways = []
+    for pace in (1.0, 0.4):
+        arm.reset(arm.model.home)
+        arm.pace = pace
+        joints(arm)
+        watch.run(round(200 / pace))
+        watch.rows = [watch.now()]
+        arm.move_to_configuration(arm.model.home)
+        watch.run()
+        watch.check()
+        ways.append(np.array([row[0] for row in watch.rows]))
+    assert off_the_way(watch, ways[0]) < 1e-4
+    assert len(ways[1]) == pytest.approx(len(ways[0]) / 0.4, abs=3)
+
+
+@pytest.mark.parametrize("slow", [1e-4, 1e-9, 5e-324])
+@pytest.mark.parametrize("moving", [False, True])
+def test_what_would_take_for_ever_is_refused(arm, slow, moving):
+    if moving:
+        joints(arm)
+        Watch(arm).run(100)
+    before = arm.get_state()
+    with pytest.raises(MotionError, match="would take .* 600 s are the most"):
+        arm.move_linear(spatial.pointing_down([0.45, 0.25, 0.3], 0.0), speed=slow)
+    assert arm.get_state() == before
+    if moving:
+        with pytest.raises(MotionError, match="would take .* 600 s are the most"):
+            arm.pace = slow
+        assert arm.get_state() == before
+
+
+def test_a_pace_that_is_waited_for_is_restored_bit_for_bit(arm, robot, watch, rng):
+    lower, upper = arm.model.limits.lower + 0.1, arm.model.limits.upper - 0.1
+    while not arm.get_state()["lagging"]:
+        arm.reset(arm.model.home)
+        arm.pace = 1.0
+        arm.move_to_configuration(rng.uniform(lower, upper))
+        watch.run(150)
+        arm.move_to_configuration(rng.uniform(lower, upper))
+        watch.run(10)
+        arm.pace = 0.1
+    other = Arm(robot, ik=arm.ik)
+    other.set_state(json.loads(json.dumps(arm.get_state())))
+    for _ in range(500):
+        arm.advance(DT)
+        other.advance(DT)
+        assert np.array_equal(arm.q, other.q) and np.array_equal(arm.a, other.a)
+    assert not arm.get_state()["lagging"]
