@@ -108,7 +108,8 @@ def _fastest(
         if timing.stuck:
             continue
         for node in timing.nodes:
-            if found and timing.plan(node).duration >= speed * min(found, key=_merit).duration:
+            promised = timing.plan(node).duration / speed
+            if found and _merit(min(found, key=_merit)) <= (False, promised):
                 break
             for driven in _better_and_better(timing, node, inside):
                 if minded is None and driven.effort > ALLOWED:
@@ -116,7 +117,7 @@ def _fastest(
                 found.append(driven)
         # A bend that the grid is too coarse for slows the whole motion.
         planned = timing.plan(timing.nodes[0]).duration / speed
-        if min(found, key=_merit).duration <= LOST * planned:
+        if _merit(min(found, key=_merit)) <= (False, LOST * planned):
             break
     return min(found, key=_merit) if found else inside(unhurried(path, bounds))
 
