@@ -98,9 +98,10 @@ def _fastest(
     Where efforts are not minded, the first plan that asks for too much ends the search: slowed for
     another limit it might ask for less, and yet be slower than one that minds them.
     """
+    slow = 1.0 / speed
 
     def inside(plan: JerkProfile) -> _Driven:
-        return _inside(path, plan.slowed(1.0 / speed), bounds, model, minded is not None)
+        return _inside(path, plan.slowed(slow), bounds, model, minded is not None)
 
     found: list[_Driven] = []
     for grid in grids:
@@ -108,16 +109,14 @@ def _fastest(
         if timing.stuck:
             continue
         for node in timing.nodes:
-            promised = timing.plan(node).duration / speed
-            if found and _merit(min(found, key=_merit)) <= (False, promised):
+            if _done_within(slow * timing.plan(node).duration, found):
                 break
             for driven in _better_and_better(timing, node, inside):
                 if minded is None and driven.effort > ALLOWED:
                     return driven
                 found.append(driven)
         # A bend that the grid is too coarse for slows the whole motion.
-        planned = timing.plan(timing.nodes[0]).duration / speed
-        if _merit(min(found, key=_merit)) <= (False, LOST * planned):
+        if _done_within(slow * LOST * timing.plan(timing.nodes[0]).duration, found):
             break
     return min(found, key=_merit) if found else inside(unhurried(path, bounds))
 
@@ -167,6 +166,11 @@ class _Driven(NamedTuple):
 
 def _merit(driven: _Driven) -> tuple[bool, float]:
     return driven.effort > ALLOWED, driven.duration
+
+
+def _done_within(duration: float, found: list[_Driven]) -> bool:
+    """Tell whether one of the plans is inside the efforts and takes no longer."""
+    return any(one.effort <= ALLOWED and one.duration <= duration for one in found)
 
 
 def _inside(
