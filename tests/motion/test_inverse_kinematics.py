@@ -6,7 +6,8 @@ import pinocchio as pin
 import pytest
 
 from bt_manip import spatial
-from bt_manip.motion import InverseKinematics, MotionError
+from bt_manip.motion import IKProblem, InverseKinematics, MotionError, PositionTarget
+from bt_manip.motion.kinematics.descent import descend
 from bt_manip.motion.kinematics.starts import Starts
 from bt_manip.robots import Robot, RobotDescription, compile_alone
 
@@ -72,6 +73,32 @@ def test_a_pose_that_the_limits_forbid_ends_at_the_bound(model):
     assert not found.solved and found.restarts == 5
     assert found.reason == "no solution from 6 starts"
     assert model.limits.contain(found.q)
+
+
+def test_a_search_in_vain_begins_no_other_start_after_so_many_steps(model):
+    ik = InverseKinematics(model, steps_in_vain=100)
+    found = ik.solve(spatial.pointing_down([0.0, 0.0, 0.05]), model.home)
+    assert not found.solved and found.restarts < ik.restarts
+    assert 100 <= found.iterations < 100 + ik.iterations
+
+
+def test_a_descent_to_no_solution_ends_sooner_where_its_steps_have_to_promise_something(model, ik):
+    in_vain, near = spatial.pointing_down([0.0, 0.0, 0.05]), model.pose(model.home + 0.1)
+
+    def descent(T, promise):
+        task = ik._task(T, model.home)
+        limits = task.lower, task.upper
+        return descend(task.system, model.home, *limits, iterations=50, promise=promise)
+
+    assert not descent(in_vain, 0.2).solved and not descent(in_vain, 0.0).solved
+    assert 1 <= descent(in_vain, 0.2).iterations < descent(in_vain, 0.0).iterations
+    assert np.array_equal(descent(near, 0.2).q, descent(near, 0.0).q) and descent(near, 0.2).solved
+
+
+def test_starts_that_lie_within_rounding_of_each_other_are_all_given(model, ik):
+    room = model.limits.upper - model.limits.lower
+    fixed = IKProblem(targets=PositionTarget("tool", np.ones(3)), margin=(0.5 - 1e-15) * room)
+    assert len(list(ik._further.spread(ik._task(fixed, model.home), 400))) == 400
 
 
 def test_searches_start_again_far_from_where_they_started_before(model, ik, rng):

@@ -30,6 +30,7 @@ def descend(
     *,
     iterations: int,
     patience: int = STALL_STEPS,
+    promise: float = 0.0,
 ) -> Descended:
     """Descend from a configuration inside the limits to the nearest solution downhill.
 
@@ -42,6 +43,8 @@ def descend(
         upper: Limits of the positions.  # (nq,)
         iterations: Steps at the most.
         patience: Steps without progress that end the descent.
+        promise: Part of the squared error that every step shall take away to first order; one
+            that would take less ends the descent.
     """
     best, stalled, best_q = np.inf, 0, q
     near = system.near
@@ -60,5 +63,10 @@ def descend(
         if stalled >= patience:
             break
         damping = DAMPING * square
-        q = q + boxed_step(system.jacobian(), error, damping, lower - q, most - q)
+        jacobian = system.jacobian()
+        slope = error.dot(jacobian)
+        dq = boxed_step(jacobian, slope, damping, lower - q, most - q)
+        if promise and -float(slope.dot(dq)) < promise * square:
+            break
+        q = q + dq
     return Descended(np.minimum(np.maximum(best_q, lower), upper), best, step, False)

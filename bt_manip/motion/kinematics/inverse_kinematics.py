@@ -47,6 +47,7 @@ class InverseKinematics:
         *,
         restarts: int = 80,
         iterations: int = 50,
+        steps_in_vain: int = 600,
         seed: int = 0,
         position_tolerance: float = 1e-6,
         rotation_tolerance: float = 1e-6,
@@ -57,12 +58,15 @@ class InverseKinematics:
             model: The arm; a copy is kept.
             restarts: Starts after the first, at the most.
             iterations: Steps from each start, at the most.
+            steps_in_vain: Steps that led to no solution, over all starts, after which `solve`
+                begins no other.
             seed: Of the stored configurations.
             position_tolerance: Of a solution for a pose [m].
             rotation_tolerance: Of a solution for a pose [rad].
         """
         self.model = model.copy()
         self.restarts, self.iterations = restarts, iterations
+        self.steps_in_vain = steps_in_vain
         self.self_motion = SelfMotion(self.model)
         self._inverse_speed = 1.0 / model.limits.velocity
         stored = max(STORED, restarts)
@@ -108,7 +112,8 @@ class InverseKinematics:
         if refused:
             return self._result(task, Found(start, False, reason=refused))
         count = self.restarts if restarts is None else restarts
-        found = search(task, self._starts(task, start, count, rng), self.iterations)
+        starts = self._starts(task, start, count, rng)
+        found = search(task, starts, self.iterations, self.steps_in_vain)
         return self._result(task, found)
 
     def follow(

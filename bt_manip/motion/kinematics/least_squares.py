@@ -27,27 +27,29 @@ def damped_step(jacobian: np.ndarray, error: np.ndarray, damping: float) -> np.n
 
 def boxed_step(
     jacobian: np.ndarray,
-    error: np.ndarray,
+    slope: np.ndarray,
     damping: float,
     least: np.ndarray,
     most: np.ndarray,
 ) -> np.ndarray:
     """Give the dq of a box for which ``|error + J dq|^2 + damping |dq|^2`` is least.
 
+    By it ``|error + J dq|^2`` is less than ``|error|^2`` by at least ``-slope dq``, and by no
+    more without damping and box.
+
     Args:
         jacobian: J.  # (m, nv)
-        error: What the step shall make up for.  # (m,)
+        slope: ``J^T error``.  # (nv,)
         damping: Above 0.
         least: The box, which nought lies in.  # (nv,)
         most: The box.  # (nv,)
     """
     nv = len(least)
     square = _damped(jacobian.T.dot(jacobian), damping + _ROUND)
-    slope = error.dot(jacobian)
     if damping < _FINE:
         # MuJoCo takes a slope of less than 1e-8 for none.
         square /= damping
-        slope /= damping
+        slope = slope / damping
     dq = np.zeros(nv)  # stays inside the box where the solver fails
     mujoco.mju_boxQP(dq, np.empty((nv, nv + 7)), None, square, slope, least, most)
     return dq

@@ -10,6 +10,7 @@ from .improvement import Improved, improve
 from .task import Task
 
 PATIENCE = 15  # steps without progress, where there is no restart
+PROMISE = 0.2  # of the squared error; where a step takes less, another start is worth more
 _ROUND = 1e-12  # [rad]
 DETOURS = 5  # starts elsewhere, where the first ends in a corner of the box
 TRIES = 8  # starts of a task that has costs alone, of which the best end is taken
@@ -35,23 +36,32 @@ class Found(NamedTuple):
     cost: float = 0.0
 
 
-def search(task: Task, starts: Iterable[np.ndarray], iterations: int) -> Found:
+def search(task: Task, starts: Iterable[np.ndarray], iterations: int, steps_in_vain: int) -> Found:
     """Search from one start after the other until a solution is found.
 
     Args:
         task: What is searched for.
         starts: At least one configuration inside the limits.  # (nq,) each
         iterations: Steps from each start, at the most.
+        steps_in_vain: Steps that led to no solution, over all starts, after which no other begins.
     """
     wanted = 1 if task.system.rows else TRIES
     found: list[Improved] = []
     best: Descended | None = None
     blocked = ""
-    steps, count = 0, -1
+    steps, vain, count = 0, 0, -1
     for begin in starts:
         count += 1
-        end = descend(task.system, begin, task.lower, task.upper, iterations=iterations)
+        end = descend(
+            task.system,
+            begin,
+            task.lower,
+            task.upper,
+            iterations=iterations,
+            promise=PROMISE if count else 0.0,
+        )
         steps += end.iterations
+        vain += 0 if end.solved else end.iterations
         obstacle = task.blocked(end.q) if end.solved else ""
         if end.solved and not obstacle:
             found.append(improved(task, end, task.lower, task.upper))
@@ -60,6 +70,8 @@ def search(task: Task, starts: Iterable[np.ndarray], iterations: int) -> Found:
                 break
         elif best is None or (not end.solved, end.error) < (not best.solved, best.error):
             best, blocked = end, obstacle
+        if vain >= steps_in_vain:
+            break
     if found:
         least = min(found, key=lambda improved: improved.cost)
         return Found(least.q, True, steps, count, cost=least.cost)

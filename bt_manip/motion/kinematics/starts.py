@@ -65,14 +65,15 @@ class Starts:
             rng: As for `nearest`.
         """
         near = self.nearest(task, DRAWN, rng)
+        square, doubled = (near * near).mean(axis=1), near * (2.0 / near.shape[1])
         left = np.full(len(near), np.inf)  # mean square distance to the nearest one given
         apart = APART**2
         for _ in range(min(n, len(near))):
-            while not (far := left >= apart).any():
+            while left[chosen := int((left >= apart).argmax())] < apart:
                 apart *= CLOSER**2
-            chosen = int(far.argmax())
             yield near[chosen]
-            left = np.minimum(left, ((near - near[chosen]) ** 2).mean(axis=1))
+            away = square + square[chosen] - doubled.dot(near[chosen])
+            left = np.minimum(left, np.maximum(away, 0.0))  # rounding makes it negative
             left[chosen] = -1.0
 
     def _nearest_poses(self, T_wt: pin.SE3, n: int) -> np.ndarray:
