@@ -13,7 +13,7 @@ or even go faster first, where that helps.
 import numpy as np
 import ruckig
 
-from bt_manip.motion.clock_limits import Curve
+from bt_manip.motion.braking.clock_limits import Curve
 from bt_manip.robots import RobotModel
 
 GRID = 240  # intervals, and places to rest at

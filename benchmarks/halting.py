@@ -10,7 +10,7 @@ from benchmarks.motions import KINDS, STEP, advance, begin
 from benchmarks.scenes import Planned, random_scene
 from bt_manip.motion import Arm, PathTrajectory, SequenceTrajectory
 from bt_manip.motion.bounds import Bounds
-from bt_manip.motion.clock_limits import Curve
+from bt_manip.motion.braking.clock_limits import Curve
 from bt_manip.motion.paced_trajectory import PacedTrajectory
 from bt_manip.motion.trajectory import TailTrajectory
 from bt_manip.robots import RobotDescription
@@ -76,14 +76,18 @@ def halt(planned: Planned, kind: str, share: float) -> Halt:
     begun = time.thread_time()
     arm.stop()
     computing, duration = 1e3 * (time.thread_time() - begun), arm.remaining
+    changes = [state[2]]
     while arm.moving:
         arm.advance(STEP)
         rows.append((arm.q_ref, arm.v_ref, arm.a_ref))
+        changes.append(clock_of(arm)[1][2] if arm.moving else 0.0)
     shortest = fastest_halt.alone(curve, state)
     if duration > CLEAR * shortest:
         shortest = fastest_halt.shortest(curve, state, arm.model)
     if duration > LOOSE * shortest:
-        shortest = jerk_limited_halt.found(curve, state, arm.model, shortest) or shortest
+        driven = np.array(changes)
+        faster = jerk_limited_halt.found(curve, state, arm.model, shortest, driven, STEP)
+        shortest = shortest if faster is None else faster
     off = _off(rows, np.array(way))
     return Halt(kind, duration, shortest, off, _used(arm, rows), computing)
 

@@ -11,29 +11,56 @@ from scipy import sparse
 from scipy.optimize import linprog
 
 from benchmarks.fastest_halt import State
-from bt_manip.motion.clock_limits import Curve
+from bt_manip.motion.braking.clock_limits import Curve
 from bt_manip.robots import RobotModel
 
 NODES = 120  # at which the limits hold
-PROGRAMMES = 8  # after which a time counts as too short
-CLOSE = 2e-3  # of the limits, that an answer may be off
+PROGRAMMES = 20  # after which a time counts as too short
+PARTS = (1.0, 0.5, 0.2, 0.05)  # of the way to the answer of a programme
+CLOSE = 1e-5  # of the limits, that an answer may be off: 2e-4 buy a tenth of the time, sometimes
 BISECTIONS = 6
-LONGEST = 1.4  # times the bound, where the search begins
+LONGEST = (1.4, 2.0, 2.8)  # times the bound, where the search begins
 
 
-def found(curve: Curve, state: State, model: RobotModel, bound: float) -> float | None:
+def found(
+    curve: Curve, state: State, model: RobotModel, bound: float, driven: np.ndarray, step: float
+) -> float | None:
     """Give the shortest time to rest that is found [s]; None where none is.
+
+    Looked for near half a sine and near the halt that bt-manip made.
 
     Args:
         curve: What the clock goes through.
         state: The clock's reading, its pace and the pace's change.
         model: The arm with its payload.
         bound: A time that none can be below [s].
+        driven: Changes of the pace of the halt that was made, until it rested.  # (n,)
+        step: The time between them [s].
     """
-    low, high = bound, LONGEST * bound
-    u = -state[1] * np.sin(np.linspace(0.0, np.pi, NODES + 1))
-    u[0], u[-1] = state[2], 0.0
-    best = _rest_within(curve, state, model, high, u)
+    best = None
+    for factor in LONGEST:
+        half_a_sine = -np.sin(np.linspace(0.0, np.pi, NODES + 1))
+        best = _shortest(curve, state, model, (bound, factor * bound), half_a_sine)
+        if best is not None:
+            break
+    if driven.min() < 0.0:  # not merely on to the end of the curve
+        times, duration = step * np.arange(len(driven)), step * (len(driven) - 1)
+        guess = np.interp(np.linspace(0.0, duration, NODES + 1), times, driven)
+        near = _shortest(curve, state, model, (bound, duration), guess)
+        best = min((time for time in (best, near) if time is not None), default=None)
+    return best
+
+
+def _shortest(
+    curve: Curve,
+    state: State,
+    model: RobotModel,
+    between: tuple[float, float],
+    guess: np.ndarray,
+) -> float | None:
+    """Give the shortest time to rest that is found near a guess, if any, between two [s]."""
+    low, high = between
+    best = _rest_within(curve, state, model, high, guess)
     if best is None:
         return None
     for _ in range(BISECTIONS):
@@ -52,6 +79,7 @@ def _rest_within(
     """Give a clock's changes that bring it to rest in a time, or None."""  # (NODES + 1,)
     h = duration / NODES
     u = guess.copy()
+    u[0], u[-1] = state[2], 0.0
     # The same course in less time: whatever the guess brakes, it has to brake the whole pace.
     inner, ends = h * u[1:-1].sum(), 0.5 * h * (u[0] + u[-1])
     u[1:-1] *= -(state[1] + ends) / inner
@@ -64,7 +92,7 @@ def _rest_within(
             return None
         trials = (
             _Programme(curve, state, model, h, programme.u + part * (wanted - programme.u))
-            for part in (1.0, 0.5, 0.2)
+            for part in PARTS
         )
         better = min(trials, key=lambda trial: trial.excess)
         if better.excess >= programme.excess:

@@ -8,9 +8,11 @@ from benchmarks.halting import clock_of, halts
 from bt_manip.motion import Arm, StraightPath
 from bt_manip.motion.bounds import Bounds
 from bt_manip.motion.braking import brake
-from bt_manip.motion.clock_limits import Curve
-from bt_manip.motion.halting import halting_clocks, shortest_rest
-from bt_manip.motion.jerk_profile import JerkProfile, brake_profile
+from bt_manip.motion.braking.clock_limits import Curve
+from bt_manip.motion.braking.halting import halting_clocks, shortest_rest
+from bt_manip.motion.braking.programme import programmed_halts
+from bt_manip.motion.jerk_profile import JerkProfile, brake_profile, joint_profiles
+from bt_manip.motion.limit_check import STEP, step_times
 from bt_manip.motion.trajectory import JointTrajectory
 
 from .test_path_timing import pendulum
@@ -36,7 +38,8 @@ def test_a_joint_that_cruises_rests_after_the_time_of_the_textbook(arm):
     curve, state = clock_of(arm)
     assert fastest_halt.alone(curve, state) == pytest.approx(v / a + a / j, rel=1e-6)
     assert fastest_halt.along(curve, state, arm.model) == pytest.approx(v / a, rel=0.01)
-    found = jerk_limited_halt.found(curve, state, arm.model, v / a)
+    gently = -np.sin(np.linspace(0.0, np.pi, 100))
+    found = jerk_limited_halt.found(curve, state, arm.model, v / a, gently, 2.5e-3)
     assert found == pytest.approx(v / a + a / j, rel=0.01)
     arm.stop()
     assert arm.remaining == pytest.approx(v / a + a / j, rel=0.01)
@@ -66,6 +69,39 @@ def test_a_joint_that_brakes_with_all_it_has_is_waited_for(model):
     curve = Curve(motion.table, Bounds.of_joints(limits), motion.duration)
     least = fastest_halt.along(curve, (0.0, 1.0, 0.0), model)
     assert 0.95 * halted.duration < least < halted.duration
+
+
+def test_joints_that_get_in_each_others_way_rest_long_before_the_motion_would_end(model):
+    # Each drives with all the jerk it has, at times of its own: braking as hard as each moment
+    # allows leads nowhere.
+    bounds = Bounds(*(np.full(7, most) for most in (3.14, 20.0, 500.0)))
+    rng = np.random.default_rng(2)
+    start = np.zeros(7), rng.uniform(-3.0, 3.0, 7), np.zeros(7)
+    motion = JointTrajectory(joint_profiles(start, rng.uniform(-1.0, 1.0, 7), *bounds))
+    now = rng.uniform(0.1, 0.5) * motion.duration
+    curve = Curve(motion.table, bounds, motion.duration, motion.corners())
+    state, left = (now, 1.0, 0.0), motion.duration - now
+    _, v, a = motion.table(np.array([now]))
+    least = shortest_rest(v[0], a[0], bounds)
+
+    def used(clock):
+        _, v, a = curve.driven(clock, step_times(clock.duration, STEP))
+        assert not v[-1].any() and not a[-1].any()
+        return max(bounds.use(v, a, STEP))
+
+    assert all(used(clock) > 1.0 + 1e-3 for clock in halting_clocks(curve, state))
+    found = next(programmed_halts(curve, state, least, left, model, allowed=100.0))
+    assert used(found) <= 1.0 + 1e-6
+    assert least <= found.duration < 0.75 * left
+
+
+def test_a_programme_finds_the_halt_of_the_textbook(model):
+    line = StraightPath(np.zeros(7), np.ones(7))
+    bounds = Bounds(*(np.full(7, most) for most in (2.0, 10.0, 200.0)))
+    state, textbook = (0.0, 1.0, 0.0), 1.0 / 10.0 + 10.0 / 200.0
+    curve = Curve(line.evaluate, bounds, 1.0)
+    found = next(programmed_halts(curve, state, textbook, 2.0, model, allowed=100.0))
+    assert found.duration == pytest.approx(textbook, rel=0.02)
 
 
 def test_what_every_joint_needs_to_rest_is_what_ruckig_finds(model, rng):

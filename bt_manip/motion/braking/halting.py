@@ -13,15 +13,14 @@ import numpy as np
 
 from bt_manip.robots import RobotModel
 
-from .bounds import Bounds
+from ..bounds import Bounds
+from ..jerk_profile import JerkProfile
 from .clock_limits import ClockLimits, Curve, Rates
-from .jerk_profile import JerkProfile
 
 STEP = 1e-3  # [s] in which the clock's jerk is constant
 FINEST = 1e-4  # [s] for halts that are short
 FEWEST_STEPS, MOST_STEPS = 100, 400
-MARGINS = (0.995, 0.97, 0.93, 0.85, 0.7, 0.5, 0.3)  # fractions of the limits
-FEW = 4  # of these, before the clock shall keep the limits without jerk all the time
+MARGINS = (0.995, 0.97, 0.93, 0.85)  # fractions of the limits
 ROUNDS = 5
 SETTLED = 1e-3  # of the duration, below which another round changes nothing
 LEAST = 0.1  # of the greatest jerk of a clock that is about to rest, for coming back to nought
@@ -84,22 +83,20 @@ def halting_clocks(
     first = _guess(limits, state, least, curve.end)
     if first is None:
         return
-    for still, margins in ((False, MARGINS[:FEW]), (True, MARGINS)):
-        course = first
-        course.still = np.full(len(course.s), still)
-        for limits.margin in margins:
-            duration = 0.0
-            for _ in range(ROUNDS):
-                found = _again(limits, state, course, curve.end)
-                if found is None:
-                    break
-                clock, course = found
-                yield clock
-                if abs(clock.duration - duration) < SETTLED * duration:
-                    break
-                duration = clock.duration
-            if found is None or clock.duration > left:
+    course = first
+    for limits.margin in MARGINS:
+        duration = 0.0
+        for _ in range(ROUNDS):
+            found = _again(limits, state, course, curve.end)
+            if found is None:
+                return
+            clock, course = found
+            yield clock
+            if abs(clock.duration - duration) < SETTLED * duration:
                 break
+            duration = clock.duration
+        if clock.duration > left:
+            return
 
 
 class _Course:
