@@ -5,6 +5,6 @@
 path by `clock_limits`.
 """
 
-from .brake import brake, clock_along, halt
-
-__all__ = ["brake", "clock_along", "halt"]
+from .brake import brake as brake
+from .brake import clock_along as clock_along
+from .brake import halt as halt
