@@ -18,7 +18,8 @@ def damped_step(jacobian: np.ndarray, error: np.ndarray, damping: float) -> np.n
         error: What the step shall make.  # (m,)
         damping: Above 0 where the rows depend on each other.
     """
-    square = _damped(jacobian.dot(jacobian.T), damping)
+    square = jacobian.dot(jacobian.T)
+    mujoco.mju_addToScl(square.ravel(), _flat_unit(len(square)), damping)
     solution = np.empty(len(error))
     mujoco.mju_cholFactor(square, _PIVOT)
     mujoco.mju_cholSolve(solution, square, error)
@@ -45,7 +46,8 @@ def boxed_step(
         most: The box.  # (nv,)
     """
     nv = len(least)
-    square = _damped(jacobian.T.dot(jacobian), damping + _ROUND)
+    square = jacobian.T.dot(jacobian)
+    mujoco.mju_addToScl(square.ravel(), _flat_unit(nv), damping + _ROUND)
     if damping < _FINE:
         # MuJoCo takes a slope of less than 1e-8 for none.
         square /= damping
@@ -53,12 +55,6 @@ def boxed_step(
     dq = np.zeros(nv)  # stays inside the box where the solver fails
     mujoco.mju_boxQP(dq, np.empty((nv, nv + 7)), None, square, slope, least, most)
     return dq
-
-
-def _damped(square: np.ndarray, damping: float) -> np.ndarray:
-    """Add damping to a square matrix in place."""
-    mujoco.mju_addToScl(square.ravel(), _flat_unit(len(square)), damping)
-    return square
 
 
 @cache
