@@ -31,6 +31,8 @@ class FollowTarget(MotionBehaviour):
         if self.duration > 0.0 and self.elapsed >= self.duration:
             self.arm.stop()
             return Status.SUCCESS
+        if self.arm.fault:
+            return self.fail(self.arm.fault)
         status = self.begin_motion(self.start)
         if status is Status.FAILURE:
             self.arm.stop()

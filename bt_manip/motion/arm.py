@@ -209,7 +209,9 @@ class Arm(MovingArm):
             raise MotionError(f"the pose is unreachable: {found.reason}", reason="unreachable")
         avoiding = self._avoiding(None, None)
         self._begin(
-            lambda present: plan_to_configurations(present, [found.q], self.model, speed, avoiding)
+            lambda present: plan_to_configurations(
+                present, [found.q], self.model, speed, avoiding, follows=True
+            )
         )
 
     # Inside

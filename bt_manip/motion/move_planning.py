@@ -20,8 +20,9 @@ from .kinematics import InverseKinematics
 from .limit_check import limit_use
 from .planning import Planner
 from .tool_path import Step, follow_path, tool_paths
-from .trajectory import JointTrajectory, SequenceTrajectory, Trajectory
+from .trajectory import JointTrajectory, SequenceTrajectory, TailTrajectory, Trajectory
 
+NEAR = 0.2  # [rad] from a target that moves, where an arm may come to rest on its way to it
 _STANDSTILL = 1e-10  # [rad] below which there is nothing to move; Ruckig gives up below 1e-12
 
 
@@ -74,12 +75,17 @@ def plan_to_configurations(
     model: RobotModel,
     speed: float,
     avoiding: Avoiding | None,
+    *,
+    follows: bool = False,
 ) -> Trajectory | None:
     """Plan to one of several configurations; None where the arm already stands there.
 
     From rest the joints move in phase, on the straight line, or around what is in the way. In
     motion they turn towards the first target in the shortest time in which all can arrive
     together; where that would leave the limits or touch something, the arm stops first.
+
+    An arm that follows does not stop on a way around that leads near to the target: else it would
+    stop and set out again as often as it is told where the target is.
 
     Args:
         present: What the reference does now.
@@ -88,6 +94,7 @@ def plan_to_configurations(
         model: The arm with its payload.
         speed: At 0.5 a move from rest takes twice the time.
         avoiding: How to keep from touching anything; None does not look.
+        follows: Whether it may go on as it does; then None says so.
 
     Raises:
         MotionError: When all targets or all ways are blocked, or ask too much effort.
@@ -111,7 +118,17 @@ def plan_to_configurations(
     turned = _turned(present, target, model, speed)
     if turned is not None and (avoiding is None or trajectory_free(avoiding.world, turned, target)):
         return turned
+    if follows and avoiding is not None and _leads_near(present, target, avoiding.world):
+        return None
     return _after_stop(present, model, from_rest)
+
+
+def _leads_near(present: Present, target: np.ndarray, world: CollisionWorld) -> bool:
+    """Tell whether what a moving arm is doing brings it near to a target, and is free still."""
+    if present.trajectory is None or np.abs(present.trajectory.end - target).max() > NEAR:
+        return False
+    rest = TailTrajectory(present.trajectory, present.time)
+    return trajectory_free(world, rest, rest.end)
 
 
 def _turned(

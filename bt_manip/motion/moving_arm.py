@@ -54,6 +54,7 @@ class MovingArm:
         self.robot, self.model, self.world, self.guard = robot, model, world, guard
         self.traffic: Traffic | None = None
         self.fault, self._guarded = "", False
+        self._unseen = 0  # control steps since the guard looked
         self._reference = Reference(robot.q)
         self.q, self.v, self.a = self._reference.q, self._reference.v, self._reference.a
 
@@ -182,11 +183,14 @@ class MovingArm:
         reference.advance(dt)
         if reference.lagging and not reference.step % RETRY:
             self.pace = reference.pace
-        if self._guarded and not reference.step % EVERY and self.moving and not self.fault:
-            self._look(dt)
+        if self._guarded:
+            self._unseen += 1
+            if self._unseen >= EVERY and self.moving and not self.fault:
+                self._look(dt)
 
     def _look(self, dt: float) -> None:
         """Stop when something pushes the arm, and remember why."""
+        self._unseen = 0
         fault = "" if self.guard is None else self.guard.look(self.model, self.v, self.a, dt)
         if fault:
             touching = "" if self.world is None else self.world.touching_now()
@@ -202,6 +206,7 @@ class MovingArm:
         Raises:
             MotionError: When there is no such motion; then nothing changes.
         """
+        watched = self.moving and self._guarded and not self.fault
         for present in self._reference.presents():
             trajectory = plan(present)
             if self.traffic is not None and trajectory is not None:
@@ -209,8 +214,9 @@ class MovingArm:
             if self._reference.begin(trajectory, present, self.model):
                 break
         self.fault, self._guarded = "", guarded and self.world is not None
-        if self.guard is not None:
+        if self.guard is not None and not watched:  # else it goes on as what it was watched in
             self.guard.begin(self.model, self.v, self.a)
+            self._unseen = 0
         if self.traffic is not None and self.pace < 1.0:
             self.traffic.changed(self)
 
@@ -223,6 +229,7 @@ class MovingArm:
             "payload": None if self.payload is None else self.payload.get_state(),
             "fault": self.fault,
             "guarded": self._guarded,
+            "unseen": self._unseen,
             "guard": None if self.guard is None else self.guard.get_state(),
         }
 
@@ -233,5 +240,6 @@ class MovingArm:
         if payload is not None or self.payload is not None:  # a new model takes a while
             self.payload = None if payload is None else Payload.from_state(payload)
         self.fault, self._guarded = state["fault"], state["guarded"]
+        self._unseen = state["unseen"]
         if self.guard is not None and state["guard"] is not None:
             self.guard.set_state(state["guard"])

@@ -294,3 +294,34 @@ def test_a_pushed_arm_stops_and_the_behaviour_fails_with_the_reason(station, tri
     station.cell.step(300)
     assert not station.arm.busy
     assert trial(MoveToConfiguration(configuration=LEFT)).until_done() is SUCCESS
+
+
+def test_pushed_while_it_follows_it_stops_and_fails_with_the_reason(station, trial):
+    following = trial(FollowTarget(object="cube"))
+    for _ in range(15):
+        assert following.tick() is RUNNING
+    hand = station.cell.body_id("panda/hand")
+    station.cell.data.xfrc_applied[hand][:3] = [0.0, 60.0, 0.0]
+    assert following.fails_with("something pushes the arm", "joint", timeout=0.05)
+    station.cell.data.xfrc_applied[hand][:3] = 0.0
+    station.cell.step(300)
+    assert not station.arm.busy
+
+
+@pytest.mark.parametrize("every", [3, 10])
+def test_a_push_is_noticed_however_often_the_arm_is_redirected(station, every):
+    arm, cell = station.arm, station.cell
+    hand = cell.body_id("panda/hand")
+    start = arm.model.pose(arm.q)
+    pushed = None
+    for k in range(0, 400, every):
+        if not arm.fault:
+            arm.follow(pin.SE3(start.rotation, start.translation + [0.0, 0.0, 5e-4 * k]))
+        if k >= 200 and pushed is None:
+            pushed = cell.time
+        cell.data.xfrc_applied[hand][:3] = [0.0, 50.0 if k >= 200 else 0.0, 0.0]
+        cell.step(every)
+        assert not arm.fault or pushed is not None
+        if arm.fault:
+            break
+    assert "something pushes the arm" in arm.fault and cell.time - pushed <= 0.021

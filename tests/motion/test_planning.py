@@ -1,6 +1,7 @@
 """Ways around what is in the way: in the plane where one can see them, and in the arm's world."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from bt_manip.motion import Arm, FreeSpace, MotionError, PlanningProblem, RRTConnect
@@ -113,6 +114,18 @@ def test_the_arm_moves_around_the_wall_and_touches_nothing(walled, arm, seed):
     assert not any(walled.world.near(x) for x in fine)
     T = arm.model.pose(arm.q)
     assert T.translation == pytest.approx(walled.right.translation, abs=1e-5)
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.02])  # [m/s]
+def test_an_arm_that_follows_comes_around_the_wall_to_a_target_that_moves(walled, arm, speed):
+    for tick in range(300):
+        moved = np.array([speed * 10 * DT * tick, 0.0, 0.0])
+        target = pin.SE3(walled.right.rotation, walled.right.translation + moved)
+        arm.follow(target)
+        for _ in range(10):
+            arm.advance(DT)
+            assert tick % 10 or not walled.world.near(arm.q)
+    assert np.linalg.norm(arm.model.pose(arm.q).translation - target.translation) < 2e-3
 
 
 def test_where_the_straight_line_is_free_it_is_driven_straight(walled, arm):
