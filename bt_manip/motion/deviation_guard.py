@@ -57,8 +57,9 @@ class DeviationGuard:
             a_ref: Acceleration of its reference [rad/s2].  # (nq,)
         """
         self._last = now = self._moment(model, v_ref, a_ref)
-        effort = model.rnea(now.q, now.v, self._robot.a) - now.commanded
-        self._tolerate(self.bounds + AT_FIRST * np.abs(effort))
+        effort = np.abs(model.rnea(now.q, now.v, self._robot.a) - now.commanded)
+        # The bounds know of friction already.
+        self._tolerate(self.bounds + AT_FIRST * np.maximum(effort - model.friction, 0.0))
         self._strikes = 0
 
     def _tolerate(self, efforts: np.ndarray) -> None:

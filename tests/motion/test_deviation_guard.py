@@ -163,3 +163,16 @@ def test_it_goes_on_from_its_state(bench):
     bench.cell.restore(states[0])
     bench.arm.set_state(states[1])
     assert bench.until_noticed(30) == first
+
+
+def test_what_dry_friction_may_explain_when_a_motion_begins_is_not_tolerated_twice(
+    bench, monkeypatch
+):
+    arm = bench.arm
+    monkeypatch.setattr(arm.model, "friction", np.full(arm.model.nq, 0.5))
+    guard = DeviationGuard(arm.robot, arm.model)
+    arm.robot.mj_data.xfrc_applied[bench.hand][:3] = 0.0, 0.0, -0.5  # less than that anywhere
+    for _ in range(5):
+        bench.cell.step()
+    guard.begin(arm.model, arm.v_ref, arm.a_ref)
+    assert guard.get_state()["tolerated"] == pytest.approx(guard.bounds, abs=1e-12)
