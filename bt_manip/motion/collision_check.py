@@ -62,6 +62,15 @@ def collision_error(
     return MotionError(message, reason="robot", fraction=fraction)
 
 
+def touched_at(world: CollisionWorld, start: np.ndarray) -> str:
+    """Say what the arm is inside of where a motion starts; empty where it is in nothing."""
+    near = world.near(start)
+    if not near:
+        return ""
+    first, second, distance = near[0]
+    return f"; at the start '{first}' is {-1e3 * distance:.1f} mm inside '{second}'"
+
+
 def check_path(
     world: CollisionWorld, curve: SplinePath, path: ToolPath, *, closely: bool = True
 ) -> None:
@@ -90,6 +99,7 @@ def check_path(
     what = "something is" if near is None else f"'{near.first}' would touch '{near.second}'"
     share, percent, metres = path.progress(float(fractions[first]))
     message = f"the {path.name} is blocked after {percent} ({metres}): {what}"
+    message += touched_at(world, ends[0])
     raise collision_error(world, near, message, share)
 
 

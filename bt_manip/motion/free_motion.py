@@ -9,7 +9,7 @@ from bt_manip.robots import RobotModel
 from .bounds import Bounds
 from .collision import CollisionWorld, FreeSpace, Near
 from .collision.free_space import STEP
-from .collision_check import collision_error, free_targets
+from .collision_check import collision_error, free_targets, touched_at
 from .driving import drive, drive_straight
 from .limit_check import limit_use
 from .paths import Path
@@ -77,7 +77,8 @@ def plan_free_motion(
         return stopping
     near = _blocker(start, goal, space)
     what = "something is in it" if near is None else f"{near.first} would touch {near.second}"
-    raise collision_error(world, near, f"the way is blocked: {what}; {reason}")
+    inside = touched_at(world, start)
+    raise collision_error(world, near, f"the way is blocked: {what}; {reason}{inside}")
 
 
 def _smoothly_along(

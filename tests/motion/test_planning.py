@@ -4,6 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from bt_manip import spatial
 from bt_manip.motion import Arm, FreeSpace, MotionError, PlanningProblem, RRTConnect
 from bt_manip.motion.planning import shortened, smooth_paths
 from bt_manip.motion.planning.edges import line, line_free
@@ -134,6 +135,22 @@ def test_where_the_straight_line_is_free_it_is_driven_straight(walled, arm):
     way = (target - start) / np.linalg.norm(target - start)
     off = driven(arm) - start
     assert np.abs(off - np.outer(off @ way, way)).max() < 1e-12
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda arm: arm.move_to_configuration(arm.model.home),
+        lambda arm: arm.move_linear(spatial.pointing_down((0.5, 0.25, 0.3), 0.0)),
+    ],
+)
+def test_a_start_too_deep_in_something_to_back_out_of_it_is_named(walled, arm, ask):
+    deep = spatial.pointing_down((0.5, 0.25, -0.02), 0.0)
+    arm.reset(walled.ik.solve(deep, arm.q).q)
+    before = arm.get_state()
+    with pytest.raises(MotionError, match=r"at the start 'panda/\w+' is \d+\.\d mm inside 'top'"):
+        ask(arm)
+    assert arm.get_state() == before
 
 
 def test_a_target_inside_an_obstacle_is_refused_by_name_and_nothing_moves(walled, arm):
