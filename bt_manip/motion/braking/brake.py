@@ -119,7 +119,7 @@ def _halted(
     if left <= ENOUGH * shortest:
         return None
     for way in ways:
-        clock = _at_once(way, model, tail, left)
+        clock = _at_once(way, model, tail, left, shortest)
         if clock is not None:
             return way, clock
     if left > WORTH * shortest:
@@ -130,18 +130,26 @@ def _halted(
     return None
 
 
-def _at_once(way: _Way, model: RobotModel, tail: Trajectory, left: float) -> JerkProfile | None:
+def _at_once(
+    way: _Way, model: RobotModel, tail: Trajectory, left: float, shortest: float
+) -> JerkProfile | None:
     """Brake as hard as each moment allows; None where that leads nowhere."""
     best: JerkProfile | None = None
     least: float | None = None  # effort of the best; that of the motion is seldom needed
     for looked in (None, model):  # at efforts: seldom do they ask for less than the joints' limits
+        found: JerkProfile | None = None
         for clock in halting_clocks(way.curve, way.state, looked, ALLOWED, left):
+            if found is not None and clock.duration >= found.duration:
+                break  # the rounds have settled
             if clock.duration >= left:
                 continue
             effort = _effort_inside(way.curve, clock, model)
             if effort <= ALLOWED:
-                return clock
-            if np.isinf(effort):
+                found = clock
+                if clock.duration <= ENOUGH * shortest:
+                    break
+                continue
+            if np.isinf(effort) or found is not None:
                 continue
             if least is None:
                 least = effort_use(tail, model)
@@ -150,7 +158,10 @@ def _at_once(way: _Way, model: RobotModel, tail: Trajectory, left: float) -> Jer
             if looked is None:
                 break
         else:
-            break  # efforts are not what is in the way
+            if found is None:
+                break  # efforts are not what is in the way
+        if found is not None:
+            return found
     return best
 
 
