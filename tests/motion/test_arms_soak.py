@@ -38,8 +38,7 @@ def test_it_drives_through_random_scenes_about_as_fast_as_its_paths_allow(arm):
     pytest.importorskip("toppra")
     found = drives(COUNT, arm)
     driven = [scene for scene in found if not scene.refused]
-    assert len(driven) >= COUNT // 2
-    assert not any(scene.refused and scene.solvable for scene in found)
+    assert len(driven) == COUNT  # refused where there is no way, and nowhere else
     for scene in driven:
         assert scene.reached and not scene.touched and not scene.saturated, scene
         assert scene.error <= 2e-3 and scene.ratio <= 1.4, scene

@@ -35,8 +35,7 @@ def test_200_random_scenes_are_driven_through_about_as_fast_as_their_paths_allow
     pytest.importorskip("toppra")
     found = drives(200)
     driven = [scene for scene in found if not scene.refused]
-    assert sum(scene.reached for scene in driven) >= 190
-    assert not any(scene.refused and scene.solvable for scene in found)
+    assert sum(scene.reached for scene in driven) == 200  # of those that have a way
     assert not any(scene.touched or scene.saturated for scene in driven)
     assert max(scene.error for scene in driven) <= 2e-3
     ratios = [scene.ratio for scene in driven]
