@@ -14,7 +14,7 @@ from bt_manip.robots import JointLimits, RobotModel
 
 from .braking import halt
 from .effort import ALLOWED
-from .jerk_profile import JerkProfile, check_duration
+from .jerk_profile import JerkProfile, check_duration, ramp_profile
 from .limit_check import (
     EFFORT_STEP,
     STEP,
@@ -32,6 +32,7 @@ NODE = 5e-3  # [s] the pace's change is linear between nodes, and averaged over 
 MOST_NODES = 400
 MARGINS = (0.995, 0.97, 0.9, 0.8, 0.6, 0.4, 0.2)  # of what is left of the limits
 BRISK = 0.8  # of these, the least that needs not be improved on
+RISES = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)  # [s] in which the pace rises where nothing else does
 STEEPEST = 100.0  # [1/s] change of the pace
 _SHIFTED = 0.25  # of a change, that is taken out of it in proportion
 _TINY = 1e-9
@@ -86,6 +87,9 @@ def paced(
     for margin, (trial, changing) in zip(MARGINS, trials, strict=True):
         if _inside(trial, changing, pace, model):
             return Change(trial, margin >= BRISK)
+    for trial, changing in _risen(whole, now, pace) if present == change == 0.0 else ():
+        if _inside(trial, changing, pace, model):
+            return Change(trial, False)
     return None
 
 
@@ -112,6 +116,17 @@ def _inside(trial: PacedTrajectory, changing: float, pace: float, model: RobotMo
     times = np.concatenate([first, np.arange(changing, trial.duration, EFFORT_STEP / pace)])
     effort = greatest_effort(model, *trial.table(times))
     return effort <= ALLOWED or effort <= effort_use(trial.whole, model)
+
+
+def _risen(whole: Trajectory, now: float, pace: float) -> Iterator[tuple[PacedTrajectory, float]]:
+    """Raise the pace from rest more and more gently: at last no limit is in the way."""
+    for time in RISES:
+        rate = pace / time
+        rise = ramp_profile((now, 0.0, 0.0), pace, (2.0 * rate, 8.0 * rate / time))
+        segments = [*rise.segments, [rise.duration, rise.end, pace, 0.0, 0.0]]
+        left = max(0.0, whole.duration - rise.end) / pace
+        clock = JerkProfile(segments, rise.duration + left, max(whole.duration, rise.end))
+        yield PacedTrajectory(whole, clock), rise.duration
 
 
 def _kept(rows: Table, limits: JointLimits) -> bool:

@@ -152,7 +152,8 @@ class Reference:
         if self.paused is not None:
             if pace > 0.0:
                 whole, since = self.paused
-                lagging = self._go_on(whole, (since, 0.0, 0.0), pace, model)
+                # At its start a trajectory itself sets out from rest.
+                lagging = self._go_on(whole, (since, 0.0 if since else pace, 0.0), pace, model)
         elif self.trajectory is not None and not self._stopping:
             trajectory, t = self.trajectory, self.time
             if isinstance(trajectory, PacedTrajectory):

@@ -1,11 +1,13 @@
 """Nothing here knows that an arm is a Panda."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
 
 from bt_manip.motion import Arm, MotionError, limit_use
-from bt_manip.robots import Robot, RobotDescription, compile_alone
+from bt_manip.robots import Robot, RobotDescription, compile_alone, panda
 
 UR = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 ARMS = {
@@ -58,3 +60,26 @@ def test_another_arm_moves_and_stays_inside_its_limits(menagerie, rng, file):
             arm.advance(1e-3)
         assert np.abs(pin.log6(target.actInv(arm.model.pose(arm.q))).np).max() < 1e-5
     assert lines >= 4
+
+
+def test_an_arm_whose_jerk_is_scarce_goes_on_after_any_pause(rng):
+    robot = Robot(replace(panda(), jerk=(60.0,) * 7))
+    compile_alone(robot)
+    arm = Arm(robot)
+    lower, upper = arm.model.limits.lower + 0.1, arm.model.limits.upper - 0.1
+    for _ in range(2):
+        arm.reset(arm.model.home)
+        arm.move_to_configuration(rng.uniform(lower, upper))
+        arm.advance(0.2)
+        arm.move_to_configuration(target := rng.uniform(lower, upper))
+        for _ in range(int(rng.integers(1, 600))):
+            arm.advance(1e-3)
+        arm.pause()
+        while arm.moving:
+            arm.advance(1e-3)
+        arm.resume()
+        rest = 0
+        while arm.busy and rest < 20000:
+            arm.advance(1e-3)
+            rest += 1
+        assert np.array_equal(arm.q, target)
