@@ -53,16 +53,21 @@ def rows_use(rows: Table, limits: JointLimits, step: float = STEP) -> LimitUse:
     )
 
 
-def jumps(rows: Table, limits: JointLimits, step: float = STEP) -> bool:
+def jumps(rows: Table, jerk: np.ndarray, step: float = STEP) -> bool:
     """Tell whether positions at equal steps of time [s] change otherwise than by their velocities.
 
     With a jerk inside the limits, what a joint moves in a step differs from the mean of its two
     velocities times the step by at most a twelfth of jerk times step cubed (the error of the
     trapezoidal rule); twice that is no jump.
+
+    Args:
+        rows: Positions, velocities and accelerations.  # (n, m) each
+        jerk: The limits of jerk.  # (m,)
+        step: The time between the rows [s].
     """
     q, v, _ = rows
     off = np.diff(q, axis=0) - 0.5 * step * (v[1:] + v[:-1])
-    return bool((np.abs(off) > limits.jerk * step**3 / 6.0).any())
+    return bool((np.abs(off) > jerk * step**3 / 6.0).any())
 
 
 def effort_use(trajectory: Trajectory, model: RobotModel, step: float = EFFORT_STEP) -> float:

@@ -79,10 +79,7 @@ def paced(
     if pace == 0.0:
         left = (whole.duration - now) / max(present, _TINY)
         halted = halt(whole, clock, model, left)
-        if halted is None:
-            return None
-        rows = halted.table(step_times(halted.duration, STEP))
-        return Change(halted, True) if _kept(rows, model.limits) else None
+        return None if halted is None else Change(halted, True)
     trials = _changed(whole, clock, pace, model)
     for margin, (trial, changing) in zip(MARGINS, trials, strict=True):
         if _inside(trial, changing, pace, model):
@@ -132,7 +129,7 @@ def _risen(whole: Trajectory, now: float, pace: float) -> Iterator[tuple[PacedTr
 def _kept(rows: Table, limits: JointLimits) -> bool:
     """Tell whether what is done at all control steps keeps to the limits of the motion."""
     inside = rows_use(rows, limits)._replace(position=0.0).inside
-    return inside and not jumps(rows, limits)
+    return inside and not jumps(rows, limits.jerk)
 
 
 def _changed(

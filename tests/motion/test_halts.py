@@ -7,12 +7,12 @@ from benchmarks import fastest_halt, jerk_limited_halt
 from benchmarks.halting import clock_of, halts
 from bt_manip.motion import Arm, StraightPath
 from bt_manip.motion.bounds import Bounds
-from bt_manip.motion.braking import brake
+from bt_manip.motion.braking import brake, halt
 from bt_manip.motion.braking.clock_limits import Curve
 from bt_manip.motion.braking.halting import halting_clocks, shortest_rest
 from bt_manip.motion.braking.programme import programmed_halts
 from bt_manip.motion.jerk_profile import JerkProfile, brake_profile, joint_profiles
-from bt_manip.motion.limit_check import STEP, step_times
+from bt_manip.motion.limit_check import STEP, jumps, rows_use, step_times
 from bt_manip.motion.trajectory import JointTrajectory
 
 from .test_path_timing import pendulum
@@ -21,10 +21,10 @@ TURN = np.array([1.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
 def test_halts_of_every_kind_of_motion_keep_path_and_limits_and_are_about_the_fastest():
-    for halt in halts(5):
-        assert halt.off <= 1e-3, halt
-        assert halt.used <= 1.0 + 1e-6, halt
-        assert halt.ratio <= 1.1, halt
+    for found in halts(5):
+        assert found.off <= 1e-3, found
+        assert found.used <= 1.0 + 1e-6, found
+        assert found.ratio <= 1.1, found
 
 
 def test_a_joint_that_cruises_rests_after_the_time_of_the_textbook(arm):
@@ -93,6 +93,17 @@ def test_joints_that_get_in_each_others_way_rest_long_before_the_motion_would_en
     found = next(programmed_halts(curve, state, least, left, model, allowed=100.0))
     assert used(found) <= 1.0 + 1e-6
     assert least <= found.duration < 0.75 * left
+
+
+@pytest.mark.parametrize("state", [(6.4e-5, 0.048, 24.0), (1.5e-4, 0.08, 30.0), (1e-3, 1.0, 0.0)])
+def test_a_clock_that_has_hardly_begun_is_not_rushed_on_to_rest(arm, state):
+    arm.move_to_configuration(arm.model.home + TURN)
+    whole = arm.trajectory
+    halted = halt(whole, state, arm.model, (whole.duration - state[0]) / state[1])
+    if halted is not None:
+        rows = halted.table(step_times(halted.duration, STEP))
+        assert not jumps(rows, arm.model.limits.jerk)
+        assert rows_use(rows, arm.model.limits).inside
 
 
 def test_a_programme_finds_the_halt_of_the_textbook(model):
