@@ -12,8 +12,8 @@ from ..jerk_profile import JerkProfile
 from ..limit_check import EFFORT_STEP, STEP, effort_use, greatest_effort, jumps, step_times
 from ..paced_trajectory import PacedTrajectory
 from ..trajectory import PathTrajectory, SequenceTrajectory, TailTrajectory, Trajectory
-from .clock_limits import Curve, Rows
-from .halting import State, halting_clocks, shortest_rest
+from .clock_limits import Curve, Rows, State
+from .halting import halting_clocks, shortest_rest
 from .programme import programmed_halts
 
 ENOUGH = 1.02  # times the least that any path leaves: who rests as soon as that need not look on

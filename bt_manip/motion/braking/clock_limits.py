@@ -18,6 +18,7 @@ from ..jerk_profile import JerkProfile
 
 _TINY = 1e-9
 
+State = tuple[float, float, float]  # of a clock: its reading, its pace and the pace's change
 Rows = tuple[np.ndarray, np.ndarray, np.ndarray]
 Evaluate = Callable[[np.ndarray], Rows]
 

@@ -15,7 +15,7 @@ from bt_manip.robots import RobotModel
 
 from ..bounds import Bounds
 from ..jerk_profile import JerkProfile
-from .clock_limits import ClockLimits, Curve, Rates
+from .clock_limits import ClockLimits, Curve, Rates, State
 
 STEP = 1e-3  # [s] in which the clock's jerk is constant
 FINEST = 1e-4  # [s] for halts that are short
@@ -28,8 +28,6 @@ LANDING = 0.97  # of the limits of jerk, for coming back to nought
 EVERY = 2  # nodes, for the first guess
 LEVELS = 8  # paces that the lowest change is looked up between, for the first guess
 _TINY = 1e-9
-
-State = tuple[float, float, float]
 
 
 def shortest_rest(v: np.ndarray, a: np.ndarray, bounds: Bounds) -> float:

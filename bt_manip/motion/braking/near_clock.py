@@ -7,15 +7,13 @@ import numpy as np
 from bt_manip.robots import RobotModel
 
 from ..jerk_profile import JerkProfile
-from .clock_limits import Curve, efforts_along
+from .clock_limits import Curve, State, efforts_along
 
 FADING = 10  # nodes, in which what the first one uses beyond the margin comes back to it
 NEAR = 1e-4  # of the way to the end, for differences
 TINY = 1e-12
 CLOSE = 2e-7  # to the limits: what a programme leaves
 APART = 1e-4  # [s] that nodes are at least
-
-State = tuple[float, float, float]
 
 
 class Rows(NamedTuple):

@@ -14,8 +14,8 @@ import numpy as np
 from bt_manip.robots import RobotModel
 
 from ..jerk_profile import JerkProfile
-from .clock_limits import Curve
-from .near_clock import Clock, NearClock, Rows, State
+from .clock_limits import Curve, State
+from .near_clock import Clock, NearClock, Rows
 
 COARSE, FINE = 60, 80  # steps of a clock that is looked for, and of one that is driven
 HORIZONS = (2.5, 4.0)  # times the least time to rest: within which a clock shall rest
