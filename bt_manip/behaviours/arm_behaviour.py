@@ -11,7 +11,7 @@ from bt_manip.cell import Cell, CellError
 from bt_manip.control import ControlError
 from bt_manip.models import ModelError
 from bt_manip.motion import MotionError
-from bt_manip.motion.checks import check_amount
+from bt_manip.motion.number_checks import check_amount
 from bt_manip.registry import UnknownPartError
 
 from .robot_port import RobotPort

@@ -8,7 +8,7 @@ import pinocchio as pin
 
 from bt_manip.robots import Robot, RobotModel
 
-from .checks import check_amount, check_configuration, check_inside, check_pose, check_speed
+from .checks import check_configuration, check_inside, check_pose, check_speed
 from .collision import CollisionWorld
 from .deviation_guard import DeviationGuard
 from .errors import MotionError
@@ -16,6 +16,7 @@ from .goal_choice import choose_configurations
 from .kinematics import InverseKinematics
 from .move_planning import Avoiding, Present, plan_to_configurations, plan_tool_path
 from .moving_arm import MovingArm
+from .number_checks import check_amount, check_generator
 from .planning import Planner, RRTConnect
 from .tool_path import LineTo, Step
 from .trajectory import Trajectory
@@ -220,13 +221,9 @@ class Arm(MovingArm):
         self, planner: Planner | None, rng: np.random.Generator | None
     ) -> Avoiding | None:
         planner = self.planner if planner is None else planner
-        rng = np.random.default_rng(0) if rng is None else rng
+        rng = np.random.default_rng(0) if rng is None else check_generator(rng)
         if not callable(getattr(planner, "plan", None)):
             raise MotionError(
                 f"a planner is an object with a method plan, got {planner!r}", reason="target"
-            )
-        if not isinstance(rng, np.random.Generator):
-            raise MotionError(
-                f"chance comes from a numpy.random.Generator, got {rng!r}", reason="target"
             )
         return None if self.world is None else Avoiding(self.world, planner, rng)

@@ -9,6 +9,7 @@ import pinocchio as pin
 from bt_manip.robots import JointLimits
 
 from .errors import MotionError
+from .number_checks import as_numbers, shown
 
 _RIGHT = 1e-6  # that a rotation matrix may be off
 
@@ -43,9 +44,9 @@ def check_rotation(rotation: Any) -> np.ndarray:
     Raises:
         MotionError: When it is none.
     """
-    R = _array(rotation)
+    R = as_numbers(rotation)
     if R.shape != (3, 3) or not _are_axes(*R.tolist()):
-        found = _matrix(R) if R.shape == (3, 3) else repr(rotation)
+        found = _matrix(R) if R.shape == (3, 3) else shown(rotation)
         raise MotionError(
             f"a rotation is a 3 by 3 matrix of right-handed unit axes, got {found}",
             reason="target",
@@ -80,65 +81,17 @@ def check_poses(targets: Any) -> list[pin.SE3]:
     return [check_pose(pose) for pose in poses]
 
 
-def check_amount(amount: Any, what: str, unit: str) -> float:
-    """Give a length or an angle as a number.
-
-    Args:
-        amount: 0 or above.
-        what: How the error calls it.
-        unit: Its unit.
-
-    Raises:
-        MotionError: When it is not a finite number, or below 0.
-    """
-    number = _array(amount)
-    if number.shape != () or not 0.0 <= number < np.inf:
-        raise MotionError(f"{what} is 0 or above [{unit}], got {amount!r}", reason="target")
-    return float(number)
-
-
-def check_number(number: Any, what: str, unit: str) -> float:
-    """Give a finite number.
-
-    Args:
-        number: Of either sign.
-        what: How the error calls it.
-        unit: Its unit.
-
-    Raises:
-        MotionError: When it is none.
-    """
-    array = _array(number)
-    if array.shape != () or not np.isfinite(array):
-        raise MotionError(f"{what} is a finite number [{unit}], got {number!r}", reason="target")
-    return float(array)
-
-
-def check_vector(vector: Any, what: str) -> np.ndarray:
-    """Give a place or a direction as a new array.
-
-    Args:
-        vector: Three numbers.
-        what: How the error calls it.
-
-    Raises:
-        MotionError: When it has another shape than (3,), or is not finite.
-    """
-    array = _array(vector)
-    if array.shape != (3,) or not isfinite(sum(array.tolist())):
-        raise MotionError(f"{what} is three finite numbers, got {vector!r}", reason="target")
-    return array
-
-
 def check_configuration(q: Any, n: int) -> np.ndarray:
     """Give a configuration as a new array.
 
     Raises:
         MotionError: When it has another shape than (n,), or is not finite.
     """
-    array = _array(q)
+    array = as_numbers(q)
     if array.shape != (n,) or not isfinite(sum(array.tolist())):
-        raise MotionError(f"a configuration is {n} finite numbers [rad], got {q}", reason="target")
+        raise MotionError(
+            f"a configuration is {n} finite numbers [rad], got {shown(q)}", reason="target"
+        )
     return array
 
 
@@ -169,7 +122,7 @@ def check_speed(speed: Any) -> float:
     except (TypeError, ValueError):
         number = 0.0
     if not 0.0 < number <= 1.0:
-        raise MotionError(f"a speed is above 0 and at most 1, got {speed!r}", reason="target")
+        raise MotionError(f"a speed is above 0 and at most 1, got {shown(speed)}", reason="target")
     return number
 
 
@@ -184,16 +137,8 @@ def check_pace(pace: Any) -> float:
     except (TypeError, ValueError):
         number = -1.0
     if not 0.0 <= number <= 1.0:
-        raise MotionError(f"a pace is from 0 to 1, got {pace!r}", reason="target")
+        raise MotionError(f"a pace is from 0 to 1, got {shown(pace)}", reason="target")
     return number
-
-
-def _array(value: Any) -> np.ndarray:
-    """Copy what is a regular array of numbers; all else becomes NaN."""
-    try:
-        return np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        return np.array(np.nan)
 
 
 def _row(numbers: np.ndarray) -> str:

@@ -37,6 +37,7 @@ class CollisionWorld:
     What all fingers touch is held: it goes with the tool, and fingers may touch it.
 
     Attributes:
+        joints: Full names of the arm's joints.
         counts: Pairs of geoms that shall not touch.  # (ngeom, ngeom)
         own: Pairs of geoms of the robot.  # (ngeom, ngeom)
         others: Other robots: they stand where they will come to rest, and are taken for thicker
@@ -51,6 +52,7 @@ class CollisionWorld:
             model: Its model, for where the tool is.
         """
         self._robot = robot
+        self.joints = tuple(model.model.names)[1:]
         self._figure = Figure(robot, model)
         self._watched: np.ndarray | None = None
         self._source: mujoco.MjModel | None = None

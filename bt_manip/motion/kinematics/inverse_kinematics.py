@@ -9,6 +9,14 @@ import pinocchio as pin
 from bt_manip.robots import RobotModel
 
 from ..checks import check_configuration, check_pose, check_poses
+from ..number_checks import check_amount, check_count, check_generator, check_positive
+from .arguments import (
+    check_arm,
+    check_following,
+    check_listing,
+    refuse_beside_problem,
+    refuse_target,
+)
 from .preferences import Posture, Preferences
 from .problem import IKProblem
 from .reach import Reach
@@ -63,17 +71,24 @@ class InverseKinematics:
             seed: Of the stored configurations.
             position_tolerance: Of a solution for a pose [m].
             rotation_tolerance: Of a solution for a pose [rad].
+
+        Raises:
+            MotionError: When the arm is none, or a bound or a tolerance cannot be meant.
         """
-        self.model = model.copy()
-        self.restarts, self.iterations = restarts, iterations
-        self.steps_in_vain = steps_in_vain
+        self.model = check_arm(model).copy()
+        self.restarts = check_count(restarts, "restarts")
+        self.iterations = check_count(iterations, "iterations")
+        self.steps_in_vain = check_count(steps_in_vain, "steps_in_vain")
+        self._tolerances = (
+            check_positive(position_tolerance, "position_tolerance", "m"),
+            check_positive(rotation_tolerance, "rotation_tolerance", "rad"),
+        )
+        chance = np.random.default_rng(check_count(seed, "a seed"))
         self.self_motion = SelfMotion(self.model)
         self._inverse_speed = 1.0 / model.limits.velocity
-        stored = max(STORED, restarts)
-        self._further = Starts(self.model, stored, np.random.default_rng(seed))
+        self._further = Starts(self.model, max(STORED, restarts), chance)
         self._reach = Reach(self.model, self._further.stored)
         tool = self.model.tool_frame_id
-        self._tolerances = position_tolerance, rotation_tolerance
         self.tool = str(self.model.model.frames[tool].name)
         self._tool_rows = PoseRows(
             self.model, tool, self.model.pose(self.model.home), self._tolerances
@@ -103,15 +118,16 @@ class InverseKinematics:
             of several starts.
 
         Raises:
-            MotionError: When the request or the start is none.
+            MotionError: When the request, the start or another argument is none.
         """
         q0 = self._start(q0)
+        count = self.restarts if restarts is None else check_count(restarts, "restarts")
+        rng = None if rng is None else check_generator(rng)
         task = self._task(request, q0)
         start = np.minimum(np.maximum(q0, task.lower), task.upper)
         refused = self._refuse(task)
         if refused:
             return self._result(task, Found(start, False, reason=refused))
-        count = self.restarts if restarts is None else restarts
         starts = self._starts(task, start, count, rng)
         found = search(task, starts, self.iterations, self.steps_in_vain)
         return self._result(task, found)
@@ -138,9 +154,11 @@ class InverseKinematics:
             tolerance: Of a solution for a pose [m] and [rad]; by default as constructed.
 
         Raises:
-            MotionError: When the request or the configuration is none.
+            MotionError: When the request, the configuration or another argument is none, or
+                when a problem comes with a margin or a tolerance beside its own.
         """
         q0 = check_configuration(q0, self.model.nq)
+        check_following(max_step, margin, tolerance)
         task = self._task(request, q0, margin, tolerance)
         found = search_near(task, q0, self.iterations, max_step=max_step, detours=detours)
         return self._result(task, found)
@@ -166,18 +184,21 @@ class InverseKinematics:
             request: A pose of the tool, several that serve equally well, or a problem.
             q0: Where the arm is.  # (nq,)
             starts: How many further configurations to start from, for each pose.
-            margin: How far from the limits solutions for poses stay [rad].
+            margin: How far from the limits solutions for poses stay [rad]; where it leaves a joint
+                no room there are none.
             distinct: Solutions differ by more than this in some joint [rad].
             rng: As for `solve`.
 
         Raises:
-            MotionError: When the request or the start is none.
+            MotionError: When the request, the start or another argument is none, or when a
+                problem comes with a margin beside its own.
         """
         q0 = self._start(q0)
+        check_listing(starts, margin, distinct, rng)
         nearest = Preferences(self._inverse_speed, posture=Posture(q0, 1.0))
         ends: list[tuple[float, IKResult]] = []
         for i, task in enumerate(self._tasks(request, q0, margin)):
-            if self._refuse(task):
+            if self._refuse(task) or (task.lower > task.upper).any():
                 continue
             asked = task if task.preferences else task._replace(preferences=nearest)
             begin = self._near_starts(task, q0, starts, rng)
@@ -201,9 +222,11 @@ class InverseKinematics:
             margin: How far from the limits to stay where that is possible [rad].
 
         Raises:
-            MotionError: When a pose or the start is not one, or there is no pose at all.
+            MotionError: When a pose, the start or the margin is not one, or there is no pose at
+                all.
         """
         poses = check_poses(targets)
+        margin = check_amount(margin, "a margin", "rad")
         for bound in (margin, 0.0) if margin > 0.0 else (0.0,):
             found = self.solutions(poses, q0, starts=max(2, 8 // len(poses)), margin=bound)
             if found:
@@ -218,7 +241,15 @@ class InverseKinematics:
         return last[i]._replace(iterations=iterations, target=i)
 
     def distance(self, q: np.ndarray, q0: np.ndarray) -> float:
-        """Give the distance between configurations as a time at full speed [s]."""
+        """Give the distance between configurations as a time at full speed [s].
+
+        Raises:
+            MotionError: When one is no configuration.
+        """
+        n = self.model.nq
+        return self._time_between(check_configuration(q, n), check_configuration(q0, n))
+
+    def _time_between(self, q: np.ndarray, q0: np.ndarray) -> float:
         weighted = (q - q0) * self._inverse_speed
         return float(np.sqrt(weighted.dot(weighted) / len(weighted)))
 
@@ -232,8 +263,11 @@ class InverseKinematics:
         tolerance: float | None = None,
     ) -> Task:
         if isinstance(request, IKProblem):
+            refuse_beside_problem(margin, tolerance)
             return make_task(self.model, self._joints, request, q0, self._inverse_speed)
         tolerances = self._tolerances if tolerance is None else (tolerance, tolerance)
+        if not isinstance(request, pin.SE3):
+            refuse_target(request)
         self._tool_rows.aim(check_pose(request), tolerances)
         self._tool_system.q = None
         limits = self.model.limits
@@ -247,8 +281,9 @@ class InverseKinematics:
         self, request: Request | Sequence[pin.SE3], q0: np.ndarray, margin: float
     ) -> Iterator[Task]:
         if isinstance(request, IKProblem):
-            yield self._task(request, q0)
+            yield self._task(request, q0, margin)
             return
+        refuse_target(request)
         for T_wt in check_poses(request):
             yield self._task(T_wt, q0, margin)
 
@@ -277,7 +312,7 @@ class InverseKinematics:
         if not count:
             return
         starts = self._further.nearest(task, 8 * count, rng)
-        far = [self.distance(q, q0) for q in starts]
+        far = [self._time_between(q, q0) for q in starts]
         yield from starts[np.argsort(far, kind="stable")[:count]]
 
     def _result(self, task: Task, found: Found, target: int = 0) -> IKResult:

@@ -5,6 +5,8 @@ import pinocchio as pin
 
 from bt_manip.robots import RobotModel
 
+from ..number_checks import check_matrix
+
 _LEAST = 1e-9  # of the squared singular values, so that a singular arm has a gradient too
 
 
@@ -12,8 +14,19 @@ def manipulability(jacobian: np.ndarray) -> float:
     """Give ``sqrt(det(J J^T))``, the product of the singular values.
 
     Yoshikawa, Manipulability of Robotic Mechanisms, IJRR 1985. It is nought where the tool cannot
-    move in some direction; metres and radians are taken together as they are.
+    move in some direction; metres and radians are taken together as they are. Of fewer joints than
+    directions it is ``sqrt(det(J^T J))``: nought where two ways of moving them are the same.
+
+    Args:
+        jacobian: Of a frame, or some rows of it.  # (m, n)
+
+    Raises:
+        MotionError: When it is no matrix of finite numbers.
     """
+    return _volume(check_matrix(jacobian, "a Jacobian"))
+
+
+def _volume(jacobian: np.ndarray) -> float:
     return float(np.linalg.svd(jacobian, compute_uv=False).prod())
 
 
@@ -63,4 +76,4 @@ class ToolManipulability:
         jacobian = jacobian[:, self._moving]
         slope = np.zeros(len(self._moving))
         slope[self._moving] = manipulability_slope(jacobian)
-        return float(np.log(max(manipulability(jacobian), _LEAST))), slope
+        return float(np.log(max(_volume(jacobian), _LEAST))), slope

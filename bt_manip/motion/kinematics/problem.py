@@ -1,15 +1,18 @@
 """Inverse kinematics as one states it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from ..checks import check_pose
-from ..collision import CollisionWorld
+from ..collision import PADDING, CollisionWorld
 from ..errors import MotionError
-from .targets import Target, positive
+from ..number_checks import check_amount, check_positive, shown
+from .targets import PoseTarget, PositionTarget, RotationTarget, Target
 
 POSTURE_WEIGHT = 1e-2  # [1/s2]
 
@@ -33,7 +36,7 @@ class IKProblem:
             `InverseKinematics.distance`.
         manipulability: What a unit less of the logarithm of the tool's manipulability costs.
         free: What the arm shall not touch; by default it does not look.
-        clearance: How far from that it shall be [m].
+        clearance: How far from that it shall be [m], up to what a `CollisionWorld` sees, 8 mm.
     """
 
     targets: Sequence[Target] = ()
@@ -52,33 +55,73 @@ class IKProblem:
         Raises:
             MotionError: Naming what is wrong.
         """
-        targets = [self.targets] if isinstance(self.targets, Target) else list(self.targets)
-        for target in targets:
-            if not isinstance(target, Target):
-                raise MotionError(
-                    "a target is a PositionTarget, RotationTarget or PoseTarget, "
-                    f"got {type(target).__name__}",
-                    reason="target",
-                )
-        object.__setattr__(self, "targets", tuple(targets))
-        if not targets and self.posture is None and not self.manipulability:
+        keep = partial(object.__setattr__, self)
+        keep("targets", _targets(self.targets))
+        keep("posture_weight", check_positive(self.posture_weight, "posture_weight"))
+        keep("manipulability", check_amount(self.manipulability, "manipulability"))
+        keep("clearance", check_amount(self.clearance, "clearance", "m"))
+        if not self.targets and self.posture is None and not self.manipulability:
             raise MotionError("the problem asks for nothing: it has no target", reason="target")
-        if not positive(self.posture_weight):
-            raise MotionError(
-                f"posture_weight is above 0, got {self.posture_weight!r}", reason="target"
-            )
-        for name in ("manipulability", "clearance"):
-            value = getattr(self, name)
-            if value != 0.0 and not positive(value):
-                raise MotionError(f"{name} is 0 or above, got {value!r}", reason="target")
+        if self.joints is not None:
+            keep("joints", _names(self.joints))
+        self._check_free()
         if self.base is not None:
             try:
                 check_pose(self.base)
             except MotionError as error:
                 raise MotionError(f"the base: {error}", reason="target") from None
-            if self.free is not None:
+
+    def _check_free(self) -> None:
+        """Refuse what nothing can be kept free of, and clearances that nobody looks for."""
+        free, clearance = self.free, self.clearance
+        if free is None:
+            if clearance:
                 raise MotionError(
-                    "what the arm touches is known where its base stands only: "
-                    "a problem has a base or something to be free of",
+                    f"a clearance of {clearance:g} m is kept from what the problem is to be free "
+                    "of, but free is None, not a CollisionWorld",
                     reason="target",
                 )
+            return
+        if not isinstance(free, CollisionWorld):
+            raise MotionError(
+                f"what the arm shall not touch is a CollisionWorld, got {type(free).__name__}",
+                reason="target",
+            )
+        if clearance > PADDING:
+            raise MotionError(
+                f"a clearance is at most {PADDING:g} m, got {clearance:g}: a CollisionWorld sees "
+                "nothing that is farther away",
+                reason="target",
+            )
+        if self.base is not None:
+            raise MotionError(
+                "what the arm touches is known where its base stands only: "
+                "a problem has a base or something to be free of",
+                reason="target",
+            )
+
+
+def _targets(given: Any) -> tuple[Target, ...]:
+    """Give one target or several as a tuple."""
+    several = not isinstance(given, Target) and isinstance(given, Iterable)
+    targets = tuple(given) if several else (given,)
+    for target in targets:
+        if not isinstance(target, PositionTarget | RotationTarget | PoseTarget):
+            raise MotionError(
+                "a target is a PositionTarget, RotationTarget or PoseTarget, "
+                f"got {type(target).__name__}",
+                reason="target",
+            )
+    return targets
+
+
+def _names(given: Any) -> tuple[str, ...]:
+    """Give names of joints as a tuple; a lone text is no list of them."""
+    several = not isinstance(given, str) and isinstance(given, Iterable)
+    names = tuple(given) if several else ()
+    if not several or not all(isinstance(name, str) for name in names):
+        found = shown(list(names) if several else given)
+        raise MotionError(
+            f"the joints that may move are a list of names, got {found}", reason="target"
+        )
+    return names

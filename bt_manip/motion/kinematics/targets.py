@@ -1,14 +1,13 @@
 """What frames of an arm shall do: be at a position, turned some way, or both."""
 
 from dataclasses import dataclass, field
-from math import isfinite
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
-from ..checks import check_pose, check_rotation, check_vector
+from ..checks import check_pose, check_rotation
 from ..errors import MotionError
+from ..number_checks import check_vector, positive, shown
 
 TOLERANCE = 1e-6  # [m] and [rad] of a constraint that says nothing else
 
@@ -29,7 +28,11 @@ class Target:
     tolerance: float | tuple[float, float] | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
-        """Refuse what is neither a cost nor a constraint, or both."""
+        """Refuse what is neither a cost nor a constraint, or both.
+
+        Raises:
+            MotionError: Naming the frame, and what was found.
+        """
         if not isinstance(self.frame, str):
             raise MotionError(f"a frame has a name, got {self.frame!r}", reason="target")
         if self.weight is not None and self.tolerance is not None:
@@ -40,10 +43,10 @@ class Target:
             )
         if self.weight is not None and not positive(self.weight):
             raise MotionError(
-                f"{self.label} has a weight above 0, got {self.weight!r}", reason="target"
+                f"{self.label} has a weight above 0, got {shown(self.weight)}", reason="target"
             )
         if self.tolerance is not None:
-            self._check_tolerance()
+            self._keep_tolerance()
 
     @property
     def label(self) -> str:
@@ -58,14 +61,19 @@ class Target:
         both = TOLERANCE if self.tolerance is None else self.tolerance
         return both, both
 
-    def _check_tolerance(self) -> None:
-        both = self.tolerance if isinstance(self.tolerance, tuple) else (self.tolerance,)
-        pair = ", or a pair of position and rotation" if isinstance(self, PoseTarget) else ""
-        if len(both) not in (1, 2 if pair else 1) or not all(map(positive, both)):
+    def _keep_tolerance(self) -> None:
+        given, pose = self.tolerance, isinstance(self, PoseTarget)
+        if positive(given):
+            object.__setattr__(self, "tolerance", float(given))  # type: ignore[arg-type]
+            return
+        several = isinstance(given, tuple | list) or getattr(given, "ndim", 0) == 1
+        pair = list(given) if several else []  # type: ignore[arg-type]
+        if not (pose and len(pair) == 2 and all(map(positive, pair))):
+            also = ", or a pair of position and rotation [m, rad]" if pose else ""
             raise MotionError(
-                f"{self.label} has a tolerance above 0{pair}, got {self.tolerance!r}",
-                reason="target",
+                f"{self.label} has a tolerance above 0{also}, got {shown(given)}", reason="target"
             )
+        object.__setattr__(self, "tolerance", (float(pair[0]), float(pair[1])))
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,14 +140,6 @@ class PoseTarget(Target):
             object.__setattr__(self, "pose", check_pose(self.pose).copy())
         except MotionError as error:
             raise MotionError(f"{self.label}: {error}", reason="target") from None
-
-
-def positive(number: Any) -> bool:
-    """Tell whether something is a finite number above 0."""
-    try:
-        return isfinite(number) and number > 0.0
-    except TypeError:
-        return False
 
 
 def _keep(target: Target, name: str, array: np.ndarray) -> None:

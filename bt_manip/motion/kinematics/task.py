@@ -11,6 +11,7 @@ from bt_manip.robots import RobotModel
 from ..checks import check_configuration
 from ..collision import CollisionWorld
 from ..errors import MotionError
+from ..number_checks import as_numbers, shown
 from .manipulability import ToolManipulability
 from .preferences import Posture, Preferences
 from .problem import IKProblem
@@ -90,7 +91,8 @@ def make_task(
         inverse_speed: What a joint's way counts in a distance [s/rad].  # (nq,)
 
     Raises:
-        MotionError: When a frame or a joint is unknown, or the margin leaves a joint no room.
+        MotionError: When a frame or a joint is unknown, the margin leaves a joint no room, or what
+            the arm shall be free of is the world of another arm.
     """
     moving = _moving(joints, problem)
     lower, upper = _inside(arm, joints, problem)
@@ -122,6 +124,12 @@ def make_task(
             manipulability=able if problem.manipulability else None,
         )
     if problem.free is not None:
+        if problem.free.joints != joints:
+            raise MotionError(
+                f"the world to be free of is that of an arm with {', '.join(problem.free.joints)}: "
+                f"this one has {', '.join(joints)}",
+                reason="target",
+            )
         problem.free.refresh()
     system = System(arm, constraints, moving)
     frames = tuple(target.frame for target in problem.targets)
@@ -186,13 +194,12 @@ def _inside(
     limits = arm.limits
     if isinstance(problem.margin, float) and problem.margin == 0.0:
         return limits.lower, limits.upper
-    try:
-        margin = np.broadcast_to(np.array(problem.margin, dtype=float), (arm.nq,))
-    except (TypeError, ValueError):
-        margin = np.full(arm.nq, np.nan)
-    if not (np.isfinite(margin) & (margin >= 0.0)).all():
+    margin = as_numbers(problem.margin)
+    if margin.size == 1:
+        margin = np.full(arm.nq, margin.ravel())
+    if margin.shape != (arm.nq,) or not (np.isfinite(margin) & (margin >= 0.0)).all():
         raise MotionError(
-            f"a margin is 0 or above [rad], one or {arm.nq} of them, got {problem.margin!r}",
+            f"a margin is 0 or above [rad], one or {arm.nq} of them, got {shown(problem.margin)}",
             reason="target",
         )
     lower, upper = limits.lower + margin, limits.upper - margin

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from ..checks import check_number, check_pose, check_vector
+from ..checks import check_pose
 from ..errors import MotionError
+from ..number_checks import check_number, check_vector
 from .segments import Arc, Line, Segment
 
 _SHORT = 1e-6  # [m] between points that are no circle's

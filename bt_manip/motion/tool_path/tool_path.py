@@ -10,7 +10,7 @@ import pinocchio as pin
 from bt_manip.robots import ToolLimits
 
 from ..bounds import Bounds
-from ..checks import check_amount
+from ..number_checks import check_amount
 from ..path_timing import GRIDS
 from .segments import Segment
 from .steps import Step, check_steps
