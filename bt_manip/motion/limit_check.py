@@ -11,7 +11,7 @@ from .trajectory import step_times as step_times
 
 STEP = 1e-3  # [s] control step that references are sampled at
 EFFORT_STEP = 4e-3  # [s] inverse dynamics vary slowly
-ROUNDING = 1e-9  # relative
+ROUNDING = 1e-6  # relative; linear programmes leave half of that
 
 
 class LimitUse(NamedTuple):

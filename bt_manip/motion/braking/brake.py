@@ -9,7 +9,15 @@ from bt_manip.robots import RobotModel
 
 from ..bounds import Bounds
 from ..jerk_profile import JerkProfile
-from ..limit_check import EFFORT_STEP, STEP, effort_use, greatest_effort, jumps, step_times
+from ..limit_check import (
+    EFFORT_STEP,
+    ROUNDING,
+    STEP,
+    effort_use,
+    greatest_effort,
+    jumps,
+    step_times,
+)
 from ..paced_trajectory import PacedTrajectory
 from ..trajectory import PathTrajectory, SequenceTrajectory, TailTrajectory, Trajectory
 from .clock_limits import Curve, Rows, State
@@ -20,7 +28,6 @@ ENOUGH = 1.02  # times the least that any path leaves: who rests as soon as that
 WORTH = 1.1  # times the same: only who rests later than that needs programmes
 BRIEF = 0.01  # [s] the least: who could rest sooner than that hardly moves, and may be asked later
 ALLOWED = 0.98  # of every effort limit: more than to motions, which shall also be caught up with
-CLOSE = 5e-7  # to the limits: what programmes leave
 _EVERY = round(EFFORT_STEP / STEP)
 
 
@@ -169,7 +176,7 @@ def _at_once(
 def _effort_inside(curve: Curve, clock: JerkProfile, model: RobotModel) -> float:
     """Give the greatest share of an effort limit along a clock; infinite outside other limits."""
     x, v, a = curve.driven(clock, step_times(clock.duration, STEP))
-    beyond = max(curve.bounds.use(v, a, STEP)) > 1.0 + CLOSE
+    beyond = max(curve.bounds.use(v, a, STEP)) > 1.0 + ROUNDING
     if beyond or jumps((x, v, a), curve.bounds.jerk):
         return np.inf
     q, v, a = (rows[::_EVERY, : model.nq] for rows in (x, v, a))
