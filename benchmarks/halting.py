@@ -84,11 +84,10 @@ def halt(planned: Planned, kind: str, share: float) -> Halt:
     shortest = fastest_halt.alone(curve, state)
     if duration > CLEAR * shortest:
         shortest = fastest_halt.shortest(curve, state, arm.model)
-    for nodes in (jerk_limited_halt.NODES, jerk_limited_halt.FINER):
-        if duration > LOOSE * shortest:
-            driven = np.array(changes)
-            found = jerk_limited_halt.found(curve, state, arm.model, shortest, driven, STEP, nodes)
-            shortest = shortest if found is None else found
+    if duration > LOOSE * shortest:
+        driven = np.array(changes)
+        faster = jerk_limited_halt.found(curve, state, arm.model, shortest, driven, STEP)
+        shortest = shortest if faster is None else faster
     off = _off(rows, np.array(way))
     return Halt(kind, duration, shortest, off, _used(arm, rows), computing)
 

@@ -14,7 +14,7 @@ from benchmarks.fastest_halt import State
 from bt_manip.motion.braking.clock_limits import Curve
 from bt_manip.robots import RobotModel
 
-NODES, FINER = 120, 360  # at which the limits hold
+NODES = 120  # at which the limits hold
 PROGRAMMES = 20  # after which a time counts as too short
 PARTS = (1.0, 0.5, 0.2, 0.05)  # of the way to the answer of a programme
 CLOSE = 1e-5  # of the limits, that an answer may be off: 2e-4 buy a tenth of the time, sometimes
@@ -23,13 +23,7 @@ LONGEST = (1.4, 2.0, 2.8)  # times the bound, where the search begins
 
 
 def found(
-    curve: Curve,
-    state: State,
-    model: RobotModel,
-    bound: float,
-    driven: np.ndarray,
-    step: float,
-    nodes: int = NODES,
+    curve: Curve, state: State, model: RobotModel, bound: float, driven: np.ndarray, step: float
 ) -> float | None:
     """Give the shortest time to rest that is found [s]; None where none is.
 
@@ -42,17 +36,16 @@ def found(
         bound: A time that none can be below [s].
         driven: Changes of the pace of the halt that was made, until it rested.  # (n,)
         step: The time between them [s].
-        nodes: At which the limits hold; what is sharper than they are apart is not seen.
     """
     best = None
     for factor in LONGEST:
-        half_a_sine = -np.sin(np.linspace(0.0, np.pi, nodes + 1))
+        half_a_sine = -np.sin(np.linspace(0.0, np.pi, NODES + 1))
         best = _shortest(curve, state, model, (bound, factor * bound), half_a_sine)
         if best is not None:
             break
     if driven.min() < 0.0:  # not merely on to the end of the curve
         times, duration = step * np.arange(len(driven)), step * (len(driven) - 1)
-        guess = np.interp(np.linspace(0.0, duration, nodes + 1), times, driven)
+        guess = np.interp(np.linspace(0.0, duration, NODES + 1), times, driven)
         near = _shortest(curve, state, model, (bound, duration), guess)
         best = min((time for time in (best, near) if time is not None), default=None)
     return best
@@ -83,8 +76,8 @@ def _shortest(
 def _rest_within(
     curve: Curve, state: State, model: RobotModel, duration: float, guess: np.ndarray
 ) -> np.ndarray | None:
-    """Give a clock's changes that bring it to rest in a time, or None."""  # (n + 1,)
-    h = duration / (len(guess) - 1)
+    """Give a clock's changes that bring it to rest in a time, or None."""  # (NODES + 1,)
+    h = duration / NODES
     u = guess.copy()
     u[0], u[-1] = state[2], 0.0
     # The same course in less time: whatever the guess brakes, it has to brake the whole pace.
