@@ -1,6 +1,6 @@
 """Refuse what is no number, no list of numbers and no source of them."""
 
-from math import isfinite
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
@@ -22,8 +22,10 @@ def check_amount(amount: Any, what: str, unit: str = "") -> float:
     Raises:
         MotionError: When it is not a finite number, or below 0.
     """
+    if type(amount) is float and 0.0 <= amount < inf:
+        return amount
     number = as_numbers(amount)
-    if number.shape != () or not 0.0 <= number < np.inf:
+    if number.shape != () or not 0.0 <= number < inf:
         unit = unit and f" [{unit}]"
         raise MotionError(f"{what} is 0 or above{unit}, got {shown(amount)}", reason="target")
     return float(number)
@@ -141,6 +143,8 @@ def check_generator(rng: Any) -> np.random.Generator:
 
 def as_numbers(value: Any) -> np.ndarray:
     """Copy what is a regular array of numbers; all else, text too, becomes NaN."""
+    if type(value) is np.ndarray and value.dtype is _FLOAT:
+        return value.copy()
     try:
         array = np.array(value)
         if array.dtype is _FLOAT:

@@ -100,4 +100,4 @@ def refuse_target(request: Any) -> None:
             f"a request is a pose or a problem, got {request.label} alone: "
             f"ask for IKProblem(targets={type(request).__name__}(...))",
             reason="target",
-        )
+        ) from None

@@ -9,6 +9,7 @@ import pinocchio as pin
 from bt_manip.robots import RobotModel
 
 from ..checks import check_configuration, check_pose, check_poses
+from ..errors import MotionError
 from ..number_checks import check_amount, check_count, check_generator, check_positive
 from .arguments import (
     check_arm,
@@ -266,9 +267,12 @@ class InverseKinematics:
             refuse_beside_problem(margin, tolerance)
             return make_task(self.model, self._joints, request, q0, self._inverse_speed)
         tolerances = self._tolerances if tolerance is None else (tolerance, tolerance)
-        if not isinstance(request, pin.SE3):
+        try:
+            T_wt = check_pose(request)
+        except MotionError:
             refuse_target(request)
-        self._tool_rows.aim(check_pose(request), tolerances)
+            raise
+        self._tool_rows.aim(T_wt, tolerances)
         self._tool_system.q = None
         limits = self.model.limits
         lower, upper = limits.lower, limits.upper

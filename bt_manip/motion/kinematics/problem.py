@@ -15,6 +15,7 @@ from ..number_checks import check_amount, check_positive, shown
 from .targets import PoseTarget, PositionTarget, RotationTarget, Target
 
 POSTURE_WEIGHT = 1e-2  # [1/s2]
+_KINDS = (PositionTarget, RotationTarget, PoseTarget)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -106,7 +107,7 @@ def _targets(given: Any) -> tuple[Target, ...]:
     several = not isinstance(given, Target) and isinstance(given, Iterable)
     targets = tuple(given) if several else (given,)
     for target in targets:
-        if not isinstance(target, PositionTarget | RotationTarget | PoseTarget):
+        if not isinstance(target, _KINDS):
             raise MotionError(
                 "a target is a PositionTarget, RotationTarget or PoseTarget, "
                 f"got {type(target).__name__}",
