@@ -23,19 +23,19 @@ def check_pose(T_wt: Any) -> pin.SE3:
     if not isinstance(T_wt, pin.SE3):
         raise MotionError(f"a pose is a pin.SE3, got {type(T_wt).__name__}", reason="target")
     first, second, third, _ = T_wt.homogeneous.tolist()
+    if _are_axes(first, second, third) and isfinite(first[3] + second[3] + third[3]):
+        return T_wt
     if not isfinite(sum(first) + sum(second) + sum(third)):
         raise MotionError(
             f"the pose is not finite: its position is {_row(T_wt.translation)} [m], its rotation "
             f"{_matrix(T_wt.rotation)}",
             reason="target",
         )
-    if not _are_axes(first, second, third):
-        raise MotionError(
-            "the pose's rotation is none: a rotation is a 3 by 3 matrix of right-handed unit axes, "
-            f"got {_matrix(T_wt.rotation)}",
-            reason="target",
-        )
-    return T_wt
+    raise MotionError(
+        "the pose's rotation is none: a rotation is a 3 by 3 matrix of right-handed unit axes, "
+        f"got {_matrix(T_wt.rotation)}",
+        reason="target",
+    )
 
 
 def check_rotation(rotation: Any) -> np.ndarray:

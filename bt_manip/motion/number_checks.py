@@ -36,7 +36,7 @@ def positive(number: Any) -> bool:
     try:
         single = getattr(number, "ndim", 0) == 0 and number is not True
         return single and isfinite(number) and bool(number > 0.0)
-    except (TypeError, OverflowError):
+    except (TypeError, ValueError, OverflowError):
         return False
 
 

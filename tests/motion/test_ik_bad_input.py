@@ -52,6 +52,7 @@ def refused(make, message):
         10**400,
         True,
         "0.001",
+        np.array("0.001"),
         {"position": 1e-3},
     ],
 )
@@ -94,6 +95,8 @@ def test_numbers_written_as_text_are_no_place_and_no_configuration(model, ik):
         ({"targets": None}, "got NoneType"),
         ({"targets": "tool"}, "got str"),
         ({"targets": [GRIP, 3]}, "got int"),
+        ({"targets": np.array("tool")}, "got ndarray"),
+        ({"joints": np.array("joint1")}, "a list of names, got array"),
         ({"joints": 3}, "the joints that may move are a list of names, got 3"),
         ({"joints": "joint1"}, "a list of names, got 'joint1'"),
         ({"joints": ["joint1", 2]}, r"a list of names, got \['joint1', 2\]"),
@@ -235,6 +238,8 @@ def test_solutions_refuses_what_it_cannot_list_with(model, ik, asked, message):
         ({"tolerance": 0.0}, "a tolerance is above 0 .m, rad., got 0.0"),
         ({"tolerance": (1e-3, 1e-3)}, "a tolerance is above 0 .m, rad., got"),
         ({"tolerance": np.nan}, "a tolerance is above 0 .m, rad., got nan"),
+        ({"detours": "no"}, "detours is True or False, got 'no'"),
+        ({"detours": np.zeros(2)}, "detours is True or False, got array"),
     ],
 )
 def test_follow_refuses_what_it_cannot_follow_with(model, ik, asked, message):
@@ -366,3 +371,18 @@ def test_a_problem_is_not_followed_from_far_away_and_the_reason_says_that_it_is_
     assert np.abs(found.q - model.home).max() <= 0.2 + 1e-12
     wide = ik.follow(problem, model.home, max_step=3.0)
     assert wide.solved
+
+
+def test_what_is_given_back_from_far_away_came_nearest_of_all_that_was_tried(model, ik, rng):
+    detoured = 0
+    for _ in range(30):
+        T = model.pose(rng.uniform(model.limits.lower, model.limits.upper))
+        straight, found = (ik.follow(T, model.home, detours=detours) for detours in (False, True))
+        if not found.solved:
+            error, first = (
+                np.linalg.norm(pin.log6(T.actInv(model.pose(result.q))).np)
+                for result in (found, straight)
+            )
+            assert error <= first + 1e-12
+            detoured += 1
+    assert detoured > 20

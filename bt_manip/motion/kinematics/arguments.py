@@ -3,10 +3,12 @@
 from math import inf
 from typing import Any
 
+import numpy as np
+
 from bt_manip.robots import RobotModel
 
 from ..errors import MotionError
-from ..number_checks import check_amount, check_count, check_generator, check_positive
+from ..number_checks import check_amount, check_count, check_generator, check_positive, shown
 from .targets import Target
 
 
@@ -25,13 +27,14 @@ def check_arm(model: Any) -> RobotModel:
     return model
 
 
-def check_following(max_step: Any, margin: Any, tolerance: Any) -> None:
+def check_following(max_step: Any, margin: Any, tolerance: Any, detours: Any) -> None:
     """Refuse a box that nothing can be followed in.
 
     Args:
         max_step: Half its sides [rad].
         margin: From the limits [rad].
         tolerance: Of a solution [m] and [rad]; None for that of the arm.
+        detours: Whether to try again from elsewhere.
 
     Raises:
         MotionError: Naming the one that is wrong.
@@ -39,6 +42,7 @@ def check_following(max_step: Any, margin: Any, tolerance: Any) -> None:
     # Lines are followed in many steps, so that plain numbers are let through fast.
     if (
         type(max_step) is type(margin) is float
+        and type(detours) is bool
         and 0.0 < max_step < inf
         and 0.0 <= margin < inf
         and (tolerance is None or (type(tolerance) is float and 0.0 < tolerance < inf))
@@ -48,6 +52,8 @@ def check_following(max_step: Any, margin: Any, tolerance: Any) -> None:
     check_amount(margin, "a margin", "rad")
     if tolerance is not None:
         check_positive(tolerance, "a tolerance", "m, rad")
+    if not isinstance(detours, bool | np.bool_):
+        raise MotionError(f"detours is True or False, got {shown(detours)}", reason="target")
 
 
 def check_listing(starts: Any, margin: Any, distinct: Any, rng: Any) -> None:

@@ -159,7 +159,7 @@ class InverseKinematics:
                 when a problem comes with a margin or a tolerance beside its own.
         """
         q0 = check_configuration(q0, self.model.nq)
-        check_following(max_step, margin, tolerance)
+        check_following(max_step, margin, tolerance, detours)
         task = self._task(request, q0, margin, tolerance)
         found = search_near(task, q0, self.iterations, max_step=max_step, detours=detours)
         return self._result(task, found)

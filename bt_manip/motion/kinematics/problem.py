@@ -104,7 +104,7 @@ class IKProblem:
 
 def _targets(given: Any) -> tuple[Target, ...]:
     """Give one target or several as a tuple."""
-    several = not isinstance(given, Target) and isinstance(given, Iterable)
+    several = not isinstance(given, Target) and _is_many(given)
     targets = tuple(given) if several else (given,)
     for target in targets:
         if not isinstance(target, _KINDS):
@@ -118,7 +118,7 @@ def _targets(given: Any) -> tuple[Target, ...]:
 
 def _names(given: Any) -> tuple[str, ...]:
     """Give names of joints as a tuple; a lone text is no list of them."""
-    several = not isinstance(given, str) and isinstance(given, Iterable)
+    several = not isinstance(given, str) and _is_many(given)
     names = tuple(given) if several else ()
     if not several or not all(isinstance(name, str) for name in names):
         found = shown(list(names) if several else given)
@@ -126,3 +126,8 @@ def _names(given: Any) -> tuple[str, ...]:
             f"the joints that may move are a list of names, got {found}", reason="target"
         )
     return names
+
+
+def _is_many(given: Any) -> bool:
+    # Arrays without a dimension say that they can be iterated over.
+    return isinstance(given, Iterable) and getattr(given, "ndim", 1) > 0

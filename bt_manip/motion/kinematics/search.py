@@ -95,12 +95,15 @@ def search_near(
     """
     lower, upper = np.minimum(task.lower, q0), np.maximum(task.upper, q0)
     least, most = np.maximum(lower, q0 - max_step), np.minimum(upper, q0 + max_step)
-    steps = 0
+    steps, end = 0, None
     for start in _inside(q0, least, most) if detours else (q0,):
-        end = descend(task.system, start, least, most, iterations=iterations, patience=PATIENCE)
-        steps += end.iterations
+        last = descend(task.system, start, least, most, iterations=iterations, patience=PATIENCE)
+        steps += last.iterations
+        if end is None or last.solved or last.error < end.error:
+            end = last
         if end.solved:
             break
+    assert end is not None
     if end.solved:
         better = improved(task, end, least, most)
         blocked = task.blocked(better.q)

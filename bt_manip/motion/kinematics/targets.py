@@ -34,7 +34,7 @@ class Target:
             MotionError: Naming the frame, and what was found.
         """
         if not isinstance(self.frame, str):
-            raise MotionError(f"a frame has a name, got {self.frame!r}", reason="target")
+            raise MotionError(f"a frame has a name, got {shown(self.frame)}", reason="target")
         if self.weight is not None and self.tolerance is not None:
             raise MotionError(
                 f"{self.label} is a cost with a weight or a constraint with a tolerance, "
