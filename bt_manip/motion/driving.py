@@ -12,14 +12,14 @@ from .effort import ALLOWED
 from .errors import MotionError
 from .jerk_profile import JerkProfile, reach_profile
 from .limit_check import effort_use
-from .path_timing import GRIDS, PathTiming, unhurried
+from .path_timing import GRIDS, PathTiming
 from .paths import Path, StraightPath
 from .trajectory import PathTrajectory
 
 PASSES = 10
 NEAR = 1.01  # times what was planned, beyond which the path is planned again
 HEEDED = 2  # plans that the next ones may learn from
-LOST = 1.08  # times what was planned, by which a finer grid is tried
+LOST = 1.03  # times what was planned, by which a finer grid is tried
 BETWEEN = 1.001  # between the steps that are looked at there is a little more
 
 
@@ -106,8 +106,6 @@ def _fastest(
     found: list[_Driven] = []
     for grid in grids:
         timing = PathTiming(path, bounds, minded, ALLOWED, grid)
-        if timing.stuck:
-            continue
         for node in timing.nodes:
             if _done_within(slow * timing.plan(node).duration, found):
                 break
@@ -118,7 +116,7 @@ def _fastest(
         # A bend that the grid is too coarse for slows the whole motion.
         if _done_within(slow * LOST * timing.plan(timing.nodes[0]).duration, found):
             break
-    return min(found, key=_merit) if found else inside(unhurried(path, bounds))
+    return min(found, key=_merit)
 
 
 def _better_and_better(

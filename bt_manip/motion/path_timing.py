@@ -13,7 +13,7 @@ import numpy as np
 from bt_manip.robots import RobotModel
 
 from .bounds import Bounds
-from .jerk_profile import JerkProfile, reach_profile
+from .jerk_profile import JerkProfile
 from .limit_check import STEP, effort_times, efforts, step_times
 from .path_limits import PathLimits
 from .paths import Path
@@ -27,7 +27,6 @@ MOST_NODES = 250
 AIM = 0.999  # of the limits, where a plan was beyond them
 ROUNDS = 8  # of the speed that damping is taken at, where it takes more than a little
 _TINY = 1e-9
-_STUCK = 1e-3
 
 
 class PathTiming:
@@ -35,7 +34,6 @@ class PathTiming:
 
     Attributes:
         nodes: What plans are smoothed over, from the fastest plan to the smoothest [s].
-        stuck: Whether the path bends too much for so few steps.
     """
 
     def __init__(
@@ -62,7 +60,6 @@ class PathTiming:
         self._most = self._limits.fastest**2
         self._damped = 0.5 * self._limits.fastest
         self._speed = self._find_speed(ROUNDS)
-        self.stuck = bool(self._speed[1:-1].min() < _STUCK * self._speed.max())
 
     def plan(self, node: float) -> JerkProfile:
         """Plan, the acceleration averaged over twice a time [s]."""
@@ -111,14 +108,6 @@ class PathTiming:
             speed = np.sqrt(z)
             self._damped = 0.5 * (self._damped + speed)
         return speed
-
-
-def unhurried(path: Path, bounds: Bounds) -> JerkProfile:
-    """Plan as if a path were straight: the caller slows it to what its curvature allows."""
-    d1 = path.evaluate(np.linspace(0.0, 1.0, GRIDS[-1] + 1), 1)[1]
-    slope = np.abs(d1).max(axis=0) + _TINY
-    least = [float((bound / slope).min()) for bound in bounds]
-    return reach_profile((0.0, 0.0, 0.0), 1.0, (least[0], least[1], least[2]))
 
 
 def _beyond(values: np.ndarray, most: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ reached, one forwards goes as fast as that and the limits allow.
 
 import numpy as np
 
+KEPT = 0.5  # of z from one point to the next, at the least, because of any one limit
 _TINY = 1e-9
 
 
@@ -28,15 +29,18 @@ def greatest_squares(
     """  # (n,)
     n = len(most)
     h = 1.0 / (n - 1)
-    # down <= u - slope z <= up; where the rate is next to nothing the limit is one of z
+    # down <= u - slope z <= up
     steep = np.abs(rates) > _TINY
     safe = np.where(steep, rates, 1.0)
     slope = np.where(steep, -squares / safe, 0.0)
     ends = above / safe, -below / safe
     up = np.where(steep, np.maximum(*ends), np.inf)
     down = np.where(steep, np.minimum(*ends), -np.inf)
-    flat = ~steep & (np.abs(squares) > _TINY)
-    room = np.where(squares > 0.0, above, below) / np.where(flat, np.abs(squares), 1.0)
+    # Where a joint turns back within a few steps its limit is one of z: with more of that, the u
+    # that it asks for would leave less than the share `KEPT` of z after a step, or nothing.
+    tight = np.abs(squares) - (1.0 - KEPT) / (2.0 * h) * np.abs(rates)
+    flat = tight > _TINY
+    room = np.where(squares > 0.0, above, below) / np.where(flat, tight, 1.0)
     most = np.minimum(most, np.where(flat, room, np.inf).min(axis=1))
     most = np.minimum(most, _admissible(slope, up, down))
     # From one point to the next u stays, and the limits at both hold for it.

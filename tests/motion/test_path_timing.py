@@ -9,6 +9,7 @@ from bt_manip.motion import MotionError, PathTrajectory, SplinePath, StraightPat
 from bt_manip.motion.bounds import Bounds
 from bt_manip.motion.driving import drive, drive_straight
 from bt_manip.motion.path_timing import PathTiming
+from bt_manip.motion.reachability import greatest_squares
 from bt_manip.robots import JointLimits, RobotModel
 
 PENDULUM = """
@@ -122,6 +123,20 @@ def test_a_plan_keeps_off_the_limits_where_the_last_one_was_beyond_them_and_only
         for profile in (again, plan)
     )
     assert np.allclose(*speeds, rtol=0.01)
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_bend_within_one_step_makes_a_path_slow_there_and_nowhere_come_to_rest(side):
+    # A joint that hardly moves, limits of 1 on either side, bends at one of 121 points.
+    rates, squares = np.tile([1.0, 1e-2], (121, 1)), np.zeros((121, 2))
+    squares[60, 1] = 50.0 * side
+    limits, most = np.ones((121, 2)), np.full(121, 0.5)
+    z = greatest_squares(rates, squares, limits, limits, most)
+    straight = greatest_squares(rates, np.zeros((121, 2)), limits, limits, most)
+    assert 0.9 / 50.0 < z[60] < 1.1 / 50.0
+    assert z[1:-1].min() > 0.4 * z[60]
+    # It speeds up and brakes by 2 u h = 1 / 60 in each step: 29 of them lead from 0.02 to 0.5.
+    assert z[:30] == pytest.approx(straight[:30]) and z[91:] == pytest.approx(straight[91:])
 
 
 def test_a_curved_path_of_the_panda_is_driven_inside_all_limits_and_close_to_one(model, rng):

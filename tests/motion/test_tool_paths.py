@@ -370,6 +370,23 @@ def test_a_line_on_which_the_joints_turn_sharply_is_driven_inside_all_limits(arm
         assert np.linalg.norm(gone - direction * (direction @ gone)) <= 6e-5
 
 
+@pytest.mark.parametrize("angle", [-3.0, -np.pi])
+def test_a_turn_is_slow_only_where_a_joint_comes_to_its_limit(arm, angle):
+    arm.reset([-0.181, -0.117, -0.233, -2.318, -0.033, 2.204, 0.392])
+    place = arm.model.pose(arm.q).translation
+    arm.move_path([TurnAbout(place, (0.0, 0.0, 1.0), angle)])
+    trajectory, limits = planned(arm), arm.model.limits
+    assert limit_use(trajectory, limits).inside and effort_use(trajectory, arm.model) <= 0.96
+    q, v, _ = trajectory.table(np.arange(0.0, trajectory.duration, 1e-3))
+    assert limits.upper[6] - q[:, 6].max() < 0.01
+    before = (q[:, 6] > 0.8) & (q[:, 6] < 2.2)
+    assert (np.abs(v[before]) / limits.velocity).max(axis=1).min() > 0.8
+    # No joint is faster than its limit: on its way from knot to knot the path takes this at least.
+    ways = np.abs(np.diff(trajectory.path.knots[:, :7], axis=0))
+    assert trajectory.duration < 2.0 * (ways / limits.velocity).max(axis=1).sum()
+    assert max(np.abs(arm.model.pose(x).translation - place).max() for x in q) <= 5e-5
+
+
 def test_nothing_to_do_is_no_motion(at_start):
     T = at_start.model.pose(at_start.q)
     at_start.move_path([])
