@@ -126,16 +126,19 @@ def _halted(
     shortest = shortest_rest(d1 * p, d2 * p * p + d1 * u, curve.bounds)
     if left <= ENOUGH * shortest:
         return None
+    found: tuple[_Way, JerkProfile] | None = None
     for way in ways:
         clock = _at_once(way, model, tail, left, shortest)
         if clock is not None:
-            return way, clock
-    if shortest > BRIEF and left > WORTH * shortest:
+            found, left = (way, clock), clock.duration
+            break
+    # What is found at once along the path itself is hardly ever far from the best.
+    if shortest > BRIEF and left > WORTH * shortest and (found is None or found[0] is not ways[0]):
         for way in ways:
             for clock in programmed_halts(way.curve, way.state, shortest, left, model, ALLOWED):
                 if _effort_inside(way.curve, clock, model) <= ALLOWED:
                     return way, clock
-    return None
+    return found
 
 
 def _at_once(
