@@ -21,15 +21,16 @@ COARSE, FINE = 60, 80  # steps of a clock that is looked for, and of one that is
 HORIZONS = (2.5, 4.0)  # times the least time to rest: within which a clock shall rest
 LONGER = 1.4  # times what the coarse clock takes: within which the fine one shall rest
 MARGIN = 0.995  # of the limits, for the fine clock
-# Times what the fine clock takes, for one that rests exactly then; and its margins.
-EXACTLY = ((1.01, 0.995), (1.03, 0.98), (1.08, 0.96), (1.15, 0.93))
+# Times what the fine clock takes, for one that rests exactly then, and its margin: with a smaller
+# one, what lies between the nodes is inside the limits too, but less is found.
+EXACTLY = ((1.01, 0.995), (1.04, 0.99), (1.08, 0.995), (1.13, 0.99), (1.2, 0.995), (1.3, 0.98))
 ROUGH = 0.02  # excess over the limits of a clock that is of use
 PROGRAMMES = 30
 PARTS = (1.0, 0.5, 0.25, 0.1, 0.03)  # of the way to the answer of a programme
 PENALTY = 1000.0  # of exceeding the limits by all they are, in mean paces
 GAIN = 3e-3  # in mean paces, below which another programme is not worth it
 HURRY = 1e-3  # what travelling costs a clock whose time is given
-STALLED = 0.02  # of its cost: gaining less, that clock gets nowhere
+STALLED = 0.005  # of its cost: gaining less, that clock gets nowhere
 RESTING = 2e-3  # of the greatest pace
 RESTED = 1e-7  # of the same: what a programme leaves of it
 
@@ -67,11 +68,12 @@ def programmed_halts(
         fine.travel_less(np.linspace(0.0, min(LONGER * coarse.rest, left), FINE + 1))
         if fine.excess > ROUGH:
             continue
+        nearest = fine.clock
         for later, margin in EXACTLY:
             if later * fine.rest >= left:
                 return
             nearer = NearClock(curve, state, model, allowed, margin)
-            exact = _Search(nearer, nearer.closely, fine.clock)
+            exact = _Search(nearer, nearer.closely, nearest)
             even = np.linspace(0.0, later * fine.rest, FINE + 1)
             for _ in range(PROGRAMMES):
                 gained = exact.step(HURRY, even)
@@ -79,6 +81,7 @@ def programmed_halts(
                     yield exact.clock.profile()
                 if gained <= STALLED * exact.cost(HURRY):
                     break
+            nearest = exact.clock
 
 
 def _braking_all(state: State, t: np.ndarray, u: np.ndarray) -> Clock:
