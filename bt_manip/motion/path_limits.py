@@ -5,6 +5,7 @@ import numpy as np
 from bt_manip.robots import RobotModel
 
 from .bounds import Bounds
+from .curve_efforts import CurveEfforts
 from .errors import MotionError
 from .paths import Path
 
@@ -85,12 +86,8 @@ class _Efforts:
         Raises:
             MotionError: When the arm cannot even stand on the path.
         """
-        nq = model.nq
-        still = np.zeros(nq)
-        q, v, a = x[:, :nq], d1[:, :nq], d2[:, :nq]
-        gravity = np.array([model.rnea(row, still, still) for row in q])
-        inertia = np.array([model.rnea(row, still, rate) for row, rate in zip(q, v, strict=True)])
-        motion = np.array([model.rnea(*rows) for rows in zip(q, v, a, strict=True)])
+        at = CurveEfforts.along(model, x, d1, d2)
+        v, gravity = d1[:, : model.nq], at.gravity
         effort = allowed * model.limits.effort
         spare = effort - model.friction - np.abs(gravity)
         if (spare <= 0.0).any():
@@ -105,9 +102,9 @@ class _Efforts:
         moving = effort - model.friction - np.sign(v) * gravity
         self.velocity = DAMPED * moving / (model.damping + _TINY)
         self.damped = bool((model.damping * model.limits.velocity > LITTLE * effort).any())
-        self.rates, self.squares = inertia - gravity, motion - gravity
+        self.rates, self.squares = at.rates, at.squares
         self._effort, self._gravity = effort, gravity
-        self._friction, self._damping = model.friction * np.sign(v), model.damping * v
+        self._friction, self._damping = at.friction, at.linear
 
     def left(self, speed: np.ndarray) -> np.ndarray:
         """Give what is left above and below, when damping takes what it does at a speed."""

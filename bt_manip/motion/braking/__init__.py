@@ -1,8 +1,8 @@
 """Coming to rest on the path, as soon as the limits allow.
 
 `brake` finds a clock that brings a motion to rest. `halting` brakes as hard as each moment allows;
-`programme` weighs all moments at once, for when that leads nowhere. Both look at limits along the
-path by `clock_limits`.
+`programme` weighs all moments at once, for when that leads nowhere. The one looks at the limits by
+`clock_limits`, the other by `near_clock`.
 """
 
 from .brake import brake as brake

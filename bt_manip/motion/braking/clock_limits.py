@@ -14,6 +14,7 @@ import numpy as np
 from bt_manip.robots import RobotModel
 
 from ..bounds import Bounds
+from ..curve_efforts import CurveEfforts
 from ..jerk_profile import JerkProfile
 
 _TINY = 1e-9
@@ -44,26 +45,6 @@ class Curve(NamedTuple):
         s, p, u = (column[:, np.newaxis] for column in clock.table(times))
         x, d1, d2 = self.evaluate(np.minimum(s[:, 0], self.end))
         return x, d1 * p, d2 * (p * p) + d1 * u  # (n, m) each
-
-
-def efforts_along(
-    model: RobotModel, x: np.ndarray, d1: np.ndarray, d2: np.ndarray
-) -> list[np.ndarray]:
-    """Give what multiplies u, p^2, p and 1 in the efforts, at some readings of a clock.
-
-    Args:
-        model: The arm with its payload.
-        x: Coordinates there, the joints before all others.  # (n, m)
-        d1: Their first derivatives.  # (n, m)
-        d2: Their second derivatives.  # (n, m)
-    """
-    q, v, a = (rows[:, : model.nq] for rows in (x, d1, d2))
-    still = np.zeros(model.nq)
-    gravity = np.array([model.rnea(row, still, still) for row in q])
-    inertia = np.array([model.rnea(row, still, rate) for row, rate in zip(q, v, strict=True)])
-    motion = np.array([model.rnea(*row) for row in zip(q, v, a, strict=True)])
-    friction = model.friction * np.sign(v)
-    return [inertia - gravity, motion - gravity, model.damping * v, gravity + friction]
 
 
 class Rates(NamedTuple):
@@ -130,7 +111,8 @@ class ClockLimits:
         after, now = jerk[behind:], slice(behind, -1)
         columns = [d1[now], d2[now], np.minimum(before, after), np.maximum(before, after)]
         if self._model is not None:
-            columns += efforts_along(self._model, x[now], d1[now], d2[now])
+            efforts = CurveEfforts.along(self._model, x[now], d1[now], d2[now])
+            columns += [*efforts[:3], efforts.gravity + efforts.friction]
         new = np.hstack(columns)
         self._table = np.concatenate([self._table, new]) if done else new
         return True

@@ -6,8 +6,9 @@ import numpy as np
 
 from bt_manip.robots import RobotModel
 
+from ..curve_efforts import CurveEfforts
 from ..jerk_profile import JerkProfile
-from .clock_limits import Curve, State, efforts_along
+from .clock_limits import Curve, State
 
 FADING = 10  # nodes, in which what the first one uses beyond the margin comes back to it
 NEAR = 1e-4  # of the way to the end, for differences
@@ -182,7 +183,8 @@ class NearClock:
         """Give what multiplies u, p^2, p and 1 in accelerations, efforts and velocities."""
         x, d1, d2 = self.curve.evaluate(np.minimum(s, self.curve.end))
         still = np.zeros_like(d1)
-        efforts = efforts_along(self._model, x, d1, d2)
+        at = CurveEfforts.along(self._model, x, d1, d2)
+        efforts = (*at[:3], at.gravity + at.friction)
         parts = zip((d1, d2, still, still), efforts, (still, still, d1, still), strict=True)
         return [np.hstack(part) for part in parts]  # (n, 2 m + nq) each
 
