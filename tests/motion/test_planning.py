@@ -50,6 +50,23 @@ def test_of_several_goals_it_takes_one_that_can_be_reached():
     assert np.array_equal(found.path[-1], [0.0, 1.5])
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_it_finds_the_way_out_of_a_narrow_place_along_joint_limits(seed):
+    one = np.ones(4)
+    limits = JointLimits(-2 * one, 2 * one, one, one, one, one)
+
+    def free(q):  # up to 0.5 rad of the first joint all others have to stay near their limits
+        return q[0] > 0.5 or (q[1:] > 1.8).all()
+
+    start, goal = np.array([-1.9, 1.9, 1.9, 1.9]), np.array([1.9, -1.0, -1.0, -1.0])
+    rng = np.random.default_rng(seed)
+    found = RRTConnect().plan(PlanningProblem(start, goal[np.newaxis], free, limits, rng))
+    assert found.reason == "" and np.array_equal(found.path[-1], goal)
+    for a, b in zip(found.path, found.path[1:], strict=False):
+        assert line_free(a, b, free, 0.04)
+    assert (found.path >= limits.lower).all() and (found.path <= limits.upper).all()
+
+
 def test_it_gives_up_after_a_count_of_samples_and_says_so():
     found = RRTConnect(samples=50).plan(plane(lambda q: abs(q[0]) > 0.2))
     assert not len(found.path)

@@ -8,6 +8,8 @@ from .planner import Planning, PlanningProblem
 STEP = 0.04  # [rad] between the configurations that are looked at
 REACH = 0.6  # [rad] that a tree grows at the most towards a sample
 SAMPLES = 6000
+BESIDE = 0.5  # of the samples are drawn beside what a tree has reached
+SPREAD = 1.5  # [rad] standard deviation of a joint there, at the most
 
 
 class RRTConnect:
@@ -16,6 +18,10 @@ class RRTConnect:
     J. Kuffner and S. LaValle, "RRT-Connect: An Efficient Approach to Single-Query Path Planning",
     ICRA 2000: one tree grows from the start and one from the goals. By turns one takes a step
     towards a sample, and the other one goes as far towards the new node as is free.
+
+    Some samples are drawn from everywhere; they draw a tree into the open. The others are drawn
+    beside a configuration that it has reached, and cut off at the limits: they lead it out of
+    narrow places, along limits too, where hardly any sample from everywhere points.
     """
 
     def __init__(self, *, samples: int = SAMPLES, step: float = STEP, reach: float = REACH) -> None:
@@ -36,7 +42,7 @@ class RRTConnect:
         goal_tree = _Tree(problem.goals, room)
         grown, other = start_tree, goal_tree
         for count in range(self.samples):
-            sample = problem.rng.uniform(lower, upper)
+            sample = grown.sample(lower, upper, problem.rng)
             new = self._extend(grown, sample, problem.free, reach=self.reach)
             if new is not None:
                 met = self._extend(other, grown.nodes[new], problem.free, reach=np.inf)
@@ -79,6 +85,14 @@ class _Tree:
         self.nodes[: len(roots)] = roots
         self.parents = [-1] * len(roots)
         self.count = len(roots)
+
+    def sample(self, lower: np.ndarray, upper: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Draw a configuration to grow towards, between bounds."""
+        if rng.uniform() >= BESIDE:
+            return rng.uniform(lower, upper)
+        reached = self.nodes[rng.integers(self.count)]
+        spread = SPREAD * rng.uniform()
+        return np.clip(rng.normal(reached, spread), lower, upper)
 
     def nearest(self, q: np.ndarray) -> int:
         offset = self.nodes[: self.count] - q
