@@ -1,4 +1,4 @@
-"""Motion in one dimension with piecewise constant jerk, as Ruckig computes it."""
+"""Motion in one dimension with a jerk that is constant or changes evenly, piece by piece."""
 
 from bisect import bisect_right
 from typing import Any
@@ -21,22 +21,27 @@ class JerkProfile:
         """Make a profile.
 
         Args:
-            segments: Start time, position, velocity, acceleration and jerk of each.  # (n, 5)
+            segments: Start time, position, velocity, acceleration and jerk of each, and how fast
+                the jerk changes where it does.  # (n, 5) or (n, 6)
             duration: When the last one ends [s].
             end: Position from then on.
         """
-        self._segments = segments if segments else [[0.0, end, 0.0, 0.0, 0.0]]
+        if not segments:
+            segments = [[0.0, end, 0.0, 0.0, 0.0, 0.0]]
+        elif len(segments[0]) < 6:
+            segments = [[*segment, 0.0] for segment in segments]
+        self._segments = segments
         self._starts = [segment[0] for segment in self._segments]
-        at_rest = [duration, end, 0.0, 0.0, 0.0]
+        at_rest = [duration, end, 0.0, 0.0, 0.0, 0.0]
         table = np.array([*self._segments, at_rest])
         self._since, self._rows = table[:, 0], table[:, 1:].T.copy()
-        self._rows[2:] /= [[2.0], [6.0]]  # what multiplies powers of the time since then
+        self._rows[2:] /= [[2.0], [6.0], [24.0]]  # what multiplies powers of the time since then
         self.duration = duration
         self.end = end
 
     @property
     def segments(self) -> list[list[float]]:
-        """Start time, position, velocity, acceleration and jerk of each segment."""  # (n, 5)
+        """Start time, position, velocity, acceleration, jerk and its change."""  # (n, 6)
         return self._segments
 
     @classmethod
@@ -67,22 +72,22 @@ class JerkProfile:
         """Give position, velocity and acceleration at a time [s]."""
         if t >= self.duration:
             return self.end, 0.0, 0.0
-        start, p, v, a, j = self._segments[max(0, bisect_right(self._starts, t) - 1)]
+        start, p, v, a, j, k = self._segments[max(0, bisect_right(self._starts, t) - 1)]
         x = t - start
         return (
-            p + x * (v + x * (a / 2.0 + x * j / 6.0)),
-            v + x * (a + x * j / 2.0),
-            a + x * j,
+            p + x * (v + x * (a / 2.0 + x * j / 6.0 + x * x * k / 24.0)),
+            v + x * (a + x * j / 2.0 + x * x * k / 6.0),
+            a + x * j + x * x * k / 2.0,
         )
 
     def table(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Give positions, velocities and accelerations at many times."""  # (n,), (n,), (n,)
         index = np.maximum(self._since.searchsorted(times, side="right") - 1, 0)
         x = times - self._since[index]
-        p, v, a, j = self._rows.take(index, axis=1)
-        position = p + x * (v + x * (a + x * j))
-        velocity = v + x * (2.0 * a + x * (3.0 * j))
-        return position, velocity, 2.0 * a + x * (6.0 * j)
+        p, v, a, j, k = self._rows.take(index, axis=1)
+        position = p + x * (v + x * (a + x * (j + x * k)))
+        velocity = v + x * (2.0 * a + x * (3.0 * j + x * (4.0 * k)))
+        return position, velocity, 2.0 * a + x * (6.0 * j + x * (12.0 * k))
 
     def corners(self) -> np.ndarray:
         """Give the times when the jerk changes."""
@@ -101,7 +106,9 @@ class JerkProfile:
         """
         check_duration(factor * self.duration)
         c = factor
-        segments = [[t * c, p, v / c, a / c**2, j / c**3] for t, p, v, a, j in self._segments]
+        segments = [
+            [t * c, p, v / c, a / c**2, j / c**3, k / c**4] for t, p, v, a, j, k in self._segments
+        ]
         return JerkProfile(segments, self.duration * c, self.end)
 
     def get_state(self) -> dict[str, Any]:

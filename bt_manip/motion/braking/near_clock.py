@@ -1,20 +1,25 @@
 """What limits are near a clock: linear in what another clock differs from it by."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from bt_manip.robots import RobotModel
 
+from ..bounds import Bounds
 from ..curve_efforts import CurveEfforts
-from ..jerk_profile import JerkProfile
+from .clock import Clock, Rates
 from .clock_limits import Curve, State
 
-FADING = 10  # nodes, in which what the first one uses beyond the margin comes back to it
 NEAR = 1e-4  # of the way to the end, for differences
 TINY = 1e-12
-CLOSE = 2e-7  # to the limits: what a programme leaves
-APART = 1e-4  # [s] that nodes are at least
+LOOKS = 64  # within each step, for what is beyond its limits
+# Of a limit, that a clock may be beyond it: less than what counts as rounding, and all that is left
+# of a limit where a joint has to wait for another. A millionth there may be worth a twentieth of
+# the time: the sooner a little of the pace is gone, the sooner more of it may go.
+ROUNDING = 6e-7
+CLOSE = 9e-7  # the same, of what is driven
 
 
 class Rows(NamedTuple):
@@ -22,55 +27,75 @@ class Rows(NamedTuple):
 
     Attributes:
         value: What is limited.  # (n, m)
-        most: What it shall not exceed.  # (n, m)
-        rates: How fast it changes with a variable, "s", "p" or "u", at nodes.  # (n,), (n, m)
-        kept: Whether the limits themselves are kept.
+        most: What it shall not exceed.  # (n, m) or (m,)
+        at: Steps that rates are at.  # (n,)
+        rates: How fast the values change.  # (n, m) each
+        wild: Whether what is at one side of its range may come to the other at once.
     """
 
     value: np.ndarray
     most: np.ndarray
-    rates: list[tuple[str, np.ndarray, np.ndarray]]
-    kept: bool
+    at: np.ndarray
+    rates: Rates
+    wild: bool = False
 
 
-class Clock:
-    """Changes of the pace at some times, and what follows from them."""
+class Places(NamedTuple):
+    """Where limits are looked at.
 
-    def __init__(self, state: State, t: np.ndarray, u: np.ndarray) -> None:
-        """Let a clock go on.
+    Attributes:
+        k: Steps.  # (n,)
+        part: Of each that is over, 0 to 1.  # (n,)
+    """
+
+    k: np.ndarray
+    part: np.ndarray
+
+    @classmethod
+    def along(cls, k: np.ndarray, part: float) -> "Places":
+        """Look at some steps when a part of them is over."""
+        return cls(k, np.full(len(k), part))
+
+    def since(self, first: int) -> "Places":
+        """Give those from a step on."""
+        later = self.k >= first
+        return Places(self.k[later], self.part[later])
+
+    def worst(self, excess: np.ndarray) -> "Places":
+        """Add for each step and limit where it is exceeded most, if it is.
 
         Args:
-            state: Its reading, its pace and the pace's change.
-            t: Times of nodes, from 0 on [s].  # (n,)
-            u: The changes there; between them they change evenly.  # (n,)
+            excess: At equal parts of each step.  # (steps, parts, m)
         """
-        s, p, _ = state
-        h = np.diff(t)
-        self.t, self.u = t, u
-        self.p = p + np.concatenate([[0.0], np.cumsum(0.5 * h * (u[1:] + u[:-1]))])
-        moved = h * (self.p[:-1] + h * (u[:-1] / 3.0 + u[1:] / 6.0))
-        self.s = s + np.concatenate([[0.0], np.cumsum(moved)])
+        k, j = np.nonzero(excess.max(axis=1) > 0.0)
+        part = excess[k, :, j].argmax(axis=1) / (excess.shape[1] - 1)
+        both = np.column_stack([self.k, self.part]), np.column_stack([k, part])
+        rows = np.unique(np.vstack(both), axis=0)
+        return Places(rows[:, 0].astype(int), rows[:, 1])
 
-    def with_nodes_at(self, readings: np.ndarray, t: np.ndarray) -> np.ndarray:
-        """Add to some times those when it is at some readings, if they are not too near."""
-        inside = readings[(readings > self.s[0]) & (readings < self.s[-1])]
-        added = np.interp(inside, self.s, self.t)
-        kept = t[np.abs(t[:, np.newaxis] - added).min(axis=1, initial=np.inf) > APART]
-        ends = np.concatenate([t[:1], kept, added, t[-1:]])
-        return np.unique(ends)
 
-    def profile(self) -> JerkProfile:
-        """Give it as something to drive along."""
-        rows = np.column_stack([self.t, self.s, self.p, self.u])[:-1]
-        rows = np.column_stack([rows, np.diff(self.u) / np.diff(self.t)])
-        return JerkProfile(rows.tolist(), float(self.t[-1]), float(self.s[-1]))
+class Looks(NamedTuple):
+    """Where a clock is looked at.
+
+    Attributes:
+        moving: For limits of acceleration, effort and velocity.
+        jerk: For limits of jerk.
+    """
+
+    moving: Places
+    jerk: Places
+
+    @classmethod
+    def nowhere(cls) -> "Looks":
+        """Look at no places."""
+        return cls(Places.along(np.arange(0), 0.0), Places.along(np.arange(0), 0.0))
 
 
 class NearClock:
     """What the limits along a curve are near a clock.
 
     A clock can always wait, at pace 1 and without changes, since the curve itself is inside its
-    limits. So what waiting uses beyond the margin counts as no more than that; but nothing may add
+    limits. So what waiting uses beyond them counts as no more than they are; but nothing may add
     to it.
 
     Attributes:
@@ -79,9 +104,7 @@ class NearClock:
         curve: What the clock goes through.
     """
 
-    def __init__(
-        self, curve: Curve, state: State, model: RobotModel, allowed: float, margin: float
-    ) -> None:
+    def __init__(self, curve: Curve, state: State, model: RobotModel, allowed: float) -> None:
         """Look at a curve.
 
         Args:
@@ -89,95 +112,131 @@ class NearClock:
             state: The clock's first reading, its pace then and the pace's change.
             model: The arm with its payload.
             allowed: Fraction of the limits of effort that may be used.
-            margin: Fraction of all limits that shall be used at most.
         """
-        self.curve, self.state = curve, state
-        self._model, self._margin = model, margin
-        b = curve.bounds
+        bounds = Bounds(*((1.0 + ROUNDING) * most for most in curve.bounds))
+        self.curve, self.state, self._model = curve._replace(bounds=bounds), state, model
+        b = bounds
         self.pace = state[1] + max(0.0, state[2]) * float((b.acceleration / b.jerk).max())
-        self._bound = np.concatenate([b.acceleration, allowed * model.limits.effort, b.velocity])
+        self._most = np.concatenate([b.acceleration, allowed * model.limits.effort, b.velocity])
+
+    @property
+    def begins_inside(self) -> bool:
+        """Whether the clock is inside all limits where it begins."""
+        value, _ = self._moving(*(np.array([x]) for x in self.state))
+        return bool((np.abs(value[0]) <= (1.0 + CLOSE) * self._most).all())
 
     def roughly(self, clock: Clock) -> list[Rows]:
         """Limit what moves at nodes, and what accelerations change by between them."""
-        nodes = self._nodes(clock)
-        m = len(self.curve.bounds.jerk)
-        change = np.diff(nodes.value[:, :m], axis=0)
-        most = self._margin * np.diff(clock.t)[:, np.newaxis] * self.curve.bounds.jerk
-        rates = [
-            (name, at[part], sign * of[part, :m])
-            for part, sign in ((slice(1, None), 1.0), (slice(-1), -1.0))
-            for name, at, of in nodes.rates
+        value, by = self._moving(clock.s, clock.p, clock.u)
+        m, k = len(self.curve.bounds.jerk), np.arange(len(clock.h))
+        nodes: Rates = {(name, 1): rate[1:] for name, rate in by.items()}
+        change: Rates = {(name, 1): rate[1:, :m] for name, rate in by.items()}
+        change |= {(name, 0): -rate[:-1, :m] for name, rate in by.items()}
+        most = clock.h[:, np.newaxis] * self.curve.bounds.jerk
+        return [
+            Rows(value[1:], self._most, k, nodes),
+            Rows(np.diff(value[:, :m], axis=0), most, k, change),
         ]
-        between = Rows(change, most, rates, bool((np.abs(change) <= most).all()))
-        return [self._behind_the_first(nodes), between]
 
-    def closely(self, clock: Clock) -> list[Rows]:
-        """Limit what moves at nodes, and the jerk where each step begins and where it ends.
+    def closely(self, clock: Clock, looks: Looks, last: int) -> list[Rows]:
+        """Limit what moves and the jerk at the ends of each step, and within it.
 
-        Nodes have to be at the corners of the curve.
+        Args:
+            clock: The clock; its nodes are at the corners of the curve that it passes before the
+                last stretch.
+            looks: Where to look besides.
+            last: Where the last stretch begins.
         """
-        nodes = self._nodes(clock)
-        s, (d1, d2) = self._inside(clock), nodes.derivatives
-        h, k = np.diff(clock.t)[:, np.newaxis], np.arange(len(s) - 1)
-        d3 = np.diff(d2, axis=0) / np.maximum(np.diff(s), TINY)[:, np.newaxis]
-        w = np.diff(clock.u)[:, np.newaxis] / h
-        bound = self.curve.bounds.jerk
-        most = np.broadcast_to(self._margin * bound, d3.shape)
-        rows = [self._behind_the_first(nodes)]
-        for now in (k, k + 1):
-            p, u, x1, x2 = clock.p[now, np.newaxis], clock.u[now, np.newaxis], d1[now], d2[now]
-            waiting = d3 * p**3
-            counted = self._counted(waiting, bound)
-            by_clock = x1 * w + 3.0 * x2 * p * u
-            rates = [
-                ("u", k + 1, x1 / h),
-                ("u", k, -x1 / h),
-                ("u", now, 3.0 * x2 * p),
-                ("p", now, 3.0 * x2 * u + np.where(waiting == counted, 3.0 * d3 * p * p, 0.0)),
-                ("s", now, x2 * w + 3.0 * d3 * p * u),
-            ]
-            kept = np.abs(by_clock + waiting) <= (1.0 + CLOSE) * bound
-            rows.append(Rows(by_clock + counted, most, rates, bool(kept.all())))
-            full = nodes.full[:-1]
-            if now is k and full.any():  # nor may it begin to grow within the step
-                only = [(name, at, np.abs(full) * of) for name, at, of in rates]
-                rows.append(Rows(full * most + np.abs(full) * by_clock, most, only, True))
-        return rows
+        steps = np.arange(len(clock.h))
+        low, high = self._thirds(clock, last)
 
-    def _nodes(self, clock: Clock) -> "_Nodes":
-        """Give accelerations, efforts and velocities at the nodes."""
-        s, near = self._inside(clock), NEAR * self.curve.end
-        p, u = clock.p[:, np.newaxis], clock.u[:, np.newaxis]
+        def moving(places: Places) -> Rows:
+            return self._moving_at(clock, places)
+
+        def lower(places: Places) -> Rows:
+            return self._jerk_at(clock, low, places)
+
+        def higher(places: Places) -> Rows:
+            return self._jerk_at(clock, high, places)
+
+        return [
+            *_within(moving, steps, looks.moving),
+            *_within(lower, steps, looks.jerk),
+            *_within(higher, steps[last:], looks.jerk.since(last)),
+        ]
+
+    def _moving_at(self, clock: Clock, places: Places) -> Rows:
+        now = clock.within(*places)
+        value, by = self._moving(now.s, now.p, now.u)
+        return Rows(value, self._most, places.k, _chained(by, now.rates))
+
+    def _jerk_at(self, clock: Clock, third: np.ndarray, places: Places) -> Rows:
+        now = clock.within(*places)
+        value, by = self._jerk(third[places.k], now.s, now.p, now.u, now.w)
+        return Rows(value, self.curve.bounds.jerk, places.k, _chained(by, now.rates), wild=True)
+
+    def beyond(self, clock: Clock, looks: Looks, last: int) -> Looks:
+        """Add to some places those within steps where the limits are exceeded."""
+        steps = len(clock.h)
+        k, part = np.repeat(np.arange(steps), LOOKS + 1), np.tile(np.arange(LOOKS + 1), steps)
+        now = clock.within(k, part / LOOKS)
+        s, p, u, w = (x[:, np.newaxis] for x in now[:4])
+        _, d1, d2 = self.curve.evaluate(np.minimum(now.s, self.curve.end))
+        b, shape = self.curve.bounds, (steps, LOOKS + 1, -1)
+        acceleration = np.abs(d1 * u + d2 * p * p) / b.acceleration
+        low, high = (d3[k] * p**3 for d3 in self._thirds(clock, last))
+        by_clock = d1 * w + 3.0 * d2 * p * u
+        jerk = np.maximum(np.abs(by_clock + low), np.abs(by_clock + high)) / b.jerk
+        excess = [used.reshape(shape) - (1.0 + CLOSE - ROUNDING) for used in (acceleration, jerk)]
+        return Looks(looks.moving.worst(excess[0]), looks.jerk.worst(excess[1]))
+
+    def _thirds(self, clock: Clock, last: int) -> tuple[np.ndarray, np.ndarray]:
+        """Give the lowest and the highest third derivatives of the curve in each step.
+
+        They are the same but in the last stretch: there may be corners within steps, and what is
+        behind them is that of the steps beside.
+        """  # (n - 1, m) each
+        s = np.minimum(clock.s, self.curve.end)
+        _, _, d2 = self.curve.evaluate(s)
+        third = np.diff(d2, axis=0) / np.maximum(np.diff(s), TINY)[:, np.newaxis]
+        low, high = third.copy(), third.copy()
+        for those, chosen in ((low[last:], np.minimum), (high[last:], np.maximum)):
+            only = third[last:]
+            chosen(those[1:], only[:-1], out=those[1:])
+            chosen(those[:-1], only[1:], out=those[:-1])
+        return low, high
+
+    def _jerk(
+        self, d3: np.ndarray, s: np.ndarray, p: np.ndarray, u: np.ndarray, w: np.ndarray
+    ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Give the jerk, and how fast it changes."""  # (n, m) each
+        _, d1, d2 = self.curve.evaluate(np.minimum(s, self.curve.end))
+        p, u, w = p[:, np.newaxis], u[:, np.newaxis], w[:, np.newaxis]
+        waiting, most = d3 * p**3, self.curve.bounds.jerk
+        counted = np.clip(waiting, -most, most)
+        by_waiting = np.where(waiting == counted, 3.0 * d3 * p * p, 0.0)
+        by = {
+            "w": d1,
+            "u": 3.0 * d2 * p,
+            "p": 3.0 * d2 * u + by_waiting,
+            "s": d2 * w + 3.0 * d3 * p * u,
+        }
+        return d1 * w + 3.0 * d2 * p * u + counted, by
+
+    def _moving(
+        self, s: np.ndarray, p: np.ndarray, u: np.ndarray
+    ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Give accelerations, efforts and velocities, and how fast they change."""  # (n, k) each
+        near, most = NEAR * self.curve.end, self._most
+        p, u = p[:, np.newaxis], u[:, np.newaxis]
         rate, square, linear, rest = self._parts(s)
         waiting = square * p * p + linear * p + rest
-        counted = self._counted(waiting, self._bound)
-        value = rate * u + counted
-        rate_there, *there = self._parts(s + near)
-        waiting_there = there[0] * p * p + there[1] * p + there[2]
-        moved = rate_there * u + self._counted(waiting_there, self._bound) - value
-        k, m = np.arange(len(s)), len(self.curve.bounds.jerk)
+        counted = np.clip(waiting, -most, most)
+        there = self._parts(s + near)
+        waiting_there = there[1] * p * p + there[2] * p + there[3]
+        moved = (there[0] - rate) * u + np.clip(waiting_there, -most, most) - counted
         by_pace = np.where(waiting == counted, 2.0 * square * p + linear, 0.0)
-        full = np.where(waiting == counted, 0.0, np.sign(waiting))[:, :m]
-        rates = [("u", k, rate), ("p", k, by_pace), ("s", k, moved / near)]
-        derivatives = rate[:, :m], square[:, :m]
-        return _Nodes(value, rate * u + waiting, full, derivatives, rates)
-
-    def _behind_the_first(self, nodes: "_Nodes") -> Rows:
-        """Limit what is used at nodes; what is used where the clock begins cannot be helped."""
-        most = self._margin * self._bound
-        fading = np.maximum(0.0, 1.0 - np.arange(1, len(nodes.value)) / FADING)[:, np.newaxis]
-        most = most + np.maximum(0.0, np.abs(nodes.value[0]) - most) * fading
-        bound = (1.0 + CLOSE) * np.maximum(self._bound, most)
-        kept = bool((np.abs(nodes.used[1:]) <= bound).all())
-        rates = [(name, at[1:], of[1:]) for name, at, of in nodes.rates]
-        return Rows(nodes.value[1:], most, rates, kept)
-
-    def _counted(self, waiting: np.ndarray, bound: np.ndarray) -> np.ndarray:
-        """Give what counts of what a clock uses that waits."""
-        return np.clip(waiting, -self._margin * bound, self._margin * bound)
-
-    def _inside(self, clock: Clock) -> np.ndarray:
-        return np.minimum(clock.s, self.curve.end)
+        return rate * u + counted, {"u": rate, "p": by_pace, "s": moved / near}
 
     def _parts(self, s: np.ndarray) -> list[np.ndarray]:
         """Give what multiplies u, p^2, p and 1 in accelerations, efforts and velocities."""
@@ -189,20 +248,35 @@ class NearClock:
         return [np.hstack(part) for part in parts]  # (n, 2 m + nq) each
 
 
-class _Nodes(NamedTuple):
-    """What is used at the nodes of a clock.
+def _within(limited: Callable[[Places], Rows], steps: np.ndarray, more: Places) -> list[Rows]:
+    """Limit something at both ends of steps, in between, and at more places.
 
-    Attributes:
-        value: What counts.  # (n, k)
-        used: All of it.  # (n, k)
-        full: The sign of each acceleration of which waiting uses more than counts; else 0.
-            # (n, m)
-        derivatives: The first two of the curve.  # (n, m) each
-        rates: How fast the value changes with each variable, at the same node.
+    In between it goes about like a parabola: that is nowhere beyond the highest of its values at
+    the ends and of where its tangents there meet.
     """
+    first, amid, last = (limited(Places.along(steps, part)) for part in (0.0, 0.5, 1.0))
+    meeting = amid._replace(
+        value=2.0 * amid.value - 0.5 * (first.value + last.value),
+        rates={
+            name: 2.0 * rate - 0.5 * (first.rates[name] + last.rates[name])
+            for name, rate in amid.rates.items()
+        },
+    )
+    # What does not jump between steps is at the end of one what it is when the next begins.
+    found = [first, meeting, last] if first.wild else [meeting, last]
+    return [*found, limited(more)] if len(more.k) else found
 
-    value: np.ndarray
-    used: np.ndarray
-    full: np.ndarray
-    derivatives: tuple[np.ndarray, np.ndarray]
-    rates: list[tuple[str, np.ndarray, np.ndarray]]
+
+def _chained(by: dict[str, np.ndarray], rates: dict[str, Rates]) -> Rates:
+    """Give how fast something changes with what a clock is made of.
+
+    Args:
+        by: How fast with its readings, paces and so on.  # (n, m) each
+        rates: How fast these change.  # (n,) each
+    """
+    found: Rates = {}
+    for name, outer in by.items():
+        for variable, inner in rates[name].items():
+            rate = outer * inner[:, np.newaxis]
+            found[variable] = found[variable] + rate if variable in found else rate
+    return found
