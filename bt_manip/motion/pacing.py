@@ -120,7 +120,7 @@ def _risen(whole: Trajectory, now: float, pace: float) -> Iterator[tuple[PacedTr
     for time in RISES:
         rate = pace / time
         rise = ramp_profile((now, 0.0, 0.0), pace, (2.0 * rate, 8.0 * rate / time))
-        segments = [*rise.segments, [rise.duration, rise.end, pace, 0.0, 0.0]]
+        segments = [*rise.segments, [rise.duration, rise.end, pace, 0.0, 0.0, 0.0]]
         left = max(0.0, whole.duration - rise.end) / pace
         clock = JerkProfile(segments, rise.duration + left, max(whole.duration, rise.end))
         yield PacedTrajectory(whole, clock), rise.duration
