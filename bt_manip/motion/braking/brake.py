@@ -114,7 +114,7 @@ def _on_path(whole: PathTrajectory, state: State) -> _Way:
     def driven(clock: JerkProfile) -> Trajectory:
         return PathTrajectory(whole.path, clock, whole.bounds)
 
-    return _Way(Curve(evaluate, whole.bounds, 1.0), along, driven)
+    return _Way(Curve(evaluate, whole.bounds, 1.0, timed=False), along, driven)
 
 
 def _halted(

@@ -33,12 +33,14 @@ class Curve(NamedTuple):
         bounds: What the coordinates may do.  # (m,) each
         end: The clock's last reading.
         corners: Readings where the third derivatives jump.  # (k,)
+        timed: Whether it is inside its limits at pace 1, as a motion over its own time is.
     """
 
     evaluate: Evaluate
     bounds: Bounds
     end: float
     corners: np.ndarray = np.empty(0)
+    timed: bool = True
 
     def driven(self, clock: JerkProfile, times: np.ndarray) -> Rows:
         """Give coordinates, velocities and accelerations at some times of a clock."""

@@ -1,6 +1,7 @@
 """What limits are near a clock: linear in what another clock differs from it by."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from .clock_limits import Curve, State
 
 NEAR = 1e-4  # of the way to the end, for differences
 TINY = 1e-12
+BESIDE = 0.02  # of a step, for the third derivatives of the curve
 LOOKS = 64  # within each step, for what is beyond its limits
 # Of a limit, that a clock may be beyond it: less than what counts as rounding, and all that is left
 # of a limit where a joint has to wait for another. A millionth there may be worth a twentieth of
@@ -94,9 +96,9 @@ class Looks(NamedTuple):
 class NearClock:
     """What the limits along a curve are near a clock.
 
-    A clock can always wait, at pace 1 and without changes, since the curve itself is inside its
-    limits. So what waiting uses beyond them counts as no more than they are; but nothing may add
-    to it.
+    Along a motion over its own time a clock can always wait, at pace 1 and without changes, since
+    that is inside the limits. So what waiting uses beyond them counts as no more than they are; but
+    nothing may add to it.
 
     Attributes:
         state: The clock's first reading, its pace then and the pace's change.
@@ -148,63 +150,58 @@ class NearClock:
             last: Where the last stretch begins.
         """
         steps = np.arange(len(clock.h))
-        low, high = self._thirds(clock, last)
-
-        def moving(places: Places) -> Rows:
-            return self._moving_at(clock, places)
-
-        def lower(places: Places) -> Rows:
-            return self._jerk_at(clock, low, places)
-
-        def higher(places: Places) -> Rows:
-            return self._jerk_at(clock, high, places)
-
-        return [
-            *_within(moving, steps, looks.moving),
-            *_within(lower, steps, looks.jerk),
-            *_within(higher, steps[last:], looks.jerk.since(last)),
-        ]
+        unsure = steps[last:] if len(self.curve.corners) else steps[:0]
+        found = _within(partial(self._moving_at, clock), steps, looks.moving)
+        found += _within(partial(self._jerk_at, clock, last, np.minimum), steps, looks.jerk)
+        if len(unsure):
+            other = partial(self._jerk_at, clock, last, np.maximum)
+            found += _within(other, unsure, looks.jerk.since(last))
+        return found
 
     def _moving_at(self, clock: Clock, places: Places) -> Rows:
         now = clock.within(*places)
         value, by = self._moving(now.s, now.p, now.u)
         return Rows(value, self._most, places.k, _chained(by, now.rates))
 
-    def _jerk_at(self, clock: Clock, third: np.ndarray, places: Places) -> Rows:
-        now = clock.within(*places)
-        value, by = self._jerk(third[places.k], now.s, now.p, now.u, now.w)
-        return Rows(value, self.curve.bounds.jerk, places.k, _chained(by, now.rates), wild=True)
+    def _jerk_at(self, clock: Clock, last: int, chosen: np.ufunc, places: Places) -> Rows:
+        """Limit the jerk at some places.
 
-    def beyond(self, clock: Clock, looks: Looks, last: int) -> Looks:
+        In the last stretch there may be corners within steps, and what is behind them is that of
+        the steps beside: of what the third derivatives may be the one that is chosen counts.
+        """
+        now = clock.within(*places)
+        k, part = places
+        around = [
+            np.minimum(clock.within(k, beside).s, self.curve.end)
+            for beside in (np.maximum(part - BESIDE, 0.0), np.minimum(part + BESIDE, 1.0))
+        ]
+        (_, _, before), (_, _, behind) = (self.curve.evaluate(s) for s in around)
+        d3 = (behind - before) / np.maximum(around[1] - around[0], TINY)[:, np.newaxis]
+        later = k >= last
+        if len(self.curve.corners) and later.any():
+            s = np.minimum(clock.s[last:], self.curve.end)
+            _, _, d2 = self.curve.evaluate(s)
+            third = np.diff(d2, axis=0) / np.maximum(np.diff(s), TINY)[:, np.newaxis]
+            beside = np.vstack([third[:1], third, third[-1:]])
+            third = chosen(third, chosen(beside[:-2], beside[2:]))
+            d3[later] = chosen(d3[later], third[k[later] - last])
+        value, by = self._jerk(d3, now.s, now.p, now.u, now.w)
+        return Rows(value, self.curve.bounds.jerk, k, _chained(by, now.rates), wild=True)
+
+    def beyond(self, clock: Clock, looks: Looks) -> Looks:
         """Add to some places those within steps where the limits are exceeded."""
-        steps = len(clock.h)
+        steps, b = len(clock.h), self.curve.bounds
         k, part = np.repeat(np.arange(steps), LOOKS + 1), np.tile(np.arange(LOOKS + 1), steps)
         now = clock.within(k, part / LOOKS)
-        s, p, u, w = (x[:, np.newaxis] for x in now[:4])
+        p, u = now.p[:, np.newaxis], now.u[:, np.newaxis]
         _, d1, d2 = self.curve.evaluate(np.minimum(now.s, self.curve.end))
-        b, shape = self.curve.bounds, (steps, LOOKS + 1, -1)
-        acceleration = np.abs(d1 * u + d2 * p * p) / b.acceleration
-        low, high = (d3[k] * p**3 for d3 in self._thirds(clock, last))
-        by_clock = d1 * w + 3.0 * d2 * p * u
-        jerk = np.maximum(np.abs(by_clock + low), np.abs(by_clock + high)) / b.jerk
-        excess = [used.reshape(shape) - (1.0 + CLOSE - ROUNDING) for used in (acceleration, jerk)]
-        return Looks(looks.moving.worst(excess[0]), looks.jerk.worst(excess[1]))
-
-    def _thirds(self, clock: Clock, last: int) -> tuple[np.ndarray, np.ndarray]:
-        """Give the lowest and the highest third derivatives of the curve in each step.
-
-        They are the same but in the last stretch: there may be corners within steps, and what is
-        behind them is that of the steps beside.
-        """  # (n - 1, m) each
-        s = np.minimum(clock.s, self.curve.end)
-        _, _, d2 = self.curve.evaluate(s)
-        third = np.diff(d2, axis=0) / np.maximum(np.diff(s), TINY)[:, np.newaxis]
-        low, high = third.copy(), third.copy()
-        for those, chosen in ((low[last:], np.minimum), (high[last:], np.maximum)):
-            only = third[last:]
-            chosen(those[1:], only[:-1], out=those[1:])
-            chosen(those[:-1], only[1:], out=those[:-1])
-        return low, high
+        acceleration = (d1 * u + d2 * p * p).reshape(steps, LOOKS + 1, -1)
+        change = np.diff(acceleration, axis=1) * (LOOKS / clock.h)[:, np.newaxis, np.newaxis]
+        most = 1.0 + CLOSE - ROUNDING
+        return Looks(
+            looks.moving.worst(np.abs(acceleration) / b.acceleration - most),
+            looks.jerk.worst(np.abs(change) / b.jerk - most),
+        )
 
     def _jerk(
         self, d3: np.ndarray, s: np.ndarray, p: np.ndarray, u: np.ndarray, w: np.ndarray
@@ -213,7 +210,7 @@ class NearClock:
         _, d1, d2 = self.curve.evaluate(np.minimum(s, self.curve.end))
         p, u, w = p[:, np.newaxis], u[:, np.newaxis], w[:, np.newaxis]
         waiting, most = d3 * p**3, self.curve.bounds.jerk
-        counted = np.clip(waiting, -most, most)
+        counted = np.clip(waiting, -most, most) if self.curve.timed else waiting
         by_waiting = np.where(waiting == counted, 3.0 * d3 * p * p, 0.0)
         by = {
             "w": d1,
@@ -231,10 +228,12 @@ class NearClock:
         p, u = p[:, np.newaxis], u[:, np.newaxis]
         rate, square, linear, rest = self._parts(s)
         waiting = square * p * p + linear * p + rest
-        counted = np.clip(waiting, -most, most)
+        counted = np.clip(waiting, -most, most) if self.curve.timed else waiting
         there = self._parts(s + near)
         waiting_there = there[1] * p * p + there[2] * p + there[3]
-        moved = (there[0] - rate) * u + np.clip(waiting_there, -most, most) - counted
+        if self.curve.timed:
+            waiting_there = np.clip(waiting_there, -most, most)
+        moved = (there[0] - rate) * u + waiting_there - counted
         by_pace = np.where(waiting == counted, 2.0 * square * p + linear, 0.0)
         return rate * u + counted, {"u": rate, "p": by_pace, "s": moved / near}
 

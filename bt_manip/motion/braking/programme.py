@@ -55,7 +55,7 @@ def programmed_halts(
         allowed: Fraction of the limits of effort that may be used.
 
     Returns:
-        Clocks that keep the limits as far as the programmes look.
+        Clocks that keep the limits as far as the programmes look; one at the most.
     """
     near = NearClock(curve, state, model, EFFORT * allowed)
     if not near.begins_inside:
@@ -73,6 +73,7 @@ def programmed_halts(
             if not fine.found_beyond():
                 if fine.now.excess <= CLOSE - ROUNDING:
                     yield fine.now.clock.profile()
+                    return
                 break
 
 
@@ -221,7 +222,7 @@ class _Fine(_Search):
     def found_beyond(self) -> bool:
         """Look within steps for what is beyond limits, from now on; tell whether there is any."""
         before = self._looks
-        self._looks = self._near.beyond(self.now.clock, before, self._stretches.last)
+        self._looks = self._near.beyond(self.now.clock, before)
         self.now = self._look(self.now.clock)
         return any(len(a.k) > len(b.k) for a, b in zip(self._looks, before, strict=True))
 
