@@ -10,7 +10,7 @@ from bt_manip.motion.bounds import Bounds
 from bt_manip.motion.braking import brake, halt
 from bt_manip.motion.braking.clock_limits import Curve
 from bt_manip.motion.braking.halting import halting_clocks, shortest_rest
-from bt_manip.motion.braking.programme import programmed_halts
+from bt_manip.motion.braking.programme import programmed_halt
 from bt_manip.motion.jerk_profile import JerkProfile, brake_profile, joint_profiles
 from bt_manip.motion.limit_check import STEP, jumps, rows_use, step_times
 from bt_manip.motion.trajectory import JointTrajectory
@@ -90,9 +90,12 @@ def test_joints_that_get_in_each_others_way_rest_long_before_the_motion_would_en
         return max(bounds.use(v, a, STEP))
 
     assert all(used(clock) > 1.0 + 1e-3 for clock in halting_clocks(curve, state))
-    found = next(programmed_halts(curve, state, least, left, model, allowed=100.0))
+    found = programmed_halt(curve, state, least, left, model, allowed=100.0)
     assert used(found) <= 1.0 + 1e-6
     assert least <= found.duration < 0.75 * left
+    changes = found.table(step_times(found.duration, STEP))[2]
+    best = jerk_limited_halt.found(curve, state, model, least, changes, STEP)
+    assert found.duration <= 1.1 * best
 
 
 @pytest.mark.parametrize("state", [(6.4e-5, 0.048, 24.0), (1.5e-4, 0.08, 30.0), (1e-3, 1.0, 0.0)])
@@ -111,8 +114,8 @@ def test_a_programme_finds_the_halt_of_the_textbook(model):
     bounds = Bounds(*(np.full(7, most) for most in (2.0, 10.0, 200.0)))
     state, textbook = (0.0, 1.0, 0.0), 1.0 / 10.0 + 10.0 / 200.0
     curve = Curve(line.evaluate, bounds, 1.0)
-    found = next(programmed_halts(curve, state, textbook, 2.0, model, allowed=100.0))
-    assert found.duration == pytest.approx(textbook, rel=0.02)
+    found = programmed_halt(curve, state, textbook, 2.0, model, allowed=100.0)
+    assert found.duration == pytest.approx(textbook, rel=0.01)
 
 
 def test_what_every_joint_needs_to_rest_is_what_ruckig_finds(model, rng):

@@ -22,7 +22,7 @@ from ..paced_trajectory import PacedTrajectory
 from ..trajectory import PathTrajectory, SequenceTrajectory, TailTrajectory, Trajectory
 from .clock_limits import Curve, Rows, State
 from .halting import halting_clocks, shortest_rest
-from .programme import programmed_halts
+from .programme import programmed_halt
 
 ENOUGH = 1.02  # times the least that any path leaves: who rests as soon as that need not look on
 WORTH = 1.1  # times the same: only who rests later than that needs programmes
@@ -135,9 +135,9 @@ def _halted(
     # What is found at once along the path itself is hardly ever far from the best.
     if shortest > BRIEF and left > WORTH * shortest and (found is None or found[0] is not ways[0]):
         for way in ways:
-            for clock in programmed_halts(way.curve, way.state, shortest, left, model, ALLOWED):
-                if _effort_inside(way.curve, clock, model) <= ALLOWED:
-                    return way, clock
+            clock = programmed_halt(way.curve, way.state, shortest, left, model, ALLOWED)
+            if clock is not None and _effort_inside(way.curve, clock, model) <= ALLOWED:
+                return way, clock
     return found
 
 

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .clock import Clock
-from .near_clock import Rows
+from .rows import Rows
 
 NODES = ("u", "p", "s")
 STEPS = ("bow", "h")

@@ -1,8 +1,6 @@
 """What limits are near a clock: linear in what another clock differs from it by."""
 
-from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +10,7 @@ from ..bounds import Bounds
 from ..curve_efforts import CurveEfforts
 from .clock import Clock, Rates
 from .clock_limits import Curve, State
+from .rows import Looks, Places, Rows, chained, within
 
 NEAR = 1e-4  # of the way to the end, for differences
 TINY = 1e-12
@@ -24,80 +23,11 @@ ROUNDING = 6e-7
 CLOSE = 9e-7  # the same, of what is driven
 
 
-class Rows(NamedTuple):
-    """Limits along a clock, linear in what another one near it differs by: ``|value| <= most``.
-
-    Attributes:
-        value: What is limited.  # (n, m)
-        most: What it shall not exceed.  # (n, m) or (m,)
-        at: Steps that rates are at.  # (n,)
-        rates: How fast the values change.  # (n, m) each
-        wild: Whether what is at one side of its range may come to the other at once.
-    """
-
-    value: np.ndarray
-    most: np.ndarray
-    at: np.ndarray
-    rates: Rates
-    wild: bool = False
-
-
-class Places(NamedTuple):
-    """Where limits are looked at.
-
-    Attributes:
-        k: Steps.  # (n,)
-        part: Of each that is over, 0 to 1.  # (n,)
-    """
-
-    k: np.ndarray
-    part: np.ndarray
-
-    @classmethod
-    def along(cls, k: np.ndarray, part: float) -> "Places":
-        """Look at some steps when a part of them is over."""
-        return cls(k, np.full(len(k), part))
-
-    def since(self, first: int) -> "Places":
-        """Give those from a step on."""
-        later = self.k >= first
-        return Places(self.k[later], self.part[later])
-
-    def worst(self, excess: np.ndarray) -> "Places":
-        """Add for each step and limit where it is exceeded most, if it is.
-
-        Args:
-            excess: At equal parts of each step.  # (steps, parts, m)
-        """
-        k, j = np.nonzero(excess.max(axis=1) > 0.0)
-        part = excess[k, :, j].argmax(axis=1) / (excess.shape[1] - 1)
-        both = np.column_stack([self.k, self.part]), np.column_stack([k, part])
-        rows = np.unique(np.vstack(both), axis=0)
-        return Places(rows[:, 0].astype(int), rows[:, 1])
-
-
-class Looks(NamedTuple):
-    """Where a clock is looked at.
-
-    Attributes:
-        moving: For limits of acceleration, effort and velocity.
-        jerk: For limits of jerk.
-    """
-
-    moving: Places
-    jerk: Places
-
-    @classmethod
-    def nowhere(cls) -> "Looks":
-        """Look at no places."""
-        return cls(Places.along(np.arange(0), 0.0), Places.along(np.arange(0), 0.0))
-
-
 class NearClock:
     """What the limits along a curve are near a clock.
 
-    Along a motion over its own time a clock can always wait, at pace 1 and without changes, since
-    that is inside the limits. So what waiting uses beyond them counts as no more than they are; but
+    Along a motion over its own time a clock can always wait, at pace 1 and without changes: that is
+    inside the limits. So what waiting uses beyond them counts as no more than they are; but
     nothing may add to it.
 
     Attributes:
@@ -110,7 +40,7 @@ class NearClock:
         """Look at a curve.
 
         Args:
-            curve: What the clock goes through, inside its limits at pace 1.
+            curve: What the clock goes through.
             state: The clock's first reading, its pace then and the pace's change.
             model: The arm with its payload.
             allowed: Fraction of the limits of effort that may be used.
@@ -151,17 +81,17 @@ class NearClock:
         """
         steps = np.arange(len(clock.h))
         unsure = steps[last:] if len(self.curve.corners) else steps[:0]
-        found = _within(partial(self._moving_at, clock), steps, looks.moving)
-        found += _within(partial(self._jerk_at, clock, last, np.minimum), steps, looks.jerk)
+        found = within(partial(self._moving_at, clock), steps, looks.moving)
+        found += within(partial(self._jerk_at, clock, last, np.minimum), steps, looks.jerk)
         if len(unsure):
             other = partial(self._jerk_at, clock, last, np.maximum)
-            found += _within(other, unsure, looks.jerk.since(last))
+            found += within(other, unsure, looks.jerk.since(last))
         return found
 
     def _moving_at(self, clock: Clock, places: Places) -> Rows:
         now = clock.within(*places)
         value, by = self._moving(now.s, now.p, now.u)
-        return Rows(value, self._most, places.k, _chained(by, now.rates))
+        return Rows(value, self._most, places.k, chained(by, now.rates))
 
     def _jerk_at(self, clock: Clock, last: int, chosen: np.ufunc, places: Places) -> Rows:
         """Limit the jerk at some places.
@@ -186,7 +116,7 @@ class NearClock:
             third = chosen(third, chosen(beside[:-2], beside[2:]))
             d3[later] = chosen(d3[later], third[k[later] - last])
         value, by = self._jerk(d3, now.s, now.p, now.u, now.w)
-        return Rows(value, self.curve.bounds.jerk, k, _chained(by, now.rates), wild=True)
+        return Rows(value, self.curve.bounds.jerk, k, chained(by, now.rates), wild=True)
 
     def beyond(self, clock: Clock, looks: Looks) -> Looks:
         """Add to some places those within steps where the limits are exceeded."""
@@ -245,37 +175,3 @@ class NearClock:
         efforts = (*at[:3], at.gravity + at.friction)
         parts = zip((d1, d2, still, still), efforts, (still, still, d1, still), strict=True)
         return [np.hstack(part) for part in parts]  # (n, 2 m + nq) each
-
-
-def _within(limited: Callable[[Places], Rows], steps: np.ndarray, more: Places) -> list[Rows]:
-    """Limit something at both ends of steps, in between, and at more places.
-
-    In between it goes about like a parabola: that is nowhere beyond the highest of its values at
-    the ends and of where its tangents there meet.
-    """
-    first, amid, last = (limited(Places.along(steps, part)) for part in (0.0, 0.5, 1.0))
-    meeting = amid._replace(
-        value=2.0 * amid.value - 0.5 * (first.value + last.value),
-        rates={
-            name: 2.0 * rate - 0.5 * (first.rates[name] + last.rates[name])
-            for name, rate in amid.rates.items()
-        },
-    )
-    # What does not jump between steps is at the end of one what it is when the next begins.
-    found = [first, meeting, last] if first.wild else [meeting, last]
-    return [*found, limited(more)] if len(more.k) else found
-
-
-def _chained(by: dict[str, np.ndarray], rates: dict[str, Rates]) -> Rates:
-    """Give how fast something changes with what a clock is made of.
-
-    Args:
-        by: How fast with its readings, paces and so on.  # (n, m) each
-        rates: How fast these change.  # (n,) each
-    """
-    found: Rates = {}
-    for name, outer in by.items():
-        for variable, inner in rates[name].items():
-            rate = outer * inner[:, np.newaxis]
-            found[variable] = found[variable] + rate if variable in found else rate
-    return found

@@ -7,7 +7,6 @@ a way where that finds none: it knows which jerk to save because another joint w
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +17,8 @@ from ..jerk_profile import JerkProfile
 from .clock import Clock
 from .clock_limits import Curve, State
 from .linear_programme import Aim, Wanted, solved
-from .near_clock import CLOSE, ROUNDING, Looks, NearClock, Rows
+from .near_clock import CLOSE, ROUNDING, NearClock
+from .rows import Looks, Rows
 from .stretches import Stretches, stretched
 
 COARSE, FINE = 60, 120  # steps of a clock that is looked for, and of one that is driven
@@ -38,16 +38,16 @@ ROUNDS = 10  # of looking within the steps
 RESTING = 2e-3  # of the greatest pace
 
 
-def programmed_halts(
+def programmed_halt(
     curve: Curve, state: State, least: float, left: float, model: RobotModel, allowed: float
-) -> Iterator[JerkProfile]:
+) -> JerkProfile | None:
     """Bring a clock to rest as early as linear programmes find a way.
 
     At first the limits are looked at roughly, at equal times: that shows the way. Then closely, at
     the corners of the curve and wherever a limit is exceeded, until nothing takes less time.
 
     Args:
-        curve: What the clock goes through, inside its limits at pace 1.
+        curve: What the clock goes through.
         state: Its reading, its pace and the pace's change.
         least: A time that no halt can be below [s].
         left: One that it has to be below [s].
@@ -55,11 +55,11 @@ def programmed_halts(
         allowed: Fraction of the limits of effort that may be used.
 
     Returns:
-        Clocks that keep the limits as far as the programmes look; one at the most.
+        A clock that keeps the limits as far as the programmes look; None where none is found.
     """
     near = NearClock(curve, state, model, EFFORT * allowed)
     if not near.begins_inside:
-        return
+        return None
     for horizon in HORIZONS:
         coarse = _Coarse(near, min(horizon * least, left))
         coarse.improve(GAIN)
@@ -70,11 +70,12 @@ def programmed_halts(
             fine.improve(SHORTER * least)
             if fine.now.excess > ROUGH or fine.now.clock.t[-1] >= left:
                 break
-            if not fine.found_beyond():
-                if fine.now.excess <= CLOSE - ROUNDING:
-                    yield fine.now.clock.profile()
-                    return
-                break
+            if fine.found_beyond():
+                continue
+            if fine.now.excess <= CLOSE - ROUNDING:
+                return fine.now.clock.profile()
+            break
+    return None
 
 
 class _Looked(NamedTuple):
