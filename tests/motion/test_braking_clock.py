@@ -8,7 +8,7 @@ from bt_manip.motion.braking.clock import Clock
 from bt_manip.motion.braking.clock_limits import Curve
 from bt_manip.motion.braking.near_clock import NearClock
 from bt_manip.motion.braking.rows import Looks, Places
-from bt_manip.motion.braking.stretches import Stretches, stretched
+from bt_manip.motion.braking.stretches import Stretches, corners_passed, stretched
 from bt_manip.motion.jerk_profile import JerkProfile, joint_profiles
 from bt_manip.motion.trajectory import JointTrajectory
 
@@ -101,6 +101,12 @@ def test_a_clock_gets_nodes_at_the_corners_that_it_passes(motion):
     np.testing.assert_allclose(found.s[stretches.at_corners], stretches.corners, rtol=1e-12)
     assert found.t[-1] == pytest.approx(0.4, rel=0.02)
     assert stretches.fits(motion, found, 1.0)
+
+
+def test_a_clock_that_never_goes_fast_passes_no_corner_that_matters(motion):
+    clock = Clock.braking_all((0.1, 0.01, 0.0), np.full(8, 0.05), -np.ones(9), np.zeros(8))
+    corners, times = corners_passed(motion, clock, 0.02)
+    assert not len(corners) and not len(times)
 
 
 @pytest.mark.parametrize("timed", [True, False])

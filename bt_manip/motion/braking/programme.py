@@ -189,7 +189,7 @@ class _Coarse(_Search):
         """Give the clock until it nearly rests, when it shall rest."""
         clock = self.now.clock
         moving = np.flatnonzero(clock.p >= RESTING * self._near.pace)
-        n = min(int(moving[-1]) + 1, COARSE)
+        n = min(int(moving.max(initial=1)) + 1, COARSE)
         return Clock.braking_all(self._near.state, clock.h[:n], clock.u[: n + 1], clock.bow[:n])
 
     def _cost(self, looked: _Looked) -> float:

@@ -89,9 +89,9 @@ def corners_passed(curve: Curve, clock: Clock, slow: float) -> tuple[np.ndarray,
     """Give the corners that a clock passes, before it goes slower than a pace, and when [s]."""
     t = np.linspace(0.0, clock.t[-1], LOOKS)
     now = clock.at(t)
-    moving = np.flatnonzero(now.p > slow)
+    end = now.s[now.p > slow].max(initial=clock.s[0])
     corners = np.unique(curve.corners)
-    passed = corners[(corners > clock.s[0]) & (corners < now.s[moving[-1]])]
+    passed = corners[(corners > clock.s[0]) & (corners < end)]
     times = np.interp(passed, now.s, t)
     kept = np.diff(times, prepend=0.0) > APART
     return passed[kept], times[kept]
