@@ -26,6 +26,11 @@ class CurveEfforts(NamedTuple):
     gravity: np.ndarray
     friction: np.ndarray
 
+    @property
+    def by_power(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """What multiplies u, p^2, p and 1."""  # (n, nq) each
+        return self.rates, self.squares, self.linear, self.gravity + self.friction
+
     @classmethod
     def along(
         cls, model: RobotModel, x: np.ndarray, d1: np.ndarray, d2: np.ndarray

@@ -113,8 +113,7 @@ class ClockLimits:
         after, now = jerk[behind:], slice(behind, -1)
         columns = [d1[now], d2[now], np.minimum(before, after), np.maximum(before, after)]
         if self._model is not None:
-            efforts = CurveEfforts.along(self._model, x[now], d1[now], d2[now])
-            columns += [*efforts[:3], efforts.gravity + efforts.friction]
+            columns += CurveEfforts.along(self._model, x[now], d1[now], d2[now]).by_power
         new = np.hstack(columns)
         self._table = np.concatenate([self._table, new]) if done else new
         return True

@@ -62,13 +62,9 @@ def solved(clock: Clock, rows: list[Rows], end: float, aim: Aim) -> Wanted | Non
     from scipy.optimize import linprog  # half a second to import, and few halts need it
 
     nodes = len(clock.u)
-    counts = [*(nodes for _ in NODES), *(nodes - 1 for _ in STEPS)]
-    starts = np.concatenate([[0], np.cumsum(counts)])
-    at = {
-        name: start + np.arange(count)
-        for name, start, count in zip((*NODES, *STEPS), starts, counts, strict=False)
-    }
-    size = int(starts[-1]) + 1
+    ends = np.cumsum([*(nodes for _ in NODES), *(nodes - 1 for _ in STEPS)])
+    at = dict(zip((*NODES, *STEPS), np.split(np.arange(ends[-1]), ends[:-1]), strict=True))
+    size = int(ends[-1]) + 1
     limited, room = _limited(rows, at, size - 1)
     moving = _moving(clock, aim.even, at)
     low, high = np.full(size, -np.inf), np.full(size, np.inf)

@@ -45,9 +45,8 @@ class NearClock:
             model: The arm with its payload.
             allowed: Fraction of the limits of effort that may be used.
         """
-        bounds = Bounds(*((1.0 + ROUNDING) * most for most in curve.bounds))
-        self.curve, self.state, self._model = curve._replace(bounds=bounds), state, model
-        b = bounds
+        b = Bounds(*((1.0 + ROUNDING) * most for most in curve.bounds))
+        self.curve, self.state, self._model = curve._replace(bounds=b), state, model
         self.pace = state[1] + max(0.0, state[2]) * float((b.acceleration / b.jerk).max())
         self._most = np.concatenate([b.acceleration, allowed * model.limits.effort, b.velocity])
 
@@ -102,8 +101,8 @@ class NearClock:
         now = clock.within(*places)
         k, part = places
         around = [
-            np.minimum(clock.within(k, beside).s, self.curve.end)
-            for beside in (np.maximum(part - BESIDE, 0.0), np.minimum(part + BESIDE, 1.0))
+            np.minimum(clock.within(k, near).s, self.curve.end)
+            for near in (np.maximum(part - BESIDE, 0.0), np.minimum(part + BESIDE, 1.0))
         ]
         (_, _, before), (_, _, behind) = (self.curve.evaluate(s) for s in around)
         d3 = (behind - before) / np.maximum(around[1] - around[0], TINY)[:, np.newaxis]
@@ -140,7 +139,7 @@ class NearClock:
         _, d1, d2 = self.curve.evaluate(np.minimum(s, self.curve.end))
         p, u, w = p[:, np.newaxis], u[:, np.newaxis], w[:, np.newaxis]
         waiting, most = d3 * p**3, self.curve.bounds.jerk
-        counted = np.clip(waiting, -most, most) if self.curve.timed else waiting
+        counted = self._counted(waiting, most)
         by_waiting = np.where(waiting == counted, 3.0 * d3 * p * p, 0.0)
         by = {
             "w": d1,
@@ -158,20 +157,21 @@ class NearClock:
         p, u = p[:, np.newaxis], u[:, np.newaxis]
         rate, square, linear, rest = self._parts(s)
         waiting = square * p * p + linear * p + rest
-        counted = np.clip(waiting, -most, most) if self.curve.timed else waiting
+        counted = self._counted(waiting, most)
         there = self._parts(s + near)
-        waiting_there = there[1] * p * p + there[2] * p + there[3]
-        if self.curve.timed:
-            waiting_there = np.clip(waiting_there, -most, most)
-        moved = (there[0] - rate) * u + waiting_there - counted
+        counted_there = self._counted(there[1] * p * p + there[2] * p + there[3], most)
+        moved = (there[0] - rate) * u + counted_there - counted
         by_pace = np.where(waiting == counted, 2.0 * square * p + linear, 0.0)
         return rate * u + counted, {"u": rate, "p": by_pace, "s": moved / near}
+
+    def _counted(self, waiting: np.ndarray, most: np.ndarray) -> np.ndarray:
+        """Give what counts of what a clock uses that waits."""
+        return np.clip(waiting, -most, most) if self.curve.timed else waiting
 
     def _parts(self, s: np.ndarray) -> list[np.ndarray]:
         """Give what multiplies u, p^2, p and 1 in accelerations, efforts and velocities."""
         x, d1, d2 = self.curve.evaluate(np.minimum(s, self.curve.end))
         still = np.zeros_like(d1)
-        at = CurveEfforts.along(self._model, x, d1, d2)
-        efforts = (*at[:3], at.gravity + at.friction)
+        efforts = CurveEfforts.along(self._model, x, d1, d2).by_power
         parts = zip((d1, d2, still, still), efforts, (still, still, d1, still), strict=True)
         return [np.hstack(part) for part in parts]  # (n, 2 m + nq) each
