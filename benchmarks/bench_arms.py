@@ -13,14 +13,13 @@ import numpy as np
 from benchmarks.bench_execution import disturbance_rows, halt_rows
 from benchmarks.bench_motion import inverse_kinematics_rows
 from benchmarks.bench_planning import scene_rows, wall_rows
-from bt_manip.exceptions import BtManipError
-from bt_manip.motion import MotionError
+from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.plugins import load_plugins
 from bt_manip.robots import Robot, RobotDescription, compile_alone
+from tests.measuring.scenes import SCALES
 
 SOME = 6
 POSES = 300
-SCALES = {"ur5e": 1.0, "xarm7": 0.8, "iiwa14": 1.0, "fr3": 1.0}  # of the wall, by their reach
 Row = tuple[str, str, str]
 
 

@@ -11,10 +11,10 @@ import mujoco
 import numpy as np
 from dm_control import composer, mjcf
 
+from bt_manip.arm import Arm
 from bt_manip.cell import Basket, Cell, Cube, Region, Table
 from bt_manip.cell.state import integration_state
 from bt_manip.control import ComputedTorque, GripperController
-from bt_manip.motion import Arm
 from bt_manip.robots import Robot, panda
 from bt_manip.runner import build_station, load_snapshot, save_snapshot
 from bt_manip.spatial import pointing_down, pose

@@ -9,9 +9,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from benchmarks import disturbances
-from benchmarks.halting import halts
 from bt_manip.robots import RobotDescription
+from tests.measuring import disturbances
+from tests.measuring.stops import halts
 
 SOME = 20
 Row = tuple[str, str, str]

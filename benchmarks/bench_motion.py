@@ -13,17 +13,10 @@ import pinocchio as pin
 
 from benchmarks import ik_peers
 from bt_manip import spatial
-from bt_manip.motion import (
-    ArcTo,
-    Arm,
-    IKProblem,
-    IKResult,
-    InverseKinematics,
-    LineTo,
-    MotionError,
-    PoseTarget,
-    PositionTarget,
-)
+from bt_manip.arm import Arm
+from bt_manip.exceptions import MotionError
+from bt_manip.kinematics import IKProblem, IKResult, InverseKinematics, PoseTarget, PositionTarget
+from bt_manip.planning import ArcTo, LineTo
 from bt_manip.robots import Robot, RobotModel, compile_alone, panda
 
 POSES = 2000

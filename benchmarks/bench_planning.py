@@ -1,4 +1,4 @@
-"""Planning around obstacles, executed in physics; processor time in ms.
+"""PlanningResult around obstacles, executed in physics; processor time in ms.
 
 ``python -m benchmarks planning``; ``python -m benchmarks.bench_planning 200`` takes as many seeds
 and scenes as are asked for, which takes minutes.
@@ -10,12 +10,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from benchmarks.drives import LONG, drives
-from benchmarks.fastest_drive import missing
-from benchmarks.scenes import Planned, free_start, wall
-from bt_manip.motion import MotionError
-from bt_manip.motion.planning.edges import line
+from bt_manip.exceptions import MotionError
+from bt_manip.planning.edges import line
 from bt_manip.robots import RobotDescription
+from tests.measuring.drives import LONG, drives
+from tests.measuring.fastest_drive import missing
+from tests.measuring.scenes import Planned, free_start, wall
 
 SOME = 20
 FINE = 2e-3  # [rad]
@@ -44,7 +44,7 @@ def wall_rows(
         except MotionError:
             continue
         times.append(1e3 * (time.thread_time() - begun))
-        free += not any(arm.world.near(q) for q in _fine(drive_reference(planned)))
+        free += not any(arm.world.collisions(q) for q in _fine(drive_reference(planned)))
     middle, most = np.percentile(times, [50, 95])
     yield "wall: solved, and free at steps of 0.002 rad", f"{free} of {seeds}", "all"
     yield (

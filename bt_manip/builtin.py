@@ -45,7 +45,7 @@ def register_controllers(register: Callable[[str, Callable[..., Any]], None]) ->
 @hookimpl
 def register_planners(register: Callable[[str, Callable[[], Any]], None]) -> None:
     """Bring RRT-Connect."""
-    from bt_manip.motion import planning
+    from bt_manip import planning
 
     register("rrt_connect", planning.RRTConnect)
 
@@ -79,8 +79,7 @@ def register_trees(register: Callable[..., None]) -> None:
 def register_scenes(register: Callable[[str, Callable[[], Any]], None]) -> None:
     """Bring the scene of the pick and place task, one with two robots, and those in files."""
     from bt_manip.models import bundled_root
-    from bt_manip.runner.scene import table_and_basket, two_arms
-    from bt_manip.runner.scene_choice import scene_of
+    from bt_manip.runner import scene_of, table_and_basket, two_arms
 
     register("table_and_basket", table_and_basket)
     register("two_arms", two_arms)

@@ -58,6 +58,23 @@ class ScriptError(BtManipError):
     """A script that cannot be parsed or evaluated."""
 
 
+class MotionError(BtManipError):
+    """A motion that cannot be planned or executed; nothing moves.
+
+    Attributes:
+        reason: ``"target"`` (bad input), ``"unreachable"``, ``"line"`` (a tool path that cannot be
+            followed to its end), ``"collision"`` (an obstacle blocks the target or every path),
+            ``"robot"`` (another robot blocks them, which may move away), ``"effort"``,
+            ``"limits"`` or ``"grasp"`` (an object that cannot be gripped).
+        fraction: How much of a tool path could be followed, 0 to 1; None where not known.
+    """
+
+    def __init__(self, message: str, *, reason: str, fraction: float | None = None) -> None:
+        """Keep the reason and the fraction beside the message."""
+        super().__init__(message)
+        self.reason, self.fraction = reason, fraction
+
+
 class NodeError(Exception):
     """An exception raised inside a node of a running tree, with the path of that node.
 

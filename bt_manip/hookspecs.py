@@ -56,7 +56,7 @@ def register_planners(register: Callable[[str, Callable[[], Any]], None]) -> Non
 
     Args:
         register: ``register(name, factory)``, where ``factory()`` makes a
-            `bt_manip.motion.planning.Planner`.
+            `bt_manip.planning.Planner`.
     """
 
 

@@ -13,10 +13,22 @@ from bt_manip import plugins
 PACKAGE = Path(__file__).resolve().parent.parent / "bt_manip"
 
 FLOORS = (
-    {"exceptions", "spatial", "hookspecs", "registry", "toml_lines", "toml_tables"},
+    {
+        "checks",
+        "exceptions",
+        "hookspecs",
+        "number_checks",
+        "registry",
+        "spatial",
+        "toml_lines",
+        "toml_tables",
+    },
     {"bt", "models"},
     {"robots", "cell"},
-    {"motion", "control"},
+    {"kinematics", "collision", "trajectories"},
+    {"planning", "control"},
+    {"arm"},
+    {"grasping"},
     {"behaviours"},
     {"runner"},
     {"viewer", "recording", "testing"},
@@ -25,6 +37,10 @@ FLOORS = (
 """Rooms by floor, from the ground up."""
 
 BESIDE = {
+    ("checks", "exceptions"),
+    ("checks", "number_checks"),
+    ("number_checks", "exceptions"),
+    ("kinematics", "collision"),
     ("registry", "exceptions"),
     ("toml_tables", "exceptions"),
     ("toml_tables", "spatial"),

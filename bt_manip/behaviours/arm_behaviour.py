@@ -6,12 +6,13 @@ from typing import Any, ClassVar
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.bt import Action, Input, Status
+from bt_manip.bt import Input, Status
+from bt_manip.bt.nodes import Action
 from bt_manip.cell import Cell, CellError
 from bt_manip.control import ControlError
+from bt_manip.exceptions import MotionError
 from bt_manip.models import ModelError
-from bt_manip.motion import MotionError
-from bt_manip.motion.number_checks import check_amount
+from bt_manip.number_checks import check_amount
 from bt_manip.registry import UnknownPartError
 
 from .robot_port import RobotPort

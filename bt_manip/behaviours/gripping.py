@@ -1,6 +1,6 @@
 """What behaviours that come to an object to grip it have in common."""
 
-from bt_manip.motion.grasping import GraspChoice
+from bt_manip.grasping import GraspChoice
 
 from .arm_behaviour import MotionBehaviour
 

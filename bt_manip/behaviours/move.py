@@ -3,7 +3,8 @@
 from typing import Any
 
 from bt_manip.bt import Input
-from bt_manip.motion import MotionError, Planner
+from bt_manip.exceptions import MotionError
+from bt_manip.planning import Planner
 
 from .arm_behaviour import MotionBehaviour
 

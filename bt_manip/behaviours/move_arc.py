@@ -1,7 +1,7 @@
 """Move the tool on an arc."""
 
 from bt_manip.bt import Input
-from bt_manip.motion import ArcTo
+from bt_manip.planning import ArcTo
 
 from .move import Move
 from .poses import pose_input

@@ -1,7 +1,7 @@
 """Move the tool through several poses."""
 
 from bt_manip.bt import Input
-from bt_manip.motion import LineTo
+from bt_manip.planning import LineTo
 
 from .move import Move
 from .poses import poses_input

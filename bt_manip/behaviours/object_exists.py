@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from bt_manip.bt import Condition, Input, Status
+from bt_manip.bt import Input, Status
+from bt_manip.bt.nodes import Condition
 from bt_manip.cell import Cell
 
 

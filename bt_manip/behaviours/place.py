@@ -8,7 +8,7 @@ import pinocchio as pin
 
 from bt_manip.bt import Input, Status
 from bt_manip.cell import CellError
-from bt_manip.motion.grasping import HandRoom, with_room
+from bt_manip.grasping import GripperClearance, with_clearance
 
 from .extent import extent
 from .letting_go import LettingGoBehaviour
@@ -41,8 +41,8 @@ class PlacingBehaviour(LettingGoBehaviour):
             held = ", ".join(self.gripper.held) or "nothing"
             self.fail(f"the fingers hold {held}, not '{self.object}'")
             return
-        room = HandRoom(self.cell, self.arm.robot, self.ignored())
-        grips, _ = with_room(self._grips(), room)
+        room = GripperClearance(self.cell, self.arm.robot, self.ignored())
+        grips, _ = with_clearance(self._grips(), room)
         up = np.array([0.0, 0.0, self.height])
         poses = [pin.SE3(T.rotation, T.translation + up) for T in grips]
         self.arm.move_to_pose(poses, speed=self.speed, approach=self.height)

@@ -4,8 +4,8 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.bt import Input
-from bt_manip.motion import MotionError
-from bt_manip.motion.grasping import Grasp
+from bt_manip.exceptions import MotionError
+from bt_manip.grasping import Grasp
 
 from .gripping import GrippingBehaviour
 from .poses import centre_pose

@@ -4,12 +4,12 @@ import contextlib
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from bt_manip.bt import Condition, Input
-from bt_manip.bt.nodes.node import Node
+from bt_manip.arm import Arm
+from bt_manip.bt import Input
+from bt_manip.bt.nodes import Condition, Node
 from bt_manip.cell import CellError
 from bt_manip.control import GripperController
 from bt_manip.exceptions import PortError, did_you_mean
-from bt_manip.motion import Arm
 
 ENTRY = "robot"
 """Key of the blackboard entry that names the robot where no port does."""

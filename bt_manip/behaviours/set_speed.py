@@ -16,7 +16,7 @@ class SetSpeed(ArmBehaviour):
 
     def start(self) -> None:
         """Set the arm's pace."""
-        self.arm.pace = self.speed
+        self.arm.speed_scale = self.speed
 
     def update(self) -> Status:
         """Succeed: the arm changes its pace by itself."""

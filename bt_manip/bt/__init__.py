@@ -67,3 +67,17 @@ from bt_manip.bt.xml.from_nodes import Raw as Raw
 from bt_manip.bt.xml.from_nodes import TreeDefinition as TreeDefinition
 from bt_manip.bt.xml.from_nodes import TreeDocument as TreeDocument
 from bt_manip.bt.xml.from_nodes import tree_to_xml as tree_to_xml
+
+from .loading import Reading as Reading
+from .loading import read_tree as read_tree
+from .port_types import STRING as STRING
+from .substitution import Rule as Rule
+from .substitution import Substitutions as Substitutions
+from .substitution import find_rule as find_rule
+from .xml.model import models_document as models_document
+from .xml.python_source import to_python as to_python
+from .xml.schema import tree_schema as tree_schema
+from .xml.source import Source as Source
+from .xml.source import decode as decode
+from .xml.source import parse_source as parse_source
+from .xml.writer import write_source as write_source

@@ -20,3 +20,6 @@ from bt_manip.cell.objects import Table as Table
 from bt_manip.cell.region import Region as Region
 from bt_manip.cell.touch import Touch as Touch
 from bt_manip.cell.touch import TouchMonitor as TouchMonitor
+
+from .labels import Labels as Labels
+from .naming import entity_of as entity_of

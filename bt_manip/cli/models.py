@@ -113,7 +113,7 @@ def _known(source: str, everything: bool) -> Iterator[str]:
 
         yield from map(str, FuelCache().models())
     else:
-        from bt_manip.models.menagerie import is_cached, menagerie_names
+        from bt_manip.models import is_cached, menagerie_names
 
         for name in menagerie_names():
             here = is_cached(name)
@@ -148,15 +148,15 @@ def _clear(address: str) -> list["Path"]:
 
         return FuelCache().remove(fuel_address(address))
     if address.startswith("menagerie:"):
-        from bt_manip.models.menagerie import remove
+        from bt_manip.models import remove
 
         return remove(address.removeprefix("menagerie:"))
     raise BtManipError(f"'{address}': only models of fuel: and menagerie: are downloaded")
 
 
 def _clear_all() -> list["Path"]:
+    from bt_manip.models import menagerie_names, remove
     from bt_manip.models.fuel import FuelCache
-    from bt_manip.models.menagerie import menagerie_names, remove
 
     cache = FuelCache()
     gone = [path for address in list(cache.models()) for path in cache.remove(address)]

@@ -9,12 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bt_manip.cli.plugin_options import (
-    chosen,
-    load_chosen_plugins,
-    plugin_options,
-    warn_of_unknown,
-)
+from bt_manip.cli.plugin_options import chosen, load_chosen_plugins, plugin_options, warn_of_unknown
 
 if TYPE_CHECKING:
     from bt_manip.plugins import Plugin, Plugins
@@ -61,9 +56,9 @@ def show_plugins(as_json: bool, check: bool) -> int:
 
 def _tree_problems(loaded: "Plugins") -> list[str]:
     """Read all registered trees, and look for the scenes and controllers that they ask for."""
-    from bt_manip.bt.loading import read_tree
+    from bt_manip.bt import read_tree
     from bt_manip.registry import Surroundings, UnknownPartError
-    from bt_manip.runner.xml_tree import known_behaviours
+    from bt_manip.runner import known_behaviours
 
     parts, problems = loaded.parts, []
     behaviours = known_behaviours(parts)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from bt_manip.recording.recorder import Recorder
     from bt_manip.recording.report import RunReport
     from bt_manip.recording.trace import Trace
-    from bt_manip.runner.observer import RunObserver
+    from bt_manip.runner import RunObserver
 
 CYCLE_FAILED = 1
 FAULT = 3
@@ -108,9 +108,7 @@ class _Job:
         from rich.console import Console
 
         from bt_manip.registry import Surroundings
-        from bt_manip.runner.request import CONTROLLER, SCENE, RunRequest
-        from bt_manip.runner.scene_choice import seed_of
-        from bt_manip.runner.tree_source import find_tree
+        from bt_manip.runner import CONTROLLER, SCENE, RunRequest, find_tree, seed_of
 
         self._plugins = plugins = load_chosen_plugins()
         parts = plugins.parts
@@ -137,7 +135,7 @@ class _Job:
         from bt_manip.cli.run_observers import extra_observers
         from bt_manip.recording.recorder import Recorder
         from bt_manip.recording.trace import Trace
-        from bt_manip.runner.prepare import prepare
+        from bt_manip.runner import prepare
 
         prepared = prepare(request, parts, print_warning)
         self._console = Console(quiet=options.quiet)
@@ -152,8 +150,7 @@ class _Job:
             observers += takers(options.snapshots, self._recorder)
         observers += extra_observers(plugins, request.controller, options.records)
         if options.watch:
-            from bt_manip.runner.reloading import Reloader
-            from bt_manip.runner.xml_tree import known_behaviours
+            from bt_manip.runner import Reloader, known_behaviours
 
             observers.append(Reloader(request.tree, known_behaviours(parts), self._tell))
         if not options.quiet:

@@ -8,8 +8,7 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import BUILTIN, Plugin, Plugins
 from bt_manip.plugins.watching import guarded, plugin_observers
 from bt_manip.recording.files import check_writable
-from bt_manip.runner.observer import RunObserver
-from bt_manip.runner.stopwatch import Stopwatch
+from bt_manip.runner import RunObserver, Stopwatch
 
 
 def extra_observers(plugins: Plugins, controller: str, records: Iterable[str]) -> list[RunObserver]:

@@ -7,11 +7,14 @@ from typing import Any
 from bt_manip.cli.plugin_options import print_warning
 from bt_manip.exceptions import BtManipError
 from bt_manip.recording.recorder import Recorder
-from bt_manip.runner.observer import RunObserver
-from bt_manip.runner.request import RunRequest
-from bt_manip.runner.run import Run
-from bt_manip.runner.scene_choice import is_scene_file
-from bt_manip.runner.snapshot import load_snapshot, save_snapshot
+from bt_manip.runner import (
+    Run,
+    RunObserver,
+    RunRequest,
+    is_scene_file,
+    load_snapshot,
+    save_snapshot,
+)
 
 
 class SnapshotTaker(RunObserver):

@@ -50,7 +50,7 @@ def check(files: tuple[str, ...], robot: str) -> int:
 
 
 def _problems(text: str, parts: "Parts", robot: str) -> tuple[str, ...]:
-    from bt_manip.runner.scene_file import SceneError
+    from bt_manip.runner import SceneError
 
     try:
         _built(text, parts, robot, drawn=True)
@@ -82,9 +82,7 @@ def _built(
     Raises:
         BtManipError: When something is wrong with it.
     """
-    from bt_manip.runner.fixtures import told_with_file
-    from bt_manip.runner.scene_choice import find_scene, seed_of
-    from bt_manip.runner.station import build_station
+    from bt_manip.runner import build_station, find_scene, seed_of, told_with_file
 
     found = find_scene(text, parts)
     station = build_station(parts, robot=robot, scene=found, seed=seed_of(text, parts))
@@ -138,7 +136,7 @@ def _place(cell: "Cell", name: str) -> str:
 
 def _varied(found: "Scene", station: "Station") -> Iterator[str]:
     """Say what varies, with the values of the first cycle where there is one yet."""
-    from bt_manip.runner.fixtures import told_with_file
+    from bt_manip.runner import told_with_file
 
     with told_with_file(found):
         station.randomizer.begin(0)

@@ -13,10 +13,9 @@ from bt_manip.cli.plugin_options import load_chosen_plugins, plugin_options
 from bt_manip.exceptions import BtManipError
 
 if TYPE_CHECKING:
-    from bt_manip.bt import BehaviourRegistry, Tree
-    from bt_manip.bt.loading import Reading
+    from bt_manip.bt import BehaviourRegistry, Reading, Tree
     from bt_manip.registry import Parts
-    from bt_manip.runner.tree_source import TreeSource
+    from bt_manip.runner import TreeSource
 
 BAD_INPUT = 2
 
@@ -117,8 +116,7 @@ def format_(files: tuple[Path, ...], only_check: bool) -> int:
 
     With --check, exits with 2 if a file would change.
     """
-    from bt_manip.bt.xml.source import decode, parse_source
-    from bt_manip.bt.xml.writer import write_source
+    from bt_manip.bt import decode, parse_source, write_source
 
     changed = 0
     for file in files:
@@ -154,8 +152,7 @@ def convert(
     output: Path | None,
 ) -> None:
     """Turn a document into Python, or a tree made in Python into a document."""
-    from bt_manip.bt.xml.from_nodes import tree_to_xml
-    from bt_manip.bt.xml.python_source import to_python
+    from bt_manip.bt import to_python, tree_to_xml
 
     parts, registry = _registered()
     source = _find(name, parts)
@@ -181,9 +178,7 @@ def convert(
 @_output
 def model(built_in: bool, output: Path | None) -> None:
     """Write the models of all behaviours, plugins' too, for the palette of Groot2."""
-    from bt_manip.bt.xml.model import models_document
-    from bt_manip.bt.xml.source import Source
-    from bt_manip.bt.xml.writer import write_source
+    from bt_manip.bt import Source, models_document, write_source
 
     _, registry = _registered()
     _write(write_source(Source(models_document(registry, built_in=built_in))), output)
@@ -193,7 +188,7 @@ def model(built_in: bool, output: Path | None) -> None:
 @_output
 def schema(output: Path | None) -> None:
     """Write an XML schema of all behaviours, plugins' too, for the completion of editors."""
-    from bt_manip.bt.xml.schema import tree_schema
+    from bt_manip.bt import tree_schema
 
     _, registry = _registered()
     _write(tree_schema(registry), output)
@@ -201,14 +196,14 @@ def schema(output: Path | None) -> None:
 
 def _registered() -> tuple["Parts", "BehaviourRegistry"]:
     os.environ.setdefault("MUJOCO_GL", "disable")  # nothing is drawn here
-    from bt_manip.runner.xml_tree import known_behaviours
+    from bt_manip.runner import known_behaviours
 
     parts = load_chosen_plugins().parts
     return parts, known_behaviours(parts)
 
 
 def _find(text: str, parts: "Parts") -> "TreeSource":
-    from bt_manip.runner.tree_source import TreeSource, find_tree
+    from bt_manip.runner import TreeSource, find_tree
 
     if Path(text).is_file() and not text.endswith(".py"):
         return TreeSource(text, "xml", path=Path(text))
@@ -238,7 +233,7 @@ def _read(
     strict: bool,
     library: bool,
 ) -> "Reading":
-    from bt_manip.bt.loading import read_tree
+    from bt_manip.bt import read_tree
 
     assert source.path is not None
     return read_tree(

@@ -2,8 +2,7 @@
 
 import mujoco
 
-from bt_manip.cell.labels import Labels
-from bt_manip.cell.naming import entity_of
+from bt_manip.cell import Labels, entity_of
 from bt_manip.robots import Robot
 
 _REACH = 0.3  # [m] radius of the sensors' zone: all contacts of a finger, however long it is

@@ -125,7 +125,8 @@ def bundled_names() -> list[str]:
 
 
 def _fuel(text: str, progress: Progress) -> FoundModel:
-    from bt_manip.models.fuel import FuelClient, fuel_address
+    from bt_manip.models.fuel.address import fuel_address
+    from bt_manip.models.fuel.client import FuelClient
 
     found, folder = FuelClient(progress=progress).find(fuel_address(text))
     return FoundModel(str(found), _name(found.name), sdf_file(folder), "sdf", folder)

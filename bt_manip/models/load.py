@@ -43,7 +43,7 @@ def convert(
         ModelError: When it cannot be.
     """
     if found.format == "sdf":
-        from bt_manip.models.sdf import convert_sdf
+        from bt_manip.models.sdf.convert import convert_sdf
 
         return convert_sdf(found, convex=convex, progress=progress)
     if found.format == "urdf":

@@ -8,7 +8,7 @@ import tokenize
 from pathlib import Path
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.models.bundled import bundled_root
+from bt_manip.models import bundled_root
 from bt_manip.plugins.loading import load_plugins
 from bt_manip.plugins.plugin import BUILTIN, Plugins
 

@@ -83,7 +83,7 @@ class Stage:
         self._add_factory("objects", name, factory)
         category = getattr(factory, "category", None)
         if category is not None and not isinstance(category, property):
-            from bt_manip.cell.objects.categories import refuse_misspelt
+            from bt_manip.cell.objects import refuse_misspelt
 
             try:
                 refuse_misspelt(category)
@@ -124,7 +124,8 @@ class Stage:
     def _register_behaviours(self, cls: type, name: str | None = None) -> None:
         if not isinstance(cls, type):
             raise BtManipError(f"a behaviour is registered as a class, got {cls!r}")
-        from bt_manip.bt import Action, BehaviourRegistry
+        from bt_manip.bt import BehaviourRegistry
+        from bt_manip.bt.nodes import Action
 
         # A fresh registry has the nodes of the language: it refuses their names, and whatever
         # is no node.

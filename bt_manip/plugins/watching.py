@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from bt_manip.plugins.plugin import Plugin, Plugins
-from bt_manip.runner.observer import RunObserver
+from bt_manip.runner import RunObserver
 
 Warn = Callable[[str], None]
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from bt_manip.bt import NodeKind
+from bt_manip.bt.nodes import NodeKind
 from bt_manip.recording.report import Phase
 
 

@@ -10,7 +10,7 @@ from bt_manip.recording.placement import Placement
 from bt_manip.recording.report import CycleReport, Phase, RunReport, versions
 from bt_manip.recording.robot_log import RobotLog, together
 from bt_manip.recording.trace import Trace, columns_of
-from bt_manip.runner.observer import RunObserver
+from bt_manip.runner import RunObserver
 
 GRASP = "Grasp"
 """Registered name of the behaviour at whose end the grip is measured."""

@@ -6,7 +6,7 @@ from typing import Any
 from bt_manip.exceptions import BtManipError
 from bt_manip.recording.step_log import StepLog
 from bt_manip.recording.trace import Trace, columns_of
-from bt_manip.runner.observer import RunObserver
+from bt_manip.runner import RunObserver
 
 
 class TraceRecorder(RunObserver):

@@ -28,8 +28,7 @@ def locate_model(model: str, where: str) -> Path:
 
 def _from_menagerie(model: str, where: str) -> Path:
     # Imported here: most robots need neither the package that fetches, nor the network.
-    from bt_manip.models.errors import ModelError
-    from bt_manip.models.menagerie import menagerie_file
+    from bt_manip.models import ModelError, menagerie_file
 
     try:
         return menagerie_file(model.removeprefix(MENAGERIE))

@@ -16,3 +16,17 @@ from bt_manip.runner.station import Station as Station
 from bt_manip.runner.station import build_station as build_station
 from bt_manip.runner.tree_source import TreeSource as TreeSource
 from bt_manip.runner.tree_source import find_tree as find_tree
+
+from .fixtures import told_with_file as told_with_file
+from .python_tree import make_tree as make_tree
+from .reloading import Reloader as Reloader
+from .request import CONTROLLER as CONTROLLER
+from .request import SCENE as SCENE
+from .scene_choice import find_scene as find_scene
+from .scene_choice import is_scene_file as is_scene_file
+from .scene_choice import scene_of as scene_of
+from .scene_choice import seed_of as seed_of
+from .scene_file import SceneError as SceneError
+from .stopwatch import Stopwatch as Stopwatch
+from .xml_tree import known_behaviours as known_behaviours
+from .xml_tree import load_document as load_document

@@ -4,10 +4,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from bt_manip.arm import Arm, ExternalForceGuard
 from bt_manip.cell import Cell
+from bt_manip.collision import CollisionWorld
 from bt_manip.control import Controller, GripperController
 from bt_manip.exceptions import BtManipError
-from bt_manip.motion import Arm, CollisionWorld, DeviationGuard
 from bt_manip.registry import Parts
 from bt_manip.robots import Robot
 from bt_manip.runner.robot_choice import find_robot
@@ -108,7 +109,7 @@ class RobotEntities:
             model=model,
             world=CollisionWorld(robot, model),
             planner=self._make_planner(),
-            guard=DeviationGuard(robot, model),
+            guard=ExternalForceGuard(robot, model),
         )
         self._controller.reference = arm
         return CommandedRobot(name, robot, arm, self._controller, self._gripper)

@@ -8,12 +8,12 @@ import numpy as np
 from dm_control import composer
 from py_trees.behaviour import Behaviour
 
+from bt_manip.arm import Arm, MultiArmCoordinator
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomizer, Stand
 from bt_manip.control import Controller, GripperController
-from bt_manip.motion import Arm, Traffic
 from bt_manip.registry import Parts, Registry
 from bt_manip.robots import Robot
 from bt_manip.runner.commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities
@@ -216,7 +216,7 @@ def build_station(
                 put_fixture(cell, fixture, entity, seed)
     robots = {name: one.commanded(name) for name, one in zip(names, entities, strict=True)}
     if len(robots) > 1:
-        Traffic({name: one.arm for name, one in robots.items()})
+        MultiArmCoordinator({name: one.arm for name, one in robots.items()})
     rng = np.random.default_rng(seed)
     stands = {
         f.name: Stand(f.model, cell.pose(f.name), f.parameters, f.free) for f in scene.fixtures

@@ -2,10 +2,7 @@
 
 from collections.abc import Callable, Mapping
 
-from bt_manip.bt import BehaviourRegistry, Tree
-from bt_manip.bt.loading import read_tree
-from bt_manip.bt.port_types import STRING
-from bt_manip.bt.substitution import Substitutions
+from bt_manip.bt import STRING, BehaviourRegistry, Substitutions, Tree, read_tree
 from bt_manip.exceptions import BlackboardError, BtManipError, did_you_mean
 from bt_manip.registry import Parts
 from bt_manip.runner.tree_source import TreeSource

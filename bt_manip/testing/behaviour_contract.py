@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from bt_manip.bt import Condition, NodeStatus, Tree
-from bt_manip.bt.nodes.node import Node
+from bt_manip.bt import NodeStatus, Tree
+from bt_manip.bt.nodes import Condition, Node
 from bt_manip.exceptions import NodeError
-from bt_manip.runner.station import Station
+from bt_manip.runner import Station
 from bt_manip.testing.situations import AT_REST, Situations
 from bt_manip.testing.trial import Trial
 

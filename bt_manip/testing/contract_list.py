@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from bt_manip.bt.nodes.action import Leaf
+from bt_manip.bt.nodes import Leaf
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.registry import Parts
 from bt_manip.testing.behaviour_contract import BEHAVIOUR_CONTRACT, BehaviourCase, Example

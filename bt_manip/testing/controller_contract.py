@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from bt_manip.arm import Arm
 from bt_manip.cell import Cell
 from bt_manip.control import ComputedTorque, Controller, Hold
-from bt_manip.motion import Arm
 from bt_manip.robots import Robot, RobotDescription, panda
 
 MOST_SAG = 0.02  # [rad]: a compliant controller may give way by its friction

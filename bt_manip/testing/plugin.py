@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from bt_manip.plugins import Plugins
     from bt_manip.registry import Parts
     from bt_manip.robots import Robot
-    from bt_manip.runner.station import Station
+    from bt_manip.runner import Station
     from bt_manip.testing.coverage import TreeCoverage
     from bt_manip.testing.situations import Situations
     from bt_manip.testing.trial import Trial
@@ -131,7 +131,7 @@ def build_station(parts: Parts) -> Callable[[], Station]:
     """What builds the station of all tests; define it anew for another robot or scene."""
 
     def build() -> Station:
-        from bt_manip.runner.station import build_station
+        from bt_manip.runner import build_station
 
         return build_station(parts)
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from bt_manip.cell import Cell
 from bt_manip.control import ComputedTorque, GripperController
-from bt_manip.motion import InverseKinematics
+from bt_manip.kinematics import InverseKinematics
 from bt_manip.robots import Robot, RobotDescription, verify
 
 AGREEMENT = 1e-9

@@ -9,7 +9,7 @@ from bt_manip import spatial
 from bt_manip.behaviours import Grasp, Hover, Lift, Reach
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.exceptions import BtManipError, did_you_mean
-from bt_manip.runner.station import Station
+from bt_manip.runner import Station
 
 AT_REST = "at rest"
 AROUND_THE_CUBE = "around the cube"

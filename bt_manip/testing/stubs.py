@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from bt_manip.bt import NodeStatus
-from bt_manip.bt.nodes.test_node import TestNodeConfig
+from bt_manip.bt.nodes import TestNodeConfig
 from bt_manip.exceptions import did_you_mean
 
 Result = NodeStatus | str

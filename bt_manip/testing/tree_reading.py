@@ -4,14 +4,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from bt_manip.bt import Tree
-from bt_manip.bt.nodes.test_node import TestNodeConfig
-from bt_manip.bt.substitution import Rule, find_rule
+from bt_manip.bt import Rule, Tree, find_rule
+from bt_manip.bt.nodes import TestNodeConfig
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.registry import Parts
-from bt_manip.runner.python_tree import make_tree
-from bt_manip.runner.tree_source import TreeSource, find_tree
-from bt_manip.runner.xml_tree import known_behaviours, load_document
+from bt_manip.runner import TreeSource, find_tree, known_behaviours, load_document, make_tree
 from bt_manip.testing.stubs import Stub
 
 Substitute = Mapping[str, "Stub | Rule"]

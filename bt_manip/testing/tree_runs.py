@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_manip.registry import Parts
-from bt_manip.runner import Run, RunObserver, RunRequest, prepare
-from bt_manip.runner.station import Station
+from bt_manip.runner import Run, RunObserver, RunRequest, Station, prepare
 from bt_manip.testing.coverage import TreeCoverage
 from bt_manip.testing.explanation import explain
 from bt_manip.testing.history import History

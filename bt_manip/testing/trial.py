@@ -7,7 +7,7 @@ from py_trees.behaviour import Behaviour
 
 from bt_manip.bt import Blackboard, NodeStatus, Tree
 from bt_manip.exceptions import NodeError, did_you_mean
-from bt_manip.runner.station import Station
+from bt_manip.runner import Station
 from bt_manip.testing.explanation import explain
 from bt_manip.testing.history import History
 from bt_manip.testing.stubs import status_of

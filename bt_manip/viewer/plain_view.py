@@ -4,7 +4,7 @@ from typing import Any
 
 from rich.console import Console
 
-from bt_manip.runner.observer import RunObserver
+from bt_manip.runner import RunObserver
 
 
 class PlainView(RunObserver):

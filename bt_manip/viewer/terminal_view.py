@@ -7,7 +7,7 @@ from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
-from bt_manip.runner.observer import RunObserver
+from bt_manip.runner import RunObserver
 from bt_manip.viewer.tree_text import running_leaves, tree_lines
 
 REFRESH = 0.125

@@ -6,7 +6,7 @@ from typing import Any
 
 import mujoco
 
-from bt_manip.runner.observer import RunObserver
+from bt_manip.runner import RunObserver
 from bt_manip.viewer.display import require_display
 
 REFRESH = 1.0 / 60.0

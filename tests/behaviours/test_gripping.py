@@ -4,15 +4,7 @@ import numpy as np
 import pytest
 
 from bt_manip import spatial
-from bt_manip.behaviours import (
-    CloseGripper,
-    Drop,
-    Grasp,
-    IsHolding,
-    Lift,
-    MoveHome,
-    OpenGripper,
-)
+from bt_manip.behaviours import CloseGripper, Drop, Grasp, IsHolding, Lift, MoveHome, OpenGripper
 from bt_manip.bt import NodeStatus
 
 RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE

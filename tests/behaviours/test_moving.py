@@ -5,15 +5,7 @@ import pinocchio as pin
 import pytest
 
 from bt_manip import spatial
-from bt_manip.behaviours import (
-    Hover,
-    IsAt,
-    Lift,
-    MoveHome,
-    MoveToConfiguration,
-    MoveToPose,
-    Reach,
-)
+from bt_manip.behaviours import Hover, IsAt, Lift, MoveHome, MoveToConfiguration, MoveToPose, Reach
 from bt_manip.behaviours.poses import pose_to_text
 from bt_manip.bt import NodeStatus
 

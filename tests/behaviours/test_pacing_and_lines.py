@@ -25,7 +25,7 @@ from bt_manip.behaviours import (
 )
 from bt_manip.behaviours.poses import pose_to_text
 from bt_manip.bt import NodeStatus
-from bt_manip.motion import RRTConnect
+from bt_manip.planning import RRTConnect
 
 RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE
 NEAR_HOME = [0.1, -0.6, 0.1, -2.2, 0.1, 1.6, 0.9]

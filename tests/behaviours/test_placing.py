@@ -10,7 +10,7 @@ from bt_manip.behaviours.extent import extent
 from bt_manip.behaviours.poses import GRIP_HEIGHT, centre_pose, grips_from_above, yaw_of
 from bt_manip.bt import NodeStatus
 from bt_manip.cell import CellError, Cube
-from bt_manip.motion.grasping import HandRoom, with_room
+from bt_manip.grasping import GripperClearance, with_clearance
 from bt_manip.testing.end_states import assert_tower
 
 RUNNING = NodeStatus.RUNNING
@@ -118,14 +118,14 @@ def neighbour(station, offset, name="other"):
 
 def test_room_is_the_distance_to_the_nearest(station):
     grip = grips_from_above(centre_pose(station.cell, "cube"), GRIP_HEIGHT)[0]
-    alone = HandRoom(station.cell, station.robot, ["cube"]).at(grip)
+    alone = GripperClearance(station.cell, station.robot, ["cube"]).at(grip)
     # The fingertips end 9.5 mm below the tool's centre, which is 40 mm over the table.
     assert alone.nearest == "table" and alone.distance == pytest.approx(0.0305, abs=1e-3)
     # Open pads end 55 mm from the middle: a cube at 90 mm begins at 65 mm.
     axis = grip.rotation[:, 1]
     cube = station.cell.pose("cube")
     station.cell.add(Cube(), pin.SE3(cube.rotation, cube.translation + 0.09 * axis), name="other")
-    room = HandRoom(station.cell, station.robot, ["cube"]).at(grip)
+    room = GripperClearance(station.cell, station.robot, ["cube"]).at(grip)
     assert room.nearest == "other" and 0.0 < room.distance < 0.0105
 
 
@@ -147,7 +147,7 @@ def test_faces_that_are_all_taken_fail_with_who_takes_them(station, trial):
     for i, offset in enumerate([(0.07, 0, 0), (0, 0.07, 0), (-0.07, 0, 0), (0, -0.07, 0)]):
         neighbour(station, offset, f"n{i}")
     grips = grips_from_above(centre_pose(station.cell, "cube"), GRIP_HEIGHT)
-    _, most = with_room(grips, HandRoom(station.cell, station.robot, ["cube"]))
+    _, most = with_clearance(grips, GripperClearance(station.cell, station.robot, ["cube"]))
     assert most.distance < 0.0
     assert trial(Reach(object="cube")).fails_with("leaves the fingers no room at 'cube'")
 

@@ -43,7 +43,7 @@ class Wave:
         self.t += dt
         A, w = self.amplitude * (self.t > self.delay), self.rate
         t = self.t - self.delay
-        # Starts at rest at q0: 1 - cos.
+        # InitialGuesses at rest at q0: 1 - cos.
         self.q = self.q0 + A * (1 - np.cos(w * t))
         self.v = np.full_like(self.q0, A * w * np.sin(w * t))
         self.a = np.full_like(self.q0, A * w * w * np.cos(w * t))

@@ -9,7 +9,7 @@ import pytest
 
 from bt_manip.cli.app import run_app
 from bt_manip.cli.interrupt import Interrupt
-from bt_manip.motion.planning import PlanningProblem
+from bt_manip.planning import PlanningProblem
 from bt_manip.plugins import Choice, load_plugins
 from bt_manip.runner import build_station
 from bt_manip.spatial import pose

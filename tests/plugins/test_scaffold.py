@@ -111,7 +111,7 @@ def test_what_is_there_already_is_left_alone(tmp_path):
     ("name", "kind"),
     [
         ("input", "behaviour"),  # class Input(...): object = Input(...)
-        ("planning", "planner"),
+        ("planning-result", "planner"),
         ("pi", "robot"),
         ("plugin", "object"),  # plugin.py twice
         ("cell", "controller"),  # in its test

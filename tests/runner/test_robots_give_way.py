@@ -8,8 +8,8 @@ from bt_manip import spatial
 from bt_manip.behaviours import Grasp, Hover, MoveToPose, Reach
 from bt_manip.behaviours.poses import pose_to_text
 from bt_manip.bt import NodeStatus, Sequence
-from bt_manip.motion import MotionError
-from bt_manip.motion.collision.encounter import CLEARANCE
+from bt_manip.collision.inter_robot_distance import CLEARANCE
+from bt_manip.exceptions import MotionError
 
 from .conftest import set_up
 
@@ -166,7 +166,7 @@ def test_an_arm_that_was_paused_does_not_go_on_into_one_that_has_come_since(stat
 
 
 def test_an_arm_at_a_slower_pace_lets_the_other_one_pass_as_well(station, left, right):
-    left.arm.pace = right.arm.pace = 0.4
+    left.arm.speed_scale = right.arm.speed_scale = 0.4
     nearest, made = at_random(station, np.random.default_rng(5), 15)
     assert made >= 5 and nearest > 0.5 * CLEARANCE
 

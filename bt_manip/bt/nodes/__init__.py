@@ -1,1 +1,8 @@
 """The nodes of a tree: base classes, and the built-in ones."""
+
+from .action import Action as Action
+from .action import Condition as Condition
+from .action import Leaf as Leaf
+from .node import Node as Node
+from .node import NodeKind as NodeKind
+from .test_node import TestNodeConfig as TestNodeConfig

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from bt_manip.bt.script import Script, parse_script
 from bt_manip.bt.script.evaluation import Environment, is_true
+from bt_manip.bt.script.parser import Script, parse_script
 from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, NodeStatus
 
 if TYPE_CHECKING:

@@ -11,15 +11,7 @@ from bt_manip.bt.nodes.names import RESERVED as RESERVED
 from bt_manip.bt.nodes.port_access import PortAccess
 from bt_manip.bt.nodes.stock_life import StockLife
 from bt_manip.bt.ports import Port
-from bt_manip.bt.status import (
-    IDLE,
-    PY_STATUS,
-    RUNNING,
-    SKIPPED,
-    SUCCESS,
-    NodeStatus,
-    Status,
-)
+from bt_manip.bt.status import IDLE, PY_STATUS, RUNNING, SKIPPED, SUCCESS, NodeStatus, Status
 from bt_manip.exceptions import NodeError, PortError, did_you_mean
 
 if TYPE_CHECKING:

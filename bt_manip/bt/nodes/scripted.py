@@ -4,8 +4,8 @@ from typing import ClassVar
 
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.port_types import STRING
-from bt_manip.bt.script import Script, parse_script
 from bt_manip.bt.script.evaluation import Environment, is_true
+from bt_manip.bt.script.parser import Script, parse_script
 from bt_manip.exceptions import ScriptError
 
 

@@ -10,8 +10,8 @@ from bt_manip.bt.blackboard import EMPTY
 from bt_manip.bt.nodes.action import Action
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.port_types import INT, cast
-from bt_manip.bt.script import Script, parse_script
 from bt_manip.bt.script.evaluation import Environment, Value
+from bt_manip.bt.script.parser import Script, parse_script
 from bt_manip.bt.status import FAILURE, IDLE, SUCCESS, NodeStatus, Status
 from bt_manip.exceptions import ScriptError, TreeError
 

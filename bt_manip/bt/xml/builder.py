@@ -14,7 +14,7 @@ from bt_manip.bt.nodes.test_node import TestNode, TestNodeConfig
 from bt_manip.bt.ports import Port
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.remarks import Comment
-from bt_manip.bt.script import parse_script
+from bt_manip.bt.script.parser import parse_script
 from bt_manip.bt.substitution import Substitutions, find_rule
 from bt_manip.bt.xml.dialect import Dialect
 from bt_manip.bt.xml.document import Document, is_port_name

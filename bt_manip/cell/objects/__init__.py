@@ -25,3 +25,5 @@ from bt_manip.cell.objects.shapes import ConvexMesh as ConvexMesh
 from bt_manip.cell.objects.shapes import Cylinder as Cylinder
 from bt_manip.cell.objects.shapes import Sphere as Sphere
 from bt_manip.cell.objects.table import Table as Table
+
+from .categories import refuse_misspelt as refuse_misspelt

@@ -6,8 +6,15 @@ from typing import Any
 
 from bt_manip.cell.objects.categories import CONTAINER, refuse_unknown
 from bt_manip.cell.objects.model_object import ModelObject
-from bt_manip.models import MjcfModel, Progress, Source, is_address, load_model, terminal_progress
-from bt_manip.models.convex import can_decompose
+from bt_manip.models import (
+    MjcfModel,
+    Progress,
+    Source,
+    can_decompose,
+    is_address,
+    load_model,
+    terminal_progress,
+)
 from bt_manip.registry import Registry
 
 

@@ -12,8 +12,7 @@ from bt_manip.cell.naming import name_elements
 from bt_manip.cell.objects.bounds import Bounds, bounds_of
 from bt_manip.cell.objects.categories import CONTAINER, refuse_misspelt
 from bt_manip.cell.objects.prop import Prop, colour_of, default_of, positive
-from bt_manip.models import MjcfModel, load_model
-from bt_manip.models.exact_xml import exact_xml
+from bt_manip.models import MjcfModel, exact_xml, load_model
 
 GRIPPABLE = 0.08
 """Largest width between the fingers of common grippers [m]."""

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from bt_manip.cell.objects.prop import Prop
-from bt_manip.models.bundled import bundled_path
+from bt_manip.models import bundled_path
 
 
 class Table(Prop):

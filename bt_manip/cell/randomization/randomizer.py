@@ -12,7 +12,7 @@ from dm_control import composer
 from bt_manip.cell.alterations import nominal_value
 from bt_manip.cell.altered_contents import AlteredContents
 from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.objects import Catalogue
+from bt_manip.cell.objects.catalogue import Catalogue
 from bt_manip.cell.randomization.draws import Varied, draw, stream
 from bt_manip.cell.randomization.observing import observe_with
 from bt_manip.cell.randomization.randomization import (

@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from bt_manip.cell.contents import Contents
 from bt_manip.cell.exceptions import CellError, OverlapError
-from bt_manip.cell.objects import Catalogue
+from bt_manip.cell.objects.catalogue import Catalogue
 
 ATTEMPTS = 100
 """How often a place is drawn until it is free."""

@@ -49,7 +49,8 @@ def convert_sdf(
     """
 
     def fetch(address: str) -> Path:
-        from bt_manip.models.fuel import FuelClient, fuel_address
+        from bt_manip.models.fuel.address import fuel_address
+        from bt_manip.models.fuel.client import FuelClient
 
         return FuelClient(progress=progress).find(fuel_address(address))[1]
 

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from bt_manip.arm import Arm
 from bt_manip.behaviours.poses import (
     GRIP_HEIGHT,
     centre_pose,
@@ -14,9 +15,8 @@ from bt_manip.behaviours.poses import (
 )
 from bt_manip.bt import Input, Output, Status, SyncAction
 from bt_manip.cell import Cell, CellError
-from bt_manip.motion import Arm
-from bt_manip.motion.grasping import HandRoom, with_room
-from bt_manip.motion.grasping.hand_room import ENOUGH
+from bt_manip.grasping import GripperClearance, with_clearance
+from bt_manip.grasping.gripper_clearance import ENOUGH
 from bt_manip_blocks.blocks import blocks_on
 
 
@@ -60,7 +60,9 @@ class ChooseBlock(SyncAction):
 
     def _room(self, name: str) -> float:
         grips = grips_from_above(centre_pose(self.cell, name), GRIP_HEIGHT)
-        return with_room(grips, HandRoom(self.cell, self.arm.robot, [name]))[1].distance
+        return with_clearance(grips, GripperClearance(self.cell, self.arm.robot, [name]))[
+            1
+        ].distance
 
     def _place(self, name: str) -> pin.SE3:
         T_wo, block = self.cell.pose(name), self.cell.find(name)

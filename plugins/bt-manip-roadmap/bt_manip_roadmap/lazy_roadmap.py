@@ -4,8 +4,8 @@ import heapq
 
 import numpy as np
 
-from bt_manip.motion.planning import Planning, PlanningProblem
-from bt_manip.motion.planning.edges import line_free
+from bt_manip.planning import PlanningProblem, PlanningResult
+from bt_manip.planning.edges import edge_is_free
 
 STEP = 0.04
 """Longest way of a joint between two configurations that are looked at [rad]."""
@@ -28,7 +28,7 @@ class LazyRoadmap:
         """
         self.samples, self.batch, self.neighbours = samples, batch, neighbours
 
-    def plan(self, problem: PlanningProblem) -> Planning:
+    def plan(self, problem: PlanningProblem) -> PlanningResult:
         """Look for the shortest way from the start to one of the goals."""
         lower, upper = problem.bounds()
         nodes = np.vstack([problem.start, problem.goals])  # the start is 0, the goals follow
@@ -38,14 +38,14 @@ class LazyRoadmap:
         while True:
             path = self._shortest_free(nodes, goals, known, problem)
             if path:
-                return Planning(nodes[path], drawn)
+                return PlanningResult(nodes[path], drawn)
             if drawn >= self.samples:
                 reason = f"no way around was found with {drawn} samples"
-                return Planning(np.empty((0, len(problem.start))), drawn, reason)
+                return PlanningResult(np.empty((0, len(problem.start))), drawn, reason)
             count = min(self.batch, self.samples - drawn)
             drawn += count
             candidates = problem.rng.uniform(lower, upper, (count, len(lower)))
-            free = [q for q in candidates if problem.free(q)]
+            free = [q for q in candidates if problem.is_free(q)]
             nodes = np.vstack([nodes, *free]) if free else nodes
 
     def _shortest_free(self, nodes, goals, known, problem) -> list[int]:
@@ -57,7 +57,9 @@ class LazyRoadmap:
             for a, b in zip(path, path[1:], strict=False):
                 edge = (min(a, b), max(a, b))
                 if edge not in known:
-                    known[edge] = line_free(nodes[edge[0]], nodes[edge[1]], problem.free, STEP)
+                    known[edge] = edge_is_free(
+                        nodes[edge[0]], nodes[edge[1]], problem.is_free, STEP
+                    )
                 if not known[edge]:
                     blocked = True
                     break

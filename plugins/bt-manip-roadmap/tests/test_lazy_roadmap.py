@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bt_manip.motion.planning import PlanningProblem, RRTConnect
+from bt_manip.planning import PlanningProblem, RRTConnect
 from bt_manip.plugins import load_plugins
 from bt_manip.robots import JointLimits
 from bt_manip.runner import build_station

@@ -1,7 +1,7 @@
 """The planner."""
 
 import numpy as np
-from bt_manip.motion.planning import Planning
+from bt_manip.planning import PlanningResult
 
 STEP = 0.02
 """Longest way of a joint between two configurations that are looked at [rad]."""
@@ -15,16 +15,16 @@ class Gear:
         self.samples = samples
 
     def plan(self, problem):
-        """Look for a way from the start to one of the goals."""
+        """Look for a path from the start to one of the goals."""
         lower, upper = problem.bounds()
         for count in range(self.samples):
             via = problem.rng.uniform(lower, upper)
-            if line_is_free(problem.start, via, problem.free):
+            if line_is_free(problem.start, via, problem.is_free):
                 for goal in problem.goals:
-                    if line_is_free(goal, via, problem.free):
-                        return Planning(np.array([problem.start, via, goal]), count + 1)
+                    if line_is_free(goal, via, problem.is_free):
+                        return PlanningResult(np.array([problem.start, via, goal]), count + 1)
         nothing = np.empty((0, len(problem.start)))
-        return Planning(nothing, self.samples, f"no way by one of {self.samples} configurations")
+        return PlanningResult(nothing, self.samples, f"no path via {self.samples} configurations")
 
 
 def line_is_free(start, end, free):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bt_manip.motion.planning import PlanningProblem
+from bt_manip.planning import PlanningProblem
 from bt_manip.robots import JointLimits
 
 from bt_manip_gear.gear import Gear

@@ -1,0 +1,12 @@
+"""What the arm would touch, by the physics' own collision detection."""
+
+from .collision_world import PADDING as PADDING
+from .collision_world import CollisionPair as CollisionPair
+from .collision_world import CollisionWorld as CollisionWorld
+from .free_space import PATH_STEP as PATH_STEP
+from .free_space import FreeSpace as FreeSpace
+from .inter_robot_distance import INTER_ROBOT_CLEARANCE as INTER_ROBOT_CLEARANCE
+from .inter_robot_distance import INTER_ROBOT_STEP as INTER_ROBOT_STEP
+from .inter_robot_distance import InterRobotDistance as InterRobotDistance
+from .other_robot import OtherRobot as OtherRobot
+from .robot_geometry import RobotGeometry as RobotGeometry

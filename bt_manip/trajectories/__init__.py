@@ -1,0 +1,30 @@
+"""Trajectories: time parameterization, time scaling, stops, and their limits."""
+
+from .bounds import Bounds as Bounds
+from .effort import within_effort as within_effort
+from .jerk_profile import JerkProfile as JerkProfile
+from .jerk_profile import joint_profiles as joint_profiles
+from .limit_check import CONTROL_STEP as CONTROL_STEP
+from .limit_check import LimitUse as LimitUse
+from .limit_check import effort_use as effort_use
+from .limit_check import limit_use as limit_use
+from .limit_check import rows_use as rows_use
+from .limit_check import step_times as step_times
+from .path_timing import GRIDS as GRIDS
+from .paths import Path as Path
+from .paths import SplinePath as SplinePath
+from .paths import StraightPath as StraightPath
+from .stopping import brake as brake
+from .stopping import halt as halt
+from .time_parameterization import drive as drive
+from .time_parameterization import time_parameterize_segment as time_parameterize_segment
+from .time_scaled_trajectory import TimeScaledTrajectory as TimeScaledTrajectory
+from .time_scaling import paced as paced
+from .time_scaling import steady as steady
+from .trajectory import JointTrajectory as JointTrajectory
+from .trajectory import PathTrajectory as PathTrajectory
+from .trajectory import SequenceTrajectory as SequenceTrajectory
+from .trajectory import Table as Table
+from .trajectory import TailTrajectory as TailTrajectory
+from .trajectory import Trajectory as Trajectory
+from .trajectory import trajectory_from_state as trajectory_from_state

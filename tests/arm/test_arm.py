@@ -1,0 +1,378 @@
+"""What the arm promises is watched from outside, step by step, as a controller sees it."""
+
+import json
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip import spatial
+from bt_manip.arm import Arm
+from bt_manip.exceptions import MotionError
+from bt_manip.planning import LineTo
+from bt_manip.robots import Payload
+
+DT = 1e-3
+EPS = 1e-6  # relative
+
+
+class Watch:
+    """Advance an arm and check every step against its limits."""
+
+    def __init__(self, arm: Arm):
+        self.arm = arm
+        self.rows = [self.now()]
+
+    def now(self):
+        return self.arm.q.copy(), self.arm.v.copy(), self.arm.a.copy()
+
+    def run(self, steps: int = 10**6) -> None:
+        while self.arm.moving and steps > 0:
+            self.arm.advance(DT)
+            self.rows.append(self.now())
+            steps -= 1
+
+    def check(self) -> None:
+        limits = self.arm.model.limits
+        q, v, a = (np.array(column) for column in zip(*self.rows, strict=True))
+        assert limits.contain(q.min(axis=0), 1e-9) and limits.contain(q.max(axis=0), 1e-9)
+        assert (np.abs(v) <= limits.velocity * (1 + EPS)).all()
+        assert (np.abs(a) <= limits.acceleration * (1 + EPS)).all()
+        assert (np.abs(np.diff(a, axis=0)) / DT <= limits.jerk * (1 + EPS)).all()
+        # Nothing jumps: the position goes on by the mean velocity, the velocity by the mean
+        # acceleration, but for a jerk that changes inside a step.
+        off_v = np.diff(q, axis=0) / DT - 0.5 * (v[1:] + v[:-1])
+        off_a = np.diff(v, axis=0) / DT - 0.5 * (a[1:] + a[:-1])
+        assert (np.abs(off_v) <= limits.jerk * DT**2 / 3).all()
+        assert (np.abs(off_a) <= limits.jerk * DT / 2).all()
+
+    def worst_effort(self) -> float:
+        model = self.arm.model
+        return max((np.abs(model.effort(*row)) / model.limits.effort).max() for row in self.rows)
+
+
+@pytest.fixture
+def watch(arm):
+    return Watch(arm)
+
+
+def down(x, y, z, yaw=0.0):
+    return spatial.pointing_down([x, y, z], yaw)
+
+
+def test_it_begins_where_the_robot_is_and_at_rest(robot, arm):
+    assert np.array_equal(arm.q, robot.q)
+    assert not arm.v.any() and not arm.a.any()
+    assert not arm.moving and arm.remaining == 0.0
+    arm.advance(DT)
+    assert np.array_equal(arm.q, robot.q)
+
+
+def test_the_reference_cannot_be_written_by_who_follows_it(arm):
+    with pytest.raises(ValueError):
+        arm.q[0] = 1.0
+
+
+def test_between_configurations_it_moves_on_the_straight_line(arm, watch, rng):
+    limits = arm.model.limits
+    for _ in range(4):
+        start, target = arm.q.copy(), rng.uniform(limits.lower, limits.upper)
+        watch.rows = [watch.now()]
+        arm.move_to_configuration(target)
+        watch.run()
+        watch.check()
+        assert np.array_equal(arm.q, target)
+        way = (target - start) / np.linalg.norm(target - start)
+        from_start = np.array([row[0] for row in watch.rows]) - start
+        assert np.abs(from_start - np.outer(from_start @ way, way)).max() < 1e-12
+
+
+def test_at_full_speed_one_limit_is_used_up(arm, watch):
+    target = arm.q.copy()
+    target[0] += 2.5
+    arm.move_to_configuration(target)
+    watch.run()
+    fastest = max(row[1][0] for row in watch.rows)
+    assert fastest == pytest.approx(arm.model.limits.velocity[0])
+
+
+def test_at_half_the_speed_it_takes_twice_the_time(arm):
+    target = arm.model.home + 0.3
+    arm.move_to_configuration(target)
+    full = arm.remaining
+    arm.reset()
+    arm.move_to_configuration(target, speed=0.5)
+    assert arm.remaining == pytest.approx(2 * full)
+
+
+def test_remaining_counts_down_and_target_is_where_it_ends(arm):
+    target = arm.model.home + 0.2
+    arm.move_to_configuration(target)
+    before = arm.remaining
+    assert np.array_equal(arm.target, target)
+    for _ in range(100):
+        arm.advance(DT)
+    assert arm.remaining == pytest.approx(before - 0.1)
+
+
+def test_no_motion_is_needed_to_where_it_is(arm):
+    arm.move_to_configuration(arm.q.copy())
+    assert not arm.moving
+    arm.move_linear(arm.model.pose(arm.q))
+    assert not arm.moving
+
+
+@pytest.mark.parametrize("distance", [1e-16, 1e-13, 1e-11])  # [rad]
+def test_next_to_nothing_is_no_motion_either(arm, distance):
+    arm.move_to_configuration(arm.q + distance)
+    assert not arm.moving
+
+
+def test_a_pose_is_reached_at_the_tool(arm, watch):
+    T = down(0.45, -0.2, 0.25, 0.7)
+    arm.move_to_pose(T)
+    watch.run()
+    watch.check()
+    assert pin.log6(arm.model.pose(arm.q).actInv(T)).np == pytest.approx(np.zeros(6), abs=2e-6)
+
+
+def test_of_equivalent_poses_it_goes_to_the_nearest(arm, watch):
+    poses = [down(0.4, 0.0, 0.3, yaw) for yaw in (np.pi, 0.1, -0.5 * np.pi)]
+    arm.move_to_pose(poses)
+    watch.run()
+    assert pin.log6(arm.model.pose(arm.q).actInv(poses[1])).np == pytest.approx(0, abs=2e-6)
+
+
+def test_from_a_pose_with_an_approach_the_line_can_be_followed(arm, watch):
+    for x, y, yaw in ((0.32, 0.1, 1.1), (0.3, -0.28, 2.9), (0.5, 0.3, -2.0)):
+        arm.move_to_pose([down(x, y, 0.43, yaw + k * np.pi / 2) for k in range(4)], approach=0.38)
+        watch.run()
+        T = arm.model.pose(arm.q)
+        arm.move_linear(T * pin.SE3(np.eye(3), np.array([0.0, 0.0, 0.38])))
+        watch.run()
+    watch.check()
+
+
+def test_a_linear_move_keeps_the_tool_on_its_line(arm, watch):
+    arm.move_to_pose(down(0.4, 0.1, 0.4))
+    watch.run()
+    start, end = arm.model.pose(arm.q), down(0.5, -0.1, 0.15, 0.4)
+    watch.rows = [watch.now()]
+    arm.move_linear(end)
+    watch.run()
+    watch.check()
+    way = end.translation - start.translation
+    turn = pin.log3(start.rotation.T @ end.rotation)
+    for q, *_ in watch.rows:
+        T = arm.model.pose(q)
+        done = (T.translation - start.translation) @ way / (way @ way)
+        on_line = pin.SE3(start.rotation @ pin.exp3(done * turn), start.translation + done * way)
+        assert np.abs(pin.log6(on_line.actInv(T)).np).max() < 1e-4
+    assert np.abs(pin.log6(end.actInv(arm.model.pose(arm.q))).np).max() < 1e-5
+
+
+def test_a_linear_move_keeps_the_tool_inside_its_own_limits(arm, watch):
+    arm.move_to_pose(down(0.5, -0.4, 0.4))
+    watch.run()
+    watch.rows = [watch.now()]
+    arm.move_linear(down(0.5, 0.4, 0.4, 1.5))
+    watch.run()
+    tool = arm.model.tool_limits
+    velocities = np.array([arm.model.jacobian(q) @ v for q, v, _ in watch.rows])
+    assert np.linalg.norm(velocities[:, :3], axis=1).max() <= tool.velocity * 1.001
+    assert np.linalg.norm(velocities[:, 3:], axis=1).max() <= tool.angular_velocity * 1.001
+
+
+def test_a_line_that_leaves_the_reach_says_how_far_it_goes(arm):
+    with pytest.raises(MotionError, match=r"for \d+ % of the way only") as raised:
+        arm.move_linear(down(1.4, 0.0, 0.4))
+    assert raised.value.reason == "line"
+    assert not arm.moving
+
+
+def test_a_linear_move_in_the_middle_of_another_brakes_first(arm, watch):
+    arm.move_to_configuration(arm.model.home + 0.4)
+    watch.run(150)
+    T = down(0.45, 0.0, 0.3)
+    arm.move_linear(T)
+    watch.run()
+    watch.check()
+    assert np.abs(pin.log6(T.actInv(arm.model.pose(arm.q))).np).max() < 1e-5
+
+
+def test_a_stop_comes_to_rest_on_the_path_in_the_shortest_time(arm, watch):
+    start, target = arm.q.copy(), arm.model.home + np.array([1.5, 0, 0, 0, 0, 0, 0])
+    arm.move_to_configuration(target)
+    watch.run(400)
+    v, limits = arm.v[0], arm.model.limits
+    arm.stop()
+    shortest = v / limits.acceleration[0] + limits.acceleration[0] / limits.jerk[0]
+    assert arm.remaining == pytest.approx(shortest, abs=2e-3)
+    watch.run()
+    watch.check()
+    assert np.array_equal(arm.q[1:], start[1:])
+
+
+def test_a_stop_on_a_line_stays_on_the_line(arm, watch):
+    arm.move_to_pose(down(0.4, 0.2, 0.4))
+    watch.run()
+    watch.rows = [watch.now()]
+    arm.move_linear(down(0.4, -0.2, 0.4))
+    watch.run(300)
+    arm.stop()
+    watch.run()
+    watch.check()
+    T = arm.model.pose(arm.q)
+    assert T.translation[[0, 2]] == pytest.approx([0.4, 0.4], abs=1e-4)
+    assert -0.19 < T.translation[1] < 0.19
+
+
+def test_a_stop_at_rest_and_a_stop_while_stopping_are_allowed(arm, watch):
+    arm.stop()
+    assert not arm.moving
+    arm.move_to_configuration(arm.model.home + 0.4)
+    watch.run(200)
+    arm.stop()
+    watch.run(10)
+    arm.stop()
+    watch.run()
+    watch.check()
+    assert not arm.moving
+
+
+def test_redirected_at_random_moments_it_stays_inside_all_limits(arm, watch, rng):
+    limits = arm.model.limits
+    for _ in range(25):
+        kind = rng.integers(4)
+        if kind == 0:
+            arm.stop()
+        elif kind == 1:
+            target = down(rng.uniform(0.3, 0.6), rng.uniform(-0.3, 0.3), rng.uniform(0.1, 0.5))
+            arm.move_to_pose(target, speed=float(rng.uniform(0.2, 1.0)))
+        else:
+            arm.move_to_configuration(rng.uniform(limits.lower, limits.upper))
+        watch.run(int(rng.integers(1, 900)))
+    arm.stop()
+    watch.run()
+    watch.check()
+    assert watch.worst_effort() <= 0.9501
+
+
+def test_a_heavy_payload_makes_it_slower_and_keeps_the_efforts(arm, watch):
+    def swing():
+        arm.reset()
+        watch.rows = [watch.now()]
+        arm.move_to_configuration(arm.model.home + np.array([0, 1.0, 0, 0.8, 0, 0, 0]))
+        duration = arm.remaining
+        watch.run()
+        watch.check()
+        return duration
+
+    light = swing()
+    arm.payload = Payload(6.0, [0.0, 0.0, 0.05], 0.02 * np.eye(3))
+    heavy = swing()
+    assert watch.worst_effort() <= 0.9501
+    assert heavy > 1.02 * light
+
+
+def test_a_payload_that_cannot_be_held_is_refused(arm):
+    arm.payload = Payload(40.0)
+    with pytest.raises(MotionError, match="joint") as raised:
+        arm.move_to_configuration(arm.model.home + 0.3)
+    assert raised.value.reason == "effort"
+    assert not arm.moving
+
+
+def test_other_control_steps_give_the_same_motion(robot):
+    fine, coarse = Arm(robot), Arm(robot)
+    for arm in (fine, coarse):
+        arm.move_to_configuration(arm.model.home + 0.3)
+    for _ in range(50):
+        for _ in range(4):
+            fine.advance(0.5e-3)
+        coarse.advance(2e-3)
+        assert np.abs(fine.q - coarse.q).max() < 1e-12
+    coarse.advance(1e-3)  # and it may change on the way
+    for _ in range(2):
+        fine.advance(0.5e-3)
+    assert np.abs(fine.q - coarse.q).max() < 1e-12
+
+
+@pytest.mark.parametrize("kind", ["straight", "line", "braked line", "turned", "stopped", "rest"])
+def test_restored_from_plain_data_it_goes_on_bit_for_bit(robot, kind):
+    arm = Arm(robot)
+    watch = Watch(arm)
+    arm.payload = Payload(0.3, [0.0, 0.0, 0.02], 1e-4 * np.eye(3))
+    if kind in ("line", "stopped"):
+        arm.move_linear(down(0.4, 0.2, 0.3))
+    elif kind != "rest":
+        arm.move_to_configuration(arm.model.home + 0.5)
+    watch.run(137)
+    if kind == "turned":
+        arm.move_to_configuration(arm.model.home)
+    elif kind == "braked line":
+        arm.move_linear(down(0.4, 0.2, 0.3))
+    elif kind == "stopped":
+        arm.stop()
+    watch.run(31)
+    other = Arm(robot)
+    other.set_state(json.loads(json.dumps(arm.get_state())))
+    assert other.payload.mass == 0.3 and other.moving == arm.moving
+    for step in range(3000):
+        arm.advance(DT)
+        other.advance(DT)
+        for mine, its in zip((arm.q, arm.v, arm.a), (other.q, other.v, other.a), strict=True):
+            assert np.array_equal(mine, its), step
+        if step == 40:
+            arm.stop()
+            other.stop()
+    assert not arm.moving and not other.moving
+
+
+HERE = down(0.4, 0.0, 0.3)
+
+
+@pytest.mark.parametrize(
+    ("ask", "message"),
+    [
+        (lambda arm: arm.move_to_configuration(np.full(7, np.nan)), "7 finite numbers"),
+        (lambda arm: arm.move_to_configuration([0.0] * 6), "7 finite numbers"),
+        (lambda arm: arm.move_to_configuration("home"), "numbers"),
+        (lambda arm: arm.move_to_configuration([0.0] * 7), "joint 4 cannot go to 0.0000 rad"),
+        (lambda arm: arm.move_to_configuration(arm.model.home, speed=0.0), "above 0 and at most 1"),
+        (lambda arm: arm.move_to_configuration(arm.model.home, speed=1.5), "above 0 and at most 1"),
+        (lambda arm: arm.move_to_pose(down(0.4, 0, 0.3), speed=np.nan), "above 0 and at most 1"),
+        (lambda arm: arm.move_to_pose(np.eye(4)), "a pose is a pin.SE3"),
+        (lambda arm: arm.move_to_pose([]), "no target pose"),
+        (lambda arm: arm.move_to_pose(down(np.inf, 0, 0.3)), "not finite"),
+        (lambda arm: arm.move_linear(down(np.nan, 0, 0.3)), "not finite"),
+        (lambda arm: arm.move_linear([0.4, 0.0, 0.3]), "a pose is a pin.SE3, got list"),
+        (lambda arm: arm.move_to_pose(down(1.2, 0, 0.3)), "unreachable: .* out of reach"),
+        (
+            lambda arm: arm.move_to_pose(HERE, margin=-0.1),
+            "margin .* is 0 or above .*, got -0.1",
+        ),
+        (
+            lambda arm: arm.move_to_pose(HERE, margin=np.nan),
+            "margin .* is 0 or above .*, got nan",
+        ),
+        (lambda arm: arm.move_to_pose(HERE, approach=np.nan), "way on .* 0 or above .m., got nan"),
+        (lambda arm: arm.move_to_pose(HERE, approach="far"), "way on .* 0 or above .m., got 'far'"),
+        (lambda arm: arm.move_to_pose(HERE, planner="rrt"), "a planner is .*, got 'rrt'"),
+        (lambda arm: arm.move_to_configuration(arm.model.home, rng=3), "Generator, got 3"),
+        (lambda arm: arm.move_path(LineTo(HERE)), "a path is a list of .*, got LineTo"),
+        (lambda arm: arm.move_path([HERE]), "a step of a path is a .*, got SE3"),
+        (lambda arm: arm.move_path([LineTo(HERE)], blend="wide"), "a blend is 0 or above .m., got"),
+    ],
+)
+@pytest.mark.parametrize("moving", [False, True])
+def test_bad_input_is_named_and_changes_nothing(arm, ask, message, moving):
+    if moving:
+        arm.move_to_configuration(arm.model.home + 0.3)
+        for _ in range(100):
+            arm.advance(DT)
+    before = arm.get_state()
+    with pytest.raises(MotionError, match=message) as raised:
+        ask(arm)
+    assert "\n" not in str(raised.value)
+    assert arm.get_state() == before

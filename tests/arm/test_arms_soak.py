@@ -1,0 +1,55 @@
+"""Other arms keep what the Panda keeps; it takes minutes."""
+
+import numpy as np
+import pytest
+
+from bt_manip.plugins import load_plugins
+from bt_manip.robots import RobotDescription
+from tests.measuring import disturbances
+from tests.measuring.drives import drives
+from tests.measuring.scenes import SCALES, free_start, wall
+from tests.measuring.stops import halts
+
+pytestmark = pytest.mark.soak
+COUNT = 20
+
+
+@pytest.fixture(params=SCALES)
+def arm(request, menagerie, monkeypatch) -> RobotDescription:
+    pytest.importorskip("bt_manip_menagerie")
+    monkeypatch.setenv("MENAGERIE_ROOT", str(menagerie))
+    return load_plugins().parts.robots.get(request.param)
+
+
+def test_it_goes_around_a_wall_for_every_seed(arm):
+    planned, left, right = wall(arm, SCALES[arm.name])
+    planned.arm.guard = None  # the reference moves alone
+    start = free_start(planned, left)
+    for seed in range(COUNT):
+        planned.arm.reset(start)
+        planned.arm.move_to_pose(right, rng=np.random.default_rng(seed))
+        while planned.arm.moving:
+            planned.arm.advance(1e-3)
+            assert not planned.arm.world.collisions(planned.arm.q)
+
+
+def test_it_drives_through_random_scenes_about_as_fast_as_its_paths_allow(arm):
+    pytest.importorskip("toppra")
+    found = drives(COUNT, arm)
+    driven = [scene for scene in found if not scene.refused]
+    assert len(driven) == COUNT  # refused where there is no way, and nowhere else
+    for scene in driven:
+        assert scene.reached and not scene.touched and not scene.saturated, scene
+        assert scene.error <= 2e-3 and scene.ratio <= 1.4, scene
+    assert np.median([scene.ratio for scene in driven]) <= 1.15
+
+
+def test_it_halts_on_its_path_inside_its_limits_and_about_as_fast_as_they_allow(arm):
+    for halt in halts(COUNT, arm):
+        assert halt.off <= 1e-3 and halt.used <= 1.0 + 1e-6 and halt.ratio <= 1.1, halt
+
+
+def test_it_notices_pushes_and_contacts_and_nothing_else(arm):
+    for noticed in (disturbances.pushes(COUNT, arm), disturbances.contacts(COUNT, arm)):
+        assert noticed.soon == COUNT and noticed.false == 0
+    assert disturbances.nominal(COUNT // 2, arm) == 0

@@ -1,0 +1,182 @@
+"""Pushes, and obstacles that nobody planned for, in the middle of motions; and neither of them."""
+
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from bt_manip import spatial
+from bt_manip.exceptions import MotionError
+from bt_manip.robots import RobotDescription
+from tests.measuring.scenes import Fixed, Planned, put, random_scene
+
+PUSH = 50.0  # [N]
+LASTS = 50  # control steps that a push lasts
+UNMEANT = 20.0  # [N] of a contact that has to be noticed
+SOON = 20  # control steps in which it has to be
+EACH = 10  # cases in one scene
+_LONGEST = 60  # control steps after which nothing is noticed any more
+
+
+class Noticed(NamedTuple):
+    """What came of some disturbances.
+
+    Attributes:
+        steps: Control steps until each was noticed, from when it had to be; negative when it was
+            noticed before; None where it never was.
+        false: How many motions were stopped for nothing before.
+    """
+
+    steps: list[int | None]
+    false: int
+
+    @property
+    def soon(self) -> int:
+        """How many were noticed in time."""
+        return sum(step is not None and step <= SOON for step in self.steps)
+
+    @property
+    def latest(self) -> float:
+        """The longest that one took [control steps]."""
+        return max(np.inf if step is None else step for step in self.steps)
+
+
+def pushes(count: int, description: RobotDescription | None = None) -> Noticed:
+    """Push the hand in random directions, at random moments of motions."""
+    rng = np.random.default_rng(4)
+    steps: list[int | None] = []
+    false = 0
+    for number in range(count):
+        if number % EACH == 0:
+            planned, start, goal = random_scene(number // EACH, description)
+        _begin(planned, start, goal, number)
+        planned.cell.step(int(rng.uniform(0.05, 0.85) * planned.arm.remaining / 1e-3))
+        false += bool(planned.arm.fault)
+        direction = rng.normal(size=3)
+        force = planned.cell.data.xfrc_applied[planned.robot.wrist_body_id]
+        force[:3] = PUSH * direction / np.linalg.norm(direction)
+        steps.append(_until_fault(planned, LASTS))
+        force[:] = 0.0
+    return Noticed(steps, false)
+
+
+def _until_fault(planned: Planned, most: int) -> int | None:
+    for step in range(1, most + 1):
+        planned.cell.step()
+        if planned.arm.fault:
+            return step
+    return None
+
+
+def contacts(count: int, description: RobotDescription | None = None) -> Noticed:
+    """Let an obstacle appear in the way of a motion, anywhere on the arm and from any side.
+
+    A case counts once the contact's force exceeds `UNMEANT`, or was noticed before.
+    """
+    rng = np.random.default_rng(5)
+    steps: list[int | None] = []
+    false = drawn = 0
+    while len(steps) < count:
+        if drawn % EACH == 0:
+            planned, start, goal = random_scene(drawn // EACH, description)
+        _begin(planned, start, goal, drawn)
+        drawn += 1
+        planned.cell.step(int(rng.uniform(0.05, 0.5) * planned.arm.remaining / 1e-3))
+        if planned.arm.fault:
+            false += 1
+            continue
+        if _put_in_the_way(planned, rng):
+            found = _drive_into(planned)
+            if found is not None:
+                steps.append(found if found <= _LONGEST else None)
+            planned.cell.remove("unseen")
+    return Noticed(steps, false)
+
+
+def _put_in_the_way(planned: Planned, rng: np.random.Generator) -> bool:
+    """Put a box where some part of the arm will be; False where it would touch something now."""
+    cell, arm, robot = planned.cell, planned.arm, planned.robot
+    later = arm.elapsed + rng.uniform(0.1, 0.9) * arm.remaining
+    q = arm.trajectory.table(np.array([later]))[0][0]
+    model, data = cell.model, mujoco.MjData(cell.model)
+    data.qpos[:] = cell.data.qpos
+    data.qpos[robot.qpos_adr] = q
+    mujoco.mj_kinematics(model, data)
+    moving = np.flatnonzero(_of_arm(planned) & (model.geom_contype > 0))
+    geom = int(rng.choice(moving))
+    half = rng.uniform(0.02, 0.06, 3)
+    turn = rng.normal(size=4)
+    near = data.geom_xpos[geom] + rng.uniform(-0.05, 0.05, 3)
+    pose = spatial.pose(near, turn / np.linalg.norm(turn))
+    # What the arm touches already, or is about to in no time, is no obstacle that it drives into.
+    cell.add(Fixed("box", half, "unseen"), pose, name="unseen", free=False, overlap=np.inf)
+    mujoco.mj_forward(cell.model, cell.data)
+    if cell.contacts.pairs() or cell.data.ncon:
+        cell.remove("unseen")
+        return False
+    return True
+
+
+def _of_arm(planned: Planned) -> np.ndarray:
+    """Tell which geoms move with the arm."""
+    model = planned.cell.model
+    first = model.dof_bodyid[planned.robot.dof_adr[0]]
+    mine = np.zeros(model.nbody, dtype=bool)
+    mine[first] = True
+    for body in range(first + 1, model.nbody):
+        mine[body] = mine[model.body_parentid[body]]
+    return mine[model.geom_bodyid]
+
+
+def _drive_into(planned: Planned) -> int | None:
+    """Step on; give how long after the force was too great the arm noticed, None where it was not.
+
+    What nobody noticed while the force was too great for `_LONGEST` steps counts as longer.
+    """
+    cell, arm = planned.cell, planned.arm
+    over = None
+    for step in range(int(arm.remaining / 1e-3) + _LONGEST):
+        cell.step()
+        if over is None and _force(planned) > UNMEANT:
+            over = step
+        if arm.fault:
+            return -1 if over is None else step - over
+        if over is not None and step - over > _LONGEST:
+            return _LONGEST + 1
+    return None
+
+
+def _force(planned: Planned) -> float:
+    """Sum the normal forces of all contacts [N]."""
+    model, data = planned.cell.model, planned.cell.data
+    force, total = np.zeros(6), 0.0
+    for i in range(data.ncon):
+        mujoco.mj_contactForce(model, data, i, force)
+        total += force[0]
+    return total
+
+
+def nominal(count: int, description: RobotDescription | None = None) -> int:
+    """Drive motions that nothing disturbs; give how many were stopped."""
+    stopped = 0
+    for number in range(count):
+        planned, start, goal = random_scene(number, description)
+        if not _begin(planned, start, goal, number):
+            continue
+        while planned.arm.moving:
+            planned.cell.step()
+        stopped += bool(planned.arm.fault)
+    return stopped
+
+
+def _begin(planned: Planned, start: np.ndarray, goal: np.ndarray, seed: int) -> bool:
+    """Begin a motion from a start to a goal; where there is no way, back to home or near it."""
+    put(planned, start)
+    rng = np.random.default_rng(seed)
+    for target in (goal, *(start + rng.uniform(-0.5, 0.5, (20, len(start))))):
+        try:
+            planned.arm.move_to_configuration(target, rng=rng)
+        except MotionError:
+            continue
+        return True
+    return False

@@ -1,0 +1,201 @@
+"""Scenes to plan in: a wall between two places, and obstacles drawn from a seed."""
+
+import contextlib
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+from dm_control import composer, mjcf
+
+from bt_manip import spatial
+from bt_manip.arm import Arm, ExternalForceGuard
+from bt_manip.cell import Cell
+from bt_manip.collision import CollisionWorld
+from bt_manip.control import ComputedTorque, GripperController
+from bt_manip.exceptions import MotionError
+from bt_manip.kinematics import InverseKinematics
+from bt_manip.robots import Robot, RobotDescription, panda
+
+TOP = ((0.7, 1.2, 0.1), (0.55, 0.0, -0.05))
+WALL = ((0.5, 0.04, 0.4), (0.5, 0.0, 0.2))
+
+SCALES = {"ur5e": 1.0, "xarm7": 0.8, "iiwa14": 1.0, "fr3": 1.0}
+"""Scale of the wall scene for other arms, by their reach."""
+
+
+class Fixed(composer.Entity):
+    """A box, cylinder or sphere that stands fixed."""
+
+    def _build(self, kind: str, size: Sequence[float], name: str = "obstacle") -> None:
+        self._root = mjcf.RootElement(model=name)
+        self._root.worldbody.add("geom", name="geom", type=kind, size=list(size))
+
+    @property
+    def mjcf_model(self) -> mjcf.RootElement:
+        """The model that composer attaches."""
+        return self._root
+
+
+class Empty(composer.Arena):
+    """An arena with nothing in it."""
+
+
+class Planned(NamedTuple):
+    """An arm under control among obstacles, its base in the origin of the world.
+
+    Attributes:
+        cell: The world.
+        robot: The robot.
+        control: Makes the arm follow.
+        gripper: Keeps the fingers where they are.
+        arm: Moves the arm.
+        open: Positions of all joints with the gripper open.
+        name: Of the robot in the cell.
+    """
+
+    cell: Cell
+    robot: Robot
+    control: ComputedTorque
+    gripper: GripperController
+    arm: Arm
+    open: np.ndarray
+    name: str
+
+
+TURNS = (0.0, 0.5 * np.pi, -0.5 * np.pi)  # of the hand: not every arm reaches a place with each
+
+
+def build(
+    obstacles: Sequence[tuple[str, Sequence[float], pin.SE3]],
+    description: RobotDescription | None = None,
+) -> Planned:
+    """Put a robot, by default the Panda, among obstacles.
+
+    Args:
+        obstacles: Kind, size as MuJoCo has it, and pose of each.
+        description: The robot.
+    """
+    robot = Robot(description or panda())
+    control = ComputedTorque(robot)
+    gripper = GripperController(robot)
+    robot.attach(control)
+    robot.attach(gripper)
+    arena = Empty()
+    arena.mjcf_model.option.cone = "elliptic"
+    cell = Cell(arena)
+    with cell.editing():
+        name = cell.add(robot, free=False, overlap=np.inf)  # at home it may be inside something
+        for i, (kind, size, pose) in enumerate(obstacles):
+            cell.add(Fixed(kind, size), pose, name=f"obstacle_{i}", free=False, overlap=np.inf)
+    model = robot.make_model()
+    arm = Arm(
+        robot,
+        model=model,
+        world=CollisionWorld(robot, model),
+        guard=ExternalForceGuard(robot, model),
+    )
+    control.reference = arm
+    return Planned(cell, robot, control, gripper, arm, cell.data.qpos.copy(), name)
+
+
+def wall(
+    description: RobotDescription | None = None, scale: float = 1.0
+) -> tuple[Planned, pin.SE3, pin.SE3]:
+    """Give the wall between two places over a table, and the two places.
+
+    Args:
+        description: The robot; by default the Panda.
+        scale: Of all lengths, for arms with another reach.
+    """
+    boxes = [
+        ("box", 0.5 * scale * np.array(size), spatial.pose(scale * np.array(at)))
+        for size, at in (TOP, WALL)
+    ]
+    planned = build(boxes, description)
+    left, right = (_downwards(planned, scale * np.array((0.5, y, 0.12))) for y in (0.25, -0.25))
+    return planned, left, right
+
+
+def _downwards(planned: Planned, place: np.ndarray) -> pin.SE3:
+    """Point the tool down at a place, with the first turn of the hand that touches nothing."""
+    turned = [spatial.pointing_down(place, turn) for turn in TURNS]
+    for pose in turned:
+        with contextlib.suppress(MotionError):
+            free_start(planned, pose)
+            return pose
+    return turned[0]
+
+
+def free_start(planned: Planned, T_wt: pin.SE3) -> np.ndarray:
+    """Give a configuration with the tool at a pose that touches nothing, near home.
+
+    Raises:
+        MotionError: When none was found.
+    """
+    arm = planned.arm
+    assert arm.world is not None
+    for found in arm.ik.solutions(T_wt, arm.model.home, margin=0.05):
+        if not arm.world.collisions(found.q):
+            return found.q
+    raise MotionError("no free configuration was found", reason="unreachable")
+
+
+def random_scene(
+    seed: int, description: RobotDescription | None = None
+) -> tuple[Planned, np.ndarray, np.ndarray]:
+    """Draw five to ten obstacles, and start and goal clear of them, tool in front of the robot."""
+    rng = np.random.default_rng(seed)
+    obstacles = [("box", (1.0, 1.0, 0.05), spatial.pose((0.0, 0.0, -0.07)))]
+    for _ in range(int(rng.integers(5, 11))):
+        kind = str(rng.choice(["box", "cylinder", "sphere"]))
+        sizes = {"box": 3, "cylinder": 2, "sphere": 1}[kind]
+        size = rng.uniform(0.03, 0.14, sizes)
+        angle, radius = rng.uniform(-2.0, 2.0), rng.uniform(0.4, 0.8)
+        at = (radius * np.cos(angle), radius * np.sin(angle), rng.uniform(0.05, 0.8))
+        yaw = rng.uniform(-np.pi, np.pi)
+        turn = (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2))
+        obstacles.append((kind, size, spatial.pose(at, turn)))
+    planned = build(obstacles, description)
+    ends = []
+    ik = planned.arm.ik
+    while len(ends) < 2:
+        q = _somewhere(rng, ik)
+        apart = not ends or np.abs(q - ends[0]).max() > 1.0
+        if apart and _clear(planned, q):
+            ends.append(q)
+    return planned, ends[0], ends[1]
+
+
+def _clear(planned: Planned, q: np.ndarray) -> bool:
+    """Tell whether a configuration is free, and as far from all obstacles as is planned with."""
+    world = planned.arm.world
+    own = planned.name
+    return not world.collisions(q) and all(
+        near.first.split("/")[0] == near.second.split("/")[0] == own
+        for near in world.collisions(q, 8e-3)
+    )
+
+
+def _somewhere(rng: np.random.Generator, ik: InverseKinematics) -> np.ndarray:
+    """Draw a configuration whose tool is in front of the robot and not under it."""
+    limits = ik.model.limits
+    lower, upper = np.maximum(limits.lower + 0.1, -np.pi), np.minimum(limits.upper - 0.1, np.pi)
+    while True:
+        q = rng.uniform(lower, upper)
+        x, y, z = ik.model.pose(q).translation
+        if x > 0.2 and abs(y) < 0.7 and 0.05 < z < 0.9:
+            return q
+
+
+def put(planned: Planned, q: np.ndarray) -> None:
+    """Put the arm somewhere, at rest, its gripper open and held so."""
+    data = planned.cell.data
+    data.qpos[:] = planned.open
+    data.qvel[:] = data.qacc[:] = 0.0
+    planned.robot.set_configuration(q)
+    mujoco.mj_forward(planned.cell.model, data)
+    planned.control.reset()
+    planned.gripper.open()
+    planned.arm.reset(q)

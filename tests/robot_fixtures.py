@@ -1,0 +1,92 @@
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from dm_control import composer, mjcf
+
+from bt_manip import spatial
+from bt_manip.arm import Arm
+from bt_manip.cell import Cell
+from bt_manip.collision import CollisionWorld
+from bt_manip.kinematics import InverseKinematics
+from bt_manip.robots import Robot, RobotModel, compile_alone, panda
+
+
+@pytest.fixture(scope="session")
+def compiled_robot() -> Robot:
+    robot = Robot(panda())
+    compile_alone(robot)
+    return robot
+
+
+@pytest.fixture(scope="session")
+def prepared_ik(compiled_robot: Robot) -> InverseKinematics:
+    return InverseKinematics(compiled_robot.make_model())
+
+
+@pytest.fixture
+def robot(compiled_robot: Robot) -> Robot:
+    """Give the robot at home: tests here only ever set its configuration."""
+    compiled_robot.set_configuration(np.array(compiled_robot.description.home))
+    return compiled_robot
+
+
+@pytest.fixture
+def model(robot: Robot) -> RobotModel:
+    return robot.make_model()
+
+
+@pytest.fixture
+def ik(prepared_ik: InverseKinematics) -> InverseKinematics:
+    return prepared_ik
+
+
+@pytest.fixture
+def arm(robot: Robot, ik: InverseKinematics) -> Arm:
+    return Arm(robot, ik=ik)
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(1)
+
+
+class Box(composer.Entity):
+    """A box that stands fixed; its origin is its centre."""
+
+    def _build(self, size: Sequence[float], name: str = "box") -> None:
+        self._root = mjcf.RootElement(model=name)
+        self._root.worldbody.add("geom", name="box", type="box", size=[0.5 * x for x in size])
+
+    @property
+    def mjcf_model(self) -> mjcf.RootElement:
+        return self._root
+
+
+class Walled(NamedTuple):
+    """The Panda at a table with a wall between two places, its base in the origin of the world."""
+
+    cell: Cell
+    robot: Robot
+    ik: InverseKinematics
+    world: CollisionWorld
+    left: pin.SE3
+    right: pin.SE3
+
+
+@pytest.fixture(scope="session")
+def walled() -> Walled:
+    cell, robot = Cell(Floating()), Robot(panda())
+    with cell.editing():
+        cell.add(robot, free=False)
+        cell.add(Box((0.7, 1.2, 0.1)), spatial.pose((0.55, 0.0, -0.05)), name="top")
+        cell.add(Box((0.5, 0.04, 0.4)), spatial.pose((0.5, 0.0, 0.2)), name="wall")
+    model = robot.make_model()
+    left, right = (spatial.pointing_down((0.5, y, 0.12), 0.0) for y in (0.25, -0.25))
+    return Walled(cell, robot, InverseKinematics(model), CollisionWorld(robot, model), left, right)
+
+
+class Floating(composer.Arena):
+    """An arena with nothing in it, not even a floor."""

@@ -1,0 +1,165 @@
+"""Derivatives are held against finite differences, distances against hand calculations."""
+
+import json
+
+import numpy as np
+import pytest
+
+from bt_manip.robots import JointLimits
+from bt_manip.trajectories import (
+    JointTrajectory,
+    PathTrajectory,
+    SequenceTrajectory,
+    SplinePath,
+    StraightPath,
+    limit_use,
+    trajectory_from_state,
+)
+from bt_manip.trajectories.bounds import Bounds
+from bt_manip.trajectories.jerk_profile import brake_profile, joint_profiles, reach_profile
+from bt_manip.trajectories.uniform_spline import UniformSpline
+
+ONE = np.ones(2)
+LIMITS = JointLimits(-3 * ONE, 3 * ONE, 2 * ONE, 5 * ONE, 100 * ONE, ONE)
+BOUNDS = Bounds.of_joints(LIMITS)
+REST = (np.zeros(2), np.zeros(2), np.zeros(2))
+MOVING = (np.array([0.1, -0.2]), np.array([1.5, -0.5]), np.array([2.0, -4.0]))
+
+
+def joint_trajectory(start=MOVING, target=(1.0, 1.2)):
+    target = None if target is None else np.array(target)
+    limits = LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk
+    return JointTrajectory(joint_profiles(start, target, *limits))
+
+
+def spline_trajectory():
+    s = np.linspace(0.0, 1.0, 15)
+    path = SplinePath(np.column_stack([np.sin(2 * s), np.cos(3 * s)]))
+    return PathTrajectory(path, reach_profile((0.0, 0.0, 0.0), 1.0, (0.6, 1.5, 20.0)), BOUNDS)
+
+
+def straight_trajectory():
+    profile = reach_profile((0.0, 0.0, 0.0), 1.0, (1.0, 2.0, 30.0))
+    return PathTrajectory(StraightPath(np.zeros(2), np.array([1.0, -0.5])), profile, BOUNDS)
+
+
+def sequence():
+    first = straight_trajectory()
+    start = (first.end, np.zeros(2), np.zeros(2))
+    return SequenceTrajectory([first, joint_trajectory(start, (0.3, 0.4))])
+
+
+KINDS = [joint_trajectory, straight_trajectory, spline_trajectory, sequence]
+
+
+@pytest.fixture(params=KINDS, ids=lambda make: make.__name__)
+def trajectory(request):
+    return request.param()
+
+
+def test_velocity_and_acceleration_are_the_derivatives(trajectory):
+    h = 1e-5
+    middles = np.linspace(0.01, trajectory.duration - 0.01, 97)
+    (q0, v0, _), (_, v, a), (q1, v1, _) = (trajectory.table(middles + d) for d in (-h, 0, h))
+    assert np.abs((q1 - q0) / (2 * h) - v).max() < 1e-8 * 100
+    inside = np.abs((v1 - v0) / (2 * h) - a)
+    assert np.median(inside) < 1e-6 and inside.max() < 100 * h  # the jerk jumps by 100 at most
+
+
+def test_it_ends_at_rest_exactly_at_its_end(trajectory):
+    q, v, a = trajectory.table(np.array([trajectory.duration, trajectory.duration + 5.0]))
+    assert np.array_equal(q, [trajectory.end] * 2)
+    assert not v.any() and not a.any()
+
+
+def test_one_sample_is_a_row_of_the_table(trajectory):
+    q, v, a = np.zeros(2), np.zeros(2), np.zeros(2)
+    for t in np.linspace(0.0, 1.1 * trajectory.duration, 23):
+        trajectory.sample(t, q, v, a)
+        rows = trajectory.table(np.array([t]))
+        for one, row in zip((q, v, a), rows, strict=True):
+            assert np.abs(one - row[0]).max() < 1e-14
+
+
+def test_through_plain_data_it_comes_back_bit_for_bit(trajectory):
+    again = trajectory_from_state(json.loads(json.dumps(trajectory.get_state())))
+    times = np.linspace(0.0, 1.1 * trajectory.duration, 50)
+    for before, after in zip(trajectory.table(times), again.table(times), strict=True):
+        assert np.array_equal(before, after)
+
+
+@pytest.mark.parametrize("target", [(1.0, 1.2), (-0.4, 0.1), (0.1, -0.2), None])
+def test_from_the_middle_of_a_motion_it_goes_on_inside_the_limits(target):
+    trajectory = joint_trajectory(MOVING, target)
+    for now, then in zip(MOVING, trajectory.table(np.zeros(1)), strict=True):
+        assert np.abs(then[0] - now).max() < 1e-12
+    assert limit_use(trajectory, LIMITS).inside
+
+
+def test_joints_that_are_not_in_step_arrive_together():
+    profiles = joint_profiles(MOVING, np.array([1.0, 1.2]), *BOUNDS)
+    assert profiles[0].duration == profiles[1].duration
+
+
+def test_a_long_move_takes_the_time_of_the_textbook():
+    # Rest to rest over d with v, a, j all reached: d / v + v / a + a / j.
+    profile = reach_profile((0.0, 0.0, 0.0), 10.0, (2.0, 5.0, 100.0))
+    assert profile.duration == pytest.approx(10 / 2 + 2 / 5 + 5 / 100)
+
+
+def test_braking_takes_the_time_and_the_way_of_the_textbook():
+    # From speed v: ramp to a, hold, ramp back: v / a + a / j, over half of it at v.
+    profile = brake_profile((1.0, 2.0, 0.0), (2.0, 5.0, 100.0))
+    duration = 2 / 5 + 5 / 100
+    assert profile.duration == pytest.approx(duration)
+    assert profile.end == pytest.approx(1.0 + 2.0 * duration / 2)
+
+
+def test_slowed_by_two_it_is_the_same_in_twice_the_time():
+    profile = reach_profile((0.0, 0.0, 0.0), 1.0, (1.0, 2.0, 30.0))
+    slow = profile.slowed(2.0)
+    for t in np.linspace(0.0, profile.duration, 17):
+        p, v, a = profile.sample(t)
+        assert np.allclose(slow.sample(2 * t), (p, v / 2, a / 4), atol=1e-12)
+
+
+def test_a_jump_of_the_position_does_not_pass_for_being_inside_the_limits():
+    class Jumping:
+        duration, end = 0.1, np.zeros(2)
+
+        def table(self, times):
+            q = np.where(times[:, None] > 0.05, 1.0, 0.0) * ONE
+            return q, 0 * q, 0 * q
+
+    assert not limit_use(Jumping(), LIMITS).inside
+
+
+def test_a_jump_of_the_acceleration_at_the_very_end_is_seen():
+    class Stopping:
+        duration, end = 0.1, np.zeros(2)
+
+        def table(self, times):
+            a = np.where(times[:, None] < self.duration - 1e-9, 1.0, 0.0) * ONE
+            return 0 * a, 0 * a, a
+
+    assert limit_use(Stopping(), LIMITS).jerk == pytest.approx(1000 / 100)
+
+
+def test_a_quintic_spline_gives_back_a_quintic():
+    s = np.linspace(0.0, 1.0, 9)
+    coefficients = np.array([3.0, -1.0, 2.0, 0.5, -4.0, 1.0])
+    spline = UniformSpline(np.polyval(coefficients, s)[:, None])
+    x = np.linspace(0.0, 1.0, 50)
+    for order, values in enumerate(spline(x, 4)):
+        expected = np.polyval(np.polyder(coefficients, order), x)
+        assert np.abs(values[:, 0] - expected).max() < 1e-8 * 10**order
+
+
+def test_a_spline_goes_through_its_knots(rng):
+    knots = rng.standard_normal((12, 3))
+    assert np.abs(UniformSpline(knots)(np.linspace(0, 1, 12))[0] - knots).max() < 1e-12
+
+
+def test_a_spline_of_too_few_knots_is_refused():
+    with pytest.raises(ValueError, match="at least 7 knots, got 6"):
+        UniformSpline(np.zeros((6, 1)))
