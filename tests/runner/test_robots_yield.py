@@ -8,7 +8,7 @@ from bt_manip import spatial
 from bt_manip.behaviours import Grasp, Hover, MoveToPose, Reach
 from bt_manip.behaviours.poses import pose_to_text
 from bt_manip.bt import NodeStatus, Sequence
-from bt_manip.collision.inter_robot_distance import CLEARANCE
+from bt_manip.collision import INTER_ROBOT_CLEARANCE
 from bt_manip.exceptions import MotionError
 
 from .conftest import set_up
@@ -75,7 +75,7 @@ def test_a_place_that_another_robot_is_leaving_is_taken_when_it_has_left(station
     left.arm.move_to_configuration(left.robot.description.home, speed=0.3)
     right.arm.move_to_pose(MIDDLE)
     assert right.arm.remaining > 0.8  # alone it takes 0.6 s
-    assert smallest_gap(station) > 0.8 * CLEARANCE
+    assert smallest_gap(station) > 0.8 * INTER_ROBOT_CLEARANCE
     assert np.linalg.norm(right.robot.tool_pose.translation - MIDDLE.translation) < 2e-3
 
 
@@ -98,14 +98,14 @@ def at_random(station, rng, moves: int) -> tuple[float, int]:
 
 def test_arms_that_move_at_random_come_near_but_never_touch(station):
     nearest, made = at_random(station, np.random.default_rng(0), 25)
-    assert made >= 12 and 0.6 * CLEARANCE < nearest < 5.0 * CLEARANCE
+    assert made >= 12 and 0.6 * INTER_ROBOT_CLEARANCE < nearest < 5.0 * CLEARANCE
     assert not any(robot.arm.fault for robot in station.robots.values())
 
 
 @pytest.mark.soak
 def test_arms_that_move_at_random_for_long_never_touch(station):
     nearest, made = at_random(station, np.random.default_rng(1), 600)
-    assert made >= 250 and nearest > 0.5 * CLEARANCE
+    assert made >= 250 and nearest > 0.5 * INTER_ROBOT_CLEARANCE
     assert not any(robot.arm.fault for robot in station.robots.values())
 
 
@@ -139,7 +139,7 @@ def test_an_arm_stops_when_another_one_is_stopped_in_its_way(station, left, righ
     station.cell.step(100)
     left.arm.stop()
     assert "'left' is in the way" in right.arm.fault
-    assert smallest_gap(station) > 0.5 * CLEARANCE
+    assert smallest_gap(station) > 0.5 * INTER_ROBOT_CLEARANCE
     assert np.linalg.norm(right.robot.tool_pose.translation - MIDDLE.translation) > 0.05
 
 
@@ -148,7 +148,7 @@ def test_an_arm_goes_on_when_another_one_is_stopped_elsewhere(station, left, rig
     right.arm.move_to_pose(MIDDLE * spatial.pose((0.2, 0.0, 0.0)))
     station.cell.step(100)
     left.arm.stop()
-    assert not right.arm.fault and smallest_gap(station) > CLEARANCE
+    assert not right.arm.fault and smallest_gap(station) > INTER_ROBOT_CLEARANCE
 
 
 def test_an_arm_that_was_paused_does_not_go_on_into_one_that_has_come_since(station, left, right):
@@ -162,13 +162,13 @@ def test_an_arm_that_was_paused_does_not_go_on_into_one_that_has_come_since(stat
     station.step_until(lambda: not right.arm.moving)
     left.arm.resume()
     assert "'right' is in the way" in left.arm.fault
-    assert smallest_gap(station) > 0.5 * CLEARANCE
+    assert smallest_gap(station) > 0.5 * INTER_ROBOT_CLEARANCE
 
 
 def test_an_arm_at_a_slower_pace_lets_the_other_one_pass_as_well(station, left, right):
     left.arm.speed_scale = right.arm.speed_scale = 0.4
     nearest, made = at_random(station, np.random.default_rng(5), 15)
-    assert made >= 5 and nearest > 0.5 * CLEARANCE
+    assert made >= 5 and nearest > 0.5 * INTER_ROBOT_CLEARANCE
 
 
 def test_what_another_robot_holds_is_in_the_way_as_well(station, left, right):
