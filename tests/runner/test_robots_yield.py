@@ -98,7 +98,7 @@ def at_random(station, rng, moves: int) -> tuple[float, int]:
 
 def test_arms_that_move_at_random_come_near_but_never_touch(station):
     nearest, made = at_random(station, np.random.default_rng(0), 25)
-    assert made >= 12 and 0.6 * INTER_ROBOT_CLEARANCE < nearest < 5.0 * CLEARANCE
+    assert made >= 12 and 0.6 * INTER_ROBOT_CLEARANCE < nearest < 5.0 * INTER_ROBOT_CLEARANCE
     assert not any(robot.arm.fault for robot in station.robots.values())
 
 
