@@ -123,13 +123,13 @@ def after_compile(station: Any) -> None:
 
 
 @hookspec
-def initialize_episode(station: Any, tree: Any, episode: int) -> None:
-    """Look at the beginning of an episode, which is one run of the tree from idle to its end.
+def cycle_started(station: Any, tree: Any, cycle: int) -> None:
+    """Look at the beginning of a cycle: one run of the tree from idle to SUCCESS or FAILURE.
 
     Args:
         station: The `bt_manip.runner.Station` of the run.
         tree: The `bt_manip.bt.Tree` that runs.
-        episode: Number of the episode; the first has 0.
+        cycle: Number of the cycle; the first has 0.
     """
 
 
@@ -154,13 +154,13 @@ def after_tick(station: Any, tree: Any) -> None:
 
 
 @hookspec
-def episode_ended(station: Any, tree: Any, episode: int, status: str, reason: str) -> None:
-    """Look at the end of an episode; one that is interrupted or raises has none.
+def cycle_ended(station: Any, tree: Any, cycle: int, status: str, reason: str) -> None:
+    """Look at the end of a cycle; not called for one that is interrupted or raises.
 
     Args:
         station: The `bt_manip.runner.Station` of the run.
         tree: The `bt_manip.bt.Tree` that ran.
-        episode: Number of the episode; the first has 0.
+        cycle: Number of the cycle; the first has 0.
         status: ``"SUCCESS"`` or ``"FAILURE"``.
         reason: Why it failed, with the path of the node; empty on success.
     """
@@ -171,9 +171,12 @@ REGISTERING = tuple(name for name in vars() if name.startswith("register_"))
 
 OBSERVING = (
     "after_compile",
-    "initialize_episode",
+    "cycle_started",
     "before_tick",
     "after_tick",
-    "episode_ended",
+    "cycle_ended",
 )
 """Names of the hooks that watch runs, in the order in which they are called."""
+
+RENAMED = {"initialize_episode": "cycle_started", "episode_ended": "cycle_ended"}
+"""New names of hooks by their earlier ones."""

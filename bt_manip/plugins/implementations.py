@@ -33,6 +33,8 @@ def implementations(plugin: object) -> list[Implementation]:
         if options is None:
             continue
         name = options.get("specname") or attribute
+        if name in hookspecs.RENAMED:
+            raise BtManipError(f"the hook '{name}' is now called '{hookspecs.RENAMED[name]}'")
         if name not in known:
             raise BtManipError(f"there is no hook '{name}'{did_you_mean(name, known)}")
         if options.get("wrapper") or options.get("hookwrapper"):

@@ -35,14 +35,14 @@ class HookObserver(RunObserver):
         """Keep what hooks may ask for."""
         self._offers = {"station": run.station, "tree": run.tree}
 
-    def model_changed(self) -> None:
+    def after_compile(self) -> None:
         """Call ``after_compile``."""
         self._call("after_compile")
 
     def cycle_started(self, cycle: int) -> None:
-        """Call ``initialize_episode``."""
-        self._offers["episode"] = cycle
-        self._call("initialize_episode")
+        """Call ``cycle_started``."""
+        self._offers["cycle"] = cycle
+        self._call("cycle_started")
 
     def before_tick(self) -> None:
         """Call ``before_tick``."""
@@ -53,9 +53,9 @@ class HookObserver(RunObserver):
         self._call("after_tick")
 
     def cycle_ended(self, status: str, reason: str) -> None:
-        """Call ``episode_ended``."""
+        """Call ``cycle_ended``."""
         self._offers.update(status=status, reason=reason)
-        self._call("episode_ended")
+        self._call("cycle_ended")
 
     def _call(self, name: str) -> None:
         for hook in self._hooks:
@@ -87,9 +87,9 @@ class _Guard(RunObserver):
         """Pass it on."""
         self._try("run_started", run)
 
-    def model_changed(self) -> None:
+    def after_compile(self) -> None:
         """Pass it on."""
-        self._try("model_changed")
+        self._try("after_compile")
 
     def cycle_started(self, cycle: int) -> None:
         """Pass it on."""

@@ -64,7 +64,7 @@ class Recorder(RunObserver):
         self._begin_cycle()
         self._wall_start = time.perf_counter()
 
-    def model_changed(self) -> None:
+    def after_compile(self) -> None:
         """Bind to the new model; note what came and what went."""
         self._flush()
         for log in self._logs:

@@ -31,7 +31,7 @@ class TraceRecorder(RunObserver):
         station = run.station
         self._logs = {name: StepLog(station.cell, one) for name, one in station.robots.items()}
 
-    def model_changed(self) -> None:
+    def after_compile(self) -> None:
         """Bind to the new model."""
         self._flush()
         for log in self._logs.values():

@@ -16,7 +16,7 @@ class RunObserver:
     run_ended()
     ```
 
-    `model_changed` comes whenever the cell was compiled anew, before the next step, and once
+    `after_compile` comes whenever the cell was compiled anew, before the next step, and once
     before the first `cycle_started`: what holds ids, views or handles of the physics binds them
     again there. An observer that leaves `before_tick` or `after_step` as it is here is never called
     for it. When a run is interrupted or something raises, `run_ended` is still called, and
@@ -27,7 +27,7 @@ class RunObserver:
     def run_started(self, run: Any) -> None:
         """Look at the run that is about to begin: `.request`, `.station` and `.tree`."""
 
-    def model_changed(self) -> None:
+    def after_compile(self) -> None:
         """Bind again what belongs to the compiled model."""
 
     def cycle_started(self, cycle: int) -> None:

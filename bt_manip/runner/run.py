@@ -171,7 +171,7 @@ class _Loop:
         if self._generation != self._cell.generation:
             self._generation = self._cell.generation
             for observer in self._observers:
-                observer.model_changed()
+                observer.after_compile()
 
 
 def _overridden(name: str, observers: Sequence[RunObserver]) -> tuple[Callable[[], None], ...]:

@@ -46,7 +46,7 @@ class Window(RunObserver):
         )
         self._threads = set(threading.enumerate()) - before
 
-    def model_changed(self) -> None:
+    def after_compile(self) -> None:
         """Hand the new model to the window that is open."""
         if self._handle is None or not self._handle.is_running():
             return

@@ -104,7 +104,7 @@ OBSERVER = """
 
 
     @hookimpl
-    def episode_ended(status):
+    def cycle_ended(status):
         Path({log!r}).write_text(status)
 """
 
@@ -116,9 +116,7 @@ WITNESS = """
 """
 
 
-@pytest.mark.parametrize(
-    "hook", ["after_compile", "initialize_episode", "before_tick", "after_tick"]
-)
+@pytest.mark.parametrize("hook", ["after_compile", "cycle_started", "before_tick", "after_tick"])
 def test_an_observer_that_raises_is_one_warning_and_changes_nothing(
     bt_manip, folder, trees, tmp_path, hook
 ):

@@ -174,9 +174,9 @@ def test_after_compile_comes_first_and_after_each_change(notes):
     assert lines == ["False", "True"]
 
 
-def test_initialize_episode_comes_once_an_episode(notes):
-    text = "f'{episode} {tree.root.name} {station.cell.time:.2f}'"
-    lines = notes("initialize_episode", "station, tree, episode", text, "--cycles", 2)
+def test_cycle_started_comes_once_a_cycle(notes):
+    text = "f'{cycle} {tree.root.name} {station.cell.time:.2f}'"
+    lines = notes("cycle_started", "station, tree, cycle", text, "--cycles", 2)
     assert [line.split()[0] for line in lines] == ["0", "1"]
     assert lines[0].endswith("0.00")
 
@@ -191,7 +191,7 @@ def test_after_tick_sees_the_state_after_the_control_steps(notes):
     assert lines == ["0.01", "0.02", "0.03", "0.04"]
 
 
-def test_episode_ended_is_told_how(notes):
-    arguments = "episode, status, reason"
-    lines = notes("episode_ended", arguments, "f'{episode} {status} {reason}'", "--cycles", 2)
+def test_cycle_ended_is_told_how(notes):
+    arguments = "cycle, status, reason"
+    lines = notes("cycle_ended", arguments, "f'{cycle} {status} {reason}'", "--cycles", 2)
     assert [line.strip() for line in lines] == ["0 SUCCESS", "1 SUCCESS"]

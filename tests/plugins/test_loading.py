@@ -113,6 +113,14 @@ BROKEN = {
         """,
         "RuntimeError: no arm today",
     ),
+    "earlier name of a hook": (
+        """
+        @hookimpl
+        def initialize_episode(station):
+            pass
+        """,
+        "the hook 'initialize_episode' is now called 'cycle_started'",
+    ),
     "no hook marked": (
         """
         def register_objects(register): register("x", dict)

@@ -36,8 +36,8 @@ class Log(RunObserver):
     def run_started(self, run):
         self.calls.append("run_started")
 
-    def model_changed(self):
-        self.calls.append("model_changed")
+    def after_compile(self):
+        self.calls.append("after_compile")
 
     def cycle_started(self, cycle):
         self.calls.append(f"cycle_started {cycle}")
@@ -67,7 +67,7 @@ def test_observers_are_told_everything_in_order():
     log = Log()
     make(Sleep("rest", msec=3)).execute([log])
     assert log.calls == [
-        "run_started", "model_changed", "cycle_started 0",
+        "run_started", "after_compile", "cycle_started 0",
         "step", "step", "after_tick", "step", "step", "after_tick", "step", "step", "after_tick",
         "cycle_ended SUCCESS", "run_ended",
     ]  # fmt: skip
@@ -179,7 +179,7 @@ def test_observers_hear_of_a_changed_model_before_the_next_step():
     log, run = Log(), make(Change())
     run.tree.setup(cell=run.station.cell)
     run.execute([log])
-    assert log.calls[2:5] == ["cycle_started 0", "model_changed", "step"]
+    assert log.calls[2:5] == ["cycle_started 0", "after_compile", "step"]
 
 
 @pytest.fixture
