@@ -1,151 +1,165 @@
-"""Refuse what is not a pose, a configuration or a speed, before anything is planned with it."""
+"""Check the arguments of motion requests.
 
-from math import isfinite
+All checks raise `MotionError` with the reason ``"target"``: its message names the argument, says
+what would be right and shows what was given. Numbers written as text and booleans are no numbers.
+"""
+
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from bt_manip.exceptions import MotionError
-from bt_manip.number_checks import as_numbers, shown
 
-_RIGHT = 1e-6  # that a rotation matrix may be off
-
-
-def check_pose(T_wt: Any) -> pin.SE3:
-    """Give a pose back.
-
-    Raises:
-        MotionError: When it is no `pin.SE3`, not finite, or its rotation is none.
-    """
-    if not isinstance(T_wt, pin.SE3):
-        raise MotionError(f"a pose is a pin.SE3, got {type(T_wt).__name__}", reason="target")
-    first, second, third, _ = T_wt.homogeneous.tolist()
-    if _are_axes(first, second, third) and isfinite(first[3] + second[3] + third[3]):
-        return T_wt
-    if not isfinite(sum(first) + sum(second) + sum(third)):
-        raise MotionError(
-            f"the pose is not finite: its position is {_row(T_wt.translation)} [m], its rotation "
-            f"{_matrix(T_wt.rotation)}",
-            reason="target",
-        )
-    raise MotionError(
-        "the pose's rotation is none: a rotation is a 3 by 3 matrix of right-handed unit axes, "
-        f"got {_matrix(T_wt.rotation)}",
-        reason="target",
-    )
+ROTATION_TOLERANCE = 1e-6  # of the lengths and angles of a rotation matrix's axes
+_FLOAT = np.dtype(float)
+_SHOWN = 120  # characters of a value that a message shows
 
 
-def check_rotation(rotation: Any) -> np.ndarray:
-    """Give a rotation matrix as a new array.
-
-    Raises:
-        MotionError: When it is none.
-    """
-    R = as_numbers(rotation)
-    if R.shape != (3, 3) or not _are_axes(*R.tolist()):
-        found = _matrix(R) if R.shape == (3, 3) else shown(rotation)
-        raise MotionError(
-            f"a rotation is a 3 by 3 matrix of right-handed unit axes, got {found}",
-            reason="target",
-        )
-    return R
+def invalid(message: str) -> MotionError:
+    """Make the error for an invalid argument."""
+    return MotionError(message, reason="target")
 
 
-def _are_axes(first: list[float], second: list[float], third: list[float]) -> bool:
-    """Tell whether rows of three numbers, or of more, begin with a rotation."""
-    # Plain numbers are faster here than arrays: two unit rows at right angles, and the third
-    # their product. A comparison with what is not finite fails.
-    a, b, c, d, e, f, g, h, i = *first[:3], *second[:3], *third[:3]
-    return (
-        abs(a * a + b * b + c * c - 1.0) <= _RIGHT
-        and abs(d * d + e * e + f * f - 1.0) <= _RIGHT
-        and abs(a * d + b * e + c * f) <= _RIGHT
-        and abs(b * f - c * e - g) <= _RIGHT
-        and abs(c * d - a * f - h) <= _RIGHT
-        and abs(a * e - b * d - i) <= _RIGHT
-    )
+def check_number(
+    value: Any,
+    name: str,
+    unit: str = "",
+    *,
+    above: float = -inf,
+    at_least: float = -inf,
+    at_most: float = inf,
+) -> float:
+    """Return a finite number within bounds as a float."""
+    if isinstance(value, float):
+        number = float(value)
+    else:
+        array = as_numbers(value)
+        number = float(array) if array.shape == () else np.nan
+    if above < number < inf and at_least <= number <= at_most:
+        return number
+    lower = f"above {above:g}" if above > -inf else f"at least {at_least:g}"
+    bounds = [lower] * (max(above, at_least) > -inf) + [f"at most {at_most:g}"] * (at_most < inf)
+    required = " and ".join(bounds) or "a finite number"
+    raise invalid(f"{name} must be {required}{unit and f' [{unit}]'}, got {shown(value)}")
 
 
-def check_poses(targets: Any) -> list[pin.SE3]:
-    """Give one pose or several equivalent ones as a list.
-
-    Raises:
-        MotionError: When there is none, or one is no pose.
-    """
-    poses = [targets] if isinstance(targets, pin.SE3) or not _is_many(targets) else list(targets)
-    if not poses:
-        raise MotionError("no target pose was given", reason="target")
-    return [check_pose(pose) for pose in poses]
+def check_positive(value: Any, name: str, unit: str = "") -> float:
+    """Return a number above 0 as a float."""
+    return check_number(value, name, unit, above=0.0)
 
 
-def check_configuration(q: Any, n: int) -> np.ndarray:
-    """Give a configuration as a new array.
+def check_non_negative(value: Any, name: str, unit: str = "") -> float:
+    """Return a number of at least 0 as a float."""
+    return check_number(value, name, unit, at_least=0.0)
 
-    Raises:
-        MotionError: When it has another shape than (n,), or is not finite.
-    """
-    array = as_numbers(q)
-    if array.shape != (n,) or not isfinite(sum(array.tolist())):
-        raise MotionError(
-            f"a configuration is {n} finite numbers [rad], got {shown(q)}", reason="target"
-        )
+
+def check_speed(value: Any) -> float:
+    """Return a speed, a fraction of the limits above 0 and at most 1."""
+    return check_number(value, "speed", above=0.0, at_most=1.0)
+
+
+def check_count(value: Any, name: str) -> int:
+    """Return an integer of at least 0 as an int."""
+    if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 0:
+        raise invalid(f"{name} must be an integer of at least 0, got {shown(value)}")
+    return int(value)
+
+
+def check_vector(value: Any, name: str, unit: str = "", *, size: int = 3) -> np.ndarray:
+    """Return a vector of finite numbers as a new array."""  # (size,)
+    array = as_numbers(value)
+    if array.shape != (size,) or not isfinite(sum(array.tolist())):
+        required = f"{size} finite numbers{unit and f' [{unit}]'}"
+        raise invalid(f"{name} must be {required}, got {shown(value)}")
     return array
 
 
-def check_inside(q: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> None:
-    """Refuse a configuration outside the position limits.
+def check_configuration(q: Any, n: int) -> np.ndarray:
+    """Return a configuration as a new array."""  # (n,)
+    return check_vector(q, "configuration", "rad", size=n)
 
-    Raises:
-        MotionError: Naming the first such joint.
-    """
+
+def check_position_limits(q: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> None:
+    """Refuse a configuration outside the position limits, naming the first such joint."""
     outside = (q < lower) | (q > upper)
     if outside.any():
-        i = int(np.flatnonzero(outside)[0])
-        raise MotionError(
+        i = int(outside.argmax())
+        raise invalid(
             f"joint {i + 1} cannot go to {q[i]:.4f} rad: its limits are "
-            f"{lower[i]:.4f} to {upper[i]:.4f} rad",
-            reason="target",
+            f"{lower[i]:.4f} to {upper[i]:.4f} rad"
         )
 
 
-def check_speed(speed: Any) -> float:
-    """Give a speed as a number.
+def check_pose(T: Any) -> pin.SE3:
+    """Return a finite pose with a valid rotation."""
+    if not isinstance(T, pin.SE3):
+        raise invalid(f"pose must be a pin.SE3, got {type(T).__name__}")
+    first, second, third, _ = T.homogeneous.tolist()
+    if not _are_axes(first, second, third):
+        raise _invalid_rotation(T.rotation)
+    if not isfinite(first[3] + second[3] + third[3]):
+        raise invalid(f"position of the pose must be finite, got {shown(T.translation)}")
+    return T
 
-    Raises:
-        MotionError: When it is not above 0 and at most 1.
-    """
+
+def check_poses(targets: Any) -> list[pin.SE3]:
+    """Return one pose or several alternative ones as a list."""
+    poses = list(targets) if isinstance(targets, list | tuple) else [targets]
+    if not poses:
+        raise invalid("no target pose was given")
+    return [check_pose(pose) for pose in poses]
+
+
+def check_rotation(rotation: Any) -> np.ndarray:
+    """Return a rotation matrix as a new array."""  # (3, 3)
+    R = as_numbers(rotation)
+    if R.shape != (3, 3) or not _are_axes(*R.tolist()):
+        raise _invalid_rotation(rotation)
+    return R
+
+
+def check_generator(rng: Any) -> np.random.Generator:
+    """Return a random generator."""
+    if not isinstance(rng, np.random.Generator):
+        raise invalid(f"rng must be a numpy.random.Generator, got {shown(rng)}")
+    return rng
+
+
+def as_numbers(value: Any) -> np.ndarray:
+    """Return a regular array of numbers as a new array of floats; NaN for everything else."""
+    if type(value) is np.ndarray and value.dtype is _FLOAT:
+        return value.copy()
     try:
-        number = float(speed)
-    except (TypeError, ValueError):
-        number = 0.0
-    if not 0.0 < number <= 1.0:
-        raise MotionError(f"a speed is above 0 and at most 1, got {shown(speed)}", reason="target")
-    return number
+        array = np.array(value)
+    except (TypeError, ValueError, OverflowError):
+        return np.array(np.nan)
+    return array.astype(float, copy=False) if array.dtype.kind in "iuf" else np.array(np.nan)
 
 
-def check_speed_scale(pace: Any) -> float:
-    """Give a pace as a number.
-
-    Raises:
-        MotionError: When it is not from 0 to 1.
-    """
-    try:
-        number = float(pace)
-    except (TypeError, ValueError):
-        number = -1.0
-    if not 0.0 <= number <= 1.0:
-        raise MotionError(f"a pace is from 0 to 1, got {shown(pace)}", reason="target")
-    return number
+def shown(value: Any) -> str:
+    """Return the representation of a value in one line of limited length."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 
-def _row(numbers: np.ndarray) -> str:
-    return f"({', '.join(f'{x:.4g}' for x in numbers.tolist())})"
+def _invalid_rotation(rotation: Any) -> MotionError:
+    return invalid(
+        f"rotation must be a 3 by 3 matrix of right-handed unit axes, got {shown(rotation)}"
+    )
 
 
-def _matrix(rows: np.ndarray) -> str:
-    return f"({', '.join(map(_row, rows))})"
-
-
-def _is_many(targets: Any) -> bool:
-    return isinstance(targets, list | tuple)
+def _are_axes(first: list[float], second: list[float], third: list[float]) -> bool:
+    """Tell whether rows of at least three numbers begin with a rotation matrix."""
+    # Plain floats are faster here than arrays: two orthogonal unit rows, and the third their
+    # cross product. Comparisons with NaN and infinity fail.
+    a, b, c, d, e, f, g, h, i = *first[:3], *second[:3], *third[:3]
+    return (
+        abs(a * a + b * b + c * c - 1.0) <= ROTATION_TOLERANCE
+        and abs(d * d + e * e + f * f - 1.0) <= ROTATION_TOLERANCE
+        and abs(a * d + b * e + c * f) <= ROTATION_TOLERANCE
+        and abs(b * f - c * e - g) <= ROTATION_TOLERANCE
+        and abs(c * d - a * f - h) <= ROTATION_TOLERANCE
+        and abs(a * e - b * d - i) <= ROTATION_TOLERANCE
+    )

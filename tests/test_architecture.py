@@ -17,7 +17,6 @@ FLOORS = (
         "checks",
         "exceptions",
         "hookspecs",
-        "number_checks",
         "registry",
         "spatial",
         "toml_lines",
@@ -38,8 +37,6 @@ FLOORS = (
 
 BESIDE = {
     ("checks", "exceptions"),
-    ("checks", "number_checks"),
-    ("number_checks", "exceptions"),
     ("kinematics", "collision"),
     ("registry", "exceptions"),
     ("toml_tables", "exceptions"),

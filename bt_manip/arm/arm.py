@@ -6,11 +6,17 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.checks import check_configuration, check_inside, check_pose, check_speed
+from bt_manip.checks import (
+    check_configuration,
+    check_generator,
+    check_non_negative,
+    check_pose,
+    check_position_limits,
+    check_speed,
+)
 from bt_manip.collision import CollisionWorld
 from bt_manip.exceptions import MotionError
 from bt_manip.kinematics import InverseKinematics
-from bt_manip.number_checks import check_amount, check_generator
 from bt_manip.planning import LineTo, Planner, RRTConnect, Step, goal_configurations
 from bt_manip.robots import Robot, RobotModel
 from bt_manip.trajectories import Trajectory
@@ -83,7 +89,7 @@ class Arm(MovingArm):
         """
         speed = check_speed(speed)
         target = check_configuration(q, self.model.nq)
-        check_inside(target, self.model.limits.lower, self.model.limits.upper)
+        check_position_limits(target, self.model.limits.lower, self.model.limits.upper)
         avoiding = self._avoiding(planner, rng)
         self._begin(
             lambda present: plan_to_configurations(present, [target], self.model, speed, avoiding)
@@ -115,8 +121,8 @@ class Arm(MovingArm):
                 found, or the motion asks too much effort.
         """
         speed = check_speed(speed)
-        margin = check_amount(margin, "the margin from the joint limits", "rad")
-        approach = check_amount(approach, "the way on along the tool's axis", "m")
+        margin = check_non_negative(margin, "margin from the joint limits", "rad")
+        approach = check_non_negative(approach, "approach along the tool's axis", "m")
         avoiding = self._avoiding(planner, rng)
         found = goal_configurations(
             self.ik, T_wt, self.q, margin=margin, approach=approach, world=self.world

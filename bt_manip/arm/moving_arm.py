@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from bt_manip.checks import check_speed_scale
+from bt_manip.checks import check_number
 from bt_manip.collision import CollisionWorld
 from bt_manip.robots import Payload, Robot, RobotModel
 from bt_manip.trajectories import Trajectory
@@ -163,7 +163,8 @@ class MovingArm:
 
     @speed_scale.setter
     def speed_scale(self, speed_scale: float) -> None:
-        self._reference.set_speed_scale(check_speed_scale(speed_scale), self.model)
+        speed_scale = check_number(speed_scale, "speed scale", at_least=0.0, at_most=1.0)
+        self._reference.set_speed_scale(speed_scale, self.model)
         if self.traffic is not None:
             self.traffic.changed(self)
 

@@ -9,10 +9,10 @@ import pinocchio as pin
 from bt_manip.bt import Input, Status
 from bt_manip.bt.nodes import Action
 from bt_manip.cell import Cell, CellError
+from bt_manip.checks import check_non_negative
 from bt_manip.control import ControlError
 from bt_manip.exceptions import MotionError
 from bt_manip.models import ModelError
-from bt_manip.number_checks import check_amount
 from bt_manip.registry import UnknownPartError
 
 from .robot_port import RobotPort
@@ -48,7 +48,7 @@ class CellBehaviour(Action):
             MotionError: Naming the port.
         """
         for port, unit in self.amounts.items():
-            check_amount(getattr(self, port), f"the port '{port}'", unit)
+            check_non_negative(getattr(self, port), f"port '{port}'", unit)
 
     def try_to(self, begin: Callable[[], None]) -> bool:
         """Begin something, or fail with the reason why it cannot be done; tell which it was."""

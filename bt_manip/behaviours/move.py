@@ -3,7 +3,7 @@
 from typing import Any
 
 from bt_manip.bt import Input
-from bt_manip.exceptions import MotionError
+from bt_manip.checks import check_positive
 from bt_manip.planning import Planner
 
 from .arm_behaviour import MotionBehaviour
@@ -20,10 +20,7 @@ class Move(MotionBehaviour):
     def check_amounts(self) -> None:
         """Refuse a tolerance that nothing could be within, too."""
         super().check_amounts()
-        if not self.tolerance > 0.0:
-            raise MotionError(
-                f"the port 'tolerance' is above 0 [rad], got {self.tolerance!r}", reason="target"
-            )
+        check_positive(self.tolerance, "port 'tolerance'", "rad")
 
     @property
     def largest_error(self) -> float:

@@ -6,18 +6,19 @@ from typing import TypeAlias
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.checks import check_configuration, check_pose, check_poses
-from bt_manip.exceptions import MotionError
-from bt_manip.number_checks import check_amount, check_count, check_generator, check_positive
+from bt_manip.checks import (
+    check_configuration,
+    check_count,
+    check_generator,
+    check_non_negative,
+    check_pose,
+    check_poses,
+    check_positive,
+    invalid,
+    shown,
+)
 from bt_manip.robots import RobotModel
 
-from .arguments import (
-    check_arm,
-    check_following,
-    check_listing,
-    refuse_beside_problem,
-    refuse_target,
-)
 from .initial_guesses import InitialGuesses
 from .problem import IKProblem
 from .reach import Reach
@@ -27,6 +28,7 @@ from .search import Found, search, search_all, search_near
 from .secondary_objectives import Posture, SecondaryObjectives
 from .self_motion import SelfMotion
 from .system import System
+from .targets import Target
 from .task import Task, make_task
 
 STORED = 2000  # configurations to restart from
@@ -76,7 +78,11 @@ class InverseKinematics:
         Raises:
             MotionError: When the arm is none, or a bound or a tolerance cannot be meant.
         """
-        self.model = check_arm(model).copy()
+        if not isinstance(model, RobotModel):
+            raise invalid(
+                f"model must be a RobotModel (Robot.make_model), got {type(model).__name__}"
+            )
+        self.model = model.copy()
         self.restarts = check_count(restarts, "restarts")
         self.iterations = check_count(iterations, "iterations")
         self.steps_in_vain = check_count(steps_in_vain, "steps_in_vain")
@@ -84,7 +90,7 @@ class InverseKinematics:
             check_positive(position_tolerance, "position_tolerance", "m"),
             check_positive(rotation_tolerance, "rotation_tolerance", "rad"),
         )
-        chance = np.random.default_rng(check_count(seed, "a seed"))
+        chance = np.random.default_rng(check_count(seed, "seed"))
         self.self_motion = SelfMotion(self.model)
         self._inverse_speed = 1.0 / model.limits.velocity
         self._further = InitialGuesses(self.model, max(STORED, restarts), chance)
@@ -159,7 +165,12 @@ class InverseKinematics:
                 when a problem comes with a margin or a tolerance beside its own.
         """
         q0 = check_configuration(q0, self.model.nq)
-        check_following(max_step, margin, tolerance, detours)
+        check_positive(max_step, "max_step", "rad")
+        check_non_negative(margin, "margin", "rad")
+        if tolerance is not None:
+            check_positive(tolerance, "tolerance", "m, rad")
+        if not isinstance(detours, bool | np.bool_):
+            raise invalid(f"detours must be True or False, got {shown(detours)}")
         task = self._task(request, q0, margin, tolerance)
         found = search_near(task, q0, self.iterations, max_step=max_step, detours=detours)
         return self._result(task, found)
@@ -195,7 +206,10 @@ class InverseKinematics:
                 problem comes with a margin beside its own.
         """
         q0 = self._start(q0)
-        check_listing(starts, margin, distinct, rng)
+        check_count(starts, "starts")
+        check_non_negative(margin, "margin", "rad")
+        check_non_negative(distinct, "distinct", "rad")
+        rng = None if rng is None else check_generator(rng)
         nearest = SecondaryObjectives(self._inverse_speed, posture=Posture(q0, 1.0))
         ends: list[tuple[float, IKResult]] = []
         for i, task in enumerate(self._tasks(request, q0, margin)):
@@ -227,7 +241,7 @@ class InverseKinematics:
                 all.
         """
         poses = check_poses(targets)
-        margin = check_amount(margin, "a margin", "rad")
+        margin = check_non_negative(margin, "margin", "rad")
         for bound in (margin, 0.0) if margin > 0.0 else (0.0,):
             found = self.solutions(poses, q0, starts=max(2, 8 // len(poses)), margin=bound)
             if found:
@@ -264,14 +278,24 @@ class InverseKinematics:
         tolerance: float | None = None,
     ) -> Task:
         if isinstance(request, IKProblem):
-            refuse_beside_problem(margin, tolerance)
+            if margin:
+                raise invalid(
+                    f"a problem has its own margin: ask for IKProblem(margin={margin!r}) "
+                    f"instead of margin={margin!r} beside it"
+                )
+            if tolerance is not None:
+                raise invalid(
+                    "each target of a problem has its own tolerance: ask for "
+                    f"PoseTarget(..., tolerance={tolerance!r}) instead of tolerance={tolerance!r}"
+                )
             return make_task(self.model, self._joints, request, q0, self._inverse_speed)
         tolerances = self._tolerances if tolerance is None else (tolerance, tolerance)
-        try:
-            T_wt = check_pose(request)
-        except MotionError:
-            refuse_target(request)
-            raise
+        if isinstance(request, Target):
+            raise invalid(
+                f"the {request.label} must be in a problem: ask for "
+                f"IKProblem(targets={type(request).__name__}(...))"
+            )
+        T_wt = check_pose(request)
         self._tool_rows.aim(T_wt, tolerances)
         self._tool_system.q = None
         limits = self.model.limits
@@ -284,12 +308,9 @@ class InverseKinematics:
     def _tasks(
         self, request: Request | Sequence[pin.SE3], q0: np.ndarray, margin: float
     ) -> Iterator[Task]:
-        if isinstance(request, IKProblem):
-            yield self._task(request, q0, margin)
-            return
-        refuse_target(request)
-        for T_wt in check_poses(request):
-            yield self._task(T_wt, q0, margin)
+        single = isinstance(request, IKProblem | Target)
+        for one in [request] if single else check_poses(request):
+            yield self._task(one, q0, margin)
 
     def _refuse(self, task: Task) -> str:
         return "" if task.tool_pose is None else self._reach.refuse(task.tool_pose)

@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.number_checks import check_matrix
+from bt_manip.checks import as_numbers, invalid, shown
 from bt_manip.robots import RobotModel
 
 _LEAST = 1e-9  # of the squared singular values, so that a singular arm has a gradient too
@@ -22,7 +22,10 @@ def manipulability(jacobian: np.ndarray) -> float:
     Raises:
         MotionError: When it is no matrix of finite numbers.
     """
-    return _volume(check_matrix(jacobian, "a Jacobian"))
+    matrix = as_numbers(jacobian)
+    if matrix.ndim != 2 or not matrix.size or not np.isfinite(matrix).all():
+        raise invalid(f"a Jacobian must be a matrix of finite numbers, got {shown(jacobian)}")
+    return _volume(matrix)
 
 
 def _volume(jacobian: np.ndarray) -> float:

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.checks import check_pose
+from bt_manip.checks import check_non_negative, check_pose, check_positive, invalid, shown
 from bt_manip.collision import PADDING, CollisionWorld
 from bt_manip.exceptions import MotionError
-from bt_manip.number_checks import check_amount, check_positive, shown
 
 from .targets import PoseTarget, PositionTarget, RotationTarget, Target
 
@@ -60,10 +59,12 @@ class IKProblem:
         keep = partial(object.__setattr__, self)
         keep("targets", _targets(self.targets))
         keep("posture_weight", check_positive(self.posture_weight, "posture_weight"))
-        keep("manipulability", check_amount(self.manipulability, "manipulability"))
-        keep("clearance", check_amount(self.clearance, "clearance", "m"))
+        keep("manipulability", check_non_negative(self.manipulability, "manipulability"))
+        keep("clearance", check_non_negative(self.clearance, "clearance", "m"))
         if not self.targets and self.posture is None and not self.manipulability:
-            raise MotionError("the problem asks for nothing: it has no target", reason="target")
+            raise invalid(
+                "the problem is empty: it has no targets, no posture and no manipulability"
+            )
         if self.joints is not None:
             keep("joints", _names(self.joints))
         self._check_free()
@@ -71,35 +72,28 @@ class IKProblem:
             try:
                 check_pose(self.base)
             except MotionError as error:
-                raise MotionError(f"the base: {error}", reason="target") from None
+                raise invalid(f"base: {error}") from None
 
     def _check_free(self) -> None:
         """Refuse what nothing can be kept free of, and clearances that nobody looks for."""
         free, clearance = self.free, self.clearance
         if free is None:
             if clearance:
-                raise MotionError(
-                    f"a clearance of {clearance:g} m is kept from what the problem is to be free "
-                    "of, but free is None, not a CollisionWorld",
-                    reason="target",
+                raise invalid(
+                    f"a clearance of {clearance:g} m needs a CollisionWorld, got free=None"
                 )
             return
         if not isinstance(free, CollisionWorld):
-            raise MotionError(
-                f"what the arm shall not touch is a CollisionWorld, got {type(free).__name__}",
-                reason="target",
-            )
+            raise invalid(f"free must be a CollisionWorld, got {type(free).__name__}")
         if clearance > PADDING:
-            raise MotionError(
-                f"a clearance is at most {PADDING:g} m, got {clearance:g}: a CollisionWorld sees "
-                "nothing that is farther away",
-                reason="target",
+            raise invalid(
+                f"clearance must be at most {PADDING:g} m, which is as far as a CollisionWorld "
+                f"measures, got {clearance:g}"
             )
         if self.base is not None:
-            raise MotionError(
-                "what the arm touches is known where its base stands only: "
-                "a problem has a base or something to be free of",
-                reason="target",
+            raise invalid(
+                "a problem must not have both a base and a CollisionWorld: collisions "
+                "are known only where the base stands"
             )
 
 
@@ -109,10 +103,9 @@ def _targets(given: Any) -> tuple[Target, ...]:
     targets = tuple(given) if several else (given,)
     for target in targets:
         if not isinstance(target, _KINDS):
-            raise MotionError(
-                "a target is a PositionTarget, RotationTarget or PoseTarget, "
-                f"got {type(target).__name__}",
-                reason="target",
+            raise invalid(
+                "a target must be a PositionTarget, RotationTarget or PoseTarget, "
+                f"got {type(target).__name__}"
             )
     return targets
 
@@ -123,9 +116,7 @@ def _names(given: Any) -> tuple[str, ...]:
     names = tuple(given) if several else ()
     if not several or not all(isinstance(name, str) for name in names):
         found = shown(list(names) if several else given)
-        raise MotionError(
-            f"the joints that may move are a list of names, got {found}", reason="target"
-        )
+        raise invalid(f"joints must be a list of names, got {found}")
     return names
 
 

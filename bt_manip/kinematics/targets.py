@@ -5,9 +5,16 @@ from dataclasses import dataclass, field
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.checks import check_pose, check_rotation
+from bt_manip.checks import (
+    as_numbers,
+    check_pose,
+    check_positive,
+    check_rotation,
+    check_vector,
+    invalid,
+    shown,
+)
 from bt_manip.exceptions import MotionError
-from bt_manip.number_checks import check_vector, positive, shown
 
 TOLERANCE = 1e-6  # [m] and [rad] of a constraint that says nothing else
 
@@ -34,24 +41,21 @@ class Target:
             MotionError: Naming the frame, and what was found.
         """
         if not isinstance(self.frame, str):
-            raise MotionError(f"a frame has a name, got {shown(self.frame)}", reason="target")
+            raise invalid(f"frame of a target must be a name, got {shown(self.frame)}")
         if self.weight is not None and self.tolerance is not None:
-            raise MotionError(
-                f"{self.label} is a cost with a weight or a constraint with a tolerance, "
-                f"got weight {self.weight!r} and tolerance {self.tolerance!r}",
-                reason="target",
+            raise invalid(
+                f"{self.label} must be a cost with a weight or a constraint with a tolerance, "
+                f"got weight {self.weight!r} and tolerance {self.tolerance!r}"
             )
-        if self.weight is not None and not positive(self.weight):
-            raise MotionError(
-                f"{self.label} has a weight above 0, got {shown(self.weight)}", reason="target"
-            )
+        if self.weight is not None:
+            check_positive(self.weight, f"{self.label}: weight")
         if self.tolerance is not None:
-            self._keep_tolerance()
+            object.__setattr__(self, "tolerance", self._checked_tolerance())
 
     @property
     def label(self) -> str:
         """How errors call it."""
-        return f"the target of frame '{self.frame}'"
+        return f"target of frame '{self.frame}'"
 
     @property
     def tolerances(self) -> tuple[float, float]:
@@ -61,19 +65,18 @@ class Target:
         both = TOLERANCE if self.tolerance is None else self.tolerance
         return both, both
 
-    def _keep_tolerance(self) -> None:
-        given, pose = self.tolerance, isinstance(self, PoseTarget)
-        if positive(given):
-            object.__setattr__(self, "tolerance", float(given))  # type: ignore[arg-type]
-            return
-        several = isinstance(given, tuple | list) or getattr(given, "ndim", 0) == 1
-        pair = list(given) if several else []  # type: ignore[arg-type]
-        if not (pose and len(pair) == 2 and all(map(positive, pair))):
-            also = ", or a pair of position and rotation [m, rad]" if pose else ""
-            raise MotionError(
-                f"{self.label} has a tolerance above 0{also}, got {shown(given)}", reason="target"
+    def _checked_tolerance(self) -> float | tuple[float, float]:
+        numbers = as_numbers(self.tolerance)
+        is_pose = isinstance(self, PoseTarget)
+        if (
+            numbers.shape not in ((), (2,))[: 1 + is_pose]
+            or not (np.isfinite(numbers) & (numbers > 0.0)).all()
+        ):
+            also = ", or a pair of position and rotation [m, rad]" if is_pose else ""
+            raise invalid(
+                f"{self.label}: tolerance must be above 0{also}, got {shown(self.tolerance)}"
             )
-        object.__setattr__(self, "tolerance", (float(pair[0]), float(pair[1])))
+        return float(numbers) if numbers.ndim == 0 else (float(numbers[0]), float(numbers[1]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +96,7 @@ class PositionTarget(Target):
             MotionError: When it is none.
         """
         super().__post_init__()
-        _keep(self, "position", check_vector(self.position, f"{self.label}: a position [m]"))
+        _keep(self, "position", check_vector(self.position, f"{self.label}: position", "m"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +119,7 @@ class RotationTarget(Target):
         try:
             _keep(self, "rotation", check_rotation(self.rotation))
         except MotionError as error:
-            raise MotionError(f"{self.label}: {error}", reason="target") from None
+            raise invalid(f"{self.label}: {error}") from None
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +142,7 @@ class PoseTarget(Target):
         try:
             object.__setattr__(self, "pose", check_pose(self.pose).copy())
         except MotionError as error:
-            raise MotionError(f"{self.label}: {error}", reason="target") from None
+            raise invalid(f"{self.label}: {error}") from None
 
 
 def _keep(target: Target, name: str, array: np.ndarray) -> None:

@@ -5,10 +5,9 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.checks import check_configuration
+from bt_manip.checks import as_numbers, check_configuration, invalid, shown
 from bt_manip.collision import CollisionWorld
 from bt_manip.exceptions import MotionError, did_you_mean
-from bt_manip.number_checks import as_numbers, shown
 from bt_manip.robots import RobotModel
 
 from .manipulability import ToolManipulability
@@ -113,7 +112,7 @@ def make_task(
             try:
                 wanted = check_configuration(problem.posture, arm.nq)
             except MotionError as error:
-                raise MotionError(f"the posture: {error}", reason="target") from None
+                raise invalid(f"posture: {error}") from None
             posture = Posture(wanted, problem.posture_weight)
         able = (ToolManipulability(arm, moving), problem.manipulability)
         preferences = SecondaryObjectives(
@@ -124,10 +123,9 @@ def make_task(
         )
     if problem.free is not None:
         if problem.free.joints != joints:
-            raise MotionError(
-                f"the world to be free of is that of an arm with {', '.join(problem.free.joints)}: "
-                f"this one has {', '.join(joints)}",
-                reason="target",
+            raise invalid(
+                f"the CollisionWorld is that of an arm with {', '.join(problem.free.joints)}: "
+                f"this one has {', '.join(joints)}"
             )
         problem.free.refresh()
     system = System(arm, constraints, moving)
@@ -166,8 +164,7 @@ def frame_index(arm: RobotModel, name: str) -> int:
     known = {frame.name: i for i, frame in enumerate(arm.model.frames) if frame.type in _FRAMES}
     short = [i for full, i in known.items() if full.rpartition("/")[2] == name]
     if len(short) != 1:
-        raise MotionError(f"the arm has no frame '{name}'{did_you_mean(name, known)}",
-                          reason="target")  # fmt: skip
+        raise invalid(f"the arm has no frame '{name}'{did_you_mean(name, known)}")  # fmt: skip
     return short[0]
 
 
@@ -178,12 +175,10 @@ def _moving(joints: tuple[str, ...], problem: IKProblem) -> np.ndarray | None:
     by_name = {name.rpartition("/")[2]: name for name in joints} | {name: name for name in joints}
     for name in problem.joints:
         if name not in by_name:
-            raise MotionError(
-                f"the arm has no joint '{name}'{did_you_mean(str(name), joints)}", reason="target"
-            )
+            raise invalid(f"the arm has no joint '{name}'{did_you_mean(str(name), joints)}")
     chosen = {by_name[name] for name in problem.joints}
     if not chosen:
-        raise MotionError("no joint may move", reason="target")
+        raise invalid("joints must name at least one joint that may move")
     return None if len(chosen) == len(joints) else np.array([name in chosen for name in joints])
 
 
@@ -197,17 +192,15 @@ def _inside(
     if margin.size == 1:
         margin = np.full(arm.nq, margin.ravel())
     if margin.shape != (arm.nq,) or not (np.isfinite(margin) & (margin >= 0.0)).all():
-        raise MotionError(
-            f"a margin is 0 or above [rad], one or {arm.nq} of them, got {shown(problem.margin)}",
-            reason="target",
+        raise invalid(
+            f"margin must be at least 0 [rad], one number or {arm.nq}, got {shown(problem.margin)}"
         )
     lower, upper = limits.lower + margin, limits.upper - margin
     if (lower > upper).any():
         i = int(np.flatnonzero(lower > upper)[0])
-        raise MotionError(
+        raise invalid(
             f"a margin of {margin[i]:g} rad leaves {joints[i]} no room: its limits "
-            f"are {limits.lower[i]:.4f} to {limits.upper[i]:.4f} rad",
-            reason="target",
+            f"are {limits.lower[i]:.4f} to {limits.upper[i]:.4f} rad"
         )
     return lower, upper
 

@@ -7,7 +7,7 @@ from itertools import accumulate
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.number_checks import check_amount
+from bt_manip.checks import check_non_negative
 from bt_manip.robots import ToolLimits
 from bt_manip.trajectories import GRIDS, Bounds
 
@@ -170,7 +170,7 @@ def tool_paths(start: pin.SE3, steps: Sequence[Step], blend: float = 0.0) -> lis
     Raises:
         MotionError: When a step is none, or the blend is no length.
     """
-    blend = check_amount(blend, "a blend", "m")
+    blend = check_non_negative(blend, "blend", "m")
     segments: list[Segment] = []
     for step in check_steps(steps):
         segment, start = step.after(start)

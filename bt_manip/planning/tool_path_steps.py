@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.checks import check_pose
+from bt_manip.checks import check_number, check_pose, check_vector, invalid
 from bt_manip.exceptions import MotionError
-from bt_manip.number_checks import check_number, check_vector
 
 from .tool_path_segments import Arc, Line, Segment
 
@@ -50,7 +49,7 @@ class ArcTo:
 
     def __post_init__(self) -> None:
         """Refuse what is no point or no pose."""
-        check_vector(self.via, "the point that an arc goes through")
+        check_vector(self.via, "via point of an arc", "m")
         check_pose(self.pose)
 
     def after(self, start: pin.SE3) -> tuple[Segment, pin.SE3]:
@@ -95,10 +94,10 @@ class TurnAbout:
 
     def __post_init__(self) -> None:
         """Refuse what is no axis or no angle."""
-        check_vector(self.point, "a point of the axis of a turn")
-        if np.linalg.norm(check_vector(self.axis, "the axis of a turn")) < 1e-9:
-            raise MotionError(f"the axis of a turn has no direction: {self.axis}", reason="target")
-        check_number(self.angle, "the angle of a turn", "rad")
+        check_vector(self.point, "point of the axis of a turn", "m")
+        if np.linalg.norm(check_vector(self.axis, "axis of a turn")) < 1e-9:
+            raise invalid(f"axis of a turn must not be zero, got {self.axis}")
+        check_number(self.angle, "angle of a turn", "rad")
 
     def after(self, start: pin.SE3) -> tuple[Segment, pin.SE3]:
         """Give the way from a pose, and its end."""

@@ -152,7 +152,7 @@ def test_set_speed_slows_a_motion_that_goes_on_and_at_nought_it_pauses(station, 
 
 
 def test_set_speed_refuses_what_is_no_fraction(trial):
-    assert trial(SetSpeed(speed=1.5)).fails_with("from 0 to 1")
+    assert trial(SetSpeed(speed=1.5)).fails_with("at least 0 and at most 1")
 
 
 def test_a_paused_motion_that_is_halted_is_given_up(station, trial):
@@ -230,24 +230,36 @@ def test_a_target_inside_the_table_is_refused_by_name(station, trial):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: MoveToConfiguration(configuration=LEFT, tolerance=0.0), "'tolerance' is above 0"),
+        (
+            lambda: MoveToConfiguration(configuration=LEFT, tolerance=0.0),
+            "'tolerance' must be above",
+        ),
         (
             lambda: MoveToConfiguration(configuration=LEFT, tolerance=np.nan),
             "above 0 .rad., got nan",
         ),
-        (lambda: MoveToConfiguration(configuration=LEFT, wait=np.nan), "'wait' is 0 or above .s."),
+        (
+            lambda: MoveToConfiguration(configuration=LEFT, wait=np.nan),
+            "'wait' must be at least 0",
+        ),
         (
             lambda: FollowTarget(object="cube", duration=-1.0),
-            "'duration' is 0 or above .*-1",
+            "'duration' must be at least 0 .*-1",
         ),
-        (lambda: FollowTarget(object="cube", height=np.nan), "position is .*nan"),
+        (
+            lambda: FollowTarget(object="cube", height=np.nan),
+            "pose must be finite, got .*nan",
+        ),
         (
             lambda: Drop(container="basket", patience=np.nan),
-            "'patience' is 0 or above .*nan",
+            "'patience' must be at least 0 .*nan",
         ),
-        (lambda: Grasp(object="cube", patience=-1.0), "'patience' is 0 or above .s., got -1.0"),
-        (lambda: Approach(distance=np.inf), "not finite: its position is .*inf"),
-        (lambda: Lift(height=np.nan), "not finite: its position is .*nan"),
+        (
+            lambda: Grasp(object="cube", patience=-1.0),
+            "'patience' must be at least 0 .s., got -1",
+        ),
+        (lambda: Approach(distance=np.inf), "pose must be finite, got .*inf"),
+        (lambda: Lift(height=np.nan), "pose must be finite, got .*nan"),
     ],
 )
 def test_what_no_port_may_hold_is_refused_in_one_line_and_nothing_moves(

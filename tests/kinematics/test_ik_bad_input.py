@@ -59,13 +59,13 @@ def refused(make, message):
 def test_a_tolerance_of_a_pose_that_is_neither_a_number_nor_a_pair_is_refused(tolerance):
     refused(
         lambda: PoseTarget("tool", DOWN, tolerance=tolerance),
-        "the target of frame 'tool' has a tolerance above 0, or a pair of position and rotation",
+        "target of frame 'tool': tolerance must be above 0, or a pair of position and rotation",
     )
 
 
 @pytest.mark.parametrize("tolerance", [(1e-3,), (1e-3, 1e-3), [1e-3], "0.001", np.nan, -1.0])
 def test_a_tolerance_of_a_position_or_a_rotation_is_one_number(tolerance):
-    message = "frame 'tool' has a tolerance above 0, got"
+    message = "frame 'tool': tolerance must be above 0, got"
     refused(lambda: PositionTarget("tool", np.zeros(3), tolerance=tolerance), message)
     refused(lambda: RotationTarget("tool", np.eye(3), tolerance=tolerance), message)
 
@@ -77,12 +77,12 @@ def test_a_pair_of_tolerances_may_be_any_kind_of_list(pair):
 
 @pytest.mark.parametrize("weight", [0.0, -1.0, np.nan, "1.0", [1.0], True])
 def test_a_weight_is_a_number_above_nought(weight):
-    refused(lambda: PoseTarget("tool", DOWN, weight=weight), "'tool' has a weight above 0, got")
+    refused(lambda: PoseTarget("tool", DOWN, weight=weight), "'tool': weight must be above 0, got")
 
 
 def test_numbers_written_as_text_are_no_place_and_no_configuration(model, ik):
-    refused(lambda: PositionTarget("tool", ["0.1", "0.2", "0.3"]), "three finite numbers, got")
-    refused(lambda: ik.solve(DOWN, ["0.1"] * 7), "a configuration is 7 finite numbers")
+    refused(lambda: PositionTarget("tool", ["0.1", "0.2", "0.3"]), "3 finite numbers .m., got")
+    refused(lambda: ik.solve(DOWN, ["0.1"] * 7), "configuration must be 7 finite numbers")
 
 
 # Problems
@@ -91,24 +91,27 @@ def test_numbers_written_as_text_are_no_place_and_no_configuration(model, ik):
 @pytest.mark.parametrize(
     ("stated", "message"),
     [
-        ({"targets": 3}, "a target is a PositionTarget, RotationTarget or PoseTarget, got int"),
+        (
+            {"targets": 3},
+            "a target must be a PositionTarget, RotationTarget or PoseTarget, got int",
+        ),
         ({"targets": None}, "got NoneType"),
         ({"targets": "tool"}, "got str"),
         ({"targets": [GRIP, 3]}, "got int"),
         ({"targets": np.array("tool")}, "got ndarray"),
         ({"joints": np.array("joint1")}, "a list of names, got array"),
-        ({"joints": 3}, "the joints that may move are a list of names, got 3"),
+        ({"joints": 3}, "joints must be a list of names, got 3"),
         ({"joints": "joint1"}, "a list of names, got 'joint1'"),
         ({"joints": ["joint1", 2]}, r"a list of names, got \['joint1', 2\]"),
-        ({"free": 3}, "what the arm shall not touch is a CollisionWorld, got int"),
-        ({"posture_weight": "1"}, "posture_weight is above 0, got '1'"),
-        ({"posture_weight": np.ones(2)}, "posture_weight is above 0, got array"),
-        ({"manipulability": -1.0}, "manipulability is 0 or above, got -1.0"),
-        ({"manipulability": np.zeros(2)}, "manipulability is 0 or above, got array"),
-        ({"clearance": -1e-3}, "clearance is 0 or above .m., got -0.001"),
-        ({"clearance": "1 mm"}, "clearance is 0 or above .m., got '1 mm'"),
-        ({"clearance": 1e-3}, "a clearance of 0.001 m is kept from .* but free is None"),
-        ({"base": 3}, "the base: a pose is a pin.SE3, got int"),
+        ({"free": 3}, "free must be a CollisionWorld, got int"),
+        ({"posture_weight": "1"}, "posture_weight must be above 0, got '1'"),
+        ({"posture_weight": np.ones(2)}, "posture_weight must be above 0, got array"),
+        ({"manipulability": -1.0}, "manipulability must be at least 0, got -1.0"),
+        ({"manipulability": np.zeros(2)}, "manipulability must be at least 0, got array"),
+        ({"clearance": -1e-3}, "clearance must be at least 0 .m., got -0.001"),
+        ({"clearance": "1 mm"}, "clearance must be at least 0 .m., got '1 mm'"),
+        ({"clearance": 1e-3}, "a clearance of 0.001 m needs a CollisionWorld, got free=None"),
+        ({"base": 3}, "base: pose must be a pin.SE3, got int"),
     ],
 )
 def test_what_states_no_problem_is_refused_when_it_is_stated(stated, message):
@@ -118,13 +121,15 @@ def test_what_states_no_problem_is_refused_when_it_is_stated(stated, message):
 @pytest.mark.parametrize("margin", [np.nan, "0.1", None, [], [0.1] * 6, [["0.1"]], np.full(7, -1)])
 def test_a_margin_is_one_number_or_one_for_each_joint(model, ik, margin):
     problem = IKProblem(targets=GRIP, margin=margin)
-    refused(lambda: ik.solve(problem, model.home), "a margin is 0 or above .rad., one or 7 of them")
+    refused(
+        lambda: ik.solve(problem, model.home), "margin must be at least 0 .rad., one number or 7"
+    )
 
 
 @pytest.mark.parametrize("posture", ["up", 0.0, ["0"] * 7, np.full(7, np.inf)])
 def test_a_posture_is_a_configuration(model, ik, posture):
     problem = IKProblem(targets=GRIP, posture=posture)
-    refused(lambda: ik.solve(problem, model.home), "the posture: a configuration is 7 finite")
+    refused(lambda: ik.solve(problem, model.home), "posture: configuration must be 7 finite")
 
 
 def test_names_that_can_be_read_once_serve_every_time(model, ik):
@@ -146,7 +151,7 @@ def test_a_clearance_beyond_what_the_world_sees_is_refused_with_the_reason(walle
             lambda clearance=clearance: IKProblem(
                 targets=grip, free=walled.world, clearance=clearance
             ),
-            f"a clearance is at most 0.008 m, got {clearance:g}: a CollisionWorld sees nothing",
+            f"clearance must be at most 0.008 m, .* CollisionWorld measures, got {clearance:g}",
         )
 
 
@@ -181,7 +186,7 @@ def test_the_widest_clearance_is_kept(walled):
 
 def test_a_world_of_another_arm_is_refused(model, ik, walled):
     problem = IKProblem(targets=GRIP, free=walled.world)
-    message = "the world to be free of is that of an arm with panda/joint1, .* this one has joint1,"
+    message = "the CollisionWorld is that of an arm with panda/joint1, .* this one has joint1,"
     refused(lambda: ik.solve(problem, model.home), message)
     refused(lambda: ik.follow(problem, model.home), message)
 
@@ -192,13 +197,13 @@ def test_a_world_of_another_arm_is_refused(model, ik, walled):
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        ({"restarts": -1}, "restarts is a whole number, 0 or above, got -1"),
-        ({"restarts": 2.5}, "restarts is a whole number, 0 or above, got 2.5"),
-        ({"restarts": "many"}, "restarts is a whole number, 0 or above, got 'many'"),
-        ({"restarts": True}, "restarts is a whole number, 0 or above, got True"),
-        ({"rng": 3}, "chance comes from a numpy.random.Generator, got 3"),
-        ({"rng": 0}, "chance comes from a numpy.random.Generator, got 0"),
-        ({"rng": np.random.RandomState(0)}, "chance comes from a numpy.random.Generator"),
+        ({"restarts": -1}, "restarts must be an integer of at least 0, got -1"),
+        ({"restarts": 2.5}, "restarts must be an integer of at least 0, got 2.5"),
+        ({"restarts": "many"}, "restarts must be an integer of at least 0, got 'many'"),
+        ({"restarts": True}, "restarts must be an integer of at least 0, got True"),
+        ({"rng": 3}, "rng must be a numpy.random.Generator, got 3"),
+        ({"rng": 0}, "rng must be a numpy.random.Generator, got 0"),
+        ({"rng": np.random.RandomState(0)}, "rng must be a numpy.random.Generator"),
     ],
 )
 def test_solve_refuses_what_it_cannot_search_with(model, ik, asked, message):
@@ -209,14 +214,14 @@ def test_solve_refuses_what_it_cannot_search_with(model, ik, asked, message):
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        ({"starts": -1}, "starts is a whole number, 0 or above, got -1"),
-        ({"starts": 1.5}, "starts is a whole number, 0 or above, got 1.5"),
-        ({"distinct": -0.1}, "distinct is 0 or above .rad., got -0.1"),
-        ({"distinct": np.nan}, "distinct is 0 or above .rad., got nan"),
-        ({"distinct": "0.1"}, "distinct is 0 or above .rad., got '0.1'"),
-        ({"rng": "seed"}, "chance comes from a numpy.random.Generator, got 'seed'"),
-        ({"margin": -0.1}, "a margin is 0 or above .rad., got -0.1"),
-        ({"margin": np.nan}, "a margin is 0 or above .rad., got nan"),
+        ({"starts": -1}, "starts must be an integer of at least 0, got -1"),
+        ({"starts": 1.5}, "starts must be an integer of at least 0, got 1.5"),
+        ({"distinct": -0.1}, "distinct must be at least 0 .rad., got -0.1"),
+        ({"distinct": np.nan}, "distinct must be at least 0 .rad., got nan"),
+        ({"distinct": "0.1"}, "distinct must be at least 0 .rad., got '0.1'"),
+        ({"rng": "seed"}, "rng must be a numpy.random.Generator, got 'seed'"),
+        ({"margin": -0.1}, "margin must be at least 0 .rad., got -0.1"),
+        ({"margin": np.nan}, "margin must be at least 0 .rad., got nan"),
     ],
 )
 def test_solutions_refuses_what_it_cannot_list_with(model, ik, asked, message):
@@ -227,19 +232,19 @@ def test_solutions_refuses_what_it_cannot_list_with(model, ik, asked, message):
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        ({"max_step": 0.0}, "max_step is above 0 .rad., got 0.0"),
-        ({"max_step": -0.2}, "max_step is above 0 .rad., got -0.2"),
-        ({"max_step": np.nan}, "max_step is above 0 .rad., got nan"),
-        ({"max_step": "0.2"}, "max_step is above 0 .rad., got '0.2'"),
-        ({"max_step": np.full(7, 0.2)}, "max_step is above 0 .rad., got array"),
-        ({"margin": -0.1}, "a margin is 0 or above .rad., got -0.1"),
-        ({"margin": np.nan}, "a margin is 0 or above .rad., got nan"),
-        ({"margin": np.full(7, 0.1)}, "a margin is 0 or above .rad., got array"),
-        ({"tolerance": 0.0}, "a tolerance is above 0 .m, rad., got 0.0"),
-        ({"tolerance": (1e-3, 1e-3)}, "a tolerance is above 0 .m, rad., got"),
-        ({"tolerance": np.nan}, "a tolerance is above 0 .m, rad., got nan"),
-        ({"detours": "no"}, "detours is True or False, got 'no'"),
-        ({"detours": np.zeros(2)}, "detours is True or False, got array"),
+        ({"max_step": 0.0}, "max_step must be above 0 .rad., got 0.0"),
+        ({"max_step": -0.2}, "max_step must be above 0 .rad., got -0.2"),
+        ({"max_step": np.nan}, "max_step must be above 0 .rad., got nan"),
+        ({"max_step": "0.2"}, "max_step must be above 0 .rad., got '0.2'"),
+        ({"max_step": np.full(7, 0.2)}, "max_step must be above 0 .rad., got array"),
+        ({"margin": -0.1}, "margin must be at least 0 .rad., got -0.1"),
+        ({"margin": np.nan}, "margin must be at least 0 .rad., got nan"),
+        ({"margin": np.full(7, 0.1)}, "margin must be at least 0 .rad., got array"),
+        ({"tolerance": 0.0}, "tolerance must be above 0 .m, rad., got 0.0"),
+        ({"tolerance": (1e-3, 1e-3)}, "tolerance must be above 0 .m, rad., got"),
+        ({"tolerance": np.nan}, "tolerance must be above 0 .m, rad., got nan"),
+        ({"detours": "no"}, "detours must be True or False, got 'no'"),
+        ({"detours": np.zeros(2)}, "detours must be True or False, got array"),
     ],
 )
 def test_follow_refuses_what_it_cannot_follow_with(model, ik, asked, message):
@@ -256,10 +261,10 @@ def test_whole_numbers_serve_as_angles_too(model, ik):
 
 def test_a_margin_or_a_tolerance_beside_a_problem_is_refused_instead_of_forgotten(model, ik):
     problem = IKProblem(targets=GRIP)
-    own = "a problem has a margin of its own, got 0.1 beside it: ask for IKProblem.margin"
+    own = "a problem has its own margin: ask for IKProblem.margin=0.1. instead"
     refused(lambda: ik.follow(problem, model.home, margin=0.1), own)
     refused(lambda: ik.solutions(problem, model.home, margin=0.1), own)
-    each = "each target of a problem has its own tolerance, got 0.001 beside them"
+    each = "each target of a problem has its own tolerance: ask for PoseTarget"
     refused(lambda: ik.follow(problem, model.home, tolerance=1e-3), each)
 
 
@@ -267,13 +272,13 @@ def test_a_target_without_a_problem_is_refused_with_how_to_ask_for_it(model, ik)
     for ask in (ik.solve, ik.follow, ik.solutions):
         refused(
             lambda ask=ask: ask(GRIP, model.home),
-            r"got the target of frame 'tool' alone: ask for IKProblem\(targets=PoseTarget",
+            r"target of frame 'tool' must be in a problem: ask for IKProblem\(targets=Pose",
         )
 
 
 def test_nearest_refuses_a_margin_that_is_none_and_does_without_one_that_leaves_no_room(model, ik):
     for margin in (-0.1, np.nan, "wide"):
-        refused(lambda margin=margin: ik.nearest(DOWN, model.home, margin=margin), "a margin is 0")
+        refused(lambda margin=margin: ik.nearest(DOWN, model.home, margin=margin), "margin must be")
     found = ik.nearest(DOWN, model.home, margin=3.0)
     assert np.array_equal(found.q, ik.nearest(DOWN, model.home).q)
     assert ik.solutions(DOWN, model.home, margin=3.0) == []
@@ -282,15 +287,15 @@ def test_nearest_refuses_a_margin_that_is_none_and_does_without_one_that_leaves_
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"restarts": -1}, "restarts is a whole number, 0 or above, got -1"),
-        ({"iterations": 1.5}, "iterations is a whole number, 0 or above, got 1.5"),
-        ({"steps_in_vain": -1}, "steps_in_vain is a whole number, 0 or above, got -1"),
-        ({"steps_in_vain": np.nan}, "steps_in_vain is a whole number, 0 or above, got nan"),
-        ({"steps_in_vain": "600"}, "steps_in_vain is a whole number, 0 or above, got '600'"),
-        ({"seed": -1}, "a seed is a whole number, 0 or above, got -1"),
-        ({"seed": "one"}, "a seed is a whole number, 0 or above, got 'one'"),
-        ({"position_tolerance": 0.0}, "position_tolerance is above 0 .m., got 0.0"),
-        ({"rotation_tolerance": np.nan}, "rotation_tolerance is above 0 .rad., got nan"),
+        ({"restarts": -1}, "restarts must be an integer of at least 0, got -1"),
+        ({"iterations": 1.5}, "iterations must be an integer of at least 0, got 1.5"),
+        ({"steps_in_vain": -1}, "steps_in_vain must be an integer of at least 0, got -1"),
+        ({"steps_in_vain": np.nan}, "steps_in_vain must be an integer of at least 0, got nan"),
+        ({"steps_in_vain": "600"}, "steps_in_vain must be an integer of at least 0, got '600'"),
+        ({"seed": -1}, "seed must be an integer of at least 0, got -1"),
+        ({"seed": "one"}, "seed must be an integer of at least 0, got 'one'"),
+        ({"position_tolerance": 0.0}, "position_tolerance must be above 0 .m., got 0.0"),
+        ({"rotation_tolerance": np.nan}, "rotation_tolerance must be above 0 .rad., got nan"),
     ],
 )
 def test_bounds_that_nothing_is_searched_with_are_refused_when_they_are_given(
@@ -300,19 +305,19 @@ def test_bounds_that_nothing_is_searched_with_are_refused_when_they_are_given(
 
 
 def test_what_is_no_model_of_an_arm_is_refused(robot):
-    message = "the model of an arm is a RobotModel, as Robot.make_model gives it, got Robot"
+    message = "model must be a RobotModel .Robot.make_model., got Robot"
     refused(lambda: InverseKinematics(robot), message)
 
 
 def test_a_distance_is_between_configurations(model, ik):
-    refused(lambda: ik.distance(np.zeros(6), model.home), "a configuration is 7 finite numbers")
-    refused(lambda: ik.distance(model.home, None), "a configuration is 7 finite numbers")
+    refused(lambda: ik.distance(np.zeros(6), model.home), "configuration must be 7 finite numbers")
+    refused(lambda: ik.distance(model.home, None), "configuration must be 7 finite numbers")
     assert ik.distance([0.0] * 7, [0.0] * 7) == 0.0
 
 
 @pytest.mark.parametrize("jacobian", [3.0, np.zeros(6), np.zeros((0, 7)), np.full((6, 7), np.nan)])
 def test_the_manipulability_is_that_of_a_matrix(jacobian):
-    refused(lambda: manipulability(jacobian), "a Jacobian is a matrix of finite numbers, got")
+    refused(lambda: manipulability(jacobian), "a Jacobian must be a matrix of finite numbers, got")
 
 
 # Following a problem

@@ -401,23 +401,41 @@ def test_an_arm_of_six_joints_has_the_same_problems(menagerie, rng):
     [
         (
             lambda: PositionTarget("tool", [0.0, np.nan, 0.0]),
-            "'tool': a position .m. is three",
+            "'tool': position must be 3 finite numbers .m.",
         ),
-        (lambda: PositionTarget("tool", "here"), "three finite numbers"),
-        (lambda: RotationTarget("tool", 2.0 * np.eye(3)), "frame 'tool': a rotation is a 3 by 3"),
+        (lambda: PositionTarget("tool", "here"), "must be 3 finite numbers"),
+        (
+            lambda: RotationTarget("tool", 2.0 * np.eye(3)),
+            "frame 'tool': rotation must be a 3 by 3",
+        ),
         (lambda: RotationTarget("tool", np.full((3, 3), np.nan)), "3 by 3"),
-        (lambda: PoseTarget("tool", np.eye(4)), "frame 'tool': a pose is a pin.SE3, got ndarray"),
-        (lambda: PositionTarget(3, [0.0, 0.0, 0.0]), "a frame has a name, got 3"),
-        (lambda: PositionTarget("tool", np.zeros(3), weight=-1.0), "a weight above 0, got -1.0"),
-        (lambda: PositionTarget("tool", np.zeros(3), tolerance=0.0), "a tolerance above 0, got 0"),
+        (
+            lambda: PoseTarget("tool", np.eye(4)),
+            "frame 'tool': pose must be a pin.SE3, got ndarray",
+        ),
+        (lambda: PositionTarget(3, [0.0, 0.0, 0.0]), "frame of a target must be a name, got 3"),
+        (
+            lambda: PositionTarget("tool", np.zeros(3), weight=-1.0),
+            "weight must be above 0, got -1.0",
+        ),
+        (
+            lambda: PositionTarget("tool", np.zeros(3), tolerance=0.0),
+            "tolerance must be above 0, got 0",
+        ),
         (lambda: PositionTarget("tool", np.zeros(3), tolerance=(1.0, 1.0)), "above 0, got"),
         (lambda: PoseTarget("tool", DOWN, tolerance=(1.0, np.nan)), "or a pair of position and"),
-        (lambda: PositionTarget("tool", np.zeros(3), weight=1.0, tolerance=1.0), "a cost with"),
-        (lambda: IKProblem(), "it has no target"),
-        (lambda: IKProblem(targets=[DOWN]), "a target is a PositionTarget, .* got SE3"),
-        (lambda: IKProblem(targets=PoseTarget("tool", DOWN), base=np.eye(4)), "the base: a pose"),
-        (lambda: IKProblem(posture=np.zeros(7), posture_weight=0.0), "posture_weight is above 0"),
-        (lambda: IKProblem(manipulability=np.nan), "manipulability is 0 or above, got nan"),
+        (
+            lambda: PositionTarget("tool", np.zeros(3), weight=1.0, tolerance=1.0),
+            "must be a cost with",
+        ),
+        (lambda: IKProblem(), "it has no targets"),
+        (lambda: IKProblem(targets=[DOWN]), "a target must be a PositionTarget, .* got SE3"),
+        (lambda: IKProblem(targets=PoseTarget("tool", DOWN), base=np.eye(4)), "base: pose must be"),
+        (
+            lambda: IKProblem(posture=np.zeros(7), posture_weight=0.0),
+            "posture_weight must be above 0",
+        ),
+        (lambda: IKProblem(manipulability=np.nan), "manipulability must be at least 0, got nan"),
     ],
 )
 def test_what_cannot_be_meant_is_refused_by_name(make, message):
@@ -431,11 +449,11 @@ def test_what_cannot_be_meant_is_refused_by_name(make, message):
     [
         ({"targets": PositionTarget("tol", np.zeros(3))}, "no frame 'tol'; did you mean 'tool'"),
         ({"joints": ["joint9"]}, "no joint 'joint9'; did you mean 'joint"),
-        ({"joints": []}, "no joint may move"),
-        ({"margin": -0.1}, "a margin is 0 or above"),
-        ({"margin": [0.1, 0.2]}, "one or 7 of them"),
+        ({"joints": []}, "at least one joint that may move"),
+        ({"margin": -0.1}, "margin must be at least 0"),
+        ({"margin": [0.1, 0.2]}, "one number or 7"),
         ({"margin": 2.0}, "a margin of 2 rad leaves joint2 no room"),
-        ({"posture": np.zeros(6)}, "the posture: a configuration is 7 finite numbers"),
+        ({"posture": np.zeros(6)}, "posture: configuration must be 7 finite numbers"),
     ],
 )
 def test_what_does_not_fit_the_arm_is_refused_by_name(model, ik, changed, message):
@@ -447,7 +465,7 @@ def test_what_does_not_fit_the_arm_is_refused_by_name(model, ik, changed, messag
 
 
 def test_a_base_elsewhere_and_a_world_to_be_free_of_exclude_each_other(walled):
-    with pytest.raises(MotionError, match="a base or something to be free of"):
+    with pytest.raises(MotionError, match="must not have both a base and a CollisionWorld"):
         IKProblem(targets=PoseTarget("tool", DOWN), base=DOWN, free=walled.world)
 
 

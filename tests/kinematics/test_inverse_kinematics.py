@@ -191,11 +191,17 @@ def test_a_margin_from_the_limits_is_kept_where_that_is_possible(model, ik):
 @pytest.mark.parametrize(
     ("pose", "message"),
     [
-        (np.eye(4), "a pose is a pin.SE3, got ndarray"),
+        (np.eye(4), "pose must be a pin.SE3, got ndarray"),
         (None, "got NoneType"),
-        (pin.SE3(np.eye(3), np.array([np.nan, 0.0, 0.0])), "not finite"),
-        (pin.SE3(2.0 * np.eye(3), np.zeros(3)), "rotation is none"),
-        (pin.SE3(np.diag([1.0, 1.0, -1.0]), np.zeros(3)), "rotation is none"),
+        (pin.SE3(np.eye(3), np.array([np.nan, 0.0, 0.0])), "position of the pose must be finite"),
+        (
+            pin.SE3(2.0 * np.eye(3), np.zeros(3)),
+            "rotation must be a 3 by 3 matrix of right-handed unit axes",
+        ),
+        (
+            pin.SE3(np.diag([1.0, 1.0, -1.0]), np.zeros(3)),
+            "rotation must be a 3 by 3 matrix of right-handed unit axes",
+        ),
     ],
 )
 def test_what_is_not_a_pose_is_refused(model, ik, pose, message):

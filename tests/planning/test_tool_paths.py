@@ -390,15 +390,21 @@ def test_nothing_to_do_is_no_motion(at_start):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: LineTo(np.eye(4)), "a pose is a pin.SE3, got ndarray"),
-        (lambda: ArcTo([0.0, np.nan, 0.0], END), "the point that an arc goes through is three"),
-        (lambda: ArcTo([0.0, 0.0, 0.0], None), "a pose is a pin.SE3"),
-        (lambda: TurnAbout([0.0, 0.0], [0, 0, 1], 1.0), "a point of the axis of a turn is three"),
-        (lambda: TurnAbout([0.0, 0.0, 0.0], [0, 0, 0], 1.0), "has no direction"),
+        (lambda: LineTo(np.eye(4)), "pose must be a pin.SE3, got ndarray"),
+        (
+            lambda: ArcTo([0.0, np.nan, 0.0], END),
+            "via point of an arc must be 3 finite numbers",
+        ),
+        (lambda: ArcTo([0.0, 0.0, 0.0], None), "pose must be a pin.SE3"),
+        (
+            lambda: TurnAbout([0.0, 0.0], [0, 0, 1], 1.0),
+            "point of the axis of a turn must be 3",
+        ),
+        (lambda: TurnAbout([0.0, 0.0, 0.0], [0, 0, 0], 1.0), "axis of a turn must not be zero"),
         (lambda: TurnAbout([0.0, 0.0, 0.0], [0, 0, 1], np.inf), "finite number .rad., got inf"),
         (lambda: tool_paths(START, [END]), "a LineTo, ArcTo or TurnAbout, got SE3"),
-        (lambda: tool_paths(START, [LineTo(END)], -0.1), "a blend is 0 or above .m., got -0.1"),
-        (lambda: tool_paths(START, [LineTo(END)], np.nan), "a blend is 0 or above .m., got nan"),
+        (lambda: tool_paths(START, [LineTo(END)], -0.1), "blend must be at least 0 .m., got -0.1"),
+        (lambda: tool_paths(START, [LineTo(END)], np.nan), "blend must be at least 0 .m., got nan"),
         (
             lambda: tool_paths(START, [ArcTo(0.5 * (START.translation + END.translation), END)]),
             "three points that are apart and not on a line",
