@@ -14,7 +14,7 @@ from bt_manip.collision import (
     RobotGeometry,
 )
 from bt_manip.exceptions import MotionError
-from bt_manip.trajectories import JerkProfile, JointTrajectory, SequenceTrajectory, Trajectory
+from bt_manip.trajectories import JointTrajectory, MotionProfile, SequenceTrajectory, Trajectory
 
 if TYPE_CHECKING:
     from .moving_arm import MovingArm
@@ -106,7 +106,7 @@ class MultiArmCoordinator:
         times = np.arange(since, until, INTER_ROBOT_STEP)
         if not len(times):
             return False
-        ahead = trajectory.table(np.minimum(arm.speed_scale * times, trajectory.duration))[0]
+        ahead = trajectory.sample(np.minimum(arm.speed_scale * times, trajectory.duration))[0]
         encounter, rows = self._pair(self._name(arm), other, ahead, self._arms[other].ahead(times))
         return encounter.meet(*rows, INTER_ROBOT_CLEARANCE)
 
@@ -147,4 +147,4 @@ def _delayed(arm: "MovingArm", trajectory: Trajectory, delay: float) -> Trajecto
 
 
 def _rest(q: np.ndarray, duration: float) -> JointTrajectory:
-    return JointTrajectory([JerkProfile([], duration, x) for x in q.tolist()])
+    return JointTrajectory([MotionProfile([], duration, x) for x in q.tolist()])

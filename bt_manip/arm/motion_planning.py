@@ -21,17 +21,17 @@ from bt_manip.planning import (
 )
 from bt_manip.robots import RobotModel
 from bt_manip.trajectories import (
-    Bounds,
     JointTrajectory,
+    KinematicLimits,
     SequenceTrajectory,
     TailTrajectory,
     Trajectory,
-    brake,
-    drive,
     joint_profiles,
     limit_use,
+    plan_stop,
+    scale_to_effort_limits,
+    time_parameterize,
     time_parameterize_segment,
-    within_effort,
 )
 
 NEAR = 0.2  # [rad] from a target that moves, where an arm may come to rest on its way to it
@@ -74,11 +74,11 @@ class CollisionAvoidance(NamedTuple):
     rng: np.random.Generator
 
 
-def plan_stop(present: Present, model: RobotModel) -> Trajectory | None:
+def plan_stop_from(present: Present, model: RobotModel) -> Trajectory | None:
     """Plan to come to rest; None where the arm is at rest."""
     if present.trajectory is None:
         return None
-    return brake(present.trajectory, present.time, model)
+    return plan_stop(present.trajectory, present.time, model)
 
 
 def plan_to_configurations(
@@ -159,7 +159,7 @@ def _turned(
         )
 
     try:
-        turned = within_effort(turn, model)
+        turned = scale_to_effort_limits(turn, model)
     except MotionError:
         return None
     return turned if limit_use(turned, limits).inside else None
@@ -195,10 +195,12 @@ def plan_tool_path(
             curve = follow_path(ik, q, path)
             if world is not None:
                 check_path(world, curve, path)
-            bounds = path.bounds(Bounds.of_joints(model.limits), model.tool_limits)
+            bounds = path.bounds(KinematicLimits.of_joints(model.limits), model.tool_limits)
             curves.append((curve, bounds, path.grids))
             q = curve.end
-        driven = [drive(curve, bounds, model, speed, grids) for curve, bounds, grids in curves]
+        driven = [
+            time_parameterize(curve, bounds, model, speed, grids) for curve, bounds, grids in curves
+        ]
         return SequenceTrajectory(driven) if len(driven) > 1 else next(iter(driven), None)
 
     return _after_stop(present, model, along)
@@ -207,7 +209,7 @@ def plan_tool_path(
 def _after_stop(
     present: Present, model: RobotModel, then: Callable[[np.ndarray], Trajectory | None]
 ) -> Trajectory | None:
-    stop = plan_stop(present, model)
+    stop = plan_stop_from(present, model)
     motion = then(present.q if stop is None else stop.end)
     if stop is None or motion is None:
         return stop or motion

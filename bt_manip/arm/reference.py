@@ -9,17 +9,17 @@ from bt_manip.exceptions import MotionError
 from bt_manip.robots import RobotModel
 from bt_manip.trajectories import (
     CONTROL_STEP,
-    Table,
+    Samples,
     TimeScaledTrajectory,
     Trajectory,
-    paced,
-    rows_use,
-    steady,
-    step_times,
+    at_speed_scale,
+    change_speed_scale,
+    sample_times,
+    sampled_limit_use,
     trajectory_from_state,
 )
 
-from .motion_planning import Present, plan_stop
+from .motion_planning import Present, plan_stop_from
 
 _LEAST = 1e-3  # of the planned speed, below which it is next to rest
 
@@ -71,9 +71,9 @@ class Reference:
         """
         trajectory, time = self.trajectory, self.time
         if isinstance(trajectory, TimeScaledTrajectory) and not self._stopping:
-            now, pace, change = (float(x[0]) for x in trajectory.clock.table(np.array([time])))
-            whole = trajectory.whole
-            _, v, a = (rows[0] for rows in whole.table(np.array([min(now, whole.duration)])))
+            now, pace, change = trajectory.time_scaling.at(time)
+            whole = trajectory.nominal
+            _, v, a = (rows[0] for rows in whole.sample(np.array([min(now, whole.duration)])))
             if pace > _LEAST and now < whole.duration:
                 yield Present(self.q, v, a, whole, now, pace, change)
         yield self.present
@@ -98,7 +98,7 @@ class Reference:
         trajectory = self.trajectory
         if trajectory is None:
             return np.tile(self.q, (len(times), 1))
-        return trajectory.table(np.minimum(self.time + times, trajectory.duration))[0]
+        return trajectory.sample(np.minimum(self.time + times, trajectory.duration))[0]
 
     def begin(self, trajectory: Trajectory | None, since: Present, model: RobotModel) -> bool:
         """Take a planned motion, at the present pace; None is no motion.
@@ -130,12 +130,12 @@ class Reference:
         wanted = pace if stops else self.pace
         lagging = False
         if (pace, change, wanted) != (1.0, 0.0, 1.0):
-            found = paced(trajectory, (0.0, pace, change), wanted, model)
+            found = change_speed_scale(trajectory, (0.0, pace, change), wanted, model)
             driven, lagging = None, True
             if found is not None:
                 driven, lagging = found.trajectory, not found.brisk
             elif change == 0.0:
-                driven = trajectory if pace == 1.0 else steady(trajectory, 0.0, pace)
+                driven = trajectory if pace == 1.0 else at_speed_scale(trajectory, 0.0, pace)
         if driven is None:
             return False
         self.follow(driven, model)
@@ -148,7 +148,7 @@ class Reference:
         if not (self.v.any() or self.a.any()):  # not begun yet
             self.trajectory, self._stopping = None, False
             return
-        self.follow(plan_stop(self.present, model), model)
+        self.follow(plan_stop_from(self.present, model), model)
 
     def set_speed_scale(self, pace: float, model: RobotModel) -> None:
         """Go on at another fraction of the planned speed; 0 pauses.
@@ -164,8 +164,8 @@ class Reference:
         elif self.trajectory is not None and not self._stopping:
             trajectory, t = self.trajectory, self.time
             if isinstance(trajectory, TimeScaledTrajectory):
-                clock = trajectory.clock.sample(t)
-                lagging = self._go_on(trajectory.whole, clock, pace, model)
+                clock = trajectory.time_scaling.at(t)
+                lagging = self._go_on(trajectory.nominal, clock, pace, model)
             else:
                 lagging = self._go_on(trajectory, (t, 1.0, 0.0), pace, model)
         self.pace, self.lagging = pace, lagging
@@ -174,7 +174,7 @@ class Reference:
         self, whole: Trajectory, clock: tuple[float, float, float], pace: float, model: RobotModel
     ) -> bool:
         """Change the pace of a motion as far as possible; tell whether it lags."""
-        found = paced(whole, clock, pace, model)
+        found = change_speed_scale(whole, clock, pace, model)
         if found is None:
             return True
         self.follow(found.trajectory, model)
@@ -192,14 +192,14 @@ class Reference:
         else:
             self._tabulate()
 
-    def _proven(self, trajectory: Trajectory, model: RobotModel) -> Table:
+    def _proven(self, trajectory: Trajectory, model: RobotModel) -> Samples:
         """Tabulate a trajectory that is inside the limits.
 
         Raises:
             MotionError: When it is not.
         """
-        rows = trajectory.table(step_times(trajectory.duration, CONTROL_STEP))
-        use = rows_use(rows, model.limits)
+        rows = trajectory.sample(sample_times(trajectory.duration, CONTROL_STEP))
+        use = sampled_limit_use(rows, model.limits)
         if not use._replace(position=0.0).inside or not self._allows(use.position, model):
             raise MotionError(f"the planned motion exceeds a limit: {use}", reason="limits")
         return rows
@@ -228,16 +228,16 @@ class Reference:
         """Be at the end of a trajectory, or at rest in the middle of one."""
         ended, self.trajectory = self.trajectory, None
         if isinstance(ended, TimeScaledTrajectory) and not (self._stopping or ended.complete):
-            self.paused = ended.whole, ended.clock.end
+            self.paused = ended.nominal, ended.time_scaling.end
         self._stopping = self.lagging = False
 
     def _tabulate(self) -> None:
         """Sample the rest of the trajectory at once: a step costs little then."""
         assert self.trajectory is not None
-        times = self._start + step_times(self.trajectory.duration - self._start, self._dt)
-        self._keep(self.trajectory.table(times))
+        times = self._start + sample_times(self.trajectory.duration - self._start, self._dt)
+        self._keep(self.trajectory.sample(times))
 
-    def _keep(self, rows: Table) -> None:
+    def _keep(self, rows: Samples) -> None:
         self._rows = np.concatenate(rows, axis=1)
         self.step, self._last = 0, len(self._rows) - 1
 

@@ -104,11 +104,11 @@ def check_path(
 def trajectory_is_free(world: CollisionWorld, trajectory: Trajectory, end: np.ndarray) -> bool:
     """Tell whether a trajectory from the present reference is free, as it will be driven."""
     n = int(np.ceil(trajectory.duration / CONTROL_STEP)) + 1
-    q = trajectory.table(np.linspace(0.0, trajectory.duration, n))[0]
+    q = trajectory.sample(np.linspace(0.0, trajectory.duration, n))[0]
     longest = np.abs(np.diff(q, axis=0)).max(initial=0.0)
     if longest > PATH_STEP:
         n = int(np.ceil(n * longest / PATH_STEP)) + 1
-        q = trajectory.table(np.linspace(0.0, trajectory.duration, n))[0]
+        q = trajectory.sample(np.linspace(0.0, trajectory.duration, n))[0]
     return FreeSpace(world, q[0], [end]).path_is_free(q)
 
 

@@ -7,12 +7,12 @@ import numpy as np
 from bt_manip.collision import PATH_STEP, CollisionPair, CollisionWorld, FreeSpace
 from bt_manip.robots import RobotModel
 from bt_manip.trajectories import (
-    Bounds,
+    KinematicLimits,
     Path,
     SequenceTrajectory,
     Trajectory,
-    drive,
     limit_use,
+    time_parameterize,
     time_parameterize_segment,
 )
 
@@ -90,10 +90,10 @@ def _smoothly_along(
     waypoints: np.ndarray, space: FreeSpace, model: RobotModel, speed: float
 ) -> Trajectory | None:
     """Drive along waypoints with rounded corners; None where that is not free."""
-    bounds = Bounds.of_joints(model.limits)
+    bounds = KinematicLimits.of_joints(model.limits)
     for path in smooth_paths(waypoints):
         if _path_free(path, space):
-            trajectory = drive(path, bounds, model, speed)
+            trajectory = time_parameterize(path, bounds, model, speed)
             if limit_use(trajectory, model.limits).inside:
                 return trajectory
     return None

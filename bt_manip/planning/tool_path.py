@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from bt_manip.checks import check_non_negative
 from bt_manip.robots import ToolLimits
-from bt_manip.trajectories import GRIDS, Bounds
+from bt_manip.trajectories import TOPP_GRIDS, KinematicLimits
 
 from .tool_path_segments import Segment
 from .tool_path_steps import Step, check_steps
@@ -108,7 +108,7 @@ class ToolPath:
         angles = np.cumsum([np.zeros(3), *turned], axis=0)
         return np.column_stack([[T.translation for T in poses], angles, fractions])
 
-    def bounds(self, joints: Bounds, tool: ToolLimits) -> Bounds:
+    def bounds(self, joints: KinematicLimits, tool: ToolLimits) -> KinematicLimits:
         """Append the limits of what is carried, which bound the tool's motion."""
         slope = self.travel * max(segment.length / segment.travel for segment in self._segments)
         turning = self.travel * max(segment.angle / segment.travel for segment in self._segments)
@@ -125,8 +125,8 @@ class ToolPath:
                 *[(tool.angular_velocity, tool.angular_acceleration, tool.angular_jerk)] * 3,
             )
         ):
-            bounds = bounds.and_also(velocity, _PER_AXIS * acceleration, _PER_AXIS * jerk)
-        return bounds.and_also(
+            bounds = bounds.with_coordinate(velocity, _PER_AXIS * acceleration, _PER_AXIS * jerk)
+        return bounds.with_coordinate(
             least(tool.velocity, tool.angular_velocity),
             least(tool.acceleration, tool.angular_acceleration),
             least(tool.jerk, tool.angular_jerk),
@@ -136,7 +136,7 @@ class ToolPath:
     def grids(self) -> tuple[int, ...]:
         """Intervals that it is fine enough to look at this path in when it is timed."""
         fine = int(min(GRID / self.finest, FINEST_GRID))
-        return GRIDS if fine <= GRIDS[0] else (max(fine, GRIDS[-1]), FINEST_GRID)
+        return TOPP_GRIDS if fine <= TOPP_GRIDS[0] else (max(fine, TOPP_GRIDS[-1]), FINEST_GRID)
 
     @property
     def name(self) -> str:

@@ -17,7 +17,7 @@ _NEAR = 0.97  # good and bad factor nearer than this end the search
 AnyTrajectory = TypeVar("AnyTrajectory", bound=Trajectory)
 
 
-def within_effort(
+def scale_to_effort_limits(
     make: Callable[[float], AnyTrajectory], model: RobotModel, *, allowed: float = ALLOWED
 ) -> AnyTrajectory:
     """Slow a trajectory until inverse dynamics asks no more than is allowed.

@@ -6,8 +6,8 @@ import numpy as np
 
 from bt_manip.robots import JointLimits, RobotModel
 
-from .trajectory import Table, Trajectory
-from .trajectory import step_times as step_times
+from .trajectory import Samples, Trajectory
+from .trajectory import sample_times as sample_times
 
 CONTROL_STEP = 1e-3  # [s] control step that references are sampled at
 EFFORT_STEP = 4e-3  # [s] inverse dynamics vary slowly
@@ -33,10 +33,12 @@ def limit_use(trajectory: Trajectory, limits: JointLimits, step: float = CONTROL
 
     The jerk is the difference of accelerations per step, the last partial step included.
     """
-    return rows_use(trajectory.table(step_times(trajectory.duration, step)), limits, step)
+    return sampled_limit_use(
+        trajectory.sample(sample_times(trajectory.duration, step)), limits, step
+    )
 
 
-def rows_use(rows: Table, limits: JointLimits, step: float = CONTROL_STEP) -> LimitUse:
+def sampled_limit_use(rows: Samples, limits: JointLimits, step: float = CONTROL_STEP) -> LimitUse:
     """Measure what a trajectory does at equal steps of time [s], until it has ended."""
     q, v, a = rows
     middle, half = 0.5 * (limits.upper + limits.lower), 0.5 * (limits.upper - limits.lower)
@@ -53,7 +55,7 @@ def rows_use(rows: Table, limits: JointLimits, step: float = CONTROL_STEP) -> Li
     )
 
 
-def jumps(rows: Table, jerk: np.ndarray, step: float = CONTROL_STEP) -> bool:
+def jumps(rows: Samples, jerk: np.ndarray, step: float = CONTROL_STEP) -> bool:
     """Tell whether positions at equal steps of time [s] change otherwise than by their velocities.
 
     With a jerk inside the limits, what a joint moves in a step differs from the mean of its two
@@ -77,14 +79,14 @@ def effort_use(trajectory: Trajectory, model: RobotModel, step: float = EFFORT_S
     jerk changes the acceleration changes evenly: where these times are near each other, only they
     are looked at.
     """
-    return greatest_effort(model, *trajectory.table(effort_times(trajectory, step)))
+    return greatest_effort(model, *trajectory.sample(effort_times(trajectory, step)))
 
 
 def effort_times(trajectory: Trajectory, step: float = EFFORT_STEP) -> np.ndarray:
     """Give the times at which efforts are looked at."""
-    times = trajectory.corners()
+    times = trajectory.breakpoints()
     if np.diff(times, prepend=0.0, append=trajectory.duration).max() > 2.0 * step:
-        times = np.unique(np.concatenate([step_times(trajectory.duration, step), times]))
+        times = np.unique(np.concatenate([sample_times(trajectory.duration, step), times]))
     return times
 
 

@@ -5,8 +5,8 @@ import numpy as np
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import RobotModel
 
-from .bounds import Bounds
 from .curve_efforts import CurveEfforts
+from .kinematic_limits import KinematicLimits
 from .paths import Path
 
 DAMPED = 0.9  # of what is left of an effort for moving, the most that damping may take
@@ -27,7 +27,7 @@ class PathLimits:
         self,
         path: Path,
         places: np.ndarray,
-        bounds: Bounds,
+        bounds: KinematicLimits,
         model: RobotModel | None,
         allowed: float,
     ) -> None:

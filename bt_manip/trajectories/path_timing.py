@@ -12,15 +12,15 @@ import numpy as np
 
 from bt_manip.robots import RobotModel
 
-from .bounds import Bounds
-from .jerk_profile import JerkProfile
-from .limit_check import CONTROL_STEP, effort_times, efforts, step_times
+from .kinematic_limits import KinematicLimits
+from .limit_check import CONTROL_STEP, effort_times, efforts, sample_times
+from .motion_profile import MotionProfile
 from .path_limits import PathLimits
 from .paths import Path
 from .reachability import greatest_squares
 from .trajectory import PathTrajectory
 
-GRIDS = (120, 360)  # intervals; the finer one for a curvature that the first is too coarse for
+TOPP_GRIDS = (120, 360)  # intervals; the finer one for a curvature that the first is too coarse for
 NODE = 6e-3  # [s] acceleration is linear between nodes, and averaged over two of these, at least
 RAMPS = (0.5, 1.0, 1.7)  # nodes, in the time in which a joint's full acceleration can come
 MOST_NODES = 250
@@ -37,7 +37,12 @@ class PathTiming:
     """
 
     def __init__(
-        self, path: Path, bounds: Bounds, model: RobotModel | None, allowed: float, grid: int
+        self,
+        path: Path,
+        bounds: KinematicLimits,
+        model: RobotModel | None,
+        allowed: float,
+        grid: int,
     ) -> None:
         """Look at a path.
 
@@ -61,27 +66,27 @@ class PathTiming:
         self._damped = 0.5 * self._limits.fastest
         self._speed = self._find_speed(ROUNDS)
 
-    def plan(self, node: float) -> JerkProfile:
+    def plan(self, node: float) -> MotionProfile:
         """Plan, the acceleration averaged over twice a time [s]."""
         return _smoothed(self._places, self._speed, node)
 
-    def keeping_off(self, plan: JerkProfile) -> "PathTiming":
+    def keeping_off(self, plan: MotionProfile) -> "PathTiming":
         """Give a timing that keeps farther from the limits where a plan is beyond them."""
         driven = PathTrajectory(self._path, plan, self._bounds)
-        times = step_times(plan.duration, CONTROL_STEP)
-        s, pace, _ = plan.table(times)
+        times = sample_times(plan.duration, CONTROL_STEP)
+        s, pace, _ = plan.sample(times)
         reached = np.interp(self._places, s, times)
         # What a plan does at a place it has begun to do a node before, and goes on for another.
-        node = plan.duration / len(plan.segments)
+        node = plan.duration / (len(plan.breakpoints()) - 1)
         around = (
             np.minimum(reached - node, np.append(0.0, reached[:-1])),
             np.maximum(reached + node, np.append(reached[1:], np.inf)),
         )
-        _, v, a = driven.coordinates(times)
+        _, v, a = driven.sample_coordinates(times)
         beyond = [_greatest(_beyond(a, AIM * self._bounds.acceleration), times, *around)]
         if self._model is not None:
             corners = effort_times(driven)
-            tau = efforts(self._model, *driven.table(corners))
+            tau = efforts(self._model, *driven.sample(corners))
             most = AIM * self._allowed * self._model.limits.effort
             beyond.append(_greatest(_beyond(tau, most), corners, *around))
         jerk = np.abs(np.diff(a, axis=0, prepend=a[:1])) / CONTROL_STEP
@@ -133,7 +138,7 @@ def _greatest(
     return np.maximum.reduceat(padded, spans, axis=-2)[..., ::2, :]
 
 
-def _smoothed(s: np.ndarray, speed: np.ndarray, node: float) -> JerkProfile:
+def _smoothed(s: np.ndarray, speed: np.ndarray, node: float) -> MotionProfile:
     """Average the acceleration over two nodes and make it linear between them."""
     steps = 2.0 * np.diff(s) / np.maximum(speed[1:] + speed[:-1], _TINY)
     t = np.concatenate([[0.0], np.cumsum(steps)])
@@ -154,4 +159,4 @@ def _smoothed(s: np.ndarray, speed: np.ndarray, node: float) -> JerkProfile:
             np.column_stack([position[:-1], velocity[:-1], a[:-1], jerk]) / position[-1],
         ]
     )
-    return JerkProfile(rows.tolist(), node * (n + 2), 1.0)
+    return MotionProfile(rows.tolist(), node * (n + 2), 1.0)

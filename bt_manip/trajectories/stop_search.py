@@ -13,8 +13,8 @@ import numpy as np
 
 from bt_manip.robots import RobotModel
 
-from .bounds import Bounds
-from .jerk_profile import JerkProfile
+from .kinematic_limits import KinematicLimits
+from .motion_profile import MotionProfile
 from .time_scaling_limits import ClockLimits, Curve, Rates, State
 
 STEP = 1e-3  # [s] in which the clock's jerk is constant
@@ -30,7 +30,7 @@ LEVELS = 8  # paces that the lowest change is looked up between, for the first g
 _TINY = 1e-9
 
 
-def shortest_rest(v: np.ndarray, a: np.ndarray, bounds: Bounds) -> float:
+def shortest_rest(v: np.ndarray, a: np.ndarray, bounds: KinematicLimits) -> float:
     """Give the longest time that any coordinate needs to come to rest, each by itself [s].
 
     No path lets them all rest sooner: acceleration comes and goes at the greatest jerk.
@@ -54,7 +54,7 @@ def halting_clocks(
     model: RobotModel | None = None,
     allowed: float = 1.0,
     left: float = np.inf,
-) -> Iterator[JerkProfile]:
+) -> Iterator[MotionProfile]:
     """Bring a clock to rest, braking as hard as the limits allow; and less hard.
 
     Whether the limits are kept is for the caller to see: a clock may be a little outside, and then
@@ -146,7 +146,7 @@ def _guess(limits: ClockLimits, state: State, least: float, end: float) -> _Cour
 
 def _again(
     limits: ClockLimits, state: State, course: _Course, end: float
-) -> tuple[JerkProfile, _Course] | None:
+) -> tuple[MotionProfile, _Course] | None:
     """Brake as hard as all limits allow that hold along a course; None where the end is nearer."""
     rows = limits.at(course.s)
     low = limits.lowest(rows, course.p[:, np.newaxis])[:, 0]
@@ -184,7 +184,7 @@ def _within(low: np.ndarray, rates: Rates, now: float, h: float) -> np.ndarray:
 
 def _landed(
     state: State, u: np.ndarray, rise: np.ndarray, h: float, end: float
-) -> tuple[JerkProfile, _Course] | None:
+) -> tuple[MotionProfile, _Course] | None:
     """Follow changes of the pace until the greatest jerk is only just enough to rest.
 
     Args:
@@ -223,7 +223,7 @@ def _landed(
 
 def _clock(
     state: State, t: np.ndarray, u: np.ndarray, times: np.ndarray, end: float
-) -> tuple[JerkProfile, _Course] | None:
+) -> tuple[MotionProfile, _Course] | None:
     """Make a clock of changes of the pace; None where the end is nearer than its rest."""
     s, pace, _ = state
     new = np.append(True, np.diff(t) > _TINY)
@@ -236,7 +236,7 @@ def _clock(
     if reading[-1] > end:
         return None
     rows = np.column_stack([t[:-1], reading[:-1], p[:-1], u[:-1], jerk])
-    clock = JerkProfile(rows.tolist(), float(t[-1]), float(reading[-1]))
+    clock = MotionProfile(rows.tolist(), float(t[-1]), float(reading[-1]))
     p[-1] = 0.0
     course = (np.interp(times, t, column) for column in (reading, p, u))
     return clock, _Course(float(times[1]), *course)

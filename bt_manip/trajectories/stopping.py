@@ -7,8 +7,7 @@ import numpy as np
 
 from bt_manip.robots import RobotModel
 
-from .bounds import Bounds
-from .jerk_profile import JerkProfile
+from .kinematic_limits import KinematicLimits
 from .limit_check import (
     CONTROL_STEP,
     EFFORT_STEP,
@@ -16,12 +15,18 @@ from .limit_check import (
     effort_use,
     greatest_effort,
     jumps,
-    step_times,
+    sample_times,
 )
+from .motion_profile import MotionProfile
 from .stop_search import halting_clocks, shortest_rest
-from .time_scaled_trajectory import TimeScaledTrajectory
 from .time_scaling_limits import Curve, Rows, State
-from .trajectory import PathTrajectory, SequenceTrajectory, TailTrajectory, Trajectory
+from .trajectory import (
+    PathTrajectory,
+    SequenceTrajectory,
+    TailTrajectory,
+    TimeScaledTrajectory,
+    Trajectory,
+)
 
 ENOUGH = 1.02  # times the least that any path leaves: who rests as soon as that need not look on
 ALLOWED = 0.98  # of every effort limit: more than to motions, which shall also be caught up with
@@ -39,10 +44,10 @@ class _Way(NamedTuple):
 
     curve: Curve
     state: State
-    driven: Callable[[JerkProfile], Trajectory]
+    driven: Callable[[MotionProfile], Trajectory]
 
 
-def brake(trajectory: Trajectory, t: float, model: RobotModel) -> Trajectory:
+def plan_stop(trajectory: Trajectory, t: float, model: RobotModel) -> Trajectory:
     """Plan the way to rest from the middle of a trajectory, without leaving its path.
 
     Where nothing rests sooner inside the limits, the trajectory is driven to its end.
@@ -66,7 +71,7 @@ def brake(trajectory: Trajectory, t: float, model: RobotModel) -> Trajectory:
 def clock_along(trajectory: Trajectory, t: float) -> tuple[Trajectory, State]:
     """Give what is driven at some pace, and the state of the clock that goes along it."""
     if isinstance(trajectory, TimeScaledTrajectory):
-        return trajectory.whole, trajectory.clock.sample(t)
+        return trajectory.nominal, trajectory.time_scaling.at(t)
     return trajectory, (t, 1.0, 0.0)
 
 
@@ -92,40 +97,42 @@ def halt(
 
 def _over_time(whole: Trajectory, state: State, model: RobotModel) -> _Way:
     """Go along a motion over its own time."""
-    corners = whole.corners()
+    corners = whole.breakpoints()
     if isinstance(whole, PathTrajectory):
-        curve = Curve(whole.coordinates, whole.bounds, whole.duration, corners)
+        curve = Curve(whole.sample_coordinates, whole.limits, whole.duration, corners)
     else:
-        curve = Curve(whole.table, Bounds.of_joints(model.limits), whole.duration, corners)
+        curve = Curve(
+            whole.sample, KinematicLimits.of_joints(model.limits), whole.duration, corners
+        )
     return _Way(curve, state, lambda clock: TimeScaledTrajectory(whole, clock))
 
 
 def _on_path(whole: PathTrajectory, state: State) -> _Way:
     """Go along the path itself."""
     now, pace, change = state
-    s, ds, dds = whole.profile.sample(now)
+    s, ds, dds = whole.profile.at(now)
     along = s, ds * pace, dds * pace * pace + ds * change
 
     def evaluate(places: np.ndarray) -> Rows:
         x, d1, d2 = whole.path.evaluate(places)
         return x, d1, d2
 
-    def driven(clock: JerkProfile) -> Trajectory:
-        return PathTrajectory(whole.path, clock, whole.bounds)
+    def driven(clock: MotionProfile) -> Trajectory:
+        return PathTrajectory(whole.path, clock, whole.limits)
 
-    return _Way(Curve(evaluate, whole.bounds, 1.0, timed=False), along, driven)
+    return _Way(Curve(evaluate, whole.limits, 1.0, timed=False), along, driven)
 
 
 def _halted(
     ways: list[_Way], model: RobotModel, tail: Trajectory, left: float
-) -> tuple[_Way, JerkProfile] | None:
+) -> tuple[_Way, MotionProfile] | None:
     """Give the first clock that rests inside the limits before what is left of a motion does."""
     curve, (s, p, u), _ = ways[0]
     _, d1, d2 = (rows[0] for rows in curve.evaluate(np.array([s])))
     shortest = shortest_rest(d1 * p, d2 * p * p + d1 * u, curve.bounds)
     if left <= ENOUGH * shortest:
         return None
-    found: tuple[_Way, JerkProfile] | None = None
+    found: tuple[_Way, MotionProfile] | None = None
     for way in ways:
         clock = _at_once(way, model, tail, left, shortest)
         if clock is not None:
@@ -136,12 +143,12 @@ def _halted(
 
 def _at_once(
     way: _Way, model: RobotModel, tail: Trajectory, left: float, shortest: float
-) -> JerkProfile | None:
+) -> MotionProfile | None:
     """Brake as hard as each moment allows; None where that leads nowhere."""
-    best: JerkProfile | None = None
+    best: MotionProfile | None = None
     least: float | None = None  # effort of the best; that of the motion is seldom needed
     for looked in (None, model):  # at efforts: seldom do they ask for less than the joints' limits
-        found: JerkProfile | None = None
+        found: MotionProfile | None = None
         for clock in halting_clocks(way.curve, way.state, looked, ALLOWED, left):
             if found is not None and clock.duration >= found.duration:
                 break  # the rounds have settled
@@ -169,9 +176,9 @@ def _at_once(
     return best
 
 
-def _effort_inside(curve: Curve, clock: JerkProfile, model: RobotModel) -> float:
+def _effort_inside(curve: Curve, clock: MotionProfile, model: RobotModel) -> float:
     """Give the greatest share of an effort limit along a clock; infinite outside other limits."""
-    x, v, a = curve.driven(clock, step_times(clock.duration, CONTROL_STEP))
+    x, v, a = curve.driven(clock, sample_times(clock.duration, CONTROL_STEP))
     beyond = max(curve.bounds.use(v, a, CONTROL_STEP)) > 1.0 + ROUNDING
     if beyond or jumps((x, v, a), curve.bounds.jerk):
         return np.inf
@@ -185,7 +192,7 @@ def _innermost(trajectory: Trajectory, t: float) -> tuple[Trajectory, float]:
         if isinstance(trajectory, SequenceTrajectory):
             trajectory, t = trajectory.active(t)
         elif isinstance(trajectory, TailTrajectory):
-            t += trajectory.since
-            trajectory = trajectory.whole
+            t += trajectory.start
+            trajectory = trajectory.trajectory
         else:
             return trajectory, t

@@ -8,11 +8,11 @@ import numpy as np
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import RobotModel
 
-from .bounds import Bounds
 from .effort import ALLOWED
-from .jerk_profile import JerkProfile, reach_profile
+from .kinematic_limits import KinematicLimits
 from .limit_check import effort_use
-from .path_timing import GRIDS, PathTiming
+from .motion_profile import MotionProfile, profile_to_position
+from .path_timing import TOPP_GRIDS, PathTiming
 from .paths import Path, StraightPath
 from .trajectory import PathTrajectory
 
@@ -40,23 +40,23 @@ def time_parameterize_segment(
     Raises:
         MotionError: When even standing on the way asks too much effort.
     """
-    path, bounds = StraightPath(start, end), Bounds.of_joints(model.limits)
+    path, bounds = StraightPath(start, end), KinematicLimits.of_joints(model.limits)
     way = np.abs(path.direction)
     moves = way > 0.0
     least = [float((bound[moves] / way[moves]).min()) for bound in bounds]
-    profile = reach_profile((0.0, 0.0, 0.0), 1.0, (least[0], least[1], least[2]))
+    profile = profile_to_position((0.0, 0.0, 0.0), 1.0, (least[0], least[1], least[2]))
     trajectory = PathTrajectory(path, profile.slowed(1.0 / speed), bounds)
     if effort_use(trajectory, model) <= ALLOWED:
         return trajectory
-    return drive(path, bounds, model, speed, efforts_bind=True)
+    return time_parameterize(path, bounds, model, speed, efforts_bind=True)
 
 
-def drive(
+def time_parameterize(
     path: Path,
-    bounds: Bounds,
+    bounds: KinematicLimits,
     model: RobotModel,
     speed: float = 1.0,
-    grids: Sequence[int] = GRIDS,
+    grids: Sequence[int] = TOPP_GRIDS,
     *,
     efforts_bind: bool = False,
 ) -> PathTrajectory:
@@ -87,7 +87,7 @@ def drive(
 
 def _fastest(
     path: Path,
-    bounds: Bounds,
+    bounds: KinematicLimits,
     model: RobotModel,
     minded: RobotModel | None,
     speed: float,
@@ -100,7 +100,7 @@ def _fastest(
     """
     slow = 1.0 / speed
 
-    def inside(plan: JerkProfile) -> _Driven:
+    def inside(plan: MotionProfile) -> _Driven:
         return _inside(path, plan.slowed(slow), bounds, model, minded is not None)
 
     found: list[_Driven] = []
@@ -120,7 +120,7 @@ def _fastest(
 
 
 def _better_and_better(
-    timing: PathTiming, node: float, inside: Callable[[JerkProfile], "_Driven"]
+    timing: PathTiming, node: float, inside: Callable[[MotionProfile], "_Driven"]
 ) -> Iterator["_Driven"]:
     """Plan again and again, as long as it is of use, each time knowing where the last was slowed.
 
@@ -172,7 +172,11 @@ def _done_within(duration: float, found: list[_Driven]) -> bool:
 
 
 def _inside(
-    path: Path, profile: JerkProfile, bounds: Bounds, model: RobotModel, for_efforts: bool
+    path: Path,
+    profile: MotionProfile,
+    bounds: KinematicLimits,
+    model: RobotModel,
+    for_efforts: bool,
 ) -> _Driven:
     """Slow a plan until it is inside all limits, or as often as is of use.
 
@@ -186,7 +190,7 @@ def _inside(
     planned = profile.duration
     for tried in range(PASSES):
         trajectory = PathTrajectory(path, profile, bounds)
-        velocity, acceleration, jerk = trajectory.use()
+        velocity, acceleration, jerk = trajectory.kinematic_use()
         used = BETWEEN * max(velocity, acceleration**0.5, jerk ** (1 / 3))
         if used > 1.0:  # slower in any case: its efforts need not be known
             profile = profile.slowed(1.0005 * used)

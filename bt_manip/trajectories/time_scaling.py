@@ -13,19 +13,18 @@ import numpy as np
 from bt_manip.robots import JointLimits, RobotModel
 
 from .effort import ALLOWED
-from .jerk_profile import JerkProfile, check_duration, ramp_profile
 from .limit_check import (
     CONTROL_STEP,
     EFFORT_STEP,
     effort_use,
     greatest_effort,
     jumps,
-    rows_use,
-    step_times,
+    sample_times,
+    sampled_limit_use,
 )
+from .motion_profile import MotionProfile, check_duration, profile_to_velocity
 from .stopping import halt
-from .time_scaled_trajectory import TimeScaledTrajectory
-from .trajectory import Table, Trajectory
+from .trajectory import Samples, TimeScaledTrajectory, Trajectory
 
 POINTS = 160  # at which the limits are looked at
 NODE = 5e-3  # [s] the pace's change is linear between nodes, and averaged over two of these
@@ -51,7 +50,7 @@ class Change(NamedTuple):
     brisk: bool
 
 
-def paced(
+def change_speed_scale(
     whole: Trajectory, clock: tuple[float, float, float], pace: float, model: RobotModel
 ) -> Change | None:
     """Change the pace of a trajectory inside all limits, about as quickly as these let.
@@ -75,7 +74,7 @@ def paced(
     if pace > 0.0:
         check_duration((whole.duration - now) / pace)
     if present == pace and change == 0.0:
-        return Change(steady(whole, now, pace), True)
+        return Change(at_speed_scale(whole, now, pace), True)
     if pace == 0.0:
         left = (whole.duration - now) / max(present, _TINY)
         halted = halt(whole, clock, model, left)
@@ -90,10 +89,10 @@ def paced(
     return None
 
 
-def steady(whole: Trajectory, now: float, pace: float) -> TimeScaledTrajectory:
+def at_speed_scale(whole: Trajectory, now: float, pace: float) -> TimeScaledTrajectory:
     """Go on along a trajectory from a time of its own [s], at a pace that stays."""
     left, end = (0.0, now) if pace == 0.0 else ((whole.duration - now) / pace, whole.duration)
-    return TimeScaledTrajectory(whole, JerkProfile([[0.0, now, pace, 0.0, 0.0]], left, end))
+    return TimeScaledTrajectory(whole, MotionProfile([[0.0, now, pace, 0.0, 0.0]], left, end))
 
 
 def _inside(trial: TimeScaledTrajectory, changing: float, pace: float, model: RobotModel) -> bool:
@@ -105,14 +104,14 @@ def _inside(trial: TimeScaledTrajectory, changing: float, pace: float, model: Ro
         pace: What it is then: there the trajectory does what it does as a whole, more slowly.
         model: The arm with its payload.
     """
-    times = step_times(min(changing, trial.duration), CONTROL_STEP)
-    rows = trial.table(times)
-    if trial.clock.table(times)[1].min() < 0.0 or not _kept(rows, model.limits):
+    times = sample_times(min(changing, trial.duration), CONTROL_STEP)
+    rows = trial.sample(times)
+    if trial.time_scaling.sample(times)[1].min() < 0.0 or not _kept(rows, model.limits):
         return False
     first = np.arange(0.0, changing, EFFORT_STEP)
     times = np.concatenate([first, np.arange(changing, trial.duration, EFFORT_STEP / pace)])
-    effort = greatest_effort(model, *trial.table(times))
-    return effort <= ALLOWED or effort <= effort_use(trial.whole, model)
+    effort = greatest_effort(model, *trial.sample(times))
+    return effort <= ALLOWED or effort <= effort_use(trial.nominal, model)
 
 
 def _risen(
@@ -121,16 +120,16 @@ def _risen(
     """Raise the pace from rest more and more gently: at last no limit is in the way."""
     for time in RISES:
         rate = pace / time
-        rise = ramp_profile((now, 0.0, 0.0), pace, (2.0 * rate, 8.0 * rate / time))
-        segments = [*rise.segments, [rise.duration, rise.end, pace, 0.0, 0.0, 0.0]]
+        rise = profile_to_velocity((now, 0.0, 0.0), pace, (2.0 * rate, 8.0 * rate / time))
+        segments = [*rise.get_state()["segments"], [rise.duration, rise.end, pace, 0.0, 0.0, 0.0]]
         left = max(0.0, whole.duration - rise.end) / pace
-        clock = JerkProfile(segments, rise.duration + left, max(whole.duration, rise.end))
+        clock = MotionProfile(segments, rise.duration + left, max(whole.duration, rise.end))
         yield TimeScaledTrajectory(whole, clock), rise.duration
 
 
-def _kept(rows: Table, limits: JointLimits) -> bool:
+def _kept(rows: Samples, limits: JointLimits) -> bool:
     """Tell whether what is done at all control steps keeps to the limits of the motion."""
-    inside = rows_use(rows, limits)._replace(position=0.0).inside
+    inside = sampled_limit_use(rows, limits)._replace(position=0.0).inside
     return inside and not jumps(rows, limits.jerk)
 
 
@@ -159,7 +158,7 @@ def _constraints(
     Returns:
         The rates, the squares, and the pair of lower and upper limits, the rest moved there.
     """
-    q, v, a = whole.table(moments)
+    q, v, a = whole.sample(moments)
     still = np.zeros(model.nq)
     gravity = np.array([model.rnea(x, still, still) for x in q])
     inertia = np.array([model.rnea(x, still, y) for x, y in zip(q, v, strict=True)])
@@ -204,7 +203,7 @@ def _change(
 
 def _smoothed(
     moments: np.ndarray, speed: np.ndarray, clock: tuple[float, float, float], end: float
-) -> tuple[JerkProfile, float]:
+) -> tuple[MotionProfile, float]:
     """Make a clock of paces: its change is averaged over two nodes and linear between them.
 
     Returns:
@@ -241,4 +240,4 @@ def _smoothed(
     if reading < end:
         segments.append([duration, reading, pace, 0.0, 0.0])
         duration, reading = duration + (end - reading) / pace, end
-    return JerkProfile(segments, duration, reading), changing
+    return MotionProfile(segments, duration, reading), changing

@@ -13,9 +13,9 @@ import numpy as np
 
 from bt_manip.robots import RobotModel
 
-from .bounds import Bounds
 from .curve_efforts import CurveEfforts
-from .jerk_profile import JerkProfile
+from .kinematic_limits import KinematicLimits
+from .motion_profile import MotionProfile
 
 _TINY = 1e-9
 
@@ -37,14 +37,14 @@ class Curve(NamedTuple):
     """
 
     evaluate: Evaluate
-    bounds: Bounds
+    bounds: KinematicLimits
     end: float
     corners: np.ndarray = np.empty(0)
     timed: bool = True
 
-    def driven(self, clock: JerkProfile, times: np.ndarray) -> Rows:
+    def driven(self, clock: MotionProfile, times: np.ndarray) -> Rows:
         """Give coordinates, velocities and accelerations at some times of a clock."""
-        s, p, u = (column[:, np.newaxis] for column in clock.table(times))
+        s, p, u = (column[:, np.newaxis] for column in clock.sample(times))
         x, d1, d2 = self.evaluate(np.minimum(s[:, 0], self.end))
         return x, d1 * p, d2 * (p * p) + d1 * u  # (n, m) each
 

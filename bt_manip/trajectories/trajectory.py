@@ -1,214 +1,278 @@
-"""Configurations over time."""
+"""Trajectories: the configuration, velocity and acceleration of all joints over time."""
 
 from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
 
-from .bounds import Bounds
-from .jerk_profile import JerkProfile, check_duration
+from bt_manip.exceptions import MotionError
+
+from .kinematic_limits import KinematicLimits
+from .motion_profile import MotionProfile, ScalarState, check_duration
 from .paths import Path, path_from_state
 
-Table = tuple[np.ndarray, np.ndarray, np.ndarray]  # q, v, a: (n, nq) each
+Samples = tuple[np.ndarray, np.ndarray, np.ndarray]  # q, v, a: (n, nq) each
 
 
 class Trajectory(Protocol):
-    """Position, velocity and acceleration of all joints over time, at rest from the end on."""
+    """Configuration, velocity and acceleration over time; at rest from its end on.
 
-    duration: float  # [s]
-    end: np.ndarray  # configuration at the end  (nq,)
+    Attributes:
+        duration: Time until it is at rest [s].
+        end: Configuration at the end [rad].  # (nq,)
+    """
 
-    def table(self, times: np.ndarray) -> Table:
-        """Give q, v and a at many times; cheap per time."""
+    duration: float
+    end: np.ndarray
 
-    def sample(self, t: float, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> None:
-        """Write q, v and a at a time into arrays."""
+    def sample(self, times: np.ndarray) -> Samples:
+        """Return q, v and a at the given times [s]."""
 
-    def corners(self) -> np.ndarray:
-        """Give the times when the jerk changes; in between the acceleration has no extreme."""
+    def breakpoints(self) -> np.ndarray:
+        """Return the times at which the jerk may be discontinuous [s]."""
 
     def get_state(self) -> dict[str, Any]:
-        """Give the trajectory as plain data."""
+        """Return the trajectory as plain data."""
 
 
-def step_times(duration: float, step: float) -> np.ndarray:
-    """Give the times of all steps from 0 until a trajectory has ended.
+def sample_times(duration: float, step: float) -> np.ndarray:
+    """Return the times of all steps from 0 to the first one after the end [s].
 
     Raises:
-        MotionError: When it takes too long.
+        MotionError: When the duration is longer than `MAX_DURATION`.
     """
     check_duration(duration)
     return step * np.arange(int(np.ceil(duration / step - 1e-9)) + 2)
 
 
 class JointTrajectory:
-    """Each joint by its own profile; all end at the same time (time-synchronised)."""
+    """One motion profile per joint, all of the same duration (time-synchronized)."""
 
-    def __init__(self, profiles: Sequence[JerkProfile]) -> None:
-        """Join the profiles of all joints."""
+    def __init__(self, profiles: Sequence[MotionProfile]) -> None:
+        """Combine the profiles of all joints."""
         self._profiles = list(profiles)
         self.duration = max(profile.duration for profile in profiles)
         self.end = np.array([profile.end for profile in profiles])
 
-    def table(self, times: np.ndarray) -> Table:
-        """Give q, v and a at many times."""
-        columns = [profile.table(times) for profile in self._profiles]
+    def sample(self, times: np.ndarray) -> Samples:
+        """Return q, v and a at the given times [s]."""
+        columns = [profile.sample(times) for profile in self._profiles]
         q, v, a = (np.stack(rows, axis=1) for rows in zip(*columns, strict=True))
         return q, v, a
 
-    def sample(self, t: float, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> None:
-        """Write q, v and a at a time into arrays."""
-        for i, profile in enumerate(self._profiles):
-            q[i], v[i], a[i] = profile.sample(t)
-
-    def corners(self) -> np.ndarray:
-        """Give the times when the jerk changes."""
-        return np.unique(np.concatenate([profile.corners() for profile in self._profiles]))
+    def breakpoints(self) -> np.ndarray:
+        """Return the times at which the jerk may be discontinuous [s]."""
+        return np.unique(np.concatenate([profile.breakpoints() for profile in self._profiles]))
 
     def get_state(self) -> dict[str, Any]:
-        """Give the trajectory as plain data."""
+        """Return the trajectory as plain data."""
         return {"kind": "joints", "profiles": [profile.get_state() for profile in self._profiles]}
 
 
 class PathTrajectory:
-    """A path in joint space, driven by one profile of its parameter.
+    """A path with a motion profile of its path parameter s(t)."""
 
-    It never leaves the path, whatever it does in time.
-    """
-
-    def __init__(self, path: Path, profile: JerkProfile, bounds: Bounds) -> None:
-        """Drive a path.
+    def __init__(self, path: Path, profile: MotionProfile, limits: KinematicLimits) -> None:
+        """Combine path and profile.
 
         Args:
-            path: The curve.
-            profile: Its parameter over time.
-            bounds: What its coordinates may do.
+            path: The path.
+            profile: Path parameter over time.
+            limits: Limits of the path's coordinates.
         """
-        self.path, self.profile, self.bounds = path, profile, bounds
+        self.path, self.profile, self.limits = path, profile, limits
         self.duration = profile.duration
         self.end = path.end
         if profile.end != 1.0:
             self.end = path.evaluate(np.array([profile.end]), 0)[0][0, : path.nq]
 
-    def coordinates(self, times: np.ndarray) -> Table:
-        """Give all coordinates of the path, with their derivatives, at many times."""
-        s, ds, dds = (x[:, np.newaxis] for x in self.profile.table(times))
-        x, dx, ddx = self.path.evaluate(s[:, 0])
-        return x, dx * ds, ddx * (ds * ds) + dx * dds
+    def sample_coordinates(self, times: np.ndarray) -> Samples:
+        """Return all coordinates of the path with their time derivatives.  # (n, m) each."""
+        s, s_dot, s_ddot = (x[:, np.newaxis] for x in self.profile.sample(times))
+        x, d1, d2 = self.path.evaluate(s[:, 0])
+        return x, d1 * s_dot, d2 * (s_dot * s_dot) + d1 * s_ddot
 
-    def use(self, step: float = 1e-3) -> tuple[float, float, float]:
-        """Give the largest fractions of velocity, acceleration and jerk, behind the joints too."""
-        _, v, a = self.coordinates(step_times(self.duration, step))
-        return self.bounds.use(v, a, step)
+    def kinematic_use(self, step: float = 1e-3) -> tuple[float, float, float]:
+        """Return the largest fractions of velocity, acceleration and jerk limits that are used."""
+        _, v, a = self.sample_coordinates(sample_times(self.duration, step))
+        return self.limits.use(v, a, step)
 
-    def table(self, times: np.ndarray) -> Table:
-        """Give q, v and a at many times."""
-        q, v, a = (x[:, : self.path.nq] for x in self.coordinates(times))
+    def sample(self, times: np.ndarray) -> Samples:
+        """Return q, v and a at the given times [s]."""
+        q, v, a = (x[:, : self.path.nq] for x in self.sample_coordinates(times))
         q[times >= self.duration] = self.end
         return q, v, a
 
-    def sample(self, t: float, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> None:
-        """Write q, v and a at a time into arrays."""
-        rows = self.table(np.array([t]))
-        q[:], v[:], a[:] = rows[0][0], rows[1][0], rows[2][0]
-
-    def corners(self) -> np.ndarray:
-        """Give the times when the jerk changes."""
-        return self.profile.corners()
+    def breakpoints(self) -> np.ndarray:
+        """Return the times at which the jerk may be discontinuous [s]."""
+        return self.profile.breakpoints()
 
     def get_state(self) -> dict[str, Any]:
-        """Give the trajectory as plain data."""
+        """Return the trajectory as plain data."""
         return {
             "kind": "path",
             "path": self.path.get_state(),
             "profile": self.profile.get_state(),
-            "bounds": [bound.tolist() for bound in self.bounds],
+            "limits": [limit.tolist() for limit in self.limits],
         }
 
 
 class SequenceTrajectory:
-    """Trajectories one after the other; each starts at rest where the one before ends."""
+    """Trajectories one after the other, each starting at rest at the end of the previous one."""
 
     def __init__(self, parts: Sequence[Trajectory]) -> None:
-        """Join trajectories."""
+        """Concatenate trajectories."""
         self.parts = list(parts)
-        self.starts = np.concatenate([[0.0], np.cumsum([part.duration for part in parts])])
-        self.duration = float(self.starts[-1])
+        self._starts = np.concatenate([[0.0], np.cumsum([part.duration for part in parts])])
+        self.duration = float(self._starts[-1])
         self.end = self.parts[-1].end
 
     def active(self, t: float) -> tuple[Trajectory, float]:
-        """Give the part that a time falls into, and the time since it began."""
-        i = min(int(np.searchsorted(self.starts, t, side="right")) - 1, len(self.parts) - 1)
-        return self.parts[i], t - float(self.starts[i])
+        """Return the part at a time [s], and the time since the start of that part [s]."""
+        i = min(int(np.searchsorted(self._starts, t, side="right")) - 1, len(self.parts) - 1)
+        return self.parts[i], t - float(self._starts[i])
 
-    def table(self, times: np.ndarray) -> Table:
-        """Give q, v and a at many times."""
+    def sample(self, times: np.ndarray) -> Samples:
+        """Return q, v and a at the given times [s]."""
         q, v, a = (np.empty((len(times), len(self.end))) for _ in range(3))
-        which = np.searchsorted(self.starts, times, side="right") - 1
-        which = np.minimum(which, len(self.parts) - 1)
+        index = np.searchsorted(self._starts, times, side="right") - 1
+        index = np.minimum(index, len(self.parts) - 1)
         for i, part in enumerate(self.parts):
-            rows = which == i
-            q[rows], v[rows], a[rows] = part.table(times[rows] - self.starts[i])
+            rows = index == i
+            q[rows], v[rows], a[rows] = part.sample(times[rows] - self._starts[i])
         return q, v, a
 
-    def sample(self, t: float, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> None:
-        """Write q, v and a at a time into arrays."""
-        part, since = self.active(t)
-        part.sample(since, q, v, a)
-
-    def corners(self) -> np.ndarray:
-        """Give the times when the jerk changes."""
-        shifted = zip(self.parts, self.starts, strict=False)
-        return np.concatenate([part.corners() + start for part, start in shifted])
+    def breakpoints(self) -> np.ndarray:
+        """Return the times at which the jerk may be discontinuous [s]."""
+        shifted = zip(self.parts, self._starts, strict=False)
+        return np.concatenate([part.breakpoints() + start for part, start in shifted])
 
     def get_state(self) -> dict[str, Any]:
-        """Give the trajectory as plain data."""
+        """Return the trajectory as plain data."""
         return {"kind": "sequence", "parts": [part.get_state() for part in self.parts]}
 
 
 class TailTrajectory:
-    """What is left of a trajectory from some time on."""
+    """The rest of a trajectory from a given time on."""
 
-    def __init__(self, whole: Trajectory, since: float) -> None:
-        """Leave out what was before a time [s]."""
-        self.whole, self.since = whole, since
-        self.duration = max(0.0, whole.duration - since)
-        self.end = whole.end
+    def __init__(self, trajectory: Trajectory, start: float) -> None:
+        """Cut off everything before the start time [s]."""
+        self.trajectory, self.start = trajectory, start
+        self.duration = max(0.0, trajectory.duration - start)
+        self.end = trajectory.end
 
-    def table(self, times: np.ndarray) -> Table:
-        """Give q, v and a at many times."""
-        return self.whole.table(times + self.since)
+    def sample(self, times: np.ndarray) -> Samples:
+        """Return q, v and a at the given times [s]."""
+        return self.trajectory.sample(times + self.start)
 
-    def sample(self, t: float, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> None:
-        """Write q, v and a at a time into arrays."""
-        self.whole.sample(t + self.since, q, v, a)
-
-    def corners(self) -> np.ndarray:
-        """Give the times when the jerk changes."""
-        left = self.whole.corners() - self.since
-        return left[left > 0.0]
+    def breakpoints(self) -> np.ndarray:
+        """Return the times at which the jerk may be discontinuous [s]."""
+        times = self.trajectory.breakpoints() - self.start
+        return times[times > 0.0]
 
     def get_state(self) -> dict[str, Any]:
-        """Give the trajectory as plain data."""
-        return {"kind": "tail", "whole": self.whole.get_state(), "since": self.since}
+        """Return the trajectory as plain data."""
+        return {"kind": "tail", "trajectory": self.trajectory.get_state(), "start": self.start}
+
+
+class TimeScaledTrajectory:
+    """A nominal trajectory whose own time s is a function of time, the time scaling s(t).
+
+    The geometric path stays the same. The path velocity s_dot is the speed scale.
+
+    Attributes:
+        nominal: The trajectory at speed scale 1.
+        time_scaling: Time s of the nominal trajectory over time; never decreasing.
+        duration: Time until the nominal trajectory has ended or s_dot stays 0 [s].
+        end: Configuration then [rad].  # (nq,)
+    """
+
+    def __init__(self, nominal: Trajectory, time_scaling: MotionProfile) -> None:
+        """Combine a nominal trajectory with a time scaling."""
+        self.nominal, self.time_scaling = nominal, time_scaling
+        self.duration = _time_of(time_scaling, nominal.duration)
+        self.end = nominal.end
+        if not self.complete:
+            self.end = nominal.sample(np.array([time_scaling.end]))[0][0]
+
+    @property
+    def complete(self) -> bool:
+        """Whether it reaches the end of the nominal trajectory."""
+        return self.time_scaling.at(self.duration)[0] >= self.nominal.duration - 1e-12
+
+    def sample(self, times: np.ndarray) -> Samples:
+        """Return q, v and a at the given times [s]."""
+        s, s_dot, s_ddot = (x[:, np.newaxis] for x in self.time_scaling.sample(times))
+        q, v, a = self.nominal.sample(np.minimum(s[:, 0], self.nominal.duration))
+        q, v, a = q, v * s_dot, a * (s_dot * s_dot) + v * s_ddot
+        ended = times >= self.duration
+        q[ended], v[ended], a[ended] = self.end, 0.0, 0.0
+        return q, v, a
+
+    def breakpoints(self) -> np.ndarray:
+        """Return the times at which the jerk may be discontinuous [s]."""
+        times = np.linspace(0.0, self.duration, 200)
+        s = self.time_scaling.sample(times)[0]
+        nominal = self.nominal.breakpoints()
+        nominal = nominal[(nominal >= s[0]) & (nominal <= s[-1])]
+        return np.concatenate([self.time_scaling.breakpoints(), np.interp(nominal, s, times)])
+
+    def get_state(self) -> dict[str, Any]:
+        """Return the trajectory as plain data."""
+        return {
+            "kind": "time-scaled",
+            "nominal": self.nominal.get_state(),
+            "time_scaling": self.time_scaling.get_state(),
+        }
+
+
+def time_scaling_state(trajectory: Trajectory, t: float) -> tuple[Trajectory, ScalarState]:
+    """Return the nominal trajectory and (s, s_dot, s_ddot) at a time [s]."""
+    if isinstance(trajectory, TimeScaledTrajectory):
+        return trajectory.nominal, trajectory.time_scaling.at(t)
+    return trajectory, (t, 1.0, 0.0)
 
 
 def trajectory_from_state(state: dict[str, Any]) -> Trajectory:
-    """Make a trajectory from plain data."""
-    if state["kind"] == "joints":
-        return JointTrajectory([JerkProfile.from_state(p) for p in state["profiles"]])
-    if state["kind"] == "paced":
-        from .time_scaled_trajectory import (
-            TimeScaledTrajectory,  # which is made of trajectories, too
-        )
+    """Restore a trajectory from plain data.
 
-        return TimeScaledTrajectory.from_state(state)
-    if state["kind"] == "sequence":
-        return SequenceTrajectory([trajectory_from_state(part) for part in state["parts"]])
-    if state["kind"] == "tail":
-        return TailTrajectory(trajectory_from_state(state["whole"]), state["since"])
-    return PathTrajectory(
-        path_from_state(state["path"]),
-        JerkProfile.from_state(state["profile"]),
-        Bounds(*(np.array(bound) for bound in state["bounds"])),
+    Raises:
+        MotionError: When the kind of trajectory is unknown, as in snapshots of older versions.
+    """
+    match state:
+        case {"kind": "joints", "profiles": profiles}:
+            return JointTrajectory([MotionProfile.from_state(profile) for profile in profiles])
+        case {"kind": "path", "path": path, "profile": profile, "limits": limits}:
+            return PathTrajectory(
+                path_from_state(path),
+                MotionProfile.from_state(profile),
+                KinematicLimits(*(np.array(limit) for limit in limits)),
+            )
+        case {"kind": "sequence", "parts": parts}:
+            return SequenceTrajectory([trajectory_from_state(part) for part in parts])
+        case {"kind": "tail", "trajectory": trajectory, "start": start}:
+            return TailTrajectory(trajectory_from_state(trajectory), start)
+        case {"kind": "time-scaled", "nominal": nominal, "time_scaling": time_scaling}:
+            return TimeScaledTrajectory(
+                trajectory_from_state(nominal), MotionProfile.from_state(time_scaling)
+            )
+    raise MotionError(
+        f"cannot restore a trajectory of the kind {state.get('kind')!r}: "
+        "the snapshot was written by another version of bt-manip",
+        reason="target",
     )
+
+
+def _time_of(profile: MotionProfile, position: float) -> float:
+    """Return when a non-decreasing profile reaches a position or ends [s], by bisection."""
+    last = profile.duration
+    if profile.end <= position:
+        return last
+    first = 0.0
+    for _ in range(60):  # halvings: down to rounding of any duration below MAX_DURATION
+        middle = 0.5 * (first + last)
+        if profile.at(middle)[0] < position:
+            first = middle
+        else:
+            last = middle
+    return last

@@ -7,10 +7,9 @@ import numpy as np
 
 from bt_manip.arm import Arm
 from bt_manip.robots import RobotDescription
-from bt_manip.trajectories import PathTrajectory, SequenceTrajectory
-from bt_manip.trajectories.bounds import Bounds
+from bt_manip.trajectories import PathTrajectory, SequenceTrajectory, TimeScaledTrajectory
+from bt_manip.trajectories.kinematic_limits import KinematicLimits
 from bt_manip.trajectories.stop_search import shortest_rest
-from bt_manip.trajectories.time_scaled_trajectory import TimeScaledTrajectory
 from bt_manip.trajectories.time_scaling_limits import Curve, State
 from bt_manip.trajectories.trajectory import TailTrajectory
 from tests.measuring.motions import KINDS, STEP, advance, begin
@@ -89,17 +88,17 @@ def clock_of(arm: Arm) -> tuple[Curve, State]:
     if isinstance(trajectory, SequenceTrajectory):
         trajectory, t = trajectory.active(t)
     while isinstance(trajectory, TailTrajectory):
-        trajectory, t = trajectory.whole, t + trajectory.since
+        trajectory, t = trajectory.trajectory, t + trajectory.start
     pace, change = 1.0, 0.0
     if isinstance(trajectory, TimeScaledTrajectory):
-        t, pace, change = trajectory.clock.sample(t)
-        trajectory = trajectory.whole
+        t, pace, change = trajectory.time_scaling.at(t)
+        trajectory = trajectory.nominal
     if isinstance(trajectory, PathTrajectory):
-        s, ds, dds = trajectory.profile.sample(t)
+        s, ds, dds = trajectory.profile.at(t)
         state = (s, ds * pace, dds * pace * pace + ds * change)
-        return Curve(trajectory.path.evaluate, trajectory.bounds, 1.0), state
-    bounds = Bounds.of_joints(arm.model.limits)
-    return Curve(trajectory.table, bounds, trajectory.duration), (t, pace, change)
+        return Curve(trajectory.path.evaluate, trajectory.limits, 1.0), state
+    bounds = KinematicLimits.of_joints(arm.model.limits)
+    return Curve(trajectory.sample, bounds, trajectory.duration), (t, pace, change)
 
 
 def _off(rows: list[tuple[np.ndarray, ...]], way: np.ndarray) -> float:

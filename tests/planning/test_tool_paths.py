@@ -24,7 +24,7 @@ def places(path, n=2001):
 
 def tool_motion(arm, trajectory, step=1e-3):
     """Velocity [m/s] and angular velocity [rad/s] of the tool, by Pinocchio."""
-    q, v, _ = trajectory.table(np.arange(0.0, trajectory.duration, step))
+    q, v, _ = trajectory.sample(np.arange(0.0, trajectory.duration, step))
     rates = np.array([arm.model.jacobian(x) @ u for x, u in zip(q, v, strict=True)])
     return rates[:, :3], rates[:, 3:]
 
@@ -185,7 +185,7 @@ def test_a_path_is_driven_to_its_end_inside_all_limits(at_start, steps, blend):
     trajectory = planned(arm)
     assert limit_use(trajectory, arm.model.limits).inside
     assert effort_use(trajectory, arm.model) <= 0.96
-    q, *_ = trajectory.table(np.linspace(0.0, trajectory.duration, 150))
+    q, *_ = trajectory.sample(np.linspace(0.0, trajectory.duration, 150))
     poses = [path.pose(s) for path in paths for s in np.linspace(0.0, 1.0, 4001)]
     near = np.array([T.translation for T in poses])
     for x in q:
@@ -358,7 +358,7 @@ def test_a_line_on_which_the_joints_turn_sharply_is_driven_inside_all_limits(arm
     arm.move_linear(pin.SE3(start.rotation, start.translation + along))
     assert limit_use(planned(arm), arm.model.limits).inside
     direction = along / np.linalg.norm(along)
-    for q in planned(arm).table(np.arange(0.0, arm.remaining, 0.02))[0]:
+    for q in planned(arm).sample(np.arange(0.0, arm.remaining, 0.02))[0]:
         gone = arm.model.pose(q).translation - start.translation
         assert np.linalg.norm(gone - direction * (direction @ gone)) <= 6e-5
 
@@ -370,7 +370,7 @@ def test_a_turn_is_slow_only_where_a_joint_comes_to_its_limit(arm, angle):
     arm.move_path([TurnAbout(place, (0.0, 0.0, 1.0), angle)])
     trajectory, limits = planned(arm), arm.model.limits
     assert limit_use(trajectory, limits).inside and effort_use(trajectory, arm.model) <= 0.96
-    q, v, _ = trajectory.table(np.arange(0.0, trajectory.duration, 1e-3))
+    q, v, _ = trajectory.sample(np.arange(0.0, trajectory.duration, 1e-3))
     assert limits.upper[6] - q[:, 6].max() < 0.01
     before = (q[:, 6] > 0.8) & (q[:, 6] < 2.2)
     assert (np.abs(v[before]) / limits.velocity).max(axis=1).min() > 0.8

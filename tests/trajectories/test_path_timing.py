@@ -7,10 +7,10 @@ import pytest
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import JointLimits, RobotModel
 from bt_manip.trajectories import PathTrajectory, SplinePath, StraightPath, effort_use
-from bt_manip.trajectories.bounds import Bounds
+from bt_manip.trajectories.kinematic_limits import KinematicLimits
 from bt_manip.trajectories.path_timing import PathTiming
 from bt_manip.trajectories.reachability import greatest_squares
-from bt_manip.trajectories.time_parameterization import drive, time_parameterize_segment
+from bt_manip.trajectories.time_parameterization import time_parameterize, time_parameterize_segment
 from tests.measuring.fastest_drive import fastest_time
 
 PENDULUM = """
@@ -41,7 +41,7 @@ def pendulum(gravity=0.0, effort=10.0, acceleration=100.0, velocity=100.0, dampi
 
 
 def timed(model, start=0.0, end=1.0):
-    path, bounds = StraightPath([start], [end]), Bounds.of_joints(model.limits)
+    path, bounds = StraightPath([start], [end]), KinematicLimits.of_joints(model.limits)
     timing = PathTiming(path, bounds, model, 1.0, 120)
     return PathTrajectory(path, timing.plan(timing.nodes[0]), bounds)
 
@@ -83,7 +83,7 @@ def test_with_scarce_jerk_and_effort_it_is_nearly_as_fast_as_both_allow():
     # a (t - r) t / 2 in the time t. A plan that has to be slowed for its jerk asks for less effort.
     model = pendulum(effort=32.0 / 0.95, acceleration=20.0, jerk=500.0)
     path = StraightPath(np.zeros(1), 5.0 * np.ones(1))
-    duration = drive(path, Bounds.of_joints(model.limits), model).duration
+    duration = time_parameterize(path, KinematicLimits.of_joints(model.limits), model).duration
     a, r = 16.0, 16.0 / 500.0
     optimum = r + np.sqrt(r**2 + 4 * 5.0 / a)
     assert optimum < duration < 1.05 * optimum
@@ -92,7 +92,7 @@ def test_with_scarce_jerk_and_effort_it_is_nearly_as_fast_as_both_allow():
 def test_what_a_load_adds_between_two_looks_is_not_beyond_the_limits():
     # 5.1 rad in 120 steps: in each, gravity changes by up to 0.8 N m, 3 % of the effort.
     model = pendulum(gravity=-9.81, effort=25.0, acceleration=20.0)
-    path, bounds = StraightPath([-5.0], [0.1]), Bounds.of_joints(model.limits)
+    path, bounds = StraightPath([-5.0], [0.1]), KinematicLimits.of_joints(model.limits)
     timing = PathTiming(path, bounds, model, 0.95, 120)
     plan = PathTrajectory(path, timing.plan(timing.nodes[0]), bounds)
     assert effort_use(plan, model, 1e-3) <= 0.951
@@ -110,17 +110,19 @@ def bent(model, sharpness):
 
 
 def test_a_plan_keeps_off_the_limits_where_the_last_one_was_beyond_them_and_only_there(model):
-    path, bounds = bent(model, 5), Bounds.of_joints(model.limits)
+    path, bounds = bent(model, 5), KinematicLimits.of_joints(model.limits)
     timing = PathTiming(path, bounds, None, 1.0, 120)
     node = timing.nodes[0]
     plan = timing.plan(node)
     again = timing.keeping_off(plan).plan(node)
-    first, second = (PathTrajectory(path, profile, bounds).use()[1] for profile in (plan, again))
+    first, second = (
+        PathTrajectory(path, profile, bounds).kinematic_use()[1] for profile in (plan, again)
+    )
     assert first > 1.5 and second < 1.2
     assert again.duration < 1.05 * plan.duration
     behind = np.linspace(0.6, 0.98, 30)  # the corner is at 0.4
     speeds = (
-        np.interp(behind, *profile.table(np.arange(0.0, profile.duration, 1e-3))[:2])
+        np.interp(behind, *profile.sample(np.arange(0.0, profile.duration, 1e-3))[:2])
         for profile in (again, plan)
     )
     assert np.allclose(*speeds, rtol=0.01)
@@ -141,13 +143,13 @@ def test_a_bend_within_one_step_makes_a_path_slow_there_and_nowhere_come_to_rest
 
 
 def test_a_curved_path_of_the_panda_is_driven_inside_all_limits_and_close_to_one(model, rng):
-    limits, bounds = model.limits, Bounds.of_joints(model.limits)
+    limits, bounds = model.limits, KinematicLimits.of_joints(model.limits)
     for _ in range(5):
         a, b, c = rng.uniform(0.7 * limits.lower, 0.7 * limits.upper, (3, 7))
         s = np.linspace(0.0, 1.0, 15)[:, np.newaxis]
         path = SplinePath(a * (1 - s) ** 2 + 2 * b * s * (1 - s) + c * s**2)
-        trajectory = drive(path, bounds, model)
-        use, effort = trajectory.use(), effort_use(trajectory, model)
+        trajectory = time_parameterize(path, bounds, model)
+        use, effort = trajectory.kinematic_use(), effort_use(trajectory, model)
         assert max(use) <= 1.0 and effort <= 0.9501
         # Something binds: a velocity, an acceleration or an effort.
         assert max(use[0], use[1], effort / 0.95) > 0.93
@@ -156,16 +158,16 @@ def test_a_curved_path_of_the_panda_is_driven_inside_all_limits_and_close_to_one
 @pytest.mark.parametrize(("jerk", "longer"), [(1.0, 1.06), (0.05, 1.12)])
 def test_a_tight_corner_does_not_slow_the_rest_of_a_path(model, jerk, longer):
     pytest.importorskip("toppra")
-    bounds = Bounds.of_joints(model.limits)._replace(jerk=jerk * model.limits.jerk)
-    driven = drive(bent(model, 5), bounds, model)
-    assert max(driven.use()) <= 1.0
+    bounds = KinematicLimits.of_joints(model.limits)._replace(jerk=jerk * model.limits.jerk)
+    driven = time_parameterize(bent(model, 5), bounds, model)
+    assert max(driven.kinematic_use()) <= 1.0
     assert driven.duration <= longer * fastest_time(driven, model)
 
 
 def test_at_a_tenth_of_the_speed_a_path_takes_ten_times_the_time(model):
     path = StraightPath(model.home, model.home + 0.4)
-    bounds = Bounds.of_joints(model.limits)
-    fast, slow = (drive(path, bounds, model, speed).duration for speed in (1.0, 0.1))
+    bounds = KinematicLimits.of_joints(model.limits)
+    fast, slow = (time_parameterize(path, bounds, model, speed).duration for speed in (1.0, 0.1))
     assert slow == pytest.approx(10 * fast, rel=0.02)
 
 

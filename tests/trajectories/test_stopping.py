@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from bt_manip.arm import Arm
-from bt_manip.trajectories import StraightPath, brake, halt
-from bt_manip.trajectories.bounds import Bounds
-from bt_manip.trajectories.jerk_profile import JerkProfile, brake_profile
-from bt_manip.trajectories.limit_check import CONTROL_STEP, jumps, rows_use, step_times
+from bt_manip.trajectories import StraightPath, halt, plan_stop
+from bt_manip.trajectories.kinematic_limits import KinematicLimits
+from bt_manip.trajectories.limit_check import CONTROL_STEP, jumps, sample_times, sampled_limit_use
+from bt_manip.trajectories.motion_profile import MotionProfile, profile_to_velocity
 from bt_manip.trajectories.stop_search import halting_clocks
 from bt_manip.trajectories.time_scaling_limits import Curve
 from bt_manip.trajectories.trajectory import JointTrajectory
@@ -41,7 +41,10 @@ def test_a_motor_that_is_too_weak_for_the_limits_takes_its_own_time():
     # 10 N m turn 2 kg m2 by 5 rad/s2, whatever the joint may do beside that.
     weak = pendulum(effort=10.0)
     path = StraightPath(np.zeros(1), np.ones(1))
-    curve, state = Curve(path.evaluate, Bounds.of_joints(weak.limits), 1.0), (0.0, 1.0, 0.0)
+    curve, state = (
+        Curve(path.evaluate, KinematicLimits.of_joints(weak.limits), 1.0),
+        (0.0, 1.0, 0.0),
+    )
     clock = next(halting_clocks(curve, state, weak))
     assert clock.duration == pytest.approx(0.2, rel=0.03)
 
@@ -49,12 +52,12 @@ def test_a_motor_that_is_too_weak_for_the_limits_takes_its_own_time():
 def test_a_joint_that_brakes_with_all_it_has_is_waited_for(model):
     # Joint 1 cannot brake harder than it does, so nothing slows down before it rests.
     limits, v = model.limits, 1.0
-    first = brake_profile((0.0, 1.5, -15.0), (2.175, 15.0, 7500.0))
-    second = JerkProfile([[0.0, 0.0, v, 0.0, 0.0]], 2.0, 2.0 * v)
-    others = [JerkProfile([], 2.0, q) for q in model.home[2:]]
+    first = profile_to_velocity((0.0, 1.5, -15.0), 0.0, (15.0, 7500.0))
+    second = MotionProfile([[0.0, 0.0, v, 0.0, 0.0]], 2.0, 2.0 * v)
+    others = [MotionProfile([], 2.0, q) for q in model.home[2:]]
     motion = JointTrajectory([first, second, *others])
     last = v / limits.acceleration[1] + limits.acceleration[1] / limits.jerk[1]
-    halted = brake(motion, 0.0, model)
+    halted = plan_stop(motion, 0.0, model)
     assert halted.duration == pytest.approx(first.duration + last, rel=0.03)
 
 
@@ -64,9 +67,9 @@ def test_a_clock_that_has_hardly_begun_is_not_rushed_on_to_rest(arm, state):
     whole = arm.trajectory
     halted = halt(whole, state, arm.model, (whole.duration - state[0]) / state[1])
     if halted is not None:
-        rows = halted.table(step_times(halted.duration, CONTROL_STEP))
+        rows = halted.sample(sample_times(halted.duration, CONTROL_STEP))
         assert not jumps(rows, arm.model.limits.jerk)
-        assert rows_use(rows, arm.model.limits).inside
+        assert sampled_limit_use(rows, arm.model.limits).inside
 
 
 @pytest.mark.parametrize("share", [0.1, 0.4, 0.6, 0.9])
