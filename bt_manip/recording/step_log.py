@@ -10,7 +10,7 @@ SIZE = 256
 """Steps in a block: enough that evaluating it costs a step next to nothing."""
 
 
-class Block(NamedTuple):
+class StepBlock(NamedTuple):
     """Control steps, one a row."""
 
     t: np.ndarray  # (n,) [s]
@@ -66,11 +66,11 @@ class StepLog:
         self._touches.append(self._judge())
         return len(self._touches) >= SIZE
 
-    def take(self) -> Block:
+    def take(self) -> StepBlock:
         """Give the steps since the last call and begin a new block."""
         n, nq = len(self._touches), self._nq
         rows = np.frombuffer(b"".join(self._rows[:n])).reshape(n, 6 * nq + 3)
         q, v, q_ref, v_ref, a_ref, tau, tool = np.split(rows, range(nq, 6 * nq + 1, nq), axis=1)
         t, touches = np.array(self._times[:n]), self._touches
         self._times, self._rows, self._touches = [], [], []
-        return Block(t, q, v, q_ref, v_ref, a_ref, tau, tool, touches)
+        return StepBlock(t, q, v, q_ref, v_ref, a_ref, tau, tool, touches)
