@@ -18,7 +18,7 @@ PACKAGE = REPOSITORY / "bt_manip"
 LAYERS = (
     {
         "bt", "models",
-        "checks", "number_checks", "exceptions", "hookspecs", "registry", "spatial", "toml_lines",
+        "checks", "exceptions", "hookspecs", "registry", "spatial", "toml_lines",
         "toml_tables", "lazy_exports", "version",
     },
     {"robots", "cell"},
@@ -37,8 +37,7 @@ WITHIN_LAYER = {
     ("models", "exceptions"),
     ("models", "spatial"),
     ("checks", "exceptions"),
-    ("checks", "number_checks"),
-    ("number_checks", "exceptions"),
+    ("exceptions"),
     ("registry", "exceptions"),
     ("toml_tables", "exceptions"),
     ("toml_tables", "spatial"),
