@@ -5,7 +5,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from bt_manip.cell import Labels
+from bt_manip.cell import BodyNames
 from bt_manip.robots import Robot, RobotModel
 
 from .arm_motion import part_of_body
@@ -71,7 +71,7 @@ class CollisionWorld:
             self._parts = part_of_body(self._source, self._joints)
             self._may_touch = self._pairs_that_may_touch(self._source)
             self._proof = ConservativeAdvancement(self._source, self._near, self._joints)
-            self._labels = Labels(self._source)
+            self._labels = BodyNames(self._source)
         if figure.bodies is not self._watched:
             self._watched = figure.bodies
             self._watch()

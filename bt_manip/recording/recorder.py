@@ -217,7 +217,7 @@ class Recorder(RunObserver):
             duration_s=round(self._cell.time - self._cycle_start, 6),
             phases=self._phases.phases,
             unexpected_contacts=tuple(self._unexpected),
-            randomized=self._station.randomizer.drawn,
+            randomized=self._station.randomizer.sampled,
             robots=robots if several else {},
             **together(robots.values()),
         )

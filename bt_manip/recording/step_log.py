@@ -21,7 +21,7 @@ class StepBlock(NamedTuple):
     a_ref: np.ndarray  # (n, nq)
     tau: np.ndarray  # (n, nq)
     tool: np.ndarray  # (n, 3)
-    touches: list[Any]  # (n,) bt_manip.cell.Touch
+    touches: list[Any]  # (n,) bt_manip.cell.ContactSummary
 
 
 class StepLog:
@@ -50,7 +50,7 @@ class StepLog:
     def bind(self) -> None:
         """Look at the model that the cell has now."""
         cell, robot = self._cell, self._robot
-        self._data, self._judge = cell.data, cell.touch.judge
+        self._data, self._judge = cell.data, cell.contact_monitor.summary
         self._tool: Any = cell.data.site_xpos[robot.tool_site_id]
         self._q, self._v = (
             reader(cell.data.qpos, robot.qpos_adr),
