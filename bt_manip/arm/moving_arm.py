@@ -194,7 +194,7 @@ class MovingArm:
         self._unseen = 0
         fault = "" if self.guard is None else self.guard.look(self.model, self.v, self.a, dt)
         if fault:
-            touching = "" if self.world is None else self.world.touching_now()
+            touching = "" if self.world is None else self.world.describe_contacts()
             self.give_up(f"{fault}; {touching}" if touching else fault)
 
     def _begin(self, plan: Callable[[Present], Trajectory | None], *, guarded: bool = True) -> None:

@@ -223,7 +223,7 @@ def test_follow_target_fails_when_the_object_is_unknown_or_out_of_reach(station,
 def test_a_target_inside_the_table_is_refused_by_name(station, trial):
     T = spatial.pointing_down((0.35, -0.2, 0.98), 0.0)
     q = station.arm.q_ref
-    assert trial(MoveToPose(pose=T)).fails_with("inside an obstacle", "'table'")
+    assert trial(MoveToPose(pose=T)).fails_with("the target is in collision", "'table'")
     assert (station.arm.q_ref == q).all()
 
 
