@@ -87,7 +87,7 @@ def test_move_through_fails_with_how_much_of_the_whole_it_could_follow(station, 
     down = pin.SE3(start.rotation, start.translation + [0.0, 0.0, -0.1])
     far = pin.SE3(start.rotation, start.translation + [1.5, 0.0, -0.1])
     moving = trial(MoveThrough(poses=[down, far]))
-    assert moving.fails_with("the path can be followed for", "of 1.600 m")
+    assert moving.fails_with("the path can be followed only for", "of 1.600 m")
     assert not station.arm.moving
 
 
