@@ -53,7 +53,7 @@ class MultiArmCoordinator:
         for name, arm in arms.items():
             assert arm.world is not None
             arm.traffic = self
-            arm.world.other_robots = tuple(
+            arm.world.others = tuple(
                 OtherRobot(other, figures[other], arms[other]) for other in arms if other != name
             )
 
@@ -108,7 +108,7 @@ class MultiArmCoordinator:
             return False
         ahead = trajectory.sample(np.minimum(arm.speed_scale * times, trajectory.duration))[0]
         encounter, rows = self._pair(self._name(arm), other, ahead, self._arms[other].ahead(times))
-        return encounter.too_close(*rows, INTER_ROBOT_CLEARANCE)
+        return encounter.meet(*rows, INTER_ROBOT_CLEARANCE)
 
     def _will_meet(self, first: str, second: str) -> bool:
         """Tell whether two arms come too near to each other, or nearer than they are."""
@@ -118,7 +118,7 @@ class MultiArmCoordinator:
         )
         encounter, rows = self._pair(first, second, *(arm.ahead(times) for arm in arms))
         now = encounter.distance(rows[0][0], rows[1][0])
-        return encounter.too_close(*rows, min(INTER_ROBOT_CLEARANCE, now - _SLACK))
+        return encounter.meet(*rows, min(INTER_ROBOT_CLEARANCE, now - _SLACK))
 
     def _pair(
         self, first: str, second: str, rows: np.ndarray, others: np.ndarray

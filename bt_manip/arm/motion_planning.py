@@ -11,10 +11,10 @@ from bt_manip.kinematics import InverseKinematics
 from bt_manip.planning import (
     Planner,
     Step,
-    check_goals,
-    check_tool_path,
-    collision_free_goals,
-    follow_tool_path,
+    check_path,
+    check_targets,
+    follow_path,
+    free_targets,
     plan_collision_free_motion,
     tool_paths,
     trajectory_is_free,
@@ -113,8 +113,8 @@ def plan_to_configurations(
     """
     others = iter(targets)
     target = next(others)
-    if avoiding is not None and not collision_free_goals(avoiding.world, present.q, [target]):
-        target, *kept = check_goals(avoiding.world, present.q, [target, *others])
+    if avoiding is not None and not free_targets(avoiding.world, present.q, [target]):
+        target, *kept = check_targets(avoiding.world, present.q, [target, *others])
         others = iter(kept)
 
     def from_rest(q: np.ndarray) -> Trajectory | None:
@@ -192,14 +192,14 @@ def plan_tool_path(
     def along(q: np.ndarray) -> Trajectory | None:
         curves = []
         for path in tool_paths(model.pose(q), steps, blend):
-            curve = follow_tool_path(ik, q, path)
+            curve = follow_path(ik, q, path)
             if world is not None:
-                check_tool_path(world, curve, path)
-            limits = path.limits(KinematicLimits.of_joints(model.limits), model.tool_limits)
-            curves.append((curve, limits, path.grids))
+                check_path(world, curve, path)
+            bounds = path.bounds(KinematicLimits.of_joints(model.limits), model.tool_limits)
+            curves.append((curve, bounds, path.grids))
             q = curve.end
         driven = [
-            time_parameterize(curve, limits, model, speed, grids) for curve, limits, grids in curves
+            time_parameterize(curve, bounds, model, speed, grids) for curve, bounds, grids in curves
         ]
         return SequenceTrajectory(driven) if len(driven) > 1 else next(iter(driven), None)
 

@@ -62,6 +62,14 @@ class MovingArm:
         """Forget all motion and stand at a configuration, by default where the robot is."""
         self._reference.reset(self.robot.q if q is None else q)
 
+    def hold_at(self, q: np.ndarray) -> None:
+        """Continue from the measured configuration [rad] if at rest; ignored while busy.
+
+        Called when another controller takes over: it starts without a position error.
+        """
+        if not self.busy:
+            self._reference.hold_at(q)
+
     # What is moved
 
     @property
@@ -194,7 +202,7 @@ class MovingArm:
         self._unseen = 0
         fault = "" if self.guard is None else self.guard.look(self.model, self.v, self.a, dt)
         if fault:
-            touching = "" if self.world is None else self.world.describe_contacts()
+            touching = "" if self.world is None else self.world.touching_now()
             self.give_up(f"{fault}; {touching}" if touching else fault)
 
     def _begin(self, plan: Callable[[Present], Trajectory | None], *, guarded: bool = True) -> None:

@@ -58,6 +58,10 @@ class Reference:
         self._dt = 1e-3
         self.step = self._last = 0
 
+    def hold_at(self, q: np.ndarray) -> None:
+        """Stand at another configuration [rad]; it must be at rest."""
+        self._now[: len(q)] = q
+
     @property
     def present(self) -> Present:
         """What it does now."""

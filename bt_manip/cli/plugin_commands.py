@@ -10,7 +10,8 @@ from pathlib import Path
 
 import click
 
-from bt_manip.plugins import PREFIX, Choice, names_of
+from bt_manip.plugins.choice import Choice
+from bt_manip.plugins.entry_points import PREFIX, names_of
 
 GROUP = "bt_manip.commands"
 """Name of the entry-point group: the command's name, and where its click command is."""

@@ -1,10 +1,12 @@
-"""Controllers: what turns a reference into torque, and a grip into forces."""
+"""Torque controllers of arms, and force control of grippers."""
 
-from bt_manip.control.computed_torque import ComputedTorque as ComputedTorque
-from bt_manip.control.controller import Controller as Controller
-from bt_manip.control.exceptions import ControlError as ControlError
-from bt_manip.control.exceptions import ControllerFault as ControllerFault
-from bt_manip.control.gravity_compensated_pd import GravityCompensatedPD as GravityCompensatedPD
-from bt_manip.control.gripper_controller import GripperController as GripperController
-from bt_manip.control.reference import Hold as Hold
-from bt_manip.control.reference import Reference as Reference
+from .computed_torque import ComputedTorque as ComputedTorque
+from .controller import TRANSFER_TIME as TRANSFER_TIME
+from .controller import Controller as Controller
+from .controller_manager import ControllerManager as ControllerManager
+from .exceptions import ControlError as ControlError
+from .exceptions import ControllerFault as ControllerFault
+from .gravity_compensated_pd import GravityCompensatedPD as GravityCompensatedPD
+from .gripper_controller import GripperController as GripperController
+from .reference import Hold as Hold
+from .reference import Reference as Reference

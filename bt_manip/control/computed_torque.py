@@ -1,4 +1,4 @@
-"""Computed torque: the controller that makes a robot follow to a milliradian."""
+"""Computed torque control."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -8,29 +8,30 @@ from dm_control import mjcf
 from numpy import add, frombuffer, tanh
 from pinocchio import rnea
 
-from bt_manip.control.controller import Controller
-from bt_manip.control.gains import per_joint
 from bt_manip.robots import Robot
+
+from .controller import Controller
+from .gains import per_joint
 
 join = b"".join
 
 
 class ComputedTorque(Controller):
-    """Cancel the arm's dynamics, and let errors die out alike in all joints.
+    """Inverse dynamics control with PID feedback on joint acceleration.
 
     ``tau = M (a_ref + Kp e + Ki int(e) + Kd de/dt) + bias + damping + friction``
 
-    The model cancels the arm's dynamics (rotor inertia, gravity and payload included), so the
-    error of every joint follows the same linear equation, whatever the configuration. Gains are
-    accelerations per error and need no tuning from robot to robot. The default puts three poles at
-    -40 rad/s.
+    The model compensates the arm's dynamics (rotor inertia, gravity and payload included), so the
+    error of every joint follows the same linear differential equation in every configuration.
+    Gains are accelerations per error and need no tuning per robot. The default puts three poles at
+    -40 rad/s. Follows to a milliradian.
 
-    Dry friction is compensated by where the reference moves, not by the measured velocity: that
-    would chatter around rest.
+    Dry friction is compensated by the sign of the reference velocity: compensation by the measured
+    velocity would chatter at rest.
     """
 
     kind = "computed_torque"
-    cuts_to_limits = True
+    saturates = True
 
     def _build(
         self,
@@ -44,14 +45,14 @@ class ComputedTorque(Controller):
 
         Args:
             robot: The robot to control.
-            kp: Of the position error, for all joints or for each [1/s2].
-            ki: Of the integral of the position error [1/s3].
-            kd: Of the velocity error [1/s].
-            friction_velocity: Reference speed at which dry friction is compensated by 76 %, being
-                the argument 1 of a tanh [rad/s].
+            kp: Position gains, one number or one per joint [1/s2].
+            ki: Integral gains [1/s3].
+            kd: Velocity gains [1/s].
+            friction_velocity: Reference speed at which dry friction is compensated by 76 %, the
+                tanh of 1 [rad/s].
 
         Raises:
-            ControlError: When a gain is negative, or their number is not that of the joints.
+            ControlError: If a gain is negative, or their number is not that of the joints.
         """
         super()._build(robot)
         n = len(robot.description.arm_joints)
@@ -64,11 +65,11 @@ class ComputedTorque(Controller):
         self._losses = self._product[2 * n :]
         self._loss = np.zeros(n)
 
-    def _lay_out(self) -> None:
-        """Write the law as two matrices.
+    def _build_law(self) -> None:
+        """Write the control law as two matrices.
 
-        A product of a small matrix and a vector takes NumPy as long as a sum of two vectors, and
-        the law has a dozen of those: this way it costs a third, a thousand times a second.
+        NumPy multiplies a small matrix and a vector in the time of adding two vectors, and the law
+        has a dozen of those: in this form it takes a third of the time.
         """
         model, n = self.model, len(self.kp)
         one, none = np.eye(n), np.zeros((n, n))
@@ -83,29 +84,29 @@ class ComputedTorque(Controller):
                 [none, none, none, damping, none, none],  # damping
             ]
         )
-        friction = np.hstack([np.diag(model.friction), one])  # direction, damping -> effort
-        # Together, because looking up attributes one by one takes as long as a product.
+        friction = np.hstack([np.diag(model.friction), one])  # direction, damping -> torque
+        # In one tuple, because looking up attributes one by one takes as long as a product.
         self._bound = (
             model.model, model.data, law, self._product, self._a, self._integral,
             friction, self._direction, self._losses, self._loss,
         )  # fmt: skip
 
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Bind to the compiled model, whose time step is part of the law."""
+        """Bind to the compiled model and its time step."""
         super().after_compile(physics, random_state)
-        self._lay_out()
+        self._build_law()
 
-    def _model_changed(self) -> None:
-        self._lay_out()
+    def _on_model_change(self) -> None:
+        self._build_law()
 
     def compute(
         self, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
     ) -> np.ndarray:
-        """Give the efforts that make the error die out [N m]."""  # (nv,)
+        """Return the computed torques [N m]."""  # (nv,)
         if self._model is None:
-            _ = self.model  # made when needed, the robot being compiled by then
+            _ = self.model  # builds the law
         pin, data, law, product, a, integral, friction, direction, losses, loss = self._bound
-        # Joined as bytes: a quarter of the time of writing into parts of an array.
+        # Joining bytes takes a quarter of the time of writing into slices.
         parts: Any = (q_ref, q, v_ref, v, a_ref, integral)
         self._stack = stack = frombuffer(join(parts))
         law.dot(stack, product)
@@ -115,21 +116,21 @@ class ComputedTorque(Controller):
         add(tau, loss, tau)
         return tau
 
-    def _were_cut(self) -> None:
-        """Do not integrate the error of joints that a limit cuts: that must unwind later."""
-        former = self._stack[-len(self._integral) :]
-        np.copyto(self._integral, former, where=self.saturated)
+    def _on_saturation(self) -> None:
+        """Do not integrate the errors of saturated joints (anti-windup)."""
+        before = self._stack[-len(self._integral) :]
+        np.copyto(self._integral, before, where=self.saturated)
 
     def reset(self) -> None:
-        """Forget the integral."""
+        """Clear the state, including the integral."""
         super().reset()
         self._integral[:] = 0.0
 
     def get_state(self) -> dict[str, Any]:
-        """Give the integral too."""
+        """Return the state, including the integral."""
         return {**super().get_state(), "integral": self._integral.tolist()}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take back the integral too."""
+        """Restore the state, including the integral."""
         super().set_state(state)
         self._integral[:] = state["integral"]

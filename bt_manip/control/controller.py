@@ -1,4 +1,4 @@
-"""The base of arm controllers."""
+"""The base class of arm controllers."""
 
 import abc
 from collections.abc import Mapping
@@ -9,31 +9,40 @@ import numpy as np
 from dm_control import composer, mjcf
 from numpy import ndarray
 
-from bt_manip.control.exceptions import ControlError, ControllerFault
-from bt_manip.control.reference import Hold, Reference
-from bt_manip.control.watch import problem_with
 from bt_manip.robots import Payload, Robot, RobotModel, reader, writer
+
+from .exceptions import ControlError, ControllerFault
+from .pd_law import POSITION_GAIN, VELOCITY_GAIN, pd_torque
+from .reference import Hold, Reference
+from .torque_check import torque_problem
 
 FLOAT = np.dtype(np.float64)
 
+TRANSFER_TIME = 0.1
+"""Time in which the torque difference between two controllers is faded out [s].
+
+Two torques within the effort limits differ by at most twice the limit. Faded out linearly in 100
+control steps of 1 ms, the largest difference changes by 2 % of the limit per step.
+"""
+
 
 class Controller(composer.Entity):
-    """Turns a reference into the efforts of a robot's arm, once per step of the physics.
+    """Computes the joint torques that make a robot's arm follow a reference, every physics step.
 
-    A controller is attached to its robot (``robot.attach(controller)``), and lives by composer's
-    hooks from then on. A new kind of controller writes ``compute``; what it remembers between
-    steps goes into ``get_state`` and ``set_state``.
+    A controller is attached to its robot (``robot.attach(controller)``) or run by a
+    `ControllerManager`. A subclass implements ``compute``; state that it keeps between steps goes
+    into ``get_state`` and ``set_state``.
 
-    What ``compute`` gives is looked at before the arm gets it. When it raises, or gives numbers
-    that are not finite, too many or too few, or beyond the effort limits, a plain PD takes its
-    place at once and a `ControllerFault` leaves the step: whoever steps the cell can still bring
-    the arm to rest.
+    The torques are checked before they are commanded. If ``compute`` raises, or returns torques
+    that are not finite, of the wrong number or beyond the effort limits, a PD controller with
+    gravity compensation takes over at once and the step raises a `ControllerFault`: the arm can
+    still be stopped.
     """
 
     kind: ClassVar[str] = "controller"
 
-    cuts_to_limits: ClassVar[bool] = False
-    """Whether efforts beyond the limits are cut and counted; they are a fault where not."""
+    saturates: ClassVar[bool] = False
+    """Whether torques beyond the effort limits are clipped and counted instead of a fault."""
 
     def _build(self, robot: Robot) -> None:
         """Prepare to control a robot's arm; subclasses add their gains."""
@@ -49,44 +58,53 @@ class Controller(composer.Entity):
         self._reference: Reference | None = None
         self._carries = False
         self._dt = 0.0
-        self._cut = False
+        self._clipped = False
+        self._transfer = np.zeros_like(self._limit)  # [N m] torque difference at the take-over
+        self._transfer_steps = 0  # control steps until it is faded out
         self.tau = np.zeros_like(self._limit)
-        """Efforts of the last step, inside the limits [N m]."""  # (nv,)
+        """Torques of the last step, within the effort limits [N m]."""  # (nv,)
         self.saturated = np.zeros(self._limit.shape, dtype=bool)
-        """Joints whose limit cut the effort of the last step."""  # (nv,)
+        """Joints whose torque was clipped in the last step."""  # (nv,)
         self.saturated_steps = 0
-        """Steps so far in which any joint's limit cut its effort."""
+        """Number of steps in which a torque was clipped."""
 
     @abc.abstractmethod
     def compute(
         self, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
     ) -> np.ndarray:
-        """Give the efforts for one step, limits not yet applied [N m]."""  # (nv,)
+        """Return the joint torques of one step, before limits are applied [N m].
+
+        Args:
+            q: Measured positions [rad].  # (nv,)
+            v: Measured velocities [rad/s].  # (nv,)
+            q_ref: Reference positions [rad].  # (nv,)
+            v_ref: Reference velocities [rad/s].  # (nv,)
+            a_ref: Reference accelerations [rad/s2].  # (nv,)
+        """  # (nv,)
 
     @property
     def mjcf_model(self) -> mjcf.RootElement:
-        """An empty model: what composer attaches."""
+        """An empty model for composer to attach."""
         return self._mjcf_root
 
     @property
     def robot(self) -> Robot:
-        """The robot whose arm this controls."""
+        """The controlled robot."""
         return self._robot
 
     @property
     def model(self) -> RobotModel:
-        """The model that this computes with; it carries the payload."""
+        """The arm's model, including the payload."""
         if self._model is None:
-            # Always made from the bare one: the same payload gives the same bits, whatever was
-            # carried before.
+            # Always made from the bare model, so that the same payload gives the same bits.
             self._bare = self._bare or self._robot.make_model()
             self._model = self._bare.with_payload(self._payload)
-            self._model_changed()
+            self._on_model_change()
         return self._model
 
     @property
     def payload(self) -> Payload | None:
-        """What the arm holds, and its efforts include."""
+        """Payload included in the model."""
         return self._payload
 
     @payload.setter
@@ -96,12 +114,10 @@ class Controller(composer.Entity):
 
     @property
     def reference(self) -> Reference:
-        """What the arm follows; until one is given, the configuration where it stood.
-
-        A reference that has a ``payload`` says what the arm carries, too.
+        """The reference; by default the measured configuration when it is first needed.
 
         Raises:
-            ControlError: When a reference is set whose arrays are not those of this arm.
+            ControlError: If the arrays of a new reference have the wrong shape or type.
         """
         if self._reference is None:
             self._reference = Hold(self._robot.q)
@@ -120,26 +136,43 @@ class Controller(composer.Entity):
         self._reference = reference
         self._carries = hasattr(reference, "payload")
 
+    # Composer's hooks
+
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Bind to the compiled model (composer's hook)."""
+        """Bind to the compiled model."""
         model, data = physics.model.ptr, physics.data.ptr
         robot = self._robot
         self._data = data
         self._dt = float(model.opt.timestep)
-        # Bound once: looking into the data takes longer than computing with what is there.
+        # Bound once: a look-up in MuJoCo's data takes longer than the computation.
         self._q, self._v = reader(data.qpos, robot.qpos_adr), reader(data.qvel, robot.dof_adr)
         self._drive = writer(data.ctrl, robot.ctrl_adr)
 
     def initialize_episode(
         self, physics: mjcf.Physics, random_state: np.random.RandomState
     ) -> None:
-        """Forget the last episode (composer's hook)."""
+        """Reset all state."""
         self.reset()
         if isinstance(self._reference, Hold):
             self._reference = None
 
     def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Command the efforts for the step that begins now (composer's hook)."""
+        """Command the torques of the step that begins."""
+        self.tau = tau = self._checked_torque()
+        self._drive(tau)
+
+    def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Advance the reference."""
+        (self._reference or self.reference).advance(self._dt)
+
+    # Torques
+
+    def _checked_torque(self) -> np.ndarray:
+        """Return the torques of the present state, within the limits [N m].
+
+        Raises:
+            ControllerFault: If they are invalid.
+        """  # (nv,)
         reference = self._reference or self.reference
         if self._carries and reference.payload is not self._payload:  # type: ignore[attr-defined]
             self.payload = reference.payload  # type: ignore[attr-defined]
@@ -147,91 +180,131 @@ class Controller(composer.Entity):
             tau = self.compute(self._q(), self._v(), reference.q, reference.v, reference.a)
         except (Exception, SystemExit) as error:
             text = " ".join(str(error).split())
-            raise self._take_over(f"raised {type(error).__name__}: {text}") from error
+            raise self._fall_back(f"raised {type(error).__name__}: {text}") from error
         if type(tau) is not ndarray or tau.dtype is not FLOAT or tau.shape != self._shape:
-            tau = self._as_efforts(tau)
-        # One by one: for so few NumPy takes longer to begin. What is no number is not inside.
+            tau = self._as_torques(tau)
+        # Compared one by one, which is faster than NumPy for so few; NaN is never inside.
         if not all(map(le, map(abs, tau.tolist()), self._bounds)):
-            tau = self._cut_to_limits(tau)
-        elif self._cut:
-            self._cut = self.saturated[:] = False
-        self.tau = tau
-        self._drive(tau)
+            tau = self._clip(tau)
+        elif self._clipped:
+            self._clipped = self.saturated[:] = False
+        return self._with_transfer(tau) if self._transfer_steps else tau
 
-    def _as_efforts(self, tau: Any) -> np.ndarray:
-        """Take an array of another type of numbers, and nothing else."""
+    def _as_torques(self, tau: Any) -> np.ndarray:
+        """Convert an array of another number type.
+
+        Raises:
+            ControllerFault: If it is anything else.
+        """
         shaped = isinstance(tau, ndarray) and tau.shape == self._shape and tau.dtype.kind in "fiu"
         if not shaped:
             found = f"a value of type {type(tau).__name__}"
             if isinstance(tau, ndarray):
                 found = f"{tau.dtype} of shape {tau.shape}"
-            raise self._take_over(
-                f"gave {found} for its efforts, which are an array of {self._shape[0]} numbers, "
-                f"one a joint"
+            raise self._fall_back(
+                f"returned {found}, expected an array of {self._shape[0]} torques, one a joint"
             )
         return tau.astype(FLOAT)
 
-    def _take_over(self, problem: str) -> ControllerFault:
-        """Let a plain PD drive the arm from here on; give what there is to raise."""
-        from bt_manip.control.gravity_compensated_pd import GravityCompensatedPD
+    def _clip(self, tau: np.ndarray) -> np.ndarray:
+        """Clip torques to the limits and count the step.
 
-        self._fault = True
-        stand_in = GravityCompensatedPD(self._robot)
-        stand_in.payload = self._payload
-        self.compute = stand_in.compute  # type: ignore[method-assign]
-        return ControllerFault(self.kind, type(self).__module__, problem, self._data.time)
-
-    def _cut_to_limits(self, tau: np.ndarray) -> np.ndarray:
+        Raises:
+            ControllerFault: If they are not finite, or must not be clipped.
+        """
         limited = np.maximum(np.minimum(tau, self._limit), -self._limit)
         np.not_equal(limited, tau, out=self.saturated)
-        self._cut = bool(self.saturated.any())
-        if self._cut:
-            problem = problem_with(
-                tau,
-                self._limit,
-                self._robot.description.arm_joints,
-                cuts=self.cuts_to_limits or self._fault,
-            )
+        self._clipped = bool(self.saturated.any())
+        if self._clipped:
+            names = self._robot.description.arm_joints
+            saturates = self.saturates or self._fault
+            problem = torque_problem(tau, self._limit, names, saturates=saturates)
             if problem:
-                raise self._take_over(problem)
+                raise self._fall_back(problem)
             self.saturated_steps += 1
-            self._were_cut()
+            self._on_saturation()
         return limited
 
-    def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Let the reference go on with the time (composer's hook)."""
-        (self._reference or self.reference).advance(self._dt)
+    def _fall_back(self, problem: str) -> ControllerFault:
+        """Replace ``compute`` by a PD controller; return the exception to raise."""
+        self._fault = True
+        model = self._robot.make_model().with_payload(self._payload)
+        kp, kd = POSITION_GAIN * self._limit, VELOCITY_GAIN * self._limit
+
+        def compute(
+            q: ndarray, v: ndarray, q_ref: ndarray, v_ref: ndarray, a_ref: ndarray
+        ) -> ndarray:
+            return pd_torque(model, kp, kd, q, v, q_ref, v_ref)
+
+        self.compute = compute  # type: ignore[method-assign]
+        return ControllerFault(self.kind, type(self).__module__, problem, self._data.time)
+
+    # Bumpless transfer
+
+    def take_over(self, previous: "Controller") -> None:
+        """Continue from another controller of the robot without a step in torque.
+
+        The difference between the torques of both for the present state is added to the own
+        torque and faded out linearly in `TRANSFER_TIME`. A reference at rest continues from the
+        measured configuration (`Reference`), so that no error of the previous controller remains.
+
+        Raises:
+            ControllerFault: If either controller fails.
+        """
+        commanded, saturated_steps = previous.tau.copy(), previous.saturated_steps
+        tau, reference = previous._checked_torque(), previous.reference
+        if hasattr(reference, "hold_at"):
+            reference.hold_at(self._robot.q)
+        self.reference, self.payload = reference, previous.payload
+        self.reset()
+        self._transfer = tau - self._checked_torque()
+        self.reset()  # the evaluation must leave no trace in integrals
+        self._transfer_steps = round(TRANSFER_TIME / self._dt)
+        self.tau, self.saturated_steps = commanded, saturated_steps
+
+    def _with_transfer(self, tau: np.ndarray) -> np.ndarray:
+        """Add the remaining torque difference of a take-over."""
+        remaining = self._transfer_steps * self._dt / TRANSFER_TIME
+        self._transfer_steps -= 1
+        tau = tau + remaining * self._transfer
+        return np.maximum(np.minimum(tau, self._limit), -self._limit)
+
+    # State
 
     def reset(self) -> None:
-        """Forget what was remembered between steps."""
+        """Clear the state kept between steps."""
         if self._fault:
             self._fault = False
-            del self.compute  # the stand-in's
+            del self.compute  # that of the PD controller
         self.tau = np.zeros_like(self._limit)
-        self.saturated[:] = self._cut = False
-        self.saturated_steps = 0
+        self.saturated[:] = self._clipped = False
+        self.saturated_steps = self._transfer_steps = 0
 
     def get_state(self) -> dict[str, Any]:
-        """Give what is remembered between steps as plain data; the reference keeps its own."""
+        """Return the state kept between steps as plain data; the reference is not part of it."""
         return {
             "tau": self.tau.tolist(),
             "saturated": self.saturated.tolist(),
             "saturated_steps": self.saturated_steps,
             "payload": None if self._payload is None else self._payload.get_state(),
+            "transfer": self._transfer.tolist(),
+            "transfer_steps": self._transfer_steps,
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take back what ``get_state`` gave."""
+        """Restore a state of ``get_state``."""
         self.tau = np.array(state["tau"])
         self.saturated[:] = state["saturated"]
-        self._cut = bool(self.saturated.any())
+        self._clipped = bool(self.saturated.any())
         self.saturated_steps = state["saturated_steps"]
+        self._transfer = np.array(state["transfer"])
+        self._transfer_steps = state["transfer_steps"]
         payload = state["payload"]
-        if payload is not None or self._payload is not None:  # a new model takes a while
+        if payload is not None or self._payload is not None:  # making a model takes long
             self.payload = None if payload is None else Payload.from_state(payload)
 
-    def _model_changed(self) -> None:
-        """Take up a new model; for subclasses that keep parts of it."""
+    def _on_model_change(self) -> None:
+        """Update what is derived from the model; for subclasses."""
 
-    def _were_cut(self) -> None:
-        """Take note that limits have just cut efforts; for subclasses that integrate."""
+    def _on_saturation(self) -> None:
+        """React to torques clipped in this step; for subclasses that integrate."""

@@ -1,24 +1,31 @@
-"""What can go wrong in control."""
+"""Errors of controllers."""
 
 from bt_manip.exceptions import BtManipError
 
 
 class ControlError(BtManipError):
-    """A command or a gain that a controller cannot follow."""
+    """A command or a gain is invalid."""
 
 
 class ControllerFault(Exception):
-    """A controller gave what no arm can be driven with; the arm is braked without it.
+    """A controller raised or returned invalid torques; a PD controller has taken over.
 
-    Not a `BtManipError`: it is a fault of the controller, not of whoever uses it.
+    Not a `BtManipError`: the controller is at fault, not its user.
 
     Attributes:
         kind: Kind of the controller.
-        culprit: Name of the module that the controller's class is in.
+        culprit: Module of the controller's class.
     """
 
     def __init__(self, kind: str, culprit: str, problem: str, time: float) -> None:
-        """Say which controller did what, and when [s]."""
+        """Compose the message.
+
+        Args:
+            kind: Kind of the controller.
+            culprit: Module of the controller's class.
+            problem: What is wrong, as a predicate.
+            time: Simulated time [s].
+        """
         super().__init__(f"controller '{kind}' {problem}, at {time:.3f} s; the arm was stopped")
         self.kind = kind
         self.culprit = culprit

@@ -1,22 +1,22 @@
-"""Gains as users write them."""
+"""Checks of user-given gains."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from bt_manip.control.exceptions import ControlError
+from .exceptions import ControlError
 
 
 def per_joint(name: str, gain: float | Sequence[float] | np.ndarray, n: int) -> np.ndarray:
-    """Give one gain a joint.
+    """Return one gain per joint.
 
     Args:
-        name: What the gain is called, for the message.
-        gain: One number for all joints, or one for each.
+        name: Name of the gain, for the message.
+        gain: One number for all joints, or one per joint.
         n: Number of joints.
 
     Raises:
-        ControlError: When a gain is negative or not finite, or their number is wrong.
+        ControlError: If a gain is negative or not finite, or their number is wrong.
     """  # (n,)
     gains = np.array(gain, dtype=float)
     if gains.shape not in ((), (n,)):

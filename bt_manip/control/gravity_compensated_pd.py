@@ -1,25 +1,26 @@
-"""A plain PD controller that carries the arm's weight."""
+"""PD control with gravity compensation."""
 
 from collections.abc import Sequence
 
 import numpy as np
-import pinocchio as pin
 
-from bt_manip.control.controller import Controller
-from bt_manip.control.gains import per_joint
 from bt_manip.robots import Robot
+
+from .controller import Controller
+from .gains import per_joint
+from .pd_law import POSITION_GAIN, VELOCITY_GAIN, pd_torque
 
 
 class GravityCompensatedPD(Controller):
-    """Pull each joint by a damped spring, and carry the arm's weight.
+    """PD control of each joint with gravity compensation.
 
     ``tau = Kp e + Kd de/dt + g(q)``: no inertia, no friction, no integral. It lags behind a fast
-    reference and stands off by its friction at rest; it is what most arms come with, and shows
-    what computed torque is good for.
+    reference and has a steady-state error from friction. Most arms come with such a controller; it
+    is the baseline for computed torque.
     """
 
     kind = "gravity_compensated_pd"
-    cuts_to_limits = True
+    saturates = True
 
     def _build(
         self,
@@ -31,22 +32,19 @@ class GravityCompensatedPD(Controller):
 
         Args:
             robot: The robot to control.
-            kp: Of the position error [N m/rad]; default: 15 times the effort limit.
-            kd: Of the velocity error [N m s/rad]; default: 0.6 times the effort limit.
+            kp: Position gains [N m/rad]; default: `POSITION_GAIN` times the effort limit.
+            kd: Velocity gains [N m s/rad]; default: `VELOCITY_GAIN` times the effort limit.
 
         Raises:
-            ControlError: When a gain is negative, or their number is not that of the joints.
+            ControlError: If a gain is negative, or their number is not that of the joints.
         """
         super()._build(robot)
-        n = len(robot.description.arm_joints)
         effort = robot.limits.effort
-        self.kp = per_joint("kp", 15.0 * effort if kp is None else kp, n)
-        self.kd = per_joint("kd", 0.6 * effort if kd is None else kd, n)
+        self.kp = per_joint("kp", POSITION_GAIN * effort if kp is None else kp, effort.size)
+        self.kd = per_joint("kd", VELOCITY_GAIN * effort if kd is None else kd, effort.size)
 
     def compute(
         self, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
     ) -> np.ndarray:
-        """Give the efforts of the springs, the dampers and the weight [N m]."""  # (nv,)
-        model = self.model
-        gravity = pin.computeGeneralizedGravity(model.model, model.data, q)
-        return self.kp * (q_ref - q) + self.kd * (v_ref - v) + gravity
+        """Return the PD torques plus gravity [N m]."""  # (nv,)
+        return pd_torque(self.model, self.kp, self.kd, q, v, q_ref, v_ref)

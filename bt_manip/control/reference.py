@@ -1,4 +1,4 @@
-"""What a controller follows."""
+"""References of arm controllers."""
 
 from typing import Protocol
 
@@ -6,11 +6,15 @@ import numpy as np
 
 
 class Reference(Protocol):
-    """A motion in joint space, known at the present time.
+    """A joint-space motion, evaluated at the present time.
 
-    ``q``, ``v`` and ``a`` are those of the cell's time. The controller reads them for the step
-    that begins now and calls ``advance`` when the step has been made, so that whoever compares
-    afterwards finds the reference and the robot at the same time.
+    The controller reads ``q``, ``v`` and ``a`` for the step that begins, and calls ``advance``
+    after it: the reference and the measured state belong to the same time between steps.
+
+    A reference may also have
+    - ``payload``, the `Payload` of the arm, which the controller's model then includes;
+    - ``hold_at(q)``, called when another controller takes over: a reference at rest continues from
+      the measured configuration ``q``, a moving one ignores it.
     """
 
     q: np.ndarray  # (nq,) [rad]
@@ -18,17 +22,21 @@ class Reference(Protocol):
     a: np.ndarray  # (nq,) [rad/s2]
 
     def advance(self, dt: float) -> None:
-        """Go on by a control step [s]."""
+        """Advance by one control step [s]."""
 
 
 class Hold:
-    """Stay at a configuration."""
+    """A constant configuration."""
 
     def __init__(self, q: np.ndarray):
-        """Stay at ``q`` [rad]."""  # (nq,)
+        """Hold ``q`` [rad]."""  # (nq,)
         self.q = np.array(q, dtype=float)
         self.v = np.zeros_like(self.q)
         self.a = np.zeros_like(self.q)
 
     def advance(self, dt: float) -> None:
-        """Stay."""
+        """Do nothing."""
+
+    def hold_at(self, q: np.ndarray) -> None:
+        """Hold another configuration [rad]."""  # (nq,)
+        self.q[:] = q

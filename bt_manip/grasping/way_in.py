@@ -10,7 +10,7 @@ import pinocchio as pin
 from bt_manip.arm import MARGIN, Arm
 from bt_manip.cell import entity_of
 from bt_manip.exceptions import MotionError
-from bt_manip.planning import plan_straight_approach, translate_along_tool_z
+from bt_manip.planning import ahead, straight_approach
 
 from .grasp import Grasp
 from .gripper_clearance import GripperClearance
@@ -71,9 +71,7 @@ class WayIn:
         """
         arm, refused = self._arm, self._refused
         backs = [_back(one.T_wt, height, centre) for one in batch]
-        poses = [
-            translate_along_tool_z(one.T_wt, -back) for one, back in zip(batch, backs, strict=True)
-        ]
+        poses = [ahead(one.T_wt, -back) for one, back in zip(batch, backs, strict=True)]
         if arm.world is not None:
             arm.world.refresh()
         best: tuple[float, Chosen] | None = None
@@ -105,7 +103,7 @@ class WayIn:
         if near:
             refused.blocked(entity_of(near[0].second))
             return None
-        left, end, error = plan_straight_approach(arm.ik, q, one.T_wt, arm.world)
+        left, end, error = straight_approach(arm.ik, q, one.T_wt, arm.world)
         if left <= 0.0:
             refused.no_way(error)
             return None
@@ -144,7 +142,7 @@ class WayIn:
                 refused.blocked(there.nearest)
                 return False
         up = pin.SE3(one.T_wt.rotation, one.T_wt.translation + steps[-1])
-        error = plan_straight_approach(self._arm.ik, q, up, None).error
+        error = straight_approach(self._arm.ik, q, up, None).refused
         if error is not None:
             refused.no_way(error)
             return False

@@ -1,4 +1,4 @@
-"""A robot with what commands it."""
+"""A robot of a station, with its arm, controllers and gripper."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Any
 from bt_manip.arm import Arm, ExternalForceGuard
 from bt_manip.cell import Cell
 from bt_manip.collision import CollisionWorld
-from bt_manip.control import Controller, GripperController
+from bt_manip.control import Controller, ControllerManager, GripperController
 from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts
 from bt_manip.robots import Robot
@@ -22,37 +22,42 @@ class CommandedRobot:
     Attributes:
         name: Its name in the cell.
         robot: Its entity.
-        arm: Moves the arm.
-        controller: Makes the arm follow.
+        arm: Plans and executes the motions of the arm.
+        controllers: The arm's torque controllers, one of them active.
         gripper: Moves the fingers.
     """
 
     name: str
     robot: Robot
     arm: Arm
-    controller: Controller
+    controllers: ControllerManager
     gripper: GripperController
 
+    @property
+    def controller(self) -> Controller:
+        """The active controller."""
+        return self.controllers.controller
+
     def get_state(self) -> dict[str, Any]:
-        """Give everything of it that goes on with time, as plain data; the cell has the rest."""
+        """Return its state besides the physics, as plain data."""
         return {
             "arm": self.arm.get_state(),
-            "controller": self.controller.get_state(),
+            "controllers": self.controllers.get_state(),
             "gripper": self.gripper.get_state(),
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take everything back."""
+        """Restore a state of `get_state`."""
         self.arm.set_state(state["arm"])
-        self.controller.set_state(state["controller"])
+        self.controllers.set_state(state["controllers"])
         self.gripper.set_state(state["gripper"])
 
 
 class NoOnlyRobot:
-    """What behaviours get for the only robot's arm where there are several: an error at any use."""
+    """Stands for parts of the only robot where there are several: any use is an error."""
 
     def __init__(self, names: Iterable[str]) -> None:
-        """Know what they could have asked for.
+        """Keep the names for the message.
 
         Args:
             names: Names of the robots.
@@ -60,11 +65,7 @@ class NoOnlyRobot:
         vars(self)["_names"] = ", ".join(f"'{name}'" for name in names)
 
     def __getattr__(self, attribute: str) -> Any:
-        """Refuse.
-
-        Raises:
-            BtManipError: Always.
-        """
+        """Raise a `BtManipError`."""
         if attribute.startswith("__"):
             raise AttributeError(attribute)
         raise BtManipError(
@@ -74,34 +75,38 @@ class NoOnlyRobot:
 
 
 class RobotEntities:
-    """The composer entities of one robot of a scene, before and while it becomes commanded."""
+    """The composer entities of one robot of a scene, before the cell is compiled."""
 
     def __init__(self, chosen: SceneRobot, parts: Parts) -> None:
-        """Make the robot, its controller and its gripper's.
+        """Make the robot, its controllers and its gripper's.
 
         Args:
-            chosen: The robot, with all names that a scene may leave open.
+            chosen: The robot, with all optional names filled in.
             parts: The registered parts.
 
         Raises:
-            BtManipError: When a name is not registered or a model does not load.
+            BtManipError: If a name is not registered or a model does not load.
         """
         assert chosen.description and chosen.controller and chosen.planner
         self._chosen = chosen
         self._make_planner = parts.planners.maker(chosen.planner, "plan")
         self._robot = Robot(find_robot(chosen.description, parts.robots))
-        make_controller = parts.controllers.maker(chosen.controller, "compute", "mjcf_model")
-        self._controller = make_controller(self._robot)
+        controllers = parts.controllers
+        controllers.get(chosen.controller)  # raises if there is none
+        factories = {
+            name: controllers.maker(name, "compute", "mjcf_model") for name in controllers.names()
+        }
+        self._controllers = ControllerManager(self._robot, factories, chosen.controller)
         self._gripper = GripperController(self._robot)
-        self._robot.attach(self._controller)
+        self._robot.attach(self._controllers)
         self._robot.attach(self._gripper)
 
     def put_into(self, cell: Cell) -> str:
-        """Put the robot at its place in a cell; give the name it got."""
+        """Add the robot to a cell at its pose; return the name it got."""
         return cell.add(self._robot, self._chosen.T_wb, name=self._chosen.name or None, free=False)
 
     def commanded(self, name: str) -> CommandedRobot:
-        """Give the robot something that moves it; the cell must be compiled."""
+        """Connect the arm to the controllers; the cell must be compiled."""
         robot = self._robot
         model = robot.make_model()
         arm = Arm(
@@ -111,5 +116,5 @@ class RobotEntities:
             planner=self._make_planner(),
             guard=ExternalForceGuard(robot, model),
         )
-        self._controller.reference = arm
-        return CommandedRobot(name, robot, arm, self._controller, self._gripper)
+        self._controllers.reference = arm
+        return CommandedRobot(name, robot, arm, self._controllers, self._gripper)

@@ -12,8 +12,8 @@ from bt_manip.arm import Arm, MultiArmCoordinator
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import Catalogue
-from bt_manip.cell.randomization import Randomizer, SceneObject
-from bt_manip.control import Controller, GripperController
+from bt_manip.cell.randomization import Randomizer, Stand
+from bt_manip.control import Controller, ControllerManager, GripperController
 from bt_manip.registry import Parts, Registry
 from bt_manip.robots import Robot
 from bt_manip.runner.commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities
@@ -59,8 +59,13 @@ class Station:
 
     @property
     def controller(self) -> Controller:
-        """The controller of the only robot, or of the first of several."""
+        """The active controller of the only robot, or of the first of several."""
         return self.first.controller
+
+    @property
+    def controllers(self) -> ControllerManager:
+        """The controllers of the only robot, or of the first of several."""
+        return self.first.controllers
 
     @property
     def gripper(self) -> GripperController:
@@ -71,7 +76,8 @@ class Station:
     def infrastructure(self) -> dict[str, Any]:
         """What behaviours get from their ``setup``, by keyword.
 
-        Where there are several robots, ``robot``, ``arm`` and ``gripper`` refuse to be used.
+        Where there are several robots, ``robot``, ``arm``, ``controllers`` and ``gripper``
+        raise when they are used.
         """
         only = self.first if len(self.robots) == 1 else None
         none = NoOnlyRobot(self.robots)
@@ -80,6 +86,7 @@ class Station:
             "robots": self.robots,
             "robot": only.robot if only else none,
             "arm": only.arm if only else none,
+            "controllers": only.controllers if only else none,
             "gripper": only.gripper if only else none,
             "rng": self.rng,
             "models": self.models,
@@ -219,8 +226,7 @@ def build_station(
         MultiArmCoordinator({name: one.arm for name, one in robots.items()})
     rng = np.random.default_rng(seed)
     stands = {
-        f.name: SceneObject(f.model, cell.pose(f.name), f.parameters, f.free)
-        for f in scene.fixtures
+        f.name: Stand(f.model, cell.pose(f.name), f.parameters, f.free) for f in scene.fixtures
     }
     with told_with_file(scene):
         randomizer = Randomizer(

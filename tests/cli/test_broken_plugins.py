@@ -305,7 +305,7 @@ def test_an_object_that_cannot_be_made_is_named(
 CONTROLLER = """
     class Odd(GravityCompensatedPD):
         kind = "odd"
-        cuts_to_limits = False
+        saturates = False
         steps = 0
 
         def compute(self, q, v, q_ref, v_ref, a_ref):
@@ -322,7 +322,7 @@ CONTROLLER = """
 """
 
 FAULTS = {
-    "nan": ("tau[2] = np.nan", "gave nan for the effort of joint 'joint3'"),
+    "nan": ("tau[2] = np.nan", "returned nan for the torque of joint 'joint3'"),
     "wrong shape": ("return tau[:5]", "float64 of shape (5,)"),
     "beyond the limits": ("return 3 * self.robot.limits.effort", "whose limit is 87 N m"),
     "raises": ("raise ValueError('dizzy')", "raised ValueError: dizzy"),

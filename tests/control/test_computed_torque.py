@@ -15,7 +15,7 @@ def test_the_torque_gives_mujoco_the_commanded_acceleration(make_arm):
     model, data = cell.model, cell.data
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS
     control.model.friction[:] = 0
-    control._model_changed()
+    control._on_model_change()
     rng = np.random.default_rng(1)
     for _ in range(20):
         q, v, a = rng.normal(size=(3, 2))
@@ -34,7 +34,7 @@ def test_an_error_dies_out_by_the_linear_equation_in_every_joint(make_arm):
     cell.model.dof_damping[:] = 0
     control.model.damping[:] = 0
     control.model.friction[:] = 0
-    control._model_changed()
+    control._on_model_change()
     start = robot.q
     control.reference.q = start + np.array([0.02, -0.03])
     e, edot, z = np.array([0.02, -0.03]), np.zeros(2), np.zeros(2)

@@ -181,7 +181,7 @@ def test_what_is_no_plain_data_is_refused_and_no_file_is_left(tmp_path, state, m
         (None, "cannot read"),
         ("{", "is no snapshot"),
         ("[]", "is no snapshot"),
-        ('{"format": "bt-manip snapshot", "version": 99}', "version 99, expected 2"),
+        ('{"format": "bt-manip snapshot", "version": 99}', "version 99, expected 3"),
     ],
 )
 def test_a_file_that_is_no_snapshot_is_refused(tmp_path, content, message):

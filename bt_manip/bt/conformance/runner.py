@@ -34,7 +34,7 @@ class TickTrace:
 
 
 @dataclass
-class EngineTrace:
+class Trace:
     """What happened in one run.
 
     Attributes:
@@ -56,7 +56,7 @@ class _Clock:
         return self.time
 
 
-def run(document: str | Path, options: Options) -> EngineTrace:
+def run(document: str | Path, options: Options) -> Trace:
     """Read a document as the engine does, and run it.
 
     Args:
@@ -67,7 +67,7 @@ def run(document: str | Path, options: Options) -> EngineTrace:
     clock = _Clock()
     registry = corpus_registry(log)
     read: Any = load_tree if isinstance(document, Path) else parse_tree
-    trace = EngineTrace()
+    trace = Trace()
     try:
         tree = read(
             document,
@@ -85,9 +85,7 @@ def run(document: str | Path, options: Options) -> EngineTrace:
     return trace
 
 
-def _tick(
-    tree: Tree, options: Options, clock: _Clock, log: list[Event], trace: EngineTrace
-) -> None:
+def _tick(tree: Tree, options: Options, clock: _Clock, log: list[Event], trace: Trace) -> None:
     for number in range(1, options.ticks + 1):
         if number == options.halt_before:
             log.clear()

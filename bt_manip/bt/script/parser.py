@@ -40,7 +40,7 @@ _COMPARISON: Final = 10
 _PREFIX: Final = 20
 
 
-class ParsedScript:
+class Script:
     """A compiled script.
 
     Attributes:
@@ -73,7 +73,7 @@ class ParsedScript:
             raise ScriptError(f"error in script [{self.text}]: {error}") from None
 
 
-def parse_script(text: str, *, double_quotes: bool = False) -> ParsedScript:
+def parse_script(text: str, *, double_quotes: bool = False) -> Script:
     """Parse a script.
 
     Args:
@@ -87,7 +87,7 @@ def parse_script(text: str, *, double_quotes: bool = False) -> ParsedScript:
     statements = parser.statements()
     if not statements:
         raise ScriptError("the script is empty")
-    return ParsedScript(text, statements, parser.reads, parser.writes)
+    return Script(text, statements, parser.reads, parser.writes)
 
 
 class _Parser:

@@ -29,7 +29,7 @@ class CartesianImpedance(Controller):
     """
 
     kind = "cartesian_impedance"
-    cuts_to_limits = True
+    saturates = True
 
     def _build(
         self,

@@ -23,7 +23,7 @@ class JointImpedance(Controller):
     """
 
     kind = "joint_impedance"
-    cuts_to_limits = True
+    saturates = True
 
     def _build(
         self,

@@ -8,7 +8,7 @@ class Gear(Controller):
     """``tau = M (a_ref + kp e + kd de/dt) + bias + friction``: computed torque in a few lines."""
 
     kind = "gear"
-    cuts_to_limits = True  # efforts beyond the limits are cut, not taken for a fault
+    saturates = True  # torques beyond the effort limits are clipped; they are a fault otherwise
 
     def _build(self, robot, kp=900.0, kd=60.0):
         super()._build(robot)

@@ -5,10 +5,10 @@ from collections.abc import Hashable
 import mujoco
 import numpy as np
 
-from bt_manip.cell.physics.compiled_physics import CompiledPhysics
+from bt_manip.cell.compiled import Compiled
 
 
-class PhysicsCache:
+class CompiledCache:
     """Keeps those physics that were in use last, and gives them out as if they were new.
 
     One whose model has been changed since it was compiled is not kept.
@@ -20,10 +20,10 @@ class PhysicsCache:
     def __init__(self) -> None:
         """Begin with nothing kept."""
         self.limit = 0
-        self._origins: dict[CompiledPhysics, tuple[Hashable, np.ndarray]] = {}
-        self._retired: list[CompiledPhysics] = []
+        self._origins: dict[Compiled, tuple[Hashable, np.ndarray]] = {}
+        self._retired: list[Compiled] = []
 
-    def take(self, key: Hashable) -> CompiledPhysics | None:
+    def take(self, key: Hashable) -> Compiled | None:
         """Give out what was compiled from something, if that is kept."""
         for compiled in self._retired:
             if self._origins[compiled][0] == key:
@@ -32,7 +32,7 @@ class PhysicsCache:
                 return compiled
         return None
 
-    def note(self, compiled: CompiledPhysics, key: Hashable) -> None:
+    def note(self, compiled: Compiled, key: Hashable) -> None:
         """Remember what a new physics was compiled from, before anybody changes it.
 
         Args:
@@ -42,7 +42,7 @@ class PhysicsCache:
         if self.limit:
             self._origins[compiled] = key, _content(compiled.model)
 
-    def retire(self, compiled: CompiledPhysics) -> None:
+    def retire(self, compiled: Compiled) -> None:
         """Keep a physics that is no longer in use, or free it."""
         origin = self._origins.get(compiled)
         if origin is not None and np.array_equal(origin[1], _content(compiled.model)):
@@ -52,11 +52,11 @@ class PhysicsCache:
         while len(self._retired) > self.limit:
             self._free(self._retired.pop(0))
 
-    def forget(self, compiled: CompiledPhysics) -> None:
+    def forget(self, compiled: Compiled) -> None:
         """Let go of a physics that was never in use."""
         self._origins.pop(compiled, None)
 
-    def _free(self, compiled: CompiledPhysics) -> None:
+    def _free(self, compiled: Compiled) -> None:
         self.forget(compiled)
         compiled.physics.free()
 

@@ -6,7 +6,8 @@ import mujoco
 import numpy as np
 
 from bt_manip.cell.exceptions import OverlapError
-from bt_manip.cell.naming import BodyNames, entity_of
+from bt_manip.cell.labels import Labels
+from bt_manip.cell.naming import entity_of
 
 
 class Overlap(NamedTuple):
@@ -23,7 +24,7 @@ class Overlap(NamedTuple):
 
 
 def deepest_overlap(
-    model: mujoco.MjModel, data: mujoco.MjData, labels: BodyNames, name: str
+    model: mujoco.MjModel, data: mujoco.MjData, labels: Labels, name: str
 ) -> Overlap | None:
     """Find what an entity is inside of, by geoms that can touch each other.
 
@@ -50,7 +51,7 @@ def deepest_overlap(
 def refuse_overlap(
     model: mujoco.MjModel,
     data: mujoco.MjData,
-    labels: BodyNames,
+    labels: Labels,
     name: str,
     accepted: float,
     verb: str = "added",

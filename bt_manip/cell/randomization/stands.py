@@ -16,7 +16,7 @@ ATTEMPTS = 100
 
 
 @dataclass(frozen=True)
-class SceneObject:
+class Stand:
     """Something that stands in a scene.
 
     Attributes:
@@ -36,19 +36,17 @@ class SceneObject:
         return catalogue.nominal(self.model, **self.made_with).parameters
 
 
-class SceneObjects:
+class Stands:
     """What stands in a scene, by name; what was taken out of the cell is left out."""
 
-    def __init__(
-        self, cell: Contents, catalogue: Catalogue, stands: Mapping[str, SceneObject]
-    ) -> None:
+    def __init__(self, cell: Contents, catalogue: Catalogue, stands: Mapping[str, Stand]) -> None:
         """Know what stands where without variation."""
         self._cell, self._catalogue = cell, catalogue
         self._stands = dict(stands)
         self._samples: dict[str, Any] = {}
         self._later: dict[str, Any] = {}
 
-    def __iter__(self) -> Iterator[tuple[str, SceneObject]]:
+    def __iter__(self) -> Iterator[tuple[str, Stand]]:
         """Go through all of them."""
         return iter(self._stands.items())
 
@@ -99,7 +97,7 @@ class SceneObjects:
     def _make_anew(
         self,
         name: str,
-        stand: SceneObject,
+        stand: Stand,
         drawn: Mapping[str, Any],
         attempt: int,
         pose: Callable[[int, pin.SE3], pin.SE3],

@@ -1,4 +1,4 @@
-"""What a controller gives is looked at before the arm gets it, and the arm can be braked after."""
+"""A controller's torques are checked before the motors get them, and the arm can be stopped."""
 
 import numpy as np
 import pytest
@@ -6,10 +6,10 @@ import pytest
 from bt_manip.control import ComputedTorque, Controller, ControllerFault
 
 
-class Moody(Controller):
-    """Holds still until told what else to give."""
+class Scripted(Controller):
+    """Returns zero torques until it is told what else to return or raise."""
 
-    kind = "moody"
+    kind = "scripted"
     answer = None
 
     def compute(self, q, v, q_ref, v_ref, a_ref):
@@ -18,38 +18,38 @@ class Moody(Controller):
         return np.zeros(2) if self.answer is None else self.answer
 
 
-class Cutting(Moody):
-    cuts_to_limits = True
+class Saturating(Scripted):
+    saturates = True
 
 
 @pytest.mark.parametrize(
     ("answer", "message"),
     [
-        (np.array([0.0, np.nan]), "gave nan for the effort of joint 'elbow'"),
-        (np.array([-np.inf, 0.0]), "gave -inf for the effort of joint 'shoulder'"),
-        (np.zeros(3), r"gave float64 of shape \(3,\) for its efforts, which are an array of 2"),
-        (np.zeros((1, 2)), r"gave float64 of shape \(1, 2\)"),
-        (np.zeros(()), r"gave float64 of shape \(\)"),
-        (0.0, "gave a value of type float for its efforts"),
-        ([0.0, 0.0], "gave a value of type list for its efforts"),
-        (np.array([0.0, -15.1]), r"gave -15.1 N m for joint 'elbow', whose limit is 15 N m"),
+        (np.array([0.0, np.nan]), "returned nan for the torque of joint 'elbow'"),
+        (np.array([-np.inf, 0.0]), "returned -inf for the torque of joint 'shoulder'"),
+        (np.zeros(3), r"returned float64 of shape \(3,\), expected an array of 2 torques"),
+        (np.zeros((1, 2)), r"returned float64 of shape \(1, 2\)"),
+        (np.zeros(()), r"returned float64 of shape \(\)"),
+        (0.0, "returned a value of type float"),
+        ([0.0, 0.0], "returned a value of type list"),
+        (np.array([0.0, -15.1]), r"returned -15.1 N m for joint 'elbow', whose limit is 15 N m"),
         (ValueError("no\nidea"), "raised ValueError: no idea"),
     ],
     ids=str,
 )
-def test_what_no_arm_can_be_driven_with_is_a_fault_and_never_gets_there(make_arm, answer, message):
-    cell, robot, control = make_arm(Moody)
+def test_invalid_torques_are_a_fault_and_are_never_commanded(make_arm, answer, message):
+    cell, robot, control = make_arm(Scripted)
     cell.step(3)
     control.answer = answer
     with pytest.raises(ControllerFault, match=message) as caught:
         cell.step()
     assert cell.data.ctrl.tolist() == [0.0, 0.0]
     assert caught.value.culprit == __name__
-    assert "controller 'moody'" in str(caught.value) and "at 0.003 s" in str(caught.value)
+    assert "controller 'scripted'" in str(caught.value) and "at 0.003 s" in str(caught.value)
 
 
-def test_from_the_fault_on_the_arm_is_held_by_a_plain_controller(make_arm):
-    cell, robot, control = make_arm(Moody)
+def test_after_a_fault_the_arm_is_held_by_pd_control(make_arm):
+    cell, robot, control = make_arm(Scripted)
     cell.step(50)
     assert abs(robot.v).max() > 0.1  # it falls
     control.answer = np.full(2, np.nan)
@@ -60,8 +60,8 @@ def test_from_the_fault_on_the_arm_is_held_by_a_plain_controller(make_arm):
     assert abs(robot.q - control.reference.q).max() < 0.05
 
 
-def test_a_new_episode_gives_the_controller_another_chance(make_arm):
-    cell, _, control = make_arm(Moody)
+def test_reset_gives_a_faulty_controller_another_chance(make_arm):
+    cell, _, control = make_arm(Scripted)
     control.answer = np.full(2, np.nan)
     with pytest.raises(ControllerFault):
         cell.step()
@@ -73,34 +73,34 @@ def test_a_new_episode_gives_the_controller_another_chance(make_arm):
     cell.step()
 
 
-def test_efforts_at_the_limits_are_inside_them(make_arm):
-    cell, _, control = make_arm(Moody)
+def test_torques_at_the_limits_are_commanded_unchanged(make_arm):
+    cell, _, control = make_arm(Scripted)
     control.answer = np.array([40.0, -15.0])
     cell.step()
     assert cell.data.ctrl.tolist() == [40.0, -15.0]
     assert control.saturated_steps == 0
 
 
-def test_who_says_so_has_its_efforts_cut_instead(make_arm):
-    cell, _, control = make_arm(Cutting)
+def test_the_torques_of_a_saturating_controller_are_clipped(make_arm):
+    cell, _, control = make_arm(Saturating)
     control.answer = np.array([50.0, 1.0])
     cell.step()
     assert cell.data.ctrl.tolist() == [40.0, 1.0]
     assert control.saturated.tolist() == [True, False]
     control.answer = np.array([np.nan, 1.0])
-    with pytest.raises(ControllerFault, match="gave nan"):
+    with pytest.raises(ControllerFault, match="returned nan"):
         cell.step()
 
 
 @pytest.mark.parametrize("kind", [np.float32, int])
-def test_other_types_of_numbers_will_do(make_arm, kind):
-    cell, _, control = make_arm(Moody)
+def test_torques_may_be_of_other_number_types(make_arm, kind):
+    cell, _, control = make_arm(Scripted)
     control.answer = np.array([3, -2], dtype=kind)
     cell.step()
     assert cell.data.ctrl.tolist() == [3.0, -2.0]
 
 
-def test_the_watch_leaves_what_a_sound_controller_does_as_it_is(make_arm):
+def test_valid_torques_are_commanded_as_computed(make_arm):
     cell, robot, control = make_arm(ComputedTorque)
     tau = control.compute(robot.q, robot.v, robot.q, np.zeros(2), np.zeros(2)).copy()
     control.reset()

@@ -1,1 +1,0 @@
-"""What touches what: contact queries, contact events, overlaps."""

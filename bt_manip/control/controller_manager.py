@@ -1,0 +1,147 @@
+"""Switching between the controllers of a robot."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from dm_control import composer, mjcf
+
+from bt_manip.exceptions import did_you_mean
+from bt_manip.robots import Robot
+
+from .controller import Controller
+from .exceptions import ControlError
+from .reference import Reference
+
+Factory = Callable[[Robot], Controller]
+
+
+class ControllerManager(composer.Entity):
+    """Runs one of several controllers of a robot, and switches between them without a torque step.
+
+    The manager is attached to the robot (``robot.attach(manager)``) before the model is compiled,
+    and passes composer's hooks on to the active controller. The others cost nothing: they are made
+    when they are first needed, which takes no compilation, because controllers add nothing to the
+    physics.
+
+    Attributes:
+        controller: The active controller.
+    """
+
+    def _build(self, robot: Robot, factories: Mapping[str, Factory], default: str) -> None:
+        """Make the default controller.
+
+        Args:
+            robot: The robot to control.
+            factories: Makes the controllers, by name.
+            default: Name of the controller that an episode begins with.
+
+        Raises:
+            ControlError: If there is none of that name.
+        """
+        self._mjcf_root = mjcf.RootElement(model="controllers")
+        self._robot, self._factories, self._default = robot, factories, default
+        self._made: dict[str, Controller] = {}
+        self._compiled: tuple[mjcf.Physics, np.random.RandomState] | None = None
+        self._active = default
+        self.controller: Controller = self.get(default)
+
+    @property
+    def mjcf_model(self) -> mjcf.RootElement:
+        """An empty model for composer to attach."""
+        return self._mjcf_root
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the controllers that can be switched to."""
+        return tuple(self._factories)
+
+    @property
+    def active(self) -> str:
+        """Name of the active controller."""
+        return self._active
+
+    @property
+    def default(self) -> str:
+        """Name of the controller that an episode begins with."""
+        return self._default
+
+    @property
+    def reference(self) -> Reference:
+        """The reference of the active controller."""
+        return self.controller.reference
+
+    @reference.setter
+    def reference(self, reference: Reference | None) -> None:
+        self.controller.reference = reference
+
+    def get(self, name: str) -> Controller:
+        """Return a controller by name, active or not.
+
+        Raises:
+            ControlError: If there is none of that name.
+        """
+        if name not in self._made:
+            if name not in self._factories:
+                raise ControlError(
+                    f"no controller is called '{name}'{did_you_mean(name, self._factories)}"
+                )
+            made = self._factories[name](self._robot)
+            if self._compiled:
+                made.after_compile(*self._compiled)
+            self._made[name] = made
+        return self._made[name]
+
+    def switch(self, name: str) -> None:
+        """Make another controller the active one; `Controller.take_over` says how.
+
+        Raises:
+            ControlError: If there is none of that name.
+            ControllerFault: If it cannot compute torques for the present state.
+        """
+        controller = self.get(name)
+        if controller is not self.controller:
+            controller.take_over(self.controller)
+            self._active, self.controller = name, controller
+
+    # Composer's hooks
+
+    def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Bind all controllers to the compiled model."""
+        self._compiled = physics, random_state
+        for controller in self._made.values():
+            controller.after_compile(physics, random_state)
+
+    def initialize_episode(
+        self, physics: mjcf.Physics, random_state: np.random.RandomState
+    ) -> None:
+        """Activate the default controller, without a transfer."""
+        reference = self.controller.reference
+        self._active, self.controller = self._default, self.get(self._default)
+        self.controller.reference = reference
+        self.controller.initialize_episode(physics, random_state)
+
+    def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Command the torques of the active controller."""
+        self.controller.before_substep(physics, random_state)
+
+    def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Advance the reference."""
+        self.controller.after_substep(physics, random_state)
+
+    # State
+
+    def get_state(self) -> dict[str, Any]:
+        """Return the active controller and its state as plain data."""
+        return {"active": self._active, "controller": self.controller.get_state()}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Restore a state of ``get_state``.
+
+        Raises:
+            ControlError: If the controller of the state is not known here.
+        """
+        reference, controller = self.controller.reference, self.get(state["active"])
+        controller.reference = reference
+        controller.set_state(state["controller"])
+        self._active, self.controller = state["active"], controller
