@@ -1,7 +1,8 @@
 """The arm as behaviours and scripts command it."""
 
-import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
@@ -10,6 +11,7 @@ from bt_manip.checks import (
     check_configuration,
     check_generator,
     check_non_negative,
+    check_number,
     check_pose,
     check_position_limits,
     check_speed,
@@ -17,28 +19,50 @@ from bt_manip.checks import (
 from bt_manip.collision import CollisionWorld
 from bt_manip.exceptions import MotionError
 from bt_manip.kinematics import InverseKinematics
-from bt_manip.planning import LineTo, Planner, RRTConnect, Step, goal_configurations
-from bt_manip.robots import Robot, RobotModel
+from bt_manip.planning import LineTo, Planner, RRTConnect, Step
+from bt_manip.robots import Payload, Robot, RobotModel
 from bt_manip.trajectories import Trajectory
 
-from .external_force_guard import ExternalForceGuard
-from .motion_planning import CollisionAvoidance, Present, plan_to_configurations, plan_tool_path
-from .moving_arm import MovingArm
+from .external_force_guard import CHECK_INTERVAL, ExternalForceGuard
+from .follower import TrajectoryFollower
+from .motion_planning import (
+    Follow,
+    MoveAlongToolPath,
+    MoveToConfiguration,
+    MoveToPose,
+    PlanningScene,
+    Request,
+    plan,
+)
 
-MARGIN = 0.05  # [rad] that chosen configurations keep from the limits where they can
+if TYPE_CHECKING:
+    from .coordination import MultiArmCoordinator
+
+MARGIN = 0.05  # [rad] from the joint limits that chosen configurations keep where possible
+RETRY_INTERVAL = 20  # control steps after which a change of the speed scale is tried again
 
 
-class Arm(MovingArm):
-    """Plan motions, and go along them as a `MovingArm`.
+class Arm:
+    """Plan requested motions and move the reference of a controller along them.
 
-    A motion is planned when it is asked for, as a whole and inside all limits, or a `MotionError`
-    says why it cannot be done and nothing changes. Afterwards `advance` moves the reference along
-    it. Asked for in the middle of another motion, a new one starts from the present reference
-    position, velocity and acceleration.
+    A request is planned as a whole, inside all limits, from the present reference position,
+    velocity and acceleration; a new request replaces the motion before it. A request that cannot be
+    fulfilled raises `MotionError` and changes nothing. `advance` moves the reference along the
+    motion, which can be slowed down, paused and stopped at any time, and which stops by itself on
+    an external force.
 
     Attributes:
+        robot: The robot, for its measured state.
+        model: Its model, with the payload.
         ik: Its inverse kinematics.
-        planner: Finds ways around what is in the way.
+        world: Its collision world; None checks no collisions.
+        planner: Finds collision-free paths.
+        guard: Detects external forces, which stop the arm; None detects none.
+        coordinator: Coordinates it with other arms; None where there are none.
+        fault: Why the arm stopped by itself, empty when it did not; the next motion clears it.
+        q: Reference position [rad], read-only and live.  # (nq,)
+        v: Reference velocity [rad/s], read-only and live.  # (nq,)
+        a: Reference acceleration [rad/s2], read-only and live.  # (nq,)
     """
 
     def __init__(
@@ -51,20 +75,39 @@ class Arm(MovingArm):
         planner: Planner | None = None,
         guard: ExternalForceGuard | None = None,
     ) -> None:
-        """Begin where the robot is.
+        """Rest where the robot is.
 
         Args:
             robot: A compiled robot.
             model: Its model; by default made from the robot.
             ik: Its inverse kinematics; by default made from the model.
-            world: What its motions shall not touch; by default it does not look.
-            planner: Finds ways around what is in the way; by default `RRTConnect`.
-            guard: Notices that something pushes the arm; by default nobody looks.
+            world: Its collision world; by default no collisions are checked.
+            planner: Finds collision-free paths; by default `RRTConnect`.
+            guard: Detects external forces; by default none are detected.
         """
-        model = robot.make_model() if model is None else model
-        super().__init__(robot, model, world, guard)
-        self.ik = InverseKinematics(model) if ik is None else ik
+        self.robot, self.world, self.guard = robot, world, guard
+        self.model = robot.make_model() if model is None else model
+        self.ik = InverseKinematics(self.model) if ik is None else ik
         self.planner = RRTConnect() if planner is None else planner
+        self.coordinator: MultiArmCoordinator | None = None
+        self.fault, self._guarded = "", False
+        self._unchecked = 0  # control steps since external forces were checked
+        self._follower = TrajectoryFollower(robot.q)
+        self.q, self.v, self.a = self._follower.q, self._follower.v, self._follower.a
+
+    def reset(self, q: np.ndarray | None = None) -> None:
+        """Discard all motion and rest at a configuration [rad], by default the robot's."""
+        self._follower.reset(self.robot.q if q is None else q)
+
+    def hold_at(self, q: np.ndarray) -> None:
+        """Rest at a measured configuration [rad]; ignored while busy.
+
+        Called when another controller takes over: it starts without a position error.
+        """
+        if not self.busy:
+            self._follower.hold_at(q)
+
+    # Requests
 
     def move_to_configuration(
         self,
@@ -74,26 +117,23 @@ class Arm(MovingArm):
         planner: Planner | None = None,
         rng: np.random.Generator | None = None,
     ) -> None:
-        """Move the joints to a configuration, on the straight line where it is free.
+        """Move the joints to a configuration, on the straight joint-space segment if it is free.
 
         Args:
-            q: Where to [rad].  # (nq,)
+            q: The target [rad].  # (nq,)
             speed: 1 is as fast as the limits allow; a move from rest at 0.5 takes twice the time.
-            planner: Finds a way around what is in the way; by default the arm's own.
-            rng: What it draws from; by default a new generator, so that the same request gives the
-                same answer.
+            planner: Finds a collision-free path otherwise; by default the arm's own planner.
+            rng: Its random generator; by default a new one, so that the same request has the same
+                result.
 
         Raises:
-            MotionError: When the target is none, is outside the limits or inside an obstacle, when
-                no way is found, or the motion asks too much effort.
+            MotionError: When the target is invalid, outside the limits or inside an obstacle, when
+                no path is found, or the motion exceeds the effort limits.
         """
         speed = check_speed(speed)
         target = check_configuration(q, self.model.nq)
         check_position_limits(target, self.model.limits.lower, self.model.limits.upper)
-        avoiding = self._avoiding(planner, rng)
-        self._begin(
-            lambda present: plan_to_configurations(present, [target], self.model, speed, avoiding)
-        )
+        self._move(MoveToConfiguration(target, speed), planner=planner, rng=rng)
 
     def move_to_pose(
         self,
@@ -108,57 +148,37 @@ class Arm(MovingArm):
         """Move the joints to the nearest configuration that puts the tool at a pose.
 
         Args:
-            T_wt: Pose of the tool in the world, or several that serve equally well.
+            T_wt: Pose of the tool in the world, or several equivalent ones.
             speed: As for `move_to_configuration`.
-            margin: How far from the joint limits to stay where that is possible [rad].
-            approach: How far the tool shall be able to go on from there, straight along its z
-                axis [m], where a configuration allows that.
+            margin: Distance from the joint limits to keep where possible [rad].
+            approach: Length of a straight approach along the tool's z axis that shall be possible
+                from there [m], where a configuration allows it.
             planner: As for `move_to_configuration`.
             rng: As for `move_to_configuration`.
 
         Raises:
-            MotionError: When no pose can be reached or all are inside obstacles, when no way is
-                found, or the motion asks too much effort.
+            MotionError: When no pose is reachable or all are inside obstacles, when no path is
+                found, or the motion exceeds the effort limits.
         """
         speed = check_speed(speed)
         margin = check_non_negative(margin, "margin from the joint limits", "rad")
-        approach = check_non_negative(approach, "approach along the tool's axis", "m")
-        avoiding = self._avoiding(planner, rng)
-        found = goal_configurations(
-            self.ik, T_wt, self.q, margin=margin, approach=approach, world=self.world
-        )
-        best = next(found)
-        if not best.solved:
-            message = f"the pose is unreachable: {best.reason}"
-            if best.iterations:
-                message += (
-                    f"; nearest found is {1e3 * best.position_error:.1f} mm and "
-                    f"{best.rotation_error:.3f} rad away"
-                )
-            raise MotionError(message, reason="unreachable")
-        targets: Iterator[np.ndarray] = itertools.chain([best.q], (end.q for end in found))
-
-        def plan(present: Present) -> Trajectory | None:
-            nonlocal targets
-            targets, mine = itertools.tee(targets)  # it may be planned more than once
-            return plan_to_configurations(present, mine, self.model, speed, avoiding)
-
-        self._begin(plan)
+        approach = check_non_negative(approach, "length of the approach", "m")
+        self._move(MoveToPose(T_wt, speed, margin, approach), planner=planner, rng=rng)
 
     def move_linear(self, T_wt: pin.SE3, speed: float = 1.0, *, contact: bool = False) -> None:
-        """Move the tool to a pose on a straight line, turning evenly on the way.
+        """Move the tool to a pose on a straight line, rotating uniformly.
 
-        A moving arm comes to rest first.
+        A moving arm stops first.
 
         Args:
             T_wt: Pose of the tool in the world.
             speed: 1 is as fast as joints and tool may; at 0.5 it takes twice the time.
-            contact: Whether it shall touch something: then nobody minds what is in its way, nor
-                what pushes the arm.
+            contact: Whether contact is intended; then neither collisions nor external forces are
+                checked.
 
         Raises:
             MotionError: When the line cannot be followed to its end (the message says how far),
-                would touch something, or asks too much effort.
+                collides, or exceeds the effort limits.
         """
         self.move_path([LineTo(T_wt)], speed, contact=contact)
 
@@ -170,64 +190,212 @@ class Arm(MovingArm):
         blend: float = 0.0,
         contact: bool = False,
     ) -> None:
-        """Move the tool along lines and arcs, without a halt where its corners are rounded.
+        """Move the tool along lines and arcs, without a stop at rounded corners.
 
-        A moving arm comes to rest first.
+        A moving arm stops first.
 
         Args:
             steps: `LineTo`, `ArcTo` and `TurnAbout`, in their order.
             speed: As for `move_linear`.
-            blend: How far from a corner it is rounded [m]; at 0 the tool halts there.
+            blend: Distance from a corner at which its rounding begins [m]; at 0 the tool stops
+                there.
             contact: As for `move_linear`.
 
         Raises:
             MotionError: When the path cannot be followed to its end (the message and `fraction`
-                say how far), would touch something, or asks too much effort.
+                say how far), collides, or exceeds the effort limits.
         """
-        speed = check_speed(speed)
-        world = None if contact else self.world
-        self._begin(
-            lambda present: plan_tool_path(
-                present, steps, blend, self.model, self.ik, speed, world
-            ),
-            guarded=world is not None,
-        )
+        self._move(MoveAlongToolPath(steps, check_speed(speed), blend, contact))
 
     def follow(self, T_wt: pin.SE3, speed: float = 1.0) -> None:
-        """Turn towards a target that moves; to be called again as it does.
+        """Turn towards a moving target; to be called again whenever it has moved.
 
-        The arm goes on from what it is doing, and comes to rest at the target if this is not
-        called again. It stays near the configurations that it came by.
+        The arm continues from its present motion, stays near its present configuration, and comes
+        to rest at the target if this is not called again.
 
         Args:
-            T_wt: Pose of the tool in the world, now.
+            T_wt: Present pose of the target for the tool in the world.
             speed: 1 is as fast as the limits allow.
 
         Raises:
-            MotionError: When the pose cannot be reached, or is inside an obstacle.
+            MotionError: When the pose is unreachable or inside an obstacle.
         """
         speed = check_speed(speed)
-        found = self.ik.follow(check_pose(T_wt), self.target)
-        if not found.solved:
-            found = self.ik.nearest(T_wt, self.target)
-        if not found.solved:
-            raise MotionError(f"the pose is unreachable: {found.reason}", reason="unreachable")
-        avoiding = self._avoiding(None, None)
-        self._begin(
-            lambda present: plan_to_configurations(
-                present, [found.q], self.model, speed, avoiding, follows=True
-            )
-        )
+        self._move(Follow(check_pose(T_wt), speed))
 
-    # Inside
+    def _move(
+        self,
+        request: Request,
+        *,
+        planner: Planner | None = None,
+        rng: np.random.Generator | None = None,
+    ) -> None:
+        """Plan a request and follow the result.
 
-    def _avoiding(
-        self, planner: Planner | None, rng: np.random.Generator | None
-    ) -> CollisionAvoidance | None:
+        Raises:
+            MotionError: When there is no such motion; then nothing changes.
+        """
         planner = self.planner if planner is None else planner
         rng = np.random.default_rng(0) if rng is None else check_generator(rng)
         if not callable(getattr(planner, "plan", None)):
             raise MotionError(
                 f"a planner is an object with a method plan, got {planner!r}", reason="target"
             )
-        return None if self.world is None else CollisionAvoidance(self.world, planner, rng)
+        delay = None if self.coordinator is None else partial(self.coordinator.delay, self)
+        scene = PlanningScene(self.model, self.ik, self.world, planner, delay)
+        motion = plan(request, self._follower.state, scene, rng)
+        was_guarded = self.moving and self._guarded and not self.fault
+        self._follower.follow(motion, self.model)
+        contact = isinstance(request, MoveAlongToolPath) and request.contact
+        self.fault, self._guarded = "", self.world is not None and not contact
+        if self.guard is not None and not was_guarded:
+            self.guard.begin(self.model, self.v, self.a)
+            self._unchecked = 0
+        if self.coordinator is not None and self.speed_scale < 1.0:
+            self.coordinator.motion_changed(self)
+
+    # The motion
+
+    @property
+    def payload(self) -> Payload | None:
+        """The payload; the effort limits of motions planned from now on account for it."""
+        return self.model.payload
+
+    @payload.setter
+    def payload(self, payload: Payload | None) -> None:
+        self.model = self.model.with_payload(payload)
+
+    @property
+    def moving(self) -> bool:
+        """Whether the reference has not come to rest."""
+        return self._follower.trajectory is not None
+
+    @property
+    def paused(self) -> bool:
+        """Whether it rests within a motion, which a speed scale above 0 continues."""
+        return self._follower.paused is not None
+
+    @property
+    def busy(self) -> bool:
+        """Whether a motion has not been completed, moving or paused."""
+        return self.moving or self.paused
+
+    @property
+    def trajectory(self) -> Trajectory | None:
+        """The trajectory being followed; None at rest."""
+        return self._follower.trajectory
+
+    @property
+    def elapsed(self) -> float:
+        """Time since the start of the trajectory [s]."""
+        return self._follower.time
+
+    @property
+    def remaining(self) -> float:
+        """Time until the reference comes to rest [s]."""
+        return self._follower.remaining
+
+    @property
+    def stopping(self) -> bool:
+        """Whether it is stopping, with the motion discarded."""
+        return self._follower.stopping
+
+    def ahead(self, times: np.ndarray) -> np.ndarray:
+        """Return where the reference will be if nothing interferes.
+
+        Args:
+            times: Times from now on [s].  # (n,)
+
+        Returns:
+            Positions of the joints [rad].  # (n, nq)
+        """
+        return self._follower.ahead(times)
+
+    @property
+    def target(self) -> np.ndarray:
+        """Configuration in which the reference will come to rest [rad]."""  # (nq,)
+        return self._follower.state.target.copy()
+
+    @property
+    def q_ref(self) -> np.ndarray:
+        """A copy of the reference position [rad]."""  # (nq,)
+        return self.q.copy()
+
+    @property
+    def speed_scale(self) -> float:
+        """Fraction of their planned speed that motions have, 0 to 1; 0 pauses.
+
+        It can be changed at any time; a motion stays on its path.
+        """
+        return self._follower.speed_scale
+
+    @speed_scale.setter
+    def speed_scale(self, speed_scale: float) -> None:
+        speed_scale = check_number(speed_scale, "speed scale", at_least=0.0, at_most=1.0)
+        self._follower.set_speed_scale(speed_scale, self.model)
+        if self.coordinator is not None:
+            self.coordinator.motion_changed(self)
+
+    def pause(self) -> None:
+        """Stop on the path; `resume` continues."""
+        self.speed_scale = 0.0
+
+    def resume(self) -> None:
+        """Continue at speed scale 1."""
+        self.speed_scale = 1.0
+
+    def stop(self, fault: str = "") -> None:
+        """Stop on the path as soon as the limits allow, and discard the motion.
+
+        Args:
+            fault: Why the arm stops by itself, where it does; kept as `fault`.
+        """
+        self._follower.stop(self.model)
+        if self.coordinator is not None:
+            self.coordinator.motion_changed(self)
+        if fault:
+            self.fault = fault
+
+    def advance(self, dt: float) -> None:
+        """Advance the reference by a control step [s]."""
+        follower = self._follower
+        if follower.trajectory is None:
+            return
+        follower.advance(dt)
+        if follower.lagging and not follower.step % RETRY_INTERVAL:
+            self.speed_scale = follower.speed_scale
+        if self._guarded:
+            self._unchecked += 1
+            if self._unchecked >= CHECK_INTERVAL and self.moving and not self.fault:
+                self._check_external_forces(dt)
+
+    def _check_external_forces(self, dt: float) -> None:
+        self._unchecked = 0
+        fault = "" if self.guard is None else self.guard.check(self.model, self.v, self.a, dt)
+        if fault:
+            touching = "" if self.world is None else self.world.touching_now()
+            self.stop(f"{fault}; {touching}" if touching else fault)
+
+    # State
+
+    def get_state(self) -> dict[str, Any]:
+        """Return everything as plain data."""
+        return {
+            **self._follower.get_state(),
+            "payload": None if self.payload is None else self.payload.get_state(),
+            "fault": self.fault,
+            "guarded": self._guarded,
+            "unchecked": self._unchecked,
+            "guard": None if self.guard is None else self.guard.get_state(),
+        }
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Restore what `get_state` returned; the arm continues bit for bit."""
+        self._follower.set_state(state)
+        payload = state["payload"]
+        if payload is not None or self.payload is not None:  # a new model takes a while
+            self.payload = None if payload is None else Payload.from_state(payload)
+        self.fault, self._guarded = state["fault"], state["guarded"]
+        self._unchecked = state["unchecked"]
+        if self.guard is not None and state["guard"] is not None:
+            self.guard.set_state(state["guard"])

@@ -1,8 +1,7 @@
-"""Several arms in one cell, each out of the way of the others."""
+"""Coordination of several arms in one cell: delayed starts and stops that avoid collisions."""
 
 from collections.abc import Iterator, Mapping
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,136 +13,127 @@ from bt_manip.collision import (
     RobotGeometry,
 )
 from bt_manip.exceptions import MotionError
-from bt_manip.trajectories import JointTrajectory, MotionProfile, SequenceTrajectory, Trajectory
+from bt_manip.trajectories import JointTrajectory, MotionProfile, Trajectory
 
-if TYPE_CHECKING:
-    from .moving_arm import MovingArm
+from .arm import Arm
+from .motion_planning import in_sequence
 
-DELAY = 0.1
-"""By whole times of this a motion starts later where another arm has to pass first [s]."""
+DELAY_STEP = 0.1
+"""Resolution of the delays of a motion while another arm passes [s]."""
 
-_SLACK = 1e-4  # [m]
+_DISTANCE_TOLERANCE = 1e-4  # [m]
 
 
 class MultiArmCoordinator:
-    """Keeps arms from meeting, as long as each follows its reference.
+    """Keeps arms from colliding with each other, as long as each follows its reference.
 
-    What every arm will do is known: it goes on along its trajectory, and then rests. At any moment
-    these ways are free of each other, and stay so:
+    The future motion of every arm is known: the rest of its trajectory, then rest. At any time
+    these motions keep the arms apart:
 
-    - A new motion is planned around where the others will come to rest, by the arm's own
-      `CollisionWorld`, and is compared with their motions moment by moment. Where it would come too
-      near to one of them it starts later, at the latest when that one rests.
-    - Where an arm leaves its way in time unplanned, because it is stopped or its pace is changed,
-      all others are looked at again, and those that would come too near to it are stopped too; it
-      is stopped itself where one that rests is in its way by now.
+    - A new motion is planned around the configurations in which the other arms will come to rest,
+      by the arm's own `CollisionWorld`, and compared with their motions over time. Where it would
+      come too near to one, it starts later, at the latest when all others rest.
+    - When the motion of an arm changes, because it is stopped or its speed scale changes, all
+      pairs with it are checked again. Moving arms that would come too near to it are stopped; it
+      is stopped itself where an arm at rest blocks it.
     """
 
-    def __init__(self, arms: Mapping[str, "MovingArm"]) -> None:
-        """Let arms know of each other.
+    def __init__(self, arms: Mapping[str, Arm]) -> None:
+        """Coordinate arms.
 
         Args:
-            arms: The arms of one cell by the names of their robots; each has a world.
+            arms: The arms of one cell by the names of their robots; each has a collision world.
         """
         self._arms = dict(arms)
-        figures = {name: RobotGeometry(arm.robot, arm.model) for name, arm in arms.items()}
-        self._encounters = {
-            (a, b): InterRobotDistance(figures[a], figures[b]) for a, b in combinations(arms, 2)
+        geometry = {name: RobotGeometry(arm.robot, arm.model) for name, arm in arms.items()}
+        self._distances = {
+            (a, b): InterRobotDistance(geometry[a], geometry[b]) for a, b in combinations(arms, 2)
         }
         for name, arm in arms.items():
             assert arm.world is not None
-            arm.traffic = self
+            arm.coordinator = self
             arm.world.others = tuple(
-                OtherRobot(other, figures[other], arms[other]) for other in arms if other != name
+                OtherRobot(other, geometry[other], arms[other]) for other in arms if other != name
             )
 
-    def yield_to_others(self, arm: "MovingArm", trajectory: Trajectory) -> Trajectory:
-        """Let a motion start so late that it does not come too near to another arm's.
+    def delay(self, arm: Arm, stop: Trajectory | None, motion: Trajectory | None) -> Trajectory:
+        """Return a new motion, started as late as it takes to stay clear of the other arms.
 
         Args:
-            arm: Whose motion it is.
-            trajectory: What it would follow from now on.
+            arm: The arm.
+            stop: How it comes to rest before the motion; None where the motion starts at once.
+            motion: The motion; None where it only stops.
 
         Raises:
-            MotionError: When another one is in the way at any start.
+            MotionError: When another arm blocks the motion at any start.
         """
+        trajectory = in_sequence(stop, motion)
         others = {name: other for name, other in self._others(arm) if other.moving}
         if not others or arm.speed_scale == 0.0:
             return trajectory
         latest = max(other.remaining for other in others.values())
         blocker = ""
-        for delay in (*np.arange(0.0, latest, DELAY), latest):
-            later = _delayed(arm, trajectory, float(delay))
-            if later is None:
-                break
-            since = 0.0 if arm.moving else float(delay)  # resting, the others have planned for
-            found = (n for n in others if self._meets(arm, later, n, since))
+        for delay in (*np.arange(0.0, latest, DELAY_STEP).tolist(), latest):
+            if delay > 0.0:
+                if motion is None or (arm.moving and stop is None):
+                    break
+                q = arm.q if stop is None else stop.end
+                trajectory = in_sequence(stop, _rest(q, delay), motion)
+            # While it still rests, the motions of the others have been planned around it.
+            since = 0.0 if arm.moving else delay
+            found = (n for n in others if self._collides(arm, trajectory, n, since))
             blocker = next(found, "")
             if not blocker:
-                return later
-        raise MotionError(f"'{blocker}' is in the way of the motion", reason="robot")
+                return trajectory
+        raise MotionError(f"'{blocker}' blocks the motion", reason="robot")
 
-    def changed(self, arm: "MovingArm") -> None:
-        """Look at all ways again, after an arm has left its own in time unplanned."""
+    def motion_changed(self, arm: Arm) -> None:
+        """Stop arms that would come too near to each other after an arm's motion has changed."""
         name = self._name(arm)
         for other_name, other in self._others(arm):
-            if _goes_on(other):
-                who, cause = other, f"'{name}' is in the way: it goes on otherwise than planned"
+            if _continues(other):
+                blocked, cause = other, f"'{name}' blocks the path: its motion has changed"
             else:
-                who, cause = arm, f"'{other_name}' is in the way by now"
-            if _goes_on(who) and self._will_meet(name, other_name):
-                who.give_up(cause)
+                blocked, cause = arm, f"'{other_name}' blocks the path"
+            if _continues(blocked) and self._will_collide(name, other_name):
+                blocked.stop(cause)
 
-    def _name(self, arm: "MovingArm") -> str:
+    def _name(self, arm: Arm) -> str:
         return next(name for name, known in self._arms.items() if known is arm)
 
-    def _others(self, arm: "MovingArm") -> Iterator[tuple[str, "MovingArm"]]:
+    def _others(self, arm: Arm) -> Iterator[tuple[str, Arm]]:
         return ((name, other) for name, other in self._arms.items() if other is not arm)
 
-    def _meets(self, arm: "MovingArm", trajectory: Trajectory, other: str, since: float) -> bool:
+    def _collides(self, arm: Arm, trajectory: Trajectory, other: str, since: float) -> bool:
         """Tell whether a new motion comes too near to another arm while that one moves."""
-        until = self._arms[other].remaining
-        times = np.arange(since, until, INTER_ROBOT_STEP)
+        times = np.arange(since, self._arms[other].remaining, INTER_ROBOT_STEP)
         if not len(times):
             return False
-        ahead = trajectory.sample(np.minimum(arm.speed_scale * times, trajectory.duration))[0]
-        encounter, rows = self._pair(self._name(arm), other, ahead, self._arms[other].ahead(times))
-        return encounter.meet(*rows, INTER_ROBOT_CLEARANCE)
+        path = trajectory.sample(np.minimum(arm.speed_scale * times, trajectory.duration))[0]
+        distance, paths = self._pair(self._name(arm), other, path, self._arms[other].ahead(times))
+        return distance.meet(*paths, INTER_ROBOT_CLEARANCE)
 
-    def _will_meet(self, first: str, second: str) -> bool:
+    def _will_collide(self, first: str, second: str) -> bool:
         """Tell whether two arms come too near to each other, or nearer than they are."""
         arms = self._arms[first], self._arms[second]
-        times = np.arange(
-            0.0, max(arm.remaining for arm in arms) + INTER_ROBOT_STEP, INTER_ROBOT_STEP
-        )
-        encounter, rows = self._pair(first, second, *(arm.ahead(times) for arm in arms))
-        now = encounter.distance(rows[0][0], rows[1][0])
-        return encounter.meet(*rows, min(INTER_ROBOT_CLEARANCE, now - _SLACK))
+        end = max(arm.remaining for arm in arms) + INTER_ROBOT_STEP
+        times = np.arange(0.0, end, INTER_ROBOT_STEP)
+        distance, paths = self._pair(first, second, *(arm.ahead(times) for arm in arms))
+        now = distance.distance(paths[0][0], paths[1][0])
+        return distance.meet(*paths, min(INTER_ROBOT_CLEARANCE, now - _DISTANCE_TOLERANCE))
 
     def _pair(
-        self, first: str, second: str, rows: np.ndarray, others: np.ndarray
+        self, first: str, second: str, path: np.ndarray, other: np.ndarray
     ) -> tuple[InterRobotDistance, tuple[np.ndarray, np.ndarray]]:
-        """Give the encounter of two arms, and their ways in its order."""
-        turned = (first, second) not in self._encounters
-        encounter = self._encounters[(second, first) if turned else (first, second)]
-        encounter.refresh()
-        return encounter, ((others, rows) if turned else (rows, others))
+        """Return the distance of two arms, and their paths in its order."""
+        swapped = (first, second) not in self._distances
+        distance = self._distances[(second, first) if swapped else (first, second)]
+        distance.refresh()
+        return distance, ((other, path) if swapped else (path, other))
 
 
-def _goes_on(arm: "MovingArm") -> bool:
+def _continues(arm: Arm) -> bool:
     return arm.moving and not arm.stopping
-
-
-def _delayed(arm: "MovingArm", trajectory: Trajectory, delay: float) -> Trajectory | None:
-    """Let a motion start later; None where the arm moves and does not come to rest before it."""
-    if delay <= 0.0:
-        return trajectory
-    if not arm.moving:
-        return SequenceTrajectory([_rest(arm.q_ref, delay), trajectory])
-    if isinstance(trajectory, SequenceTrajectory):  # it comes to rest first
-        stop, *motion = trajectory.parts
-        return SequenceTrajectory([stop, _rest(stop.end, delay), *motion])
-    return None
 
 
 def _rest(q: np.ndarray, duration: float) -> JointTrajectory:

@@ -1,4 +1,4 @@
-"""Notice that something pushes the arm."""
+"""Detection of external forces on the arm, by direct estimation of the external joint torque."""
 
 from operator import le
 from typing import Any, NamedTuple
@@ -7,171 +7,162 @@ import numpy as np
 
 from bt_manip.robots import Robot, RobotModel
 
-EVERY = 7  # control steps between two looks
-PATIENCE = 2  # looks in a row in which a joint takes too much
-LASTING = 7e-3  # [s] a blow is one that a tolerated effort would take longer for
-CARRYING = 12e-3  # [s] the same with something held, which gives way between the fingers
-SHARE = 0.03  # of a joint's effort limit that an unmeant effort has to exceed
-AT_FIRST = 1.5  # times what presses on it when a motion begins
-FRICTION = 2.2  # of a joint's dry friction, whose direction is uncertain around rest
+CHECK_INTERVAL = 7  # control steps between two checks
+CONSECUTIVE_DETECTIONS = 2  # checks in a row in which sustained contact has to exceed the threshold
+TORQUE_THRESHOLD = 0.03  # of a joint's effort limit; about 10 N at the Panda's hand
+FRICTION_MARGIN = 2.2  # of a joint's dry friction, whose sign is uncertain near rest
+INITIAL_MARGIN = 1.5  # of the external torque that is present when a motion begins
+IMPULSE_THRESHOLD = 7e-3  # [s] in which the torque threshold makes the threshold of the impulse
+IMPULSE_THRESHOLD_WITH_PAYLOAD = 12e-3  # [s] the same with a payload, which may slip in the grip
 
 
 class ExternalForceGuard:
-    """Compares the efforts that make the arm move as it does with those of its motors.
+    """Detects sustained contacts and impacts from measured motion and motor torques.
 
-    What is left of ``M a + bias - tau``, friction apart, is what others do to the arm: a push, or a
-    contact. For the Panda the bounds are about what 10 N at its hand make. A blow is over before
-    anybody looks, but it leaves the arm at another velocity than that of its reference: ``M`` times
-    what came to that difference since the last look is the blow's impulse, as far as the motors did
-    not make it. A controller that follows badly makes much of it, and always towards the
-    difference; one that follows well only works against it. Efforts are held through a control
-    step, so where the reference's acceleration changes within a few of them, as halfway through a
-    short motion, the arm falls behind by half a step of that change; this is no blow either.
-
-    What presses on the arm already when a motion begins, as a table on what is gripped from it, is
-    no deviation of that motion.
+    The external joint torque is estimated directly as inverse dynamics of the measured motion, plus
+    friction, minus motor torque; a sustained contact exceeds its threshold in consecutive checks.
+    An impact may be over before a check, but changes the velocity error against the reference: the
+    inertia matrix times that change since the last check, less what the motors contributed, is its
+    impulse. Motor torques are held for a control step, so the arm lags changes of the reference
+    acceleration by half a step; the impulse of that is subtracted too. External torques that are
+    present when a motion begins, such as from a table under a gripped object, are tolerated.
 
     Attributes:
-        bounds: Largest effort of each joint that is no deviation [N m].  # (nq,)
+        thresholds: External torque of each joint from which it is a contact [N m].  # (nq,)
     """
 
     def __init__(self, robot: Robot, model: RobotModel) -> None:
-        """Watch a robot.
+        """Guard a robot.
 
         Args:
-            robot: Its measured positions, velocities, accelerations and efforts are looked at.
-            model: Its friction and its limits.
+            robot: The robot with its measured motion and motor torques.
+            model: Its model, for friction and effort limits.
         """
         self._robot = robot
-        self.bounds = SHARE * model.limits.effort + FRICTION * model.friction
-        self._tolerate(self.bounds)
-        self._strikes = 0
-        self._last = _Moment(*np.zeros((5, model.nq)))
+        self.thresholds = TORQUE_THRESHOLD * model.limits.effort + FRICTION_MARGIN * model.friction
+        self._set_thresholds(self.thresholds)
+        self._detections = 0
+        self._last = _Measurement(*np.zeros((5, model.nq)))
 
     def begin(self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray) -> None:
-        """Tolerate what there is when a motion begins.
+        """Tolerate the external torques that are present when a motion begins.
 
         Args:
             model: The arm with its payload.
-            v_ref: Velocity of its reference [rad/s].  # (nq,)
-            a_ref: Acceleration of its reference [rad/s2].  # (nq,)
+            v_ref: Reference velocity [rad/s].  # (nq,)
+            a_ref: Reference acceleration [rad/s2].  # (nq,)
         """
-        self._last = now = self._moment(model, v_ref, a_ref)
-        effort = np.abs(model.rnea(now.q, now.v, self._robot.a) - now.commanded)
-        # The bounds know of friction already.
-        self._tolerate(self.bounds + AT_FIRST * np.maximum(effort - model.friction, 0.0))
-        self._strikes = 0
+        self._last = now = self._measure(model, v_ref, a_ref)
+        torque = np.abs(model.rnea(now.q, now.v, self._robot.a) - now.tau)
+        present = np.maximum(torque - model.friction, 0.0)  # friction is in the thresholds
+        self._set_thresholds(self.thresholds + INITIAL_MARGIN * present)
+        self._detections = 0
 
-    def _tolerate(self, efforts: np.ndarray) -> None:
-        self._tolerated, self._presses = efforts, efforts.tolist()
-        self._blows = [(lasting * efforts).tolist() for lasting in (LASTING, CARRYING)]
-
-    def look(self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray, dt: float) -> str:
-        """Look at the last control step, and at what has come of those since the last look.
+    def check(self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray, dt: float) -> str:
+        """Check the last control step for contact, and those since the last check for an impact.
 
         Args:
             model: The arm with its payload.
-            v_ref: Velocity of its reference after that step [rad/s].  # (nq,)
-            a_ref: Acceleration of its reference after that step [rad/s2].  # (nq,)
+            v_ref: Reference velocity after that step [rad/s].  # (nq,)
+            a_ref: Reference acceleration after that step [rad/s2].  # (nq,)
             dt: Duration of a control step [s].
 
         Returns:
-            What is wrong, once it is so for long enough; empty otherwise.
+            A description of the detected force; empty when there is none.
         """
-        before, now = self._last, self._moment(model, v_ref, a_ref)
+        before, now = self._last, self._measure(model, v_ref, a_ref)
         self._last, a = now, self._robot.a
-        needed = model.rnea(now.q, now.v, a)
-        change = model.rnea(now.q, now.v, a + (now.error - before.error)) - needed
-        effort = needed - now.commanded
-        if not _inside(change, self._blows[bool(model.payload)]):
-            blow = self._blow(change, before, now, model, dt)
-            if blow:
-                return blow
-        self._strikes = 0 if _inside(effort, self._presses) else self._strikes + 1
-        if self._strikes < PATIENCE:
+        inverse_dynamics = model.rnea(now.q, now.v, a)
+        torque = inverse_dynamics - now.tau
+        change = model.rnea(now.q, now.v, a + (now.v_error - before.v_error)) - inverse_dynamics
+        if not _within(change, self._impulse_limits[bool(model.payload)]):
+            threshold = _impulse_time(bool(model.payload)) * self._thresholds
+            impulse = _external_impulse(change, before, now, model, dt)
+            if (np.abs(impulse) > threshold).any():
+                return _fault("an impulse", impulse, threshold, "N m s", 2)
+        within = _within(torque, self._torque_limits)
+        self._detections = 0 if within else self._detections + 1
+        if self._detections < CONSECUTIVE_DETECTIONS:
             return ""
-        joint = int((np.abs(effort) / self._tolerated).argmax())
-        return (
-            f"something pushes the arm: joint {joint + 1} takes {abs(effort[joint]):.1f} N m that "
-            f"are not of its motion ({self._tolerated[joint]:.1f} N m are tolerated)"
-        )
-
-    def _blow(
-        self,
-        change: np.ndarray,
-        before: "_Moment",
-        now: "_Moment",
-        model: RobotModel,
-        dt: float,
-    ) -> str:
-        """Say what has struck the arm between two looks; empty where its motors explain it."""
-        time = EVERY * dt
-        tolerated = (CARRYING if model.payload else LASTING) * self._tolerated
-        late = model.rnea(now.q, np.zeros_like(now.v), 0.5 * dt * (before.a_ref - now.a_ref))
-        late -= model.rnea(now.q, np.zeros_like(now.v), np.zeros_like(now.v))
-        impulse = _unexplained(change, time * before.astray(model), time * now.astray(model), late)
-        blow = np.abs(impulse) / tolerated
-        if not blow.max() > 1.0:
-            return ""
-        joint = int(blow.argmax())
-        return (
-            f"something pushes the arm: joint {joint + 1} takes {abs(impulse[joint]):.2f} "
-            f"N m s at once ({tolerated[joint]:.2f} N m s are tolerated)"
-        )
-
-    def _moment(self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray) -> "_Moment":
-        robot = self._robot
-        v = robot.v
-        return _Moment(robot.q, v, v - v_ref, a_ref.copy(), robot.tau - model.damping * v)
+        return _fault("a torque", torque, self._thresholds, "N m", 1)
 
     def get_state(self) -> dict[str, Any]:
-        """Give what is remembered between looks as plain data."""
+        """Return what is remembered between checks as plain data."""
         return {
-            "tolerated": self._tolerated.tolist(),
-            "strikes": self._strikes,
+            "thresholds": self._thresholds.tolist(),
+            "detections": self._detections,
             "last": [part.tolist() for part in self._last],
         }
 
     def set_state(self, state: dict[str, Any]) -> None:
-        """Take back what `get_state` gave."""
-        self._tolerate(np.array(state["tolerated"]))
-        self._strikes = state["strikes"]
-        self._last = _Moment(*(np.array(part) for part in state["last"]))
+        """Restore what `get_state` returned."""
+        self._set_thresholds(np.array(state["thresholds"]))
+        self._detections = state["detections"]
+        self._last = _Measurement(*(np.array(part) for part in state["last"]))
+
+    def _set_thresholds(self, torques: np.ndarray) -> None:
+        self._thresholds, self._torque_limits = torques, torques.tolist()
+        self._impulse_limits = [(_impulse_time(held) * torques).tolist() for held in (False, True)]
+
+    def _measure(self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray) -> "_Measurement":
+        robot = self._robot
+        v = robot.v
+        return _Measurement(robot.q, v, v - v_ref, a_ref.copy(), robot.tau - model.damping * v)
 
 
-class _Moment(NamedTuple):
-    """What was seen at a look; each of shape (nq,)."""
+class _Measurement(NamedTuple):
+    """A measured state; each of shape (nq,)."""
 
     q: np.ndarray  # [rad]
     v: np.ndarray  # [rad/s]
-    error: np.ndarray  # [rad/s] of the velocity, against that of the reference
+    v_error: np.ndarray  # [rad/s] v minus the reference velocity
     a_ref: np.ndarray  # [rad/s2]
-    commanded: np.ndarray  # [N m] what the motors make, without what damping takes of it
+    tau: np.ndarray  # [N m] motor torque minus damping
 
-    def astray(self, model: RobotModel) -> np.ndarray:
-        """Give the effort by which the motors accelerate the arm away from its reference [N m]."""
-        return self.commanded - model.rnea(self.q, self.v, self.a_ref)
+    def corrective(self, model: RobotModel) -> np.ndarray:
+        """Return the motor torque beyond what the reference acceleration takes [N m]."""
+        return self.tau - model.rnea(self.q, self.v, self.a_ref)
 
 
-def _inside(numbers: np.ndarray, bounds: list[float]) -> bool:
+def _impulse_time(with_payload: bool) -> float:
+    return IMPULSE_THRESHOLD_WITH_PAYLOAD if with_payload else IMPULSE_THRESHOLD
+
+
+def _within(numbers: np.ndarray, bounds: list[float]) -> bool:
     """Tell whether no number exceeds its bound."""
     # One by one: for so few numbers NumPy takes longer to begin.
     return all(map(le, map(abs, numbers.tolist()), bounds))
 
 
-def _unexplained(
-    change: np.ndarray, before: np.ndarray, after: np.ndarray, late: np.ndarray
+def _external_impulse(
+    change: np.ndarray, before: _Measurement, now: _Measurement, model: RobotModel, dt: float
 ) -> np.ndarray:
-    """Give what is left of a change of momentum without what the motors made of it [N m s].
+    """Return the part of a change of momentum that the motors have not made [N m s].
 
     Args:
-        change: The change.  # (nq,)
-        before: What the motors would have made, going on as at the last look.  # (nq,)
-        after: What they would have made, had they always been as they are now.  # (nq,)
-        late: What it costs that efforts are held through a step while the reference's acceleration
-            changes: the arm has that of half a step before.  # (nq,)
+        change: Inertia matrix times the change of the velocity error since the last check.  # (nq,)
+        before: The measurement at the last check.
+        now: The present measurement.
+        model: The arm with its payload.
+        dt: Duration of a control step [s].
     """
-    towards = np.sign(change)
-    made = np.maximum(towards * before, towards * after).clip(min=0.0)
-    made += (towards * late).clip(min=0.0)
-    return change - towards * np.minimum(made, np.abs(change))
+    time, still = CHECK_INTERVAL * dt, np.zeros_like(now.v)
+    lag = model.rnea(now.q, still, 0.5 * dt * (before.a_ref - now.a_ref))
+    lag -= model.rnea(now.q, still, still)
+    sign = np.sign(change)
+    motors = np.maximum(
+        sign * (time * before.corrective(model)), sign * (time * now.corrective(model))
+    ).clip(min=0.0)
+    motors += (sign * lag).clip(min=0.0)
+    return change - sign * np.minimum(motors, np.abs(change))
+
+
+def _fault(
+    quantity: str, values: np.ndarray, thresholds: np.ndarray, unit: str, digits: int
+) -> str:
+    """Describe the greatest of external torques or impulses relative to its threshold."""
+    joint = int((np.abs(values) / thresholds).argmax())
+    return (
+        f"external force on the arm: {quantity} of {abs(values[joint]):.{digits}f} {unit} at joint "
+        f"{joint + 1} (threshold {thresholds[joint]:.{digits}f} {unit})"
+    )

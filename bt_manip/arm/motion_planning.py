@@ -1,9 +1,11 @@
-"""Whole motions, from whatever the arm is doing to rest at the target."""
+"""Planning of requested motions: one function of the request, the arm's state and the scene."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import chain, tee
 from typing import NamedTuple
 
 import numpy as np
+import pinocchio as pin
 
 from bt_manip.collision import CollisionWorld
 from bt_manip.exceptions import MotionError
@@ -15,6 +17,7 @@ from bt_manip.planning import (
     check_targets,
     follow_path,
     free_targets,
+    goal_configurations,
     plan_collision_free_motion,
     tool_paths,
     trajectory_is_free,
@@ -25,7 +28,10 @@ from bt_manip.trajectories import (
     KinematicLimits,
     SequenceTrajectory,
     TailTrajectory,
+    TimeScaledTrajectory,
     Trajectory,
+    at_speed_scale,
+    change_speed_scale,
     joint_profiles,
     limit_use,
     plan_stop,
@@ -34,128 +40,255 @@ from bt_manip.trajectories import (
     time_parameterize_segment,
 )
 
-NEAR = 0.2  # [rad] from a target that moves, where an arm may come to rest on its way to it
-_STANDSTILL = 1e-10  # [rad] below which there is nothing to move; Ruckig gives up below 1e-12
+from .follower import ArmState, PlannedMotion
+
+NEAR_TARGET = 0.2  # [rad] between a followed target and where a motion that is kept may end
+_AT_TARGET = 1e-10  # [rad] at which no motion is needed; Ruckig fails below 1e-12
+_SLOWEST = 1e-3  # path velocity from which a motion at full speed is inferred
 
 
-class Present(NamedTuple):
-    """What the reference does now, or would do now at full pace.
-
-    Attributes:
-        q: Position [rad].  # (nq,)
-        v: Velocity [rad/s].  # (nq,)
-        a: Acceleration [rad/s2].  # (nq,)
-        trajectory: What it follows; None at rest.
-        time: Since the start of that [s].
-        pace: What part of that velocity it really has.
-        change: How that changes [1/s].
-    """
+class MoveToConfiguration(NamedTuple):
+    """Move the joints to a configuration q [rad]; at speed 0.5 it takes twice the time."""
 
     q: np.ndarray
-    v: np.ndarray
-    a: np.ndarray
-    trajectory: Trajectory | None
-    time: float
-    pace: float = 1.0
-    change: float = 0.0
+    speed: float
 
 
-class CollisionAvoidance(NamedTuple):
-    """How a motion keeps from touching anything.
+class MoveToPose(NamedTuple):
+    """Move the joints to the nearest configuration with the tool at one of some poses.
 
     Attributes:
-        world: What there is.
-        planner: Finds ways around.
-        rng: What it draws from.
+        T_wt: A pose of the tool in the world, or several equivalent ones.
+        speed: As for `MoveToConfiguration`.
+        margin: Distance from the joint limits that is kept where possible [rad].
+        approach: Length of the straight approach along the tool's z axis that shall be possible
+            from there [m].
     """
 
-    world: CollisionWorld
+    T_wt: pin.SE3 | Sequence[pin.SE3]
+    speed: float
+    margin: float
+    approach: float
+
+
+class MoveAlongToolPath(NamedTuple):
+    """Move the tool along lines and arcs.
+
+    Attributes:
+        steps: Lines, arcs and rotations in their order.
+        speed: As for `MoveToConfiguration`.
+        blend: Distance from a corner at which rounding begins [m]; at 0 the tool stops there.
+        contact: Whether contact is intended; then collisions are not checked.
+    """
+
+    steps: Sequence[Step]
+    speed: float
+    blend: float
+    contact: bool
+
+
+class Follow(NamedTuple):
+    """Turn towards the present pose of a moving target, near the present configuration."""
+
+    T_wt: pin.SE3
+    speed: float
+
+
+Request = MoveToConfiguration | MoveToPose | MoveAlongToolPath | Follow
+
+
+class PlanningScene(NamedTuple):
+    """What motions are planned with.
+
+    Attributes:
+        model: The arm with its payload.
+        ik: Its inverse kinematics.
+        world: Its collision world; None checks no collisions.
+        planner: Finds collision-free paths.
+        delay: Delays a motion, which follows a stop or starts from rest, until other arms have
+            passed; None for a single arm.
+    """
+
+    model: RobotModel
+    ik: InverseKinematics
+    world: CollisionWorld | None
     planner: Planner
-    rng: np.random.Generator
+    delay: Callable[[Trajectory | None, Trajectory | None], Trajectory] | None = None
 
 
-def plan_stop_from(present: Present, model: RobotModel) -> Trajectory | None:
-    """Plan to come to rest; None where the arm is at rest."""
-    if present.trajectory is None:
-        return None
-    return plan_stop(present.trajectory, present.time, model)
+def plan(
+    request: Request, state: ArmState, scene: PlanningScene, rng: np.random.Generator
+) -> PlannedMotion | None:
+    """Plan a requested motion from the present state to rest; the same arguments, the same bits.
 
-
-def plan_to_configurations(
-    present: Present,
-    targets: Iterable[np.ndarray],
-    model: RobotModel,
-    speed: float,
-    avoiding: CollisionAvoidance | None,
-    *,
-    follows: bool = False,
-) -> Trajectory | None:
-    """Plan to one of several configurations; None where the arm already stands there.
-
-    From rest the joints move in phase, on the straight line, or around what is in the way. In
-    motion they turn towards the first target in the shortest time in which all can arrive
-    together; where that would leave the limits or touch something, the arm stops first.
-
-    An arm that follows does not stop on a way around that leads near to the target: else it would
-    stop and set out again as often as it is told where the target is.
+    A motion that replaces one at a lower speed scale is planned from the state that the arm would
+    have at full speed, then scaled in time: it takes the same path at any speed scale. Where the
+    limits do not allow that, it is planned from the actual state.
 
     Args:
-        present: What the reference does now.
-        targets: Where it may go, the best first; no more of them are asked for than are needed.
-            # (nq,) each
-        model: The arm with its payload.
-        speed: At 0.5 a move from rest takes twice the time.
-        avoiding: How to keep from touching anything; None does not look.
-        follows: Whether it may go on as it does; then None says so.
+        request: The request.
+        state: The present state of the arm.
+        scene: What it is planned with.
+        rng: Random generator of the planner.
+
+    Returns:
+        The motion; None when the arm already is at the target, or when its present motion serves a
+        `Follow` request.
 
     Raises:
-        MotionError: When all targets or all ways are blocked, or ask too much effort.
+        MotionError: When the target is unreachable or inside an obstacle, when no collision-free
+            path is found, or when it exceeds the effort limits.
     """
-    others = iter(targets)
-    target = next(others)
-    if avoiding is not None and not free_targets(avoiding.world, present.q, [target]):
-        target, *kept = check_targets(avoiding.world, present.q, [target, *others])
-        others = iter(kept)
-
-    def from_rest(q: np.ndarray) -> Trajectory | None:
-        if np.abs(target - q).max() < _STANDSTILL:
+    targets: Iterator[np.ndarray] = iter(())
+    if isinstance(request, MoveAlongToolPath):
+        scene = scene._replace(world=None) if request.contact else scene
+    else:
+        targets = _targets(request, state, scene)
+    for start, s_dot, s_ddot in _starts(state):
+        if isinstance(request, MoveAlongToolPath):
+            stop, motion = _plan_tool_path(request, start, scene)
+        else:
+            targets, wanted = tee(targets)
+            stop, motion = _plan_to_configurations(request, wanted, start, scene, rng)
+        if stop is None and motion is None:
             return None
-        if avoiding is None:
-            return time_parameterize_segment(q, target, model, speed)
-        world, planner, rng = avoiding
-        return plan_collision_free_motion(q, target, others, world, model, speed, planner, rng)
+        delay = in_sequence if scene.delay is None else scene.delay
+        speed_scale = s_dot if motion is None else state.speed_scale
+        planned = _scaled(delay(stop, motion), s_dot, s_ddot, speed_scale, scene.model)
+        if planned is not None:
+            return planned._replace(stops=motion is None)
+    raise AssertionError("a motion from the actual state can always be scaled")
 
-    if present.trajectory is None:
-        return from_rest(present.q)
-    turned = _turned(present, target, model, speed)
-    if turned is not None and (
-        avoiding is None or trajectory_is_free(avoiding.world, turned, target)
-    ):
-        return turned
-    if follows and avoiding is not None and _leads_near(present, target, avoiding.world):
+
+def in_sequence(*parts: Trajectory | None) -> Trajectory:
+    """Return one trajectory of several parts, of which at least one is not None."""
+    given = [part for part in parts if part is not None]
+    return given[0] if len(given) == 1 else SequenceTrajectory(given)
+
+
+def _targets(
+    request: MoveToConfiguration | MoveToPose | Follow, state: ArmState, scene: PlanningScene
+) -> Iterator[np.ndarray]:
+    """Return the configurations that fulfil a request, the best first, each found when needed.
+
+    Raises:
+        MotionError: When the pose is unreachable.
+    """
+    if isinstance(request, MoveToConfiguration):
+        return iter([request.q])
+    if isinstance(request, Follow):
+        found = scene.ik.follow(request.T_wt, state.target)
+        if not found.solved:
+            found = scene.ik.nearest(request.T_wt, state.target)
+        if not found.solved:
+            raise MotionError(f"the pose is unreachable: {found.reason}", reason="unreachable")
+        return iter([found.q])
+    solutions = goal_configurations(
+        scene.ik,
+        request.T_wt,
+        state.q,
+        margin=request.margin,
+        approach=request.approach,
+        world=scene.world,
+    )
+    best = next(solutions)
+    if not best.solved:
+        message = f"the pose is unreachable: {best.reason}"
+        if best.iterations:
+            message += (
+                f"; nearest found is {1e3 * best.position_error:.1f} mm and "
+                f"{best.rotation_error:.3f} rad away"
+            )
+        raise MotionError(message, reason="unreachable")
+    return chain([best.q], (solution.q for solution in solutions))
+
+
+def _starts(state: ArmState) -> Iterator[tuple[ArmState, float, float]]:
+    """Yield states to plan from: at full speed where one is defined, and the actual one.
+
+    Yields:
+        A state, and path velocity [-] and acceleration [1/s] of the arm relative to it.
+    """
+    trajectory = state.trajectory
+    rest = (state.speed_scale, 0.0) if state.at_rest else None
+    if isinstance(trajectory, TimeScaledTrajectory) and not state.stopping:
+        s, s_dot, s_ddot = trajectory.time_scaling.at(state.time)
+        nominal = trajectory.nominal
+        if s_dot > _SLOWEST and s < nominal.duration:
+            _, v, a = (rows[0] for rows in nominal.sample(np.array([s])))
+            full = state._replace(v=v, a=a, trajectory=nominal, time=s)
+            yield full, *(rest or (s_dot, s_ddot))
+    yield state, *(rest or (1.0, 0.0))
+
+
+def _scaled(
+    trajectory: Trajectory, s_dot: float, s_ddot: float, speed_scale: float, model: RobotModel
+) -> PlannedMotion | None:
+    """Return a trajectory at a speed scale, from a path velocity; None where that is impossible."""
+    if speed_scale == s_dot == 0.0 or (s_dot, s_ddot, speed_scale) == (1.0, 0.0, 1.0):
+        return PlannedMotion(trajectory)
+    change = change_speed_scale(trajectory, (0.0, s_dot, s_ddot), speed_scale, model)
+    if change is not None:
+        return PlannedMotion(change.trajectory, lagging=not change.brisk)
+    if s_ddot != 0.0:
         return None
-    return _after_stop(present, model, from_rest)
+    unchanged = trajectory if s_dot == 1.0 else at_speed_scale(trajectory, 0.0, s_dot)
+    return PlannedMotion(unchanged, lagging=True)
 
 
-def _leads_near(present: Present, target: np.ndarray, world: CollisionWorld) -> bool:
-    """Tell whether what a moving arm is doing brings it near to a target, and is free still."""
-    if present.trajectory is None or np.abs(present.trajectory.end - target).max() > NEAR:
-        return False
-    rest = TailTrajectory(present.trajectory, present.time)
-    return trajectory_is_free(world, rest, rest.end)
+def _plan_to_configurations(
+    request: MoveToConfiguration | MoveToPose | Follow,
+    targets: Iterator[np.ndarray],
+    start: ArmState,
+    scene: PlanningScene,
+    rng: np.random.Generator,
+) -> tuple[Trajectory | None, Trajectory | None]:
+    """Plan a motion to one of several configurations.
+
+    From rest the joints move on the straight joint-space segment or a collision-free path. A moving
+    arm turns towards the first target in the shortest time in which all joints can arrive
+    together; where that exceeds a limit or collides, it stops first. An arm that follows a target
+    keeps a motion that ends near it, so that it does not stop at each request.
+
+    Returns:
+        The stop and the motion after it; None for what is not needed.
+
+    Raises:
+        MotionError: When all targets or paths are blocked, or exceed the effort limits.
+    """
+    world, model, speed = scene.world, scene.model, request.speed
+    target = next(targets)
+    if world is not None and not free_targets(world, start.q, [target]):
+        target, *others = check_targets(world, start.q, [target, *targets])
+        targets = iter(others)
+    if start.trajectory is not None:
+        turn = _turn(start, target, model, speed)
+        if turn is not None and (world is None or trajectory_is_free(world, turn, target)):
+            return None, turn
+        if isinstance(request, Follow) and world and _ends_near(start, target, world):
+            return None, None
+    stop, q = _stop(start, model)
+    if np.abs(target - q).max() < _AT_TARGET:
+        return stop, None
+    if world is None:
+        return stop, time_parameterize_segment(q, target, model, speed)
+    return stop, plan_collision_free_motion(
+        q, target, targets, world, model, speed, scene.planner, rng
+    )
 
 
-def _turned(
-    present: Present, target: np.ndarray, model: RobotModel, speed: float
+def _turn(
+    start: ArmState, target: np.ndarray, model: RobotModel, speed: float
 ) -> JointTrajectory | None:
-    """Turn a moving arm towards a target; None where that leaves the limits."""
+    """Return the fastest synchronized motion to a target; None where it exceeds a limit."""
     limits = model.limits
-    state = (present.q, present.v, present.a)
 
     def turn(factor: float) -> JointTrajectory:
         acceleration, jerk = factor * limits.acceleration, factor * limits.jerk
         return JointTrajectory(
-            joint_profiles(state, target, speed * limits.velocity, acceleration, jerk)
+            joint_profiles(
+                (start.q, start.v, start.a), target, speed * limits.velocity, acceleration, jerk
+            )
         )
 
     try:
@@ -165,52 +298,45 @@ def _turned(
     return turned if limit_use(turned, limits).inside else None
 
 
-def plan_tool_path(
-    present: Present,
-    steps: Sequence[Step],
-    blend: float,
-    model: RobotModel,
-    ik: InverseKinematics,
-    speed: float,
-    world: CollisionWorld | None,
-) -> Trajectory | None:
-    """Plan a path of the tool, from where the arm comes to rest.
+def _ends_near(start: ArmState, target: np.ndarray, world: CollisionWorld) -> bool:
+    """Tell whether the present motion ends near a target and is still collision-free."""
+    if start.trajectory is None or np.abs(start.trajectory.end - target).max() > NEAR_TARGET:
+        return False
+    rest = TailTrajectory(start.trajectory, start.time)
+    return trajectory_is_free(world, rest, rest.end)
 
-    Args:
-        present: What the reference does now.
-        steps: Lines and arcs of the tool.
-        blend: How far from a corner it is rounded [m]; at 0 the tool halts there.
-        model: The arm with its payload.
-        ik: Its inverse kinematics.
-        speed: At 0.5 it takes twice the time.
-        world: What is not to be touched; None does not look.
+
+def _plan_tool_path(
+    request: MoveAlongToolPath, start: ArmState, scene: PlanningScene
+) -> tuple[Trajectory | None, Trajectory | None]:
+    """Plan a tool path, from where the arm comes to rest.
+
+    Returns:
+        The stop and the motion after it; None for what is not needed.
 
     Raises:
-        MotionError: When the path cannot be followed, touches something, or asks too much effort.
+        MotionError: When the path cannot be followed, collides, or exceeds the effort limits.
     """
+    model = scene.model
+    stop, q = _stop(start, model)
+    curves = []
+    for path in tool_paths(model.pose(q), request.steps, request.blend):
+        curve = follow_path(scene.ik, q, path)
+        if scene.world is not None:
+            check_path(scene.world, curve, path)
+        bounds = path.bounds(KinematicLimits.of_joints(model.limits), model.tool_limits)
+        curves.append((curve, bounds, path.grids))
+        q = curve.end
+    parts = [
+        time_parameterize(curve, bounds, model, request.speed, grids)
+        for curve, bounds, grids in curves
+    ]
+    return stop, in_sequence(*parts) if parts else None
 
-    def along(q: np.ndarray) -> Trajectory | None:
-        curves = []
-        for path in tool_paths(model.pose(q), steps, blend):
-            curve = follow_path(ik, q, path)
-            if world is not None:
-                check_path(world, curve, path)
-            bounds = path.bounds(KinematicLimits.of_joints(model.limits), model.tool_limits)
-            curves.append((curve, bounds, path.grids))
-            q = curve.end
-        driven = [
-            time_parameterize(curve, bounds, model, speed, grids) for curve, bounds, grids in curves
-        ]
-        return SequenceTrajectory(driven) if len(driven) > 1 else next(iter(driven), None)
 
-    return _after_stop(present, model, along)
-
-
-def _after_stop(
-    present: Present, model: RobotModel, then: Callable[[np.ndarray], Trajectory | None]
-) -> Trajectory | None:
-    stop = plan_stop_from(present, model)
-    motion = then(present.q if stop is None else stop.end)
-    if stop is None or motion is None:
-        return stop or motion
-    return SequenceTrajectory([stop, motion])
+def _stop(start: ArmState, model: RobotModel) -> tuple[Trajectory | None, np.ndarray]:
+    """Return the stop of a moving arm, and where it comes to rest."""
+    if start.trajectory is None:
+        return None, start.q
+    stop = plan_stop(start.trajectory, start.time, model)
+    return stop, stop.end

@@ -62,7 +62,7 @@ class Refusals:
         if why is not None and why.reason == "robot":
             return why
         if self._robot:
-            return MotionError(f"'{self._robot}' is in the way at '{name}'", reason="robot")
+            return MotionError(f"'{self._robot}' blocks '{name}'", reason="robot")
         parts = []
         if self._taken:
             first, *others = self._taken

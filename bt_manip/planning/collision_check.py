@@ -56,7 +56,7 @@ def collision_error(
     robot = "" if near is None else world.other_robot(near.second)
     if not robot or near is None:
         return MotionError(message, reason="collision", fraction=fraction)
-    message = f"'{robot}' is in the way of '{near.first}'"
+    message = f"'{robot}' blocks '{near.first}'"
     return MotionError(message, reason="robot", fraction=fraction)
 
 

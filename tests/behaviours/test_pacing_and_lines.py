@@ -301,7 +301,7 @@ def test_a_pushed_arm_stops_and_the_behaviour_fails_with_the_reason(station, tri
         assert moving.tick() is RUNNING
     hand = station.cell.body_id("panda/hand")
     station.cell.data.xfrc_applied[hand][:3] = [0.0, 60.0, 0.0]
-    assert moving.fails_with("something pushes the arm", "joint", timeout=0.05)
+    assert moving.fails_with("external force on the arm", "joint", timeout=0.05)
     station.cell.data.xfrc_applied[hand][:3] = 0.0
     station.cell.step(300)
     assert not station.arm.busy
@@ -314,7 +314,7 @@ def test_pushed_while_it_follows_it_stops_and_fails_with_the_reason(station, tri
         assert following.tick() is RUNNING
     hand = station.cell.body_id("panda/hand")
     station.cell.data.xfrc_applied[hand][:3] = [0.0, 60.0, 0.0]
-    assert following.fails_with("something pushes the arm", "joint", timeout=0.05)
+    assert following.fails_with("external force on the arm", "joint", timeout=0.05)
     station.cell.data.xfrc_applied[hand][:3] = 0.0
     station.cell.step(300)
     assert not station.arm.busy
@@ -336,4 +336,4 @@ def test_a_push_is_noticed_however_often_the_arm_is_redirected(station, every):
         assert not arm.fault or pushed is not None
         if arm.fault:
             break
-    assert "something pushes the arm" in arm.fault and cell.time - pushed <= 0.021
+    assert "external force on the arm" in arm.fault and cell.time - pushed <= 0.021

@@ -68,13 +68,13 @@ def halt(planned: Planned, kind: str, share: float) -> Halt:
         way.append(undisturbed.q_ref)
     advance(planned, share)
     curve, state = clock_of(arm)
-    rows = [(arm.q_ref, arm.v_ref, arm.a_ref)]
+    rows = [(arm.q_ref, arm.v.copy(), arm.a.copy())]
     begun = time.thread_time()
     arm.stop()
     computing, duration = 1e3 * (time.thread_time() - begun), arm.remaining
     while arm.moving:
         arm.advance(STEP)
-        rows.append((arm.q_ref, arm.v_ref, arm.a_ref))
+        rows.append((arm.q_ref, arm.v.copy(), arm.a.copy()))
     s_now, s_dot, s_ddot = state
     _, d1, d2 = (x[0] for x in curve.evaluate(np.array([s_now])))
     shortest = shortest_rest(d1 * s_dot, d2 * s_dot**2 + d1 * s_ddot, curve.bounds)

@@ -51,7 +51,7 @@ def smallest_gap(station, timeout: float = 6.0) -> float:
 def test_a_target_where_another_robot_stands_is_refused_by_its_name(station, left, right):
     left.arm.move_to_pose(MIDDLE)
     station.step_until(lambda: not left.arm.moving)
-    with pytest.raises(MotionError, match="'left' is in the way") as refused:
+    with pytest.raises(MotionError, match="'left' blocks") as refused:
         right.arm.move_to_pose(MIDDLE)
     assert refused.value.reason == "robot" and not right.arm.moving
 
@@ -65,7 +65,7 @@ def test_another_robot_is_what_its_arm_moves_and_not_its_base(left):
 
 def test_a_target_where_another_robot_will_come_to_rest_is_refused(left, right):
     left.arm.move_to_pose(MIDDLE)
-    with pytest.raises(MotionError, match="'left' is in the way"):
+    with pytest.raises(MotionError, match="'left' blocks"):
         right.arm.move_to_pose(MIDDLE)
 
 
@@ -115,7 +115,7 @@ def test_a_behaviour_waits_until_the_other_robot_has_gone(station, left, right):
     waiting = set_up(station, MoveToPose(robot="right", pose=pose_to_text(MIDDLE)))
     for _ in range(50):
         assert waiting.tick() is NodeStatus.RUNNING
-    assert "waits: 'left' is in the way" in waiting.behaviour.feedback_message
+    assert "waits: 'left' blocks" in waiting.behaviour.feedback_message
     assert not right.arm.moving
     left.arm.move_to_configuration(left.robot.description.home)
     assert waiting.until_done(6.0) is NodeStatus.SUCCESS
@@ -127,7 +127,7 @@ def test_a_behaviour_fails_when_the_other_robot_stays_for_too_long(station, left
     for wait in (0.0, 0.5):
         start = station.cell.time
         impatient = MoveToPose(robot="right", pose=pose_to_text(MIDDLE), wait=wait)
-        assert set_up(station, impatient).fails_with("'left' is in the way")
+        assert set_up(station, impatient).fails_with("'left' blocks")
         assert station.cell.time - start == pytest.approx(wait, abs=0.02)
 
 
@@ -138,7 +138,7 @@ def test_an_arm_stops_when_another_one_is_stopped_in_its_way(station, left, righ
     right.arm.move_to_pose(MIDDLE)
     station.cell.step(100)
     left.arm.stop()
-    assert "'left' is in the way" in right.arm.fault
+    assert "'left' blocks" in right.arm.fault
     assert smallest_gap(station) > 0.5 * INTER_ROBOT_CLEARANCE
     assert np.linalg.norm(right.robot.tool_pose.translation - MIDDLE.translation) > 0.05
 
@@ -161,7 +161,7 @@ def test_an_arm_that_was_paused_does_not_go_on_into_one_that_has_come_since(stat
     right.arm.move_to_pose(spatial.pointing_down((0.15, 0.0, 1.2)))  # around where it rests
     station.step_until(lambda: not right.arm.moving)
     left.arm.resume()
-    assert "'right' is in the way" in left.arm.fault
+    assert "'right' blocks" in left.arm.fault
     assert smallest_gap(station) > 0.5 * INTER_ROBOT_CLEARANCE
 
 
@@ -176,7 +176,7 @@ def test_what_another_robot_holds_is_in_the_way_as_well(station, left, right):
     assert set_up(station, Sequence("pick", pick)).until_done(9.0) is NodeStatus.SUCCESS
     left.arm.move_linear(MIDDLE)  # where it holds the cube up: 30 mm of it below the fingers
     below = spatial.pointing_down((0.0, 0.0, 1.1))
-    with pytest.raises(MotionError, match="'left' is in the way"):
+    with pytest.raises(MotionError, match="'left' blocks"):
         right.arm.move_to_pose(below)
 
 

@@ -1,0 +1,278 @@
+"""The reference of an arm: trajectory following, time scaling, pause and stop."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bt_manip.exceptions import MotionError
+from bt_manip.robots import RobotModel
+from bt_manip.trajectories import (
+    CONTROL_STEP,
+    Samples,
+    TimeScaledTrajectory,
+    Trajectory,
+    change_speed_scale,
+    plan_stop,
+    sample_times,
+    sampled_limit_use,
+    trajectory_from_state,
+)
+
+
+class ArmState(NamedTuple):
+    """What the reference of an arm does at an instant.
+
+    Attributes:
+        q: Position [rad].  # (nq,)
+        v: Velocity [rad/s].  # (nq,)
+        a: Acceleration [rad/s2].  # (nq,)
+        trajectory: The trajectory being followed; None at rest.
+        time: Time since the start of the trajectory [s].
+        speed_scale: Commanded speed scale, 0 to 1.
+        stopping: Whether the trajectory is a stop that discards the motion.
+    """
+
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    trajectory: Trajectory | None = None
+    time: float = 0.0
+    speed_scale: float = 1.0
+    stopping: bool = False
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether velocity and acceleration are zero."""
+        return not (self.v.any() or self.a.any())
+
+    @property
+    def target(self) -> np.ndarray:
+        """Configuration in which the arm will come to rest [rad]."""  # (nq,)
+        return self.q if self.trajectory is None else self.trajectory.end
+
+
+class PlannedMotion(NamedTuple):
+    """A trajectory to follow, starting from the present reference.
+
+    Attributes:
+        trajectory: The trajectory at the present speed scale; at speed scale 0 and at rest, the
+            unscaled one, which starts when the scale is raised.
+        stops: Whether it is only a stop.
+        lagging: Whether the speed scale is to be changed again later, because the limits do not
+            allow the full change now.
+    """
+
+    trajectory: Trajectory
+    stops: bool = False
+    lagging: bool = False
+
+
+class TrajectoryFollower:
+    """Own the reference of an arm and advance it along trajectories.
+
+    Scaling the time of a trajectory changes its speed, pauses it and stops it without leaving its
+    path.
+
+    Attributes:
+        q: Position [rad], read-only and live.  # (nq,)
+        v: Velocity [rad/s], read-only and live.  # (nq,)
+        a: Acceleration [rad/s2], read-only and live.  # (nq,)
+        trajectory: The trajectory being followed; None at rest.
+        paused: A paused trajectory and the time in it [s]; None when nothing is paused.
+        speed_scale: Commanded speed scale, 0 to 1.
+        lagging: Whether the limits have not allowed (all of) the last change of the speed scale.
+        step: Control steps since the trajectory was last sampled.
+    """
+
+    def __init__(self, q: np.ndarray) -> None:
+        """Rest at a configuration [rad]."""
+        self._now = np.zeros(3 * len(q))  # flat, because that is copied faster
+        live = self._now.reshape(3, -1)
+        live.setflags(write=False)
+        self.q, self.v, self.a = live
+        self.reset(q)
+
+    def reset(self, q: np.ndarray) -> None:
+        """Discard all motion and rest at a configuration [rad], at speed scale 1."""
+        self._now[:] = 0.0
+        self._now[: len(q)] = q
+        self.trajectory: Trajectory | None = None
+        self.paused: tuple[Trajectory, float] | None = None
+        self.speed_scale, self._stopping, self.lagging = 1.0, False, False
+        self._start = 0.0  # [s] in the trajectory, of the first sample
+        self._dt = CONTROL_STEP
+        self.step = self._last = 0
+
+    def hold_at(self, q: np.ndarray) -> None:
+        """Rest at another configuration [rad]; it must be at rest."""
+        self._now[: len(q)] = q
+
+    @property
+    def state(self) -> ArmState:
+        """What the reference does now; the arrays are live."""
+        return ArmState(
+            self.q, self.v, self.a, self.trajectory, self.time, self.speed_scale, self._stopping
+        )
+
+    @property
+    def time(self) -> float:
+        """Time since the start of the trajectory [s]."""
+        return self._start + self.step * self._dt
+
+    @property
+    def remaining(self) -> float:
+        """Time until the reference comes to rest [s]."""
+        return 0.0 if self.trajectory is None else max(0.0, self.trajectory.duration - self.time)
+
+    @property
+    def stopping(self) -> bool:
+        """Whether it is stopping, with the motion discarded."""
+        return self._stopping and self.trajectory is not None
+
+    def ahead(self, times: np.ndarray) -> np.ndarray:
+        """Return the reference positions at times from now on [rad]."""  # (n,) -> (n, nq)
+        trajectory = self.trajectory
+        if trajectory is None:
+            return np.tile(self.q, (len(times), 1))
+        return trajectory.sample(np.minimum(self.time + times, trajectory.duration))[0]
+
+    def follow(self, motion: PlannedMotion | None, model: RobotModel) -> None:
+        """Follow a planned motion instead of the present one.
+
+        Args:
+            motion: The motion; None discards a paused motion and changes nothing else.
+            model: The arm with its payload.
+
+        Raises:
+            MotionError: When it exceeds a limit; then nothing changes.
+        """
+        if motion is None:
+            self.paused = None
+        elif self.speed_scale == 0.0 and self.state.at_rest:
+            self._checked(motion.trajectory, model)
+            self.trajectory, self.paused = None, (motion.trajectory, 0.0)
+            self._stopping = self.lagging = False
+        else:
+            self._take(motion.trajectory, model)
+            self.paused, self._stopping, self.lagging = None, motion.stops, motion.lagging
+
+    def stop(self, model: RobotModel) -> None:
+        """Stop on the path as soon as the limits allow, and discard the motion."""
+        self.paused, self.lagging = None, False
+        if self.trajectory is None or self.state.at_rest:
+            self.trajectory, self._stopping = None, False
+            return
+        self._take(plan_stop(self.trajectory, self.time, model), model)
+        self._stopping = True
+
+    def set_speed_scale(self, speed_scale: float, model: RobotModel) -> None:
+        """Change the speed scale; 0 pauses.
+
+        Where the limits do not allow that now, the motion continues as it was and `lagging` is set.
+
+        Raises:
+            MotionError: When the motion would take too long; then nothing changes.
+        """
+        change: tuple[Trajectory, tuple[float, float, float]] | None = None
+        if self.paused is not None:
+            if speed_scale > 0.0:
+                nominal, s = self.paused
+                # At its start a trajectory itself accelerates from rest.
+                change = nominal, (s, 0.0 if s else speed_scale, 0.0)
+        elif self.trajectory is not None and not self._stopping:
+            if isinstance(self.trajectory, TimeScaledTrajectory):
+                change = self.trajectory.nominal, self.trajectory.time_scaling.at(self.time)
+            else:
+                change = self.trajectory, (self.time, 1.0, 0.0)
+        lagging = False
+        if change is not None:
+            found = change_speed_scale(*change, speed_scale, model)
+            if found is not None:
+                self._take(found.trajectory, model)
+                self.paused = None
+            lagging = found is None or not found.brisk
+        self.speed_scale, self.lagging = speed_scale, lagging
+
+    def advance(self, dt: float) -> None:
+        """Advance the reference by a control step [s]."""
+        if self.trajectory is None:
+            return
+        if dt != self._dt:
+            self._start, self._dt = self.time, dt
+            self._sample()
+        self.step = step = self.step + 1
+        self._now[:] = self._rows[step]
+        if step == self._last:
+            self._end()
+
+    def get_state(self) -> dict[str, Any]:
+        """Return everything as plain data."""
+        trajectory, paused = self.trajectory, self.paused
+        return {
+            "q": self.q.tolist(),
+            "v": self.v.tolist(),
+            "a": self.a.tolist(),
+            "trajectory": None if trajectory is None else trajectory.get_state(),
+            "start": self._start,
+            "dt": self._dt,
+            "step": self.step,
+            "speed_scale": self.speed_scale,
+            "stopping": self._stopping,
+            "lagging": self.lagging,
+            "paused": None if paused is None else [paused[0].get_state(), paused[1]],
+        }
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Restore what `get_state` returned; it continues bit for bit."""
+        self._now[:] = (*state["q"], *state["v"], *state["a"])
+        trajectory, paused = state["trajectory"], state["paused"]
+        self.trajectory = None if trajectory is None else trajectory_from_state(trajectory)
+        self._start, self._dt = state["start"], state["dt"]
+        if self.trajectory is not None:
+            self._sample()
+        self.step = state["step"]
+        self.speed_scale, self._stopping = state["speed_scale"], state["stopping"]
+        self.lagging = state["lagging"]
+        self.paused = None if paused is None else (trajectory_from_state(paused[0]), paused[1])
+
+    def _take(self, trajectory: Trajectory, model: RobotModel) -> None:
+        """Follow a trajectory from its start, if it is inside the limits."""
+        rows = self._checked(trajectory, model)
+        self.trajectory, self._start = trajectory, 0.0
+        if self._dt == CONTROL_STEP:
+            self._keep(rows)
+        else:
+            self._sample()
+
+    def _checked(self, trajectory: Trajectory, model: RobotModel) -> Samples:
+        """Return the samples of a trajectory at all control steps.
+
+        Raises:
+            MotionError: When it exceeds a limit. Positions may stay beyond theirs by as much as the
+                present one is.
+        """
+        rows = trajectory.sample(sample_times(trajectory.duration, CONTROL_STEP))
+        use, limits = sampled_limit_use(rows, model.limits), model.limits
+        middle, half = 0.5 * (limits.upper + limits.lower), 0.5 * (limits.upper - limits.lower)
+        bounded = np.isfinite(half)
+        here = float((np.abs(self.q - middle)[bounded] / half[bounded]).max(initial=0.0))
+        if not use._replace(position=0.0).inside or use.position > max(1.0, here) + 1e-9:
+            raise MotionError(f"the planned motion exceeds a limit: {use}", reason="limits")
+        return rows
+
+    def _end(self) -> None:
+        """Rest at the end of the trajectory, or paused in the middle of it."""
+        ended, self.trajectory = self.trajectory, None
+        if isinstance(ended, TimeScaledTrajectory) and not (self._stopping or ended.complete):
+            self.paused = ended.nominal, ended.time_scaling.end
+        self._stopping = self.lagging = False
+
+    def _sample(self) -> None:
+        """Sample the rest of the trajectory at once, so that a control step copies one row."""
+        assert self.trajectory is not None
+        times = self._start + sample_times(self.trajectory.duration - self._start, self._dt)
+        self._keep(self.trajectory.sample(times))
+
+    def _keep(self, rows: Samples) -> None:
+        self._rows = np.concatenate(rows, axis=1)
+        self.step, self._last = 0, len(self._rows) - 1
