@@ -1,18 +1,18 @@
-"""What behaviours that come to an object to grip it have in common."""
+"""Base class of behaviours that approach an object to grip it."""
 
-from bt_manip.grasping import GraspChoice
+from bt_manip.grasping import GraspPlanner
 
 from .arm_behaviour import MotionBehaviour
 
 
 class GrippingBehaviour(MotionBehaviour):
-    """Move for a grasp of an object."""
+    """Plan a grasp of an object and move."""
 
-    _choice: GraspChoice | None = None
+    _grasp_planner: GraspPlanner | None = None
 
     @property
-    def choice(self) -> GraspChoice:
-        """What chooses grasps for the robot that is meant."""
-        if self._choice is None or self._choice.arm is not self.arm:
-            self._choice = GraspChoice(self.cell, self.arm)
-        return self._choice
+    def grasp_planner(self) -> GraspPlanner:
+        """Grasp planner of the selected robot."""
+        if self._grasp_planner is None or self._grasp_planner.arm is not self.arm:
+            self._grasp_planner = GraspPlanner(self.cell, self.arm)
+        return self._grasp_planner

@@ -32,9 +32,9 @@ class Hover(GrippingBehaviour):
         if self._stands_fixed():
             self.arm.move_to_pose(grips_from_above(T_wo, self.height), speed=self.speed)
             return
-        chosen = self.choice.choose(self.object, self.height, T_wo.translation)
-        self.grasp, self._reason = chosen.grasp.to_text(), chosen.reason
-        self.arm.move_to_configuration(chosen.q, speed=self.speed)
+        plan = self.grasp_planner.plan(self.object, self.height, T_wo.translation)
+        self.grasp, self._reason = plan.grasp.to_text(), plan.reason
+        self.arm.move_to_configuration(plan.q_pregrasp, speed=self.speed)
 
     def _stands_fixed(self) -> bool:
         return bool(self.cell.model.body_weldid[self.cell.body_id(self.object)] == 0)

@@ -41,8 +41,8 @@ class PlacingBehaviour(LettingGoBehaviour):
             held = ", ".join(self.gripper.held) or "nothing"
             self.fail(f"the fingers hold {held}, not '{self.object}'")
             return
-        room = GripperClearance(self.cell, self.arm.robot, self.ignored())
-        grips, _ = with_clearance(self._grips(), room)
+        clearance = GripperClearance(self.cell, self.arm.robot, self.ignored())
+        grips, _ = with_clearance(self._grips(), clearance)
         up = np.array([0.0, 0.0, self.height])
         poses = [pin.SE3(T.rotation, T.translation + up) for T in grips]
         self.arm.move_to_pose(poses, speed=self.speed, approach=self.height)

@@ -10,9 +10,6 @@ from bt_manip import spatial
 from bt_manip.bt import Input
 from bt_manip.cell import Cell
 
-GRIP_HEIGHT = 0.015
-"""Height of the tool over an object's centre at which it is gripped [m]: the palm stays clear."""
-
 _QUARTER_TURN = math.pi / 2
 
 

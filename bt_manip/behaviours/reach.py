@@ -5,7 +5,7 @@ import pinocchio as pin
 
 from bt_manip.bt import Input
 from bt_manip.exceptions import MotionError
-from bt_manip.grasping import Grasp
+from bt_manip.grasping import GraspCandidate
 
 from .gripping import GrippingBehaviour
 from .poses import centre_pose
@@ -32,8 +32,8 @@ class Reach(GrippingBehaviour):
             centre, a = centre_pose(self.cell, self.object).translation, T_wt.rotation[:, 2]
             deeper = -self.height - float(a @ (T_wt.translation - centre))
             T_wt = T_wt * pin.SE3(np.eye(3), np.array([0.0, 0.0, deeper]))
-        if self.height is not None or self.grasp:  # the nearest was chosen by its room
-            self.choice.check_room(self.object, T_wt)
+        if self.height is not None or self.grasp:  # the nearest has clearance
+            self.grasp_planner.check_clearance(self.object, T_wt)
         self.arm.move_linear(T_wt, speed=self.speed)
 
     def _grip(self) -> pin.SE3:
@@ -44,9 +44,9 @@ class Reach(GrippingBehaviour):
             MotionError: When there is no grasp.
         """
         if not self.grasp:
-            return self.choice.nearest(self.object, self.T_wt)[1]
+            return self.grasp_planner.nearest(self.object, self.T_wt)[1]
         try:
-            grasp = Grasp.from_text(self.grasp)
+            grasp = GraspCandidate.from_text(self.grasp)
         except ValueError as error:
             raise MotionError(str(error), reason="target") from error
         return self.cell.pose(self.object) * grasp.T_ot

@@ -1,14 +1,16 @@
-"""How an object can be gripped, and which way of that the arm takes."""
+"""Grasp planning: candidates, their ranking, gripper clearance and approaches."""
 
-from .antipodal import antipodal_pairs as antipodal_pairs
-from .candidates import Candidates as Candidates
-from .choice import GraspChoice as GraspChoice
-from .grasp import Grasp as Grasp
+from .antipodal_grasps import GRIP_DEPTH as GRIP_DEPTH
+from .antipodal_sampling import antipodal_pairs as antipodal_pairs
+from .approach_planner import GraspPlan as GraspPlan
+from .candidate_generator import CandidateGenerator as CandidateGenerator
+from .grasp_candidate import GraspCandidate as GraspCandidate
+from .grasp_planner import GraspPlanner as GraspPlanner
+from .gripper_clearance import SUFFICIENT_CLEARANCE as SUFFICIENT_CLEARANCE
+from .gripper_clearance import Clearance as Clearance
 from .gripper_clearance import GripperClearance as GripperClearance
-from .gripper_clearance import Room as Room
 from .gripper_clearance import with_clearance as with_clearance
 from .hand import Hand as Hand
 from .hand import measure_hand as measure_hand
-from .solid import Solid as Solid
-from .solid import solids_of as solids_of
-from .way_in import Chosen as Chosen
+from .solids import Solid as Solid
+from .solids import solids_of as solids_of

@@ -1,4 +1,4 @@
-"""Whether there is room for the hand where it is to grip."""
+"""Distance between the open gripper and its surroundings at a tool pose."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -12,41 +12,44 @@ from bt_manip.robots import Robot
 
 from .hand import hand_geoms
 
-ENOUGH = 4e-3
-"""Room that a hand needs on its way to a grip [m]: what the arm may be off, twice."""
+SUFFICIENT_CLEARANCE = 4e-3
+"""Clearance that the gripper needs on its approach [m]: twice the arm's position error."""
 
-_FAR = 0.1  # [m] beyond which distances are not measured
-_LEAST = 1e-3  # [m] up to which they are measured, whatever is nearer already
+_MAX_DISTANCE = 0.1  # [m] beyond which distances are not measured
+_MAX_LIFT_DISTANCE = 0.02  # [m] the same for a lifted object
+_MIN_QUERY = 1e-3  # [m] least distance limit that MuJoCo is asked with
 
 
-class Room(NamedTuple):
-    """How near a hand comes to what stands around."""
+class Clearance(NamedTuple):
+    """Smallest distance to the surroundings."""
 
     distance: float
-    """To the nearest, negative inside it [m]."""
-    nearest: str
-    """Name of that entity; empty when nothing is near."""
+    """Signed distance to the nearest entity, negative in penetration [m]."""
+    entity: str
+    """Name of that entity; empty when none is near."""
 
 
 class GripperClearance:
-    """Measures how near the open hand would come to things, at any pose of the tool.
+    """Measures the distance of the open gripper to its surroundings at any tool pose.
 
-    The hand is all that moves with the tool: what is welded to it, and the open fingers. No
-    configuration of the arm is needed for that, so that many poses can be compared; whether the
-    arm can be there too is for inverse kinematics and `CollisionWorld` to say. Other robots are
-    left out: they go away again, and motions are planned around them.
+    The gripper is everything that moves with the tool. No configuration of the arm is needed, so
+    many poses can be compared; whether the arm can reach them is checked by inverse kinematics and
+    `CollisionWorld`. Other robots are left out: motions are planned around them.
+
+    Attributes:
+        geom_poses: Pose of each gripper geom in the tool frame, at the present opening.
     """
 
     def __init__(
         self, cell: Cell, robot: Robot, ignored: Sequence[str], *, opening: float | None = None
     ) -> None:
-        """Look at the cell as it is now.
+        """Copy the present state of the cell.
 
         Args:
             cell: The cell.
-            robot: The robot whose hand it is.
-            ignored: Names of entities that the hand may come near to: what it is to grip.
-            opening: Of the fingers [m]; by default all the way.
+            robot: The robot with the gripper.
+            ignored: Names of entities that are no obstacles: the object to grip.
+            opening: Distance between the fingers [m]; by default fully open.
         """
         model = cell.model
         self._model = model
@@ -59,17 +62,19 @@ class GripperClearance:
         site = robot.tool_site_id
         self._T_wt = _pose(data.site_xpos[site], data.site_xmat[site])
         own = model.body_rootid == model.body_rootid[model.site_bodyid[site]]
-        solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-        others = np.flatnonzero(solid & ~own[model.geom_bodyid])
+        collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+        others = np.flatnonzero(collides & ~own[model.geom_bodyid])
         names = [_entity(model, body) for body in range(model.nbody)]
-        self._label = labels = {int(g): names[model.geom_bodyid[g]] for g in others}
+        self._entity_of = {int(g): names[model.geom_bodyid[g]] for g in others}
         robots = {name for name, entity in cell.entities.items() if isinstance(entity, Robot)}
         left_out = robots.union(ignored)
-        self._others = np.array([g for g in labels if labels[g] not in left_out], dtype=int)
+        self._obstacles = np.array(
+            [geom for geom, name in self._entity_of.items() if name not in left_out], dtype=int
+        )
         self.open(opening)
 
     def open(self, opening: float | None = None) -> None:
-        """Open the fingers to a width [m], by default all the way."""
+        """Open the fingers to a width [m], by default fully."""
         robot, data = self._robot, self._data
         if robot.description.gripper is not None:
             widest = robot.gripper_travel.open_width
@@ -77,84 +82,87 @@ class GripperClearance:
         site = robot.tool_site_id
         mujoco.mj_kinematics(self._model, data)
         tool = _pose(data.site_xpos[site], data.site_xmat[site]).inverse()
-        self.placed = {
+        self.geom_poses = {
             geom: tool * _pose(data.geom_xpos[geom], data.geom_xmat[geom]) for geom in self._hand
         }
 
-    def geoms_of(self, name: str) -> np.ndarray:
-        """List the geoms of an entity that can touch."""  # (n,)
-        return np.array([g for g, label in self._label.items() if label == name], dtype=int)
+    def at_pose(self, T_wt: pin.SE3) -> Clearance:
+        """Measure the clearance of the gripper at a tool pose."""
+        self._move_gripper(T_wt)
+        return self._nearest(self._hand, self._obstacles, _MAX_DISTANCE)
 
-    def at(self, T_wt: pin.SE3) -> Room:
-        """Measure at a pose of the tool."""
-        self._move(self.placed, T_wt)
-        return self._nearest(self._hand, self._others, _FAR)
+    def to_entity(self, name: str, T_wt: pin.SE3) -> float:
+        """Measure the distance of the gripper at a tool pose to one entity [m]."""
+        self._move_gripper(T_wt)
+        return self._nearest(self._hand, self._geoms_of(name), _MAX_DISTANCE).distance
 
-    def to(self, name: str, T_wt: pin.SE3) -> float:
-        """Measure how near the hand at a pose of the tool comes to one entity [m]."""
-        self._move(self.placed, T_wt)
-        return self._nearest(self._hand, self.geoms_of(name), _FAR).distance
-
-    def carrying(self, name: str, steps: Sequence[np.ndarray]) -> Room:
-        """Measure how near a thing comes to others, taken along a way from where it lies.
+    def of_displaced(self, name: str, displacements: Sequence[np.ndarray]) -> Clearance:
+        """Measure the smallest clearance of an entity when it is displaced from where it is.
 
         Args:
             name: The entity.
-            steps: How far it has been moved, in the world [m].  # (3,) each
+            displacements: Translations in the world [m].  # (3,) each
         """
-        data, mine = self._data, self.geoms_of(name)
-        others = self._others[~np.isin(self._others, mine)]
-        start = data.geom_xpos[mine].copy()
-        best = Room(_FAR, "")
-        for step in steps:
-            data.geom_xpos[mine] = start + step
-            best = min(best, self._nearest(mine.tolist(), others, 0.02))
-        data.geom_xpos[mine] = start
+        data, own = self._data, self._geoms_of(name)
+        others = self._obstacles[~np.isin(self._obstacles, own)]
+        start = data.geom_xpos[own].copy()
+        best = Clearance(_MAX_DISTANCE, "")
+        for displacement in displacements:
+            data.geom_xpos[own] = start + displacement
+            best = min(best, self._nearest(own.tolist(), others, _MAX_LIFT_DISTANCE))
+        data.geom_xpos[own] = start
         return best
 
-    def _move(self, placed: dict[int, pin.SE3], T_wt: pin.SE3) -> None:
+    def _geoms_of(self, name: str) -> np.ndarray:
+        """List the collision geoms of an entity."""  # (n,)
+        return np.array([g for g, entity in self._entity_of.items() if entity == name], dtype=int)
+
+    def _move_gripper(self, T_wt: pin.SE3) -> None:
         data = self._data
-        for geom, T_tg in placed.items():
+        for geom, T_tg in self.geom_poses.items():
             T_wg = T_wt * T_tg
             data.geom_xpos[geom] = T_wg.translation
             data.geom_xmat[geom] = T_wg.rotation.ravel()
 
-    def _nearest(self, mine: Sequence[int], others: np.ndarray, far: float) -> Room:
-        best = Room(far, "")
-        for geom in mine:
-            for other in self._near(geom, others, best.distance):
+    def _nearest(self, geoms: Sequence[int], others: np.ndarray, limit: float) -> Clearance:
+        best = Clearance(limit, "")
+        for geom in geoms:
+            for other in self._close(geom, others, best.distance):
                 distance = mujoco.mj_geomDistance(
-                    self._model, self._data, int(geom), int(other), max(best.distance, _LEAST), None
-                )
+                    self._model, self._data, int(geom), int(other),
+                    max(best.distance, _MIN_QUERY), None,
+                )  # fmt: skip
                 if distance < best.distance:
-                    best = Room(float(distance), self._label[int(other)])
+                    best = Clearance(float(distance), self._entity_of[int(other)])
         return best
 
-    def _near(self, geom: int, others: np.ndarray, far: float) -> np.ndarray:
-        """Choose the geoms whose bounding spheres are near; planes have none."""
+    def _close(self, geom: int, others: np.ndarray, limit: float) -> np.ndarray:
+        """Select the geoms whose bounding spheres are closer than a limit; planes have none."""
         if not len(others):
             return others
         model, data = self._model, self._data
         offset = data.geom_xpos[others] - data.geom_xpos[geom]
         gap = np.sqrt((offset * offset).sum(axis=1)) - model.geom_rbound[others]
         plane = model.geom_type[others] == int(mujoco.mjtGeom.mjGEOM_PLANE)
-        return others[plane | (gap - model.geom_rbound[geom] < far)]
+        return others[plane | (gap - model.geom_rbound[geom] < limit)]
 
 
-def with_clearance(poses: Sequence[pin.SE3], room: GripperClearance) -> tuple[list[pin.SE3], Room]:
-    """Choose the poses at which the hand has enough room.
+def with_clearance(
+    poses: Sequence[pin.SE3], gripper_clearance: GripperClearance
+) -> tuple[list[pin.SE3], Clearance]:
+    """Select the tool poses with sufficient clearance.
 
     Args:
-        poses: Poses of the tool.
-        room: What measures.
+        poses: Tool poses.
+        gripper_clearance: Measures their clearance.
 
     Returns:
-        Those with room, or the roomiest where none has; and the room at the roomiest.
+        The poses with sufficient clearance, or the one with the largest; and the largest clearance.
     """
-    found = [(room.at(T), i) for i, T in enumerate(poses)]
-    most, i = max(found, key=lambda item: item[0].distance)
-    free = [poses[k] for there, k in found if there.distance >= ENOUGH]
-    return free or [poses[i]], most
+    measured = [gripper_clearance.at_pose(T) for T in poses]
+    largest = max(measured, key=lambda clearance: clearance.distance)
+    free = [T for T, c in zip(poses, measured, strict=True) if c.distance >= SUFFICIENT_CLEARANCE]
+    return free or [poses[measured.index(largest)]], largest
 
 
 def _pose(position: np.ndarray, matrix: np.ndarray) -> pin.SE3:

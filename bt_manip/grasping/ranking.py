@@ -1,4 +1,4 @@
-"""Which grasps are better than others, and why."""
+"""Rank grasp candidates by cost."""
 
 import math
 from collections.abc import Iterator
@@ -7,110 +7,117 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from .grasp import Grasp, GraspTable
+from .grasp_candidate import GraspCandidate, GraspTable
 from .hand import Hand
 
-ALIKE = 0.03
-"""Grasps whose costs differ by less serve equally well: the arm takes what it is nearer to."""
+COST_TOLERANCE = 0.03
+"""Difference of costs below which two grasps are equally good: the arm takes the nearer one."""
 
-_WEIGHTS = (1.0, 0.5, 0.3, 1.0, 0.3, 0.5)  # in the order of `Cost`
-_ASIDE = 10.0  # [rad/m] that moving aside counts, beside turning
-_STILL = 0.3  # [rad] that costs count, where the way to a grasp counts more
-_LEVER = 0.05  # [m] beside the centre of mass at which balance costs all of its weight
-_TIGHT = 5e-3  # [m] on each side below which the fingers have little slack
+_TRANSLATION_WEIGHT = 10.0  # [rad/m] of the tool's distance beside the approach axis
+_COST_WEIGHT = 0.3  # [rad] per cost where grasps are ranked by distance
+_MAX_LEVER = 0.05  # [m] of the centre of mass at which balance costs its whole weight
+_MIN_SLACK = 5e-3  # [m] opening beside the object, on each side, below which slack costs
 
 
-class Cost(NamedTuple):
-    """What speaks against a grasp, each from 0, and at most its weight; the parts add up."""
+class GraspCost(NamedTuple):
+    """Cost of a grasp by criterion, each from 0 to its weight."""
 
     tilt: float
-    """How far from straight down the tool comes in."""
+    """Angle between the approach direction and straight down."""
     balance: float
-    """How far beside the line through the fingers the centre of mass hangs."""
+    """Horizontal distance of the centre of mass from the fingers."""
     contact: float
-    """How little of the pads lies on something."""
-    slant: float
-    """How near to slipping off the faces the fingers press."""
+    """Fraction of the pads that is not in contact."""
+    angle: float
+    """Angle between the closing direction and the surface normals."""
     slack: float
     """How little wider than the object the fingers open."""
     depth: float
-    """How much farther out than it would like to be the hand is kept."""
+    """How far the tool is kept short of the preferred depth."""
 
     @property
     def total(self) -> float:
-        """All of it."""
+        """Sum over the criteria."""
         return sum(self)
 
     def __str__(self) -> str:
-        """Name what costs anything, the most costly first."""
+        """Return the total and the criteria that contribute, largest first."""
         parts = sorted(self._asdict().items(), key=lambda item: -item[1])
-        return ", ".join(f"{name} {cost:.2f}" for name, cost in parts if cost >= 0.005) or "nothing"
+        named = ", ".join(f"{name} {cost:.2f}" for name, cost in parts if cost >= 0.005)
+        return f"{self.total:.2f} ({named})" if named else "0"
 
 
-class Ranked(NamedTuple):
-    """A grasp with what it costs, where the tool is in the world then."""
+WEIGHTS = GraspCost(tilt=1.0, balance=0.5, contact=0.3, angle=1.0, slack=0.3, depth=0.5)
+"""Largest cost of each criterion."""
 
-    grasp: Grasp
+
+class RankedGrasp(NamedTuple):
+    """A grasp candidate in the world, with its cost."""
+
+    grasp: GraspCandidate
     T_wt: pin.SE3
-    cost: Cost
-    away: float
-    """How far the tool has to turn and to move aside before it can go straight there [rad]."""
+    cost: GraspCost
+    tool_distance: float
+    """Rotation and weighted sideways translation of the tool to its approach axis [rad]."""
 
 
-class Ranking:
-    """Grasps of one object as it lies now, compared by what needs no arm to be moved."""
+class GraspRanking:
+    """The grasp candidates of one object in its present pose, compared without moving the arm."""
 
     def __init__(
-        self, grasps: GraspTable, T_wo: pin.SE3, centre: np.ndarray, hand: Hand, T_now: pin.SE3
+        self, grasps: GraspTable, T_wo: pin.SE3, com: np.ndarray, hand: Hand, T_now: pin.SE3
     ) -> None:
-        """Compare grasps.
+        """Compute the cost of each candidate.
 
         Args:
-            grasps: Grasps of the object.
-            T_wo: Its pose.
-            centre: Its centre of mass, in its frame [m].  # (3,)
-            hand: The hand.
-            T_now: Where the tool is.
+            grasps: Grasp candidates of the object.
+            T_wo: Pose of the object.
+            com: Its centre of mass, in its frame [m].  # (3,)
+            hand: The gripper.
+            T_now: Present pose of the tool.
         """
         self._grasps, self._T_wo = grasps, T_wo
         R = T_wo.rotation @ grasps.rotation
-        place = grasps.position @ T_wo.rotation.T + T_wo.translation
-        lever = np.linalg.norm((T_wo.act(centre) - place)[:, :2], axis=1)
-        shares = [
-            np.arccos(np.clip(-R[:, 2, 2], -1.0, 1.0)) / (0.5 * math.pi),
-            lever / _LEVER,
-            1.0 - grasps.contact,
-            grasps.slant / (0.25 * math.pi),
-            1.0 - 0.5 * (hand.stroke - grasps.width) / _TIGHT,
-            grasps.deeper / max(hand.tip + hand.palm, 1e-3),
-        ]
-        self._costs = np.clip(np.stack(shares, axis=1), 0.0, 1.0) * Cost(*_WEIGHTS)
+        position = grasps.position @ T_wo.rotation.T + T_wo.translation
+        lever = np.linalg.norm((T_wo.act(com) - position)[:, :2], axis=1)
+        shares = dict(
+            tilt=np.arccos(np.clip(-R[:, 2, 2], -1.0, 1.0)) / (0.5 * math.pi),
+            balance=lever / _MAX_LEVER,
+            contact=1.0 - grasps.contact,
+            angle=grasps.normal_angle / (0.25 * math.pi),
+            slack=1.0 - 0.5 * (hand.stroke - grasps.width) / _MIN_SLACK,
+            depth=grasps.depth_loss / max(hand.tip + hand.palm, 1e-3),
+        )
+        self._costs = (
+            np.clip(np.stack([shares[name] for name in GraspCost._fields], axis=1), 0.0, 1.0)
+            * WEIGHTS
+        )
         self._total = self._costs.sum(axis=1)
         cosine = 0.5 * (np.einsum("nij,ij->n", R, T_now.rotation) - 1.0)
-        self._turn = np.arccos(np.clip(cosine, -1.0, 1.0))
-        offset, approach = T_now.translation - place, R[:, :, 2]
+        self._rotation = np.arccos(np.clip(cosine, -1.0, 1.0))
+        offset, approach = T_now.translation - position, R[:, :, 2]
         on_axis = np.einsum("ij,ij->i", offset, approach)[:, None] * approach
-        self._away = self._turn + _ASIDE * np.linalg.norm(offset - on_axis, axis=1)
+        sideways = np.linalg.norm(offset - on_axis, axis=1)
+        self._tool_distance = self._rotation + _TRANSLATION_WEIGHT * sideways
 
-    def best_first(self) -> Iterator[Ranked]:
-        """Give the grasps by their costs; of those that are alike the one to turn least for."""
+    def by_cost(self) -> Iterator[RankedGrasp]:
+        """Iterate by cost; equally good grasps by the rotation of the tool."""
         order = np.argsort(self._total, kind="stable")
         sorted_total = self._total[order]
         first = 0
         while first < len(order):
-            last = int(np.searchsorted(sorted_total, sorted_total[first] + ALIKE))
+            last = int(np.searchsorted(sorted_total, sorted_total[first] + COST_TOLERANCE))
             tier = order[first : max(last, first + 1)]
-            for i in tier[np.argsort(self._turn[tier], kind="stable")]:
+            for i in tier[np.argsort(self._rotation[tier], kind="stable")]:
                 yield self._ranked(int(i))
             first += len(tier)
 
-    def nearest_first(self) -> Iterator[Ranked]:
-        """Give the grasps by how far the tool has to turn and to move aside for them."""
-        for i in np.argsort(self._away + _STILL * self._total, kind="stable"):
+    def by_distance(self) -> Iterator[RankedGrasp]:
+        """Iterate by the distance of the tool to the approach axis, with a small cost term."""
+        for i in np.argsort(self._tool_distance + _COST_WEIGHT * self._total, kind="stable"):
             yield self._ranked(int(i))
 
-    def _ranked(self, i: int) -> Ranked:
+    def _ranked(self, i: int) -> RankedGrasp:
         grasp = self._grasps[i]
-        return Ranked(
-            grasp, self._T_wo * grasp.T_ot, Cost(*self._costs[i].tolist()), float(self._away[i])
-        )
+        cost = GraspCost(*self._costs[i].tolist())
+        return RankedGrasp(grasp, self._T_wo * grasp.T_ot, cost, float(self._tool_distance[i]))

@@ -92,4 +92,4 @@ def test_what_lies_on_the_table_as_it_fell_is_picked(name, empty_table, tmp_path
         if reason or empty_table.cell.pose("it").translation[2] < z + 0.1:
             failed[seed] = reason or "it slipped"
     assert len(failed) <= REFUSED_AT_MOST.get(name, 0), failed
-    assert all("leaves the fingers no room" in reason for reason in failed.values()), failed
+    assert all("leaves the gripper no clearance" in reason for reason in failed.values()), failed

@@ -7,7 +7,6 @@ import pinocchio as pin
 
 from bt_manip.arm import Arm
 from bt_manip.behaviours.poses import (
-    GRIP_HEIGHT,
     centre_pose,
     grips_from_above,
     pose_from_text,
@@ -15,16 +14,20 @@ from bt_manip.behaviours.poses import (
 )
 from bt_manip.bt import Input, Output, Status, SyncAction
 from bt_manip.cell import Cell, CellError
-from bt_manip.grasping import GripperClearance, with_clearance
-from bt_manip.grasping.gripper_clearance import ENOUGH
+from bt_manip.grasping import (
+    GRIP_DEPTH,
+    SUFFICIENT_CLEARANCE,
+    GripperClearance,
+    with_clearance,
+)
 from bt_manip_blocks.blocks import blocks_on
 
 
 class ChooseBlock(SyncAction):
-    """Choose a block that the hand has room to grip, of those that lie on something.
+    """Choose a block that the gripper has clearance at, of those that lie on an object.
 
-    Where a tower grows, the block nearest to it, before the tower is in the way of the hand there;
-    otherwise the one with most room.
+    With a base, the block nearest to the tower on it, before the tower obstructs the gripper there;
+    otherwise the one with the largest clearance.
     """
 
     on = Input(str, default="table", doc="Name of what the block has to touch.")
@@ -43,26 +46,28 @@ class ChooseBlock(SyncAction):
     def update(self) -> Status:
         """Compare the blocks."""
         try:
-            rooms = {b: self._room(b) for b in blocks_on(self.cell, self.on) if b != self.base}
-            gaps = {block: self._gap(block) for block in rooms} if self.base else {}
+            clearances = {
+                b: self._clearance(b) for b in blocks_on(self.cell, self.on) if b != self.base
+            }
+            gaps = {block: self._gap(block) for block in clearances} if self.base else {}
         except CellError as error:
             return self.fail(str(error))
-        if not rooms:
+        if not clearances:
             return self.fail(f"no block lies on '{self.on}'")
-        free = [block for block in gaps if rooms[block] >= ENOUGH]
+        free = [block for block in gaps if clearances[block] >= SUFFICIENT_CLEARANCE]
         if free:
             chosen = min(free, key=lambda block: (gaps[block], block))
         else:
-            chosen = max(rooms, key=lambda block: (rooms[block], block))
+            chosen = max(clearances, key=lambda block: (clearances[block], block))
         self.block, self.place = chosen, self._place(chosen)
-        self.feedback_message = f"'{chosen}', with {1000 * rooms[chosen]:.0f} mm of room"
+        self.feedback_message = f"'{chosen}', with {1000 * clearances[chosen]:.0f} mm of clearance"
         return Status.SUCCESS
 
-    def _room(self, name: str) -> float:
-        grips = grips_from_above(centre_pose(self.cell, name), GRIP_HEIGHT)
-        return with_clearance(grips, GripperClearance(self.cell, self.arm.robot, [name]))[
-            1
-        ].distance
+    def _clearance(self, name: str) -> float:
+        height = self.cell.find(name).rest_height - GRIP_DEPTH
+        grips = grips_from_above(centre_pose(self.cell, name), height)
+        clearance = GripperClearance(self.cell, self.arm.robot, [name])
+        return with_clearance(grips, clearance)[1].distance
 
     def _place(self, name: str) -> pin.SE3:
         T_wo, block = self.cell.pose(name), self.cell.find(name)

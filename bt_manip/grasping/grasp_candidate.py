@@ -1,4 +1,4 @@
-"""Grasps of an object by two fingers."""
+"""Grasp candidates: tool poses relative to an object."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,40 +10,40 @@ from bt_manip import spatial
 
 
 @dataclass(frozen=True, eq=False)
-class Grasp:
-    """Where the tool is, seen from an object, when the fingers close on it.
+class GraspCandidate:
+    """Pose of the tool relative to an object when the fingers close on it.
 
-    The tool comes along its z axis.
+    The approach direction is the tool's z axis.
 
     Attributes:
         T_ot: Pose of the tool in the object's frame.
-        width: Distance between the places that the fingers touch [m].
+        width: Distance between the two contact points [m].
         closing: Direction from one finger to the other, in the object's frame; unit.  # (3,)
-        contact: Share of the pads that finds something to lie on, 0 to 1.
-        slant: Largest angle between the closing direction and the normal of a face [rad].
-        deeper: How much farther out than it would like to be the hand is kept by palm or tips [m].
+        contact: Fraction of the pads in contact with the object, 0 to 1.
+        normal_angle: Largest angle between the closing direction and a surface normal [rad].
+        depth_loss: How far palm or fingertips keep the tool short of the preferred depth [m].
     """
 
     T_ot: pin.SE3
     width: float
     closing: np.ndarray
     contact: float = 1.0
-    slant: float = 0.0
-    deeper: float = 0.0
+    normal_angle: float = 0.0
+    depth_loss: float = 0.0
 
     @property
     def approach(self) -> np.ndarray:
-        """Direction that the tool comes in, in the object's frame; unit."""  # (3,)
+        """Approach direction in the object's frame; unit."""  # (3,)
         return np.array(self.T_ot.rotation[:, 2])
 
     def to_text(self) -> str:
-        """Write it as ``x;y;z;qw;qx;qy;qz;width``, the pose that of the tool in the object."""
+        """Return it as ``x;y;z;qw;qx;qy;qz;width``, the pose being `T_ot`."""
         numbers = (*self.T_ot.translation, *spatial.quat_wxyz(self.T_ot), self.width)
         return ";".join(repr(float(x)) for x in numbers)
 
     @classmethod
-    def from_text(cls, text: str) -> "Grasp":
-        """Read what `to_text` wrote; of the closing direction it knows nothing.
+    def from_text(cls, text: str) -> "GraspCandidate":
+        """Parse the text that `to_text` returns; the closing direction is not part of it.
 
         Raises:
             ValueError: When it is not eight finite numbers, the last not negative.
@@ -59,9 +59,9 @@ class Grasp:
 
 @dataclass(frozen=True, eq=False)
 class GraspTable:
-    """Many grasps of one object, as arrays: they are compared together.
+    """The grasp candidates of one object as arrays, one row per candidate.
 
-    Attributes are those of `Grasp`, one row each; the tool's pose in the object is in two parts.
+    The attributes are those of `GraspCandidate`, with `T_ot` as rotation and position.
     """
 
     rotation: np.ndarray  # (n, 3, 3)
@@ -69,24 +69,24 @@ class GraspTable:
     width: np.ndarray  # (n,)
     closing: np.ndarray  # (n, 3)
     contact: np.ndarray  # (n,)
-    slant: np.ndarray  # (n,)
-    deeper: np.ndarray  # (n,)
+    normal_angle: np.ndarray  # (n,)
+    depth_loss: np.ndarray  # (n,)
 
-    def __getitem__(self, i: int) -> Grasp:
-        """Give one of them."""
-        return Grasp(
+    def __getitem__(self, i: int) -> GraspCandidate:
+        """Return one candidate."""
+        return GraspCandidate(
             pin.SE3(self.rotation[i].copy(), self.position[i].copy()),
             float(self.width[i]),
             self.closing[i].copy(),
             float(self.contact[i]),
-            float(self.slant[i]),
-            float(self.deeper[i]),
+            float(self.normal_angle[i]),
+            float(self.depth_loss[i]),
         )
 
     def __len__(self) -> int:
-        """Count them."""
+        """Return the number of candidates."""
         return len(self.width)
 
-    def __iter__(self) -> Iterator[Grasp]:
-        """Give one after the other."""
+    def __iter__(self) -> Iterator[GraspCandidate]:
+        """Iterate over the candidates."""
         return (self[i] for i in range(len(self)))

@@ -1,0 +1,258 @@
+"""Where two fingers grip an object, and how deep: antipodal grasps of primitives and meshes."""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from .antipodal_sampling import FINGER_CLEARANCE, AntipodalPairs, face_extents
+from .grasp_candidate import GraspTable
+from .hand import Hand
+from .solids import Solid
+
+GRIP_DEPTH = 0.010
+"""Depth of the tool centre point below the upper edge of the gripped faces [m].
+
+A cube is gripped this far below its top. Round sides are gripped at their widest point. The palm
+or the support surface may demand a smaller depth.
+"""
+
+_PALM_CLEARANCE = 3e-3  # [m] between the palm and the object
+_TIP_CLEARANCE = (5e-3, 1e-3)  # [m] of the tips above the object's far side: preferred, least
+_MIN_OVERLAP = 4e-3  # [m] of the fingers with flat faces
+_TIP_OVERHANG = 2e-3  # [m] of the tips beyond a point contact, at least
+_MAX_OFF_CENTRE = 0.25  # radii from the widest point of round sides at which the tips may end
+_BELOW = -0.1  # cosine of the approach to straight down below which it comes from below
+
+_LONG = 3.0  # half lengths in pad half widths from which on a box is also gripped off its centre
+_OFF_CENTRE = 0.6  # of the half length at which it is gripped then
+_EDGE_CONTACT = 0.5  # fraction of the pads in contact where a box is approached over an edge
+_LINE_CONTACT = 0.8  # along a generatrix of a cylinder
+_POINT_CONTACT = 0.6  # on a sphere
+_DIAGONAL = np.sqrt(0.5)
+_EIGHTHS = tuple(2 * math.pi * k / 8 for k in range(8))  # [rad] of a turn
+_SIDEWAYS = (0.0, math.pi / 4, -math.pi / 4, math.pi / 2, -math.pi / 2)  # [rad] from downwards
+
+
+class AntipodalGrasp(NamedTuple):
+    """A pair of antipodal contacts and an approach direction, before the depth is set.
+
+    Attributes:
+        centre: Midpoint of the two contacts, in the object's frame [m].  # (3,)
+        closing: Direction from one contact to the other; unit.  # (3,)
+        approach: Approach direction, orthogonal to that; unit.  # (3,)
+        width: Distance between the two contacts [m].
+        face_extent: How far both faces continue against the approach; 0 for round sides [m].
+        contact: Fraction of the pads in contact, 0 to 1.
+        normal_angle: Largest angle between the closing direction and a surface normal [rad].
+        radius: Of round sides, which may be gripped slightly off their widest point [m].
+        part: Index of the gripped solid; -1 for the whole object.
+    """
+
+    centre: np.ndarray
+    closing: np.ndarray
+    approach: np.ndarray
+    width: float
+    face_extent: float = 0.0
+    contact: float = 1.0
+    normal_angle: float = 0.0
+    radius: float = 0.0
+    part: int = -1
+
+
+def box_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[AntipodalGrasp]:
+    """List the grasps of a box: pairs of opposite faces with each approach direction.
+
+    The approach is over one of the four other faces or an edge between them, with either finger
+    first. A long box is also gripped on both sides of its centre.
+
+    Args:
+        solid: A box.
+        hand: The gripper.
+        down: Straight down in the object's frame; no approach comes from below.  # (3,)
+    """
+    R, centre, half = solid.T_os.rotation, solid.T_os.translation, solid.size
+    for i in range(3):
+        width = 2.0 * float(half[i])
+        if not _fits(width, hand):
+            continue
+        j, k = (i + 1) % 3, (i + 2) % 3
+        for closing in (R[:, i], -R[:, i]):
+            for along, other in ((j, k), (k, j)):
+                contact = min(1.0, half[other] / hand.pad)
+                for a in (R[:, along], -R[:, along]):
+                    if a @ down < _BELOW:
+                        continue
+                    extent = float(half[along])
+                    yield AntipodalGrasp(centre, closing, a, width, extent, contact)
+                    if half[other] > _LONG * hand.pad:
+                        shift = _OFF_CENTRE * (half[other] - hand.pad) * R[:, other]
+                        yield AntipodalGrasp(centre + shift, closing, a, width, extent, contact)
+                        yield AntipodalGrasp(centre - shift, closing, a, width, extent, contact)
+            for sign_j, sign_k in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+                a = _DIAGONAL * (sign_j * R[:, j] + sign_k * R[:, k])
+                if a @ down >= _BELOW:
+                    extent = _DIAGONAL * float(min(half[j], half[k]))
+                    yield AntipodalGrasp(centre, closing, a, width, extent, _EDGE_CONTACT)
+
+
+def cylinder_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[AntipodalGrasp]:
+    """List the grasps of a cylinder or capsule: across its diameter and along its length.
+
+    A diameter is approached along the axis, and across it at the centre and on both sides of it.
+
+    Args:
+        solid: A cylinder or a capsule.
+        hand: The gripper.
+        down: Straight down in the object's frame; no approach comes from below.  # (3,)
+    """
+    axis, centre = solid.T_os.rotation[:, 2], solid.T_os.translation
+    radius, half = float(solid.size[0]), float(solid.size[1])
+    end = half + (radius if solid.kind == "capsule" else 0.0)
+    diameter, length = 2.0 * radius, 2.0 * end
+    if _fits(diameter, hand):
+        for a in (axis, -axis):
+            if a @ down >= _BELOW:
+                x = solid.T_os.rotation[:, 0]
+                y = np.cross(a, x)
+                for yaw in _EIGHTHS:
+                    closing = math.cos(yaw) * x + math.sin(yaw) * y
+                    yield AntipodalGrasp(centre, closing, a, diameter, half, _LINE_CONTACT)
+        free = max(half - hand.pad, 0.0)
+        shifts = (0.0, _OFF_CENTRE * free, -_OFF_CENTRE * free) if free > hand.pad else (0.0,)
+        for a in _orthogonal(axis, down, _EIGHTHS):
+            if a @ down >= _BELOW:
+                for shift in shifts:
+                    for closing in (np.cross(axis, a), np.cross(a, axis)):
+                        yield AntipodalGrasp(
+                            centre + shift * axis, closing, a, diameter,
+                            contact=_LINE_CONTACT, radius=radius,
+                        )  # fmt: skip
+    if _fits(length, hand):
+        flat = solid.kind == "cylinder"
+        contact = min(1.0, radius / hand.pad) if flat else _POINT_CONTACT
+        extent = 0.5 * radius if flat else 0.0
+        for a in _orthogonal(axis, down, _SIDEWAYS):
+            if a @ down >= _BELOW:
+                yield AntipodalGrasp(centre, axis, a, length, extent, contact)
+                yield AntipodalGrasp(centre, -axis, a, length, extent, contact)
+
+
+def sphere_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[AntipodalGrasp]:
+    """List the horizontal diameters of a sphere, approached from above, at 45 degrees and level.
+
+    Args:
+        solid: A sphere.
+        hand: The gripper.
+        down: Straight down in the object's frame.  # (3,)
+    """
+    radius = float(solid.size[0])
+    if not _fits(2.0 * radius, hand):
+        return
+    vertical = down / np.linalg.norm(down)
+    for closing in _orthogonal(vertical, np.array([1.0, 0.0, 0.0]), _EIGHTHS):
+        for tilt in (0.0, math.pi / 4, math.pi / 2):
+            a = math.cos(tilt) * vertical + math.sin(tilt) * np.cross(closing, vertical)
+            yield AntipodalGrasp(
+                solid.T_os.translation, closing, a, 2.0 * radius,
+                contact=_POINT_CONTACT, radius=radius,
+            )  # fmt: skip
+
+
+def sampled_grasps(
+    solids: Sequence[Solid], pairs: AntipodalPairs, contact: np.ndarray, down: np.ndarray
+) -> Iterator[AntipodalGrasp]:
+    """List the grasps at sampled pairs: approached from nearest to above, and turned from that.
+
+    Args:
+        solids: The object.
+        pairs: Its antipodal pairs.
+        contact: Fraction of the pads in contact at each.  # (n,)
+        down: Straight down in the object's frame; no approach comes from below.  # (3,)
+    """
+    widths = [float(np.linalg.norm(b - a)) for a, b in zip(pairs.first, pairs.second, strict=True)]
+    lines = (pairs.second - pairs.first) / np.maximum(widths, 1e-9)[:, None]
+    approaches = [_orthogonal(line, down, _SIDEWAYS) for line in lines]
+    extents = face_extents(solids, pairs, [a[0] for a in approaches])
+    for i, line in enumerate(lines):
+        centre = 0.5 * (pairs.first[i] + pairs.second[i])
+        for k, a in enumerate(approaches[i]):
+            if a @ down >= _BELOW:
+                for closing in (line, -line):
+                    yield AntipodalGrasp(
+                        centre, closing, a, widths[i], float(extents[i]) if k == 0 else 0.0,
+                        float(contact[i]), float(pairs.normal_angle[i]),
+                    )  # fmt: skip
+
+
+def set_depth(grasps: Sequence[AntipodalGrasp], hand: Hand, solids: Sequence[Solid]) -> GraspTable:
+    """Set how deep the tool goes in each grasp; drop those without a feasible depth.
+
+    The preferred depth is `GRIP_DEPTH`. The palm has to stay clear of the object, the fingertips
+    above what the object lies on, and the fingers have to overlap the contacts.
+
+    Args:
+        grasps: At least one.
+        hand: The gripper.
+        solids: All solids of the object.
+    """
+    centre, closing, approach = (np.array(c) for c in list(zip(*grasps, strict=True))[:3])
+    width, extent, contact, angle, radius, part = np.array([grasp[3:] for grasp in grasps]).T
+    along = np.einsum("ij,ij->i", approach, centre)
+    above = _support(solids, -approach, part) + along
+    below = _support(solids, approach, part) - along
+    # Distances of the tool centre point from the contacts, against the approach.
+    preferred = np.maximum(extent - GRIP_DEPTH, 0.0)
+    palm_free = np.maximum(preferred, above + _PALM_CLEARANCE - hand.palm)
+    better, enough = (np.maximum(palm_free, hand.tip + c - below) for c in _TIP_CLEARANCE)
+    overhang = np.where(radius > 0.0, -_MAX_OFF_CENTRE * radius, _TIP_OVERHANG)
+    largest = extent + hand.tip - np.where(extent > 0.0, _MIN_OVERLAP, overhang)
+    back = np.minimum(better, largest)
+    # Round sides: the tips end short of the widest point, where the normals are inclined.
+    off_centre = np.clip((back - hand.tip) / np.maximum(radius, 1e-9), 0.0, _MAX_OFF_CENTRE)
+    angle = np.where(radius > 0.0, np.arcsin(off_centre), angle)
+    k = np.flatnonzero(enough <= largest)
+    object_axes = np.stack([closing, np.cross(approach, closing), approach], axis=2)
+    z = np.array([0.0, 0.0, 1.0])
+    tool_axes = np.stack([hand.closing, np.cross(z, hand.closing), z], axis=1)
+    return GraspTable(
+        object_axes[k] @ tool_axes.T,
+        centre[k] - back[k, None] * approach[k],
+        width[k],
+        closing[k],
+        contact[k],
+        angle[k],
+        (back - preferred)[k],
+    )
+
+
+def _support(solids: Sequence[Solid], directions: np.ndarray, part: np.ndarray) -> np.ndarray:
+    """Return the support function of the gripped part, or of the whole object [m]."""
+    each = np.array([solid.support(directions) for solid in solids])  # (solids, n)
+    whole = each.max(axis=0)
+    own = each[np.maximum(part, 0).astype(int), np.arange(len(part))]
+    return np.where(part < 0, whole, own)
+
+
+def _fits(width: float, hand: Hand) -> bool:
+    """Return whether the fingers open wide enough, and close far enough, for a width [m]."""
+    return hand.least + 5e-4 < width <= hand.stroke - 2.0 * FINGER_CLEARANCE
+
+
+def _orthogonal(line: np.ndarray, down: np.ndarray, turns: Sequence[float]) -> list[np.ndarray]:
+    """List directions orthogonal to a line: the one nearest to straight down, turned by angles.
+
+    Args:
+        line: Unit direction.  # (3,)
+        down: Straight down, in the same frame; unit.  # (3,)
+        turns: Angles about the line [rad].
+    """
+    first = down - (down @ line) * line
+    length = float(np.linalg.norm(first))
+    if length < 1e-3:  # a vertical line: any direction orthogonal to it
+        first = np.cross(line, np.eye(3)[int(np.argmin(np.abs(line)))])
+        length = float(np.linalg.norm(first))
+    first = first / length
+    second = np.cross(line, first)
+    return [np.cos(t) * first + np.sin(t) * second for t in turns]

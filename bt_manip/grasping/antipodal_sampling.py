@@ -1,0 +1,270 @@
+"""Antipodal pairs of points, sampled from the surface of an object of any shape."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from .hand import Hand
+from .solids import Polyhedron, Solid
+
+FINGER_CLEARANCE = 1.5e-3
+"""How much wider than the object the fingers open, on each side [m]."""
+
+SAMPLES = 320  # points drawn from the surface
+MAX_PAIRS = 60  # pairs that become grasps
+MAX_PARALLEL = 10  # of them with similar direction and width
+CONE_FRACTION = 0.8  # of the friction cone's half angle that is used
+
+_INSIDE = 1e-5  # [m] depth inside another solid from which on a point is not on the surface
+_MERGED = 1e-5  # [m] gap between solids up to which a line treats them as one
+_SAME_CENTRE = 5e-3  # [m] distance of centres below which similar pairs are duplicates
+_SIMILAR_WIDTH = 0.01  # [m] difference of widths
+_SIMILAR_DIRECTION = 0.3  # [rad] angle between lines
+_LEVER = 0.05  # [m] distance from the centre of mass that costs as much as missing contact
+_FLAT = 1e-3  # [m] deviation of a surface that still carries a pad
+_FACE_STEPS = 1e-3 * np.array([3.5, 7, 10, 20, 30, 40, 50, 60, 80, 100])  # [m]
+
+
+class AntipodalPairs(NamedTuple):
+    """Pairs of surface points on which two fingers press without slipping."""
+
+    first: np.ndarray
+    """Contact point of one finger [m]."""  # (n, 3)
+    second: np.ndarray
+    """Contact point of the other [m]."""  # (n, 3)
+    normal_angle: np.ndarray
+    """Largest angle between the line and a surface normal [rad]."""  # (n,)
+
+    def lines(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the unit directions from first to second, and the distances [m]."""
+        line = self.second - self.first
+        width = np.linalg.norm(line, axis=1)
+        return line / np.maximum(width, 1e-9)[:, None], width
+
+
+class Intersections(NamedTuple):
+    """Where one line enters and leaves an object, in order."""
+
+    enter: list[float]  # [m] along the line
+    leave: list[float]
+    normal_in: list[np.ndarray]  # outward normals of the faces
+    normal_out: list[np.ndarray]
+
+
+def sample_surface(
+    solids: Sequence[Polyhedron], count: int, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Draw points uniformly from the surface of an object.
+
+    Args:
+        solids: Its solids; they may overlap.
+        count: Number of points; those inside another solid are left out.
+        rng: Random generator.
+
+    Returns:
+        The points [m] and the outward normals there.  # (n, 3) each
+    """
+    triangles = np.concatenate([solid.triangles for solid in solids])
+    owner = np.repeat(np.arange(len(solids)), [len(solid.triangles) for solid in solids])
+    normals = np.concatenate([solid.normals for solid in solids])
+    edges = triangles[:, 1:] - triangles[:, :1]
+    area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    drawn = rng.choice(len(triangles), size=count, p=area / area.sum())
+    u, v = rng.uniform(size=(2, count))
+    folded = u + v > 1.0
+    u, v = np.where(folded, 1.0 - u, u), np.where(folded, 1.0 - v, v)
+    points = triangles[drawn, 0] + u[:, None] * edges[drawn, 0] + v[:, None] * edges[drawn, 1]
+    outside = np.ones(count, dtype=bool)
+    for i, solid in enumerate(solids):
+        depth = (solid.offsets - points @ solid.normals.T).min(axis=1)
+        outside &= (owner[drawn] == i) | (depth < _INSIDE)
+    return points[outside], normals[drawn][outside]
+
+
+def intersect(
+    solids: Sequence[Polyhedron], points: np.ndarray, directions: np.ndarray
+) -> list[Intersections]:
+    """Intersect lines with an object by Cyrus-Beck clipping against the planes of each solid.
+
+    Args:
+        solids: The object.
+        points: One on each line [m].  # (n, 3)
+        directions: Unit directions of the lines.  # (n, 3)
+    """
+    parts: list[list[tuple[float, float, np.ndarray, np.ndarray]]] = [[] for _ in points]
+    for solid in solids:
+        slope = directions @ solid.normals.T  # (n, m)
+        ahead = solid.offsets - points @ solid.normals.T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = ahead / slope
+        enters = np.where(slope < -1e-12, t, -np.inf)
+        leaves = np.where(slope > 1e-12, t, np.inf)
+        beside = ((np.abs(slope) <= 1e-12) & (ahead < 0.0)).any(axis=1)
+        a, b = enters.argmax(axis=1), leaves.argmin(axis=1)
+        rows = np.arange(len(points))
+        t_in, t_out = enters[rows, a], leaves[rows, b]
+        for i in np.flatnonzero((t_in < t_out) & ~beside):
+            parts[i].append((float(t_in[i]), float(t_out[i]), solid.normals[a[i]],
+                             solid.normals[b[i]]))  # fmt: skip
+    return [_merged(sorted(part, key=lambda p: p[:2])) for part in parts]
+
+
+def _merged(parts: list[tuple[float, float, np.ndarray, np.ndarray]]) -> Intersections:
+    """Merge the intervals of solids that overlap or touch along a line."""
+    found = Intersections([], [], [], [])
+    for enter, leave, normal_in, normal_out in parts:
+        if found.leave and enter <= found.leave[-1] + _MERGED:
+            if leave > found.leave[-1]:
+                found.leave[-1], found.normal_out[-1] = leave, normal_out
+            continue
+        found.enter.append(enter)
+        found.leave.append(leave)
+        found.normal_in.append(normal_in)
+        found.normal_out.append(normal_out)
+    return found
+
+
+def antipodal_pairs(
+    solids: Sequence[Polyhedron],
+    *,
+    cone: float,
+    max_width: float,
+    count: int,
+    rng: np.random.Generator,
+) -> AntipodalPairs:
+    """Sample antipodal pairs: force-closure grasps of two point contacts with friction.
+
+    A line is cast into the object from each of `count` surface points, against the normal or
+    inside the cone around it. The fingers press on the outermost two points of the line, or on
+    both sides of one of several walls. The pair is in force closure if the line is inside both
+    friction cones (Nguyen, "Constructing force-closure grasps", 1988).
+
+    Args:
+        solids: The object.
+        cone: Half angle of the friction cone [rad].
+        max_width: Largest distance between the two points [m].
+        count: Number of surface points.
+        rng: Random generator.
+    """
+    points, normals = sample_surface(solids, count, rng)
+    jitter = np.linalg.norm(normals, axis=1, keepdims=True) * rng.normal(size=normals.shape)
+    amount = np.tan(cone) * rng.uniform(size=(len(points), 1)) ** 2
+    amount[::2] = 0.0  # every second line is the normal itself
+    sideways = jitter - (jitter * normals).sum(axis=1, keepdims=True) * normals
+    sideways /= np.maximum(np.linalg.norm(sideways, axis=1, keepdims=True), 1e-9)
+    directions = -normals + amount * sideways
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    first, second, angles = [], [], []
+    for point, direction, found in zip(
+        points, directions, intersect(solids, points, directions), strict=True
+    ):
+        walls = len(found.enter)
+        ends = [(0, walls - 1)] * (walls > 0) + [(i, i) for i in range(walls) if walls > 1]
+        for i, j in ends:  # all walls between the fingers, or one of them
+            start, end = found.enter[i], found.leave[j]
+            angle = max(
+                _angle(-direction, found.normal_in[i]), _angle(direction, found.normal_out[j])
+            )
+            if end - start <= max_width and angle <= cone:
+                first.append(point + start * direction)
+                second.append(point + end * direction)
+                angles.append(angle)
+    return AntipodalPairs(
+        np.reshape(first, (-1, 3)), np.reshape(second, (-1, 3)), np.array(angles, dtype=float)
+    )
+
+
+def _angle(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.arccos(np.clip(a @ b, -1.0, 1.0)))
+
+
+def friction_cone(solids: Sequence[Solid], hand: Hand) -> float:
+    """Return the half angle of the friction cone that grasps are kept inside [rad].
+
+    For two geoms in contact MuJoCo uses the larger friction.
+    """
+    return CONE_FRACTION * math.atan(max(hand.friction, min(s.friction for s in solids)))
+
+
+def best_antipodal_pairs(
+    solids: Sequence[Solid], hand: Hand, com: np.ndarray, rng: np.random.Generator
+) -> tuple[AntipodalPairs, np.ndarray]:
+    """Sample antipodal pairs and keep the best of different position, direction and width.
+
+    Args:
+        solids: The object.
+        hand: The gripper.
+        com: The object's centre of mass, in its frame [m].  # (3,)
+        rng: Random generator.
+
+    Returns:
+        The pairs, and the fraction of the pads in contact at each.  # (n,)
+    """
+    pairs = antipodal_pairs(
+        [solid.polyhedron for solid in solids],
+        cone=friction_cone(solids, hand),
+        max_width=hand.stroke - 2.0 * FINGER_CLEARANCE,
+        count=SAMPLES,
+        rng=rng,
+    )
+    contact = pad_contact(solids, pairs, hand)
+    centre = 0.5 * (pairs.first + pairs.second)
+    lever = np.linalg.norm(centre - com, axis=1) / _LEVER
+    cost = lever + (1.0 - contact) + pairs.normal_angle
+    kept: list[int] = []
+    lines, width = pairs.lines()
+    for i in np.argsort(cost, kind="stable"):
+        similar = [
+            k
+            for k in kept
+            if abs(float(lines[k] @ lines[i])) > math.cos(_SIMILAR_DIRECTION)
+            and abs(width[k] - width[i]) < _SIMILAR_WIDTH
+        ]
+        duplicate = any(np.linalg.norm(centre[k] - centre[i]) < _SAME_CENTRE for k in similar)
+        if len(similar) < MAX_PARALLEL and not duplicate:
+            kept.append(int(i))
+        if len(kept) == MAX_PAIRS:
+            break
+    return AntipodalPairs(*(column[kept] for column in pairs)), contact[kept]
+
+
+def pad_contact(solids: Sequence[Solid], pairs: AntipodalPairs, hand: Hand) -> np.ndarray:
+    """Estimate the fraction of the pads in contact, from four parallel lines beside each pair."""
+    n = len(pairs.first)  # of the result, too
+    if not n:
+        return np.zeros(0)
+    line, width = pairs.lines()
+    thin = np.eye(3)[np.argmin(np.abs(line), axis=1)]
+    u = np.cross(line, thin)
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    v = np.cross(line, u)
+    polyhedra = [solid.polyhedron for solid in solids]
+    hits = np.zeros(n)
+    for side in (u, -u, v, -v):
+        beside = pairs.first + 0.6 * hand.pad * side
+        for i, found in enumerate(intersect(polyhedra, beside, line)):
+            hits[i] += _at(found.enter, 0.0) + _at(found.leave, width[i])
+    return hits / 8.0
+
+
+def face_extents(
+    solids: Sequence[Solid], pairs: AntipodalPairs, approaches: Sequence[np.ndarray]
+) -> np.ndarray:
+    """Measure how far both faces of each pair continue against an approach direction [m]."""
+    n = len(_FACE_STEPS)  # (n,)
+    repeated = AntipodalPairs(*(np.repeat(column, n, axis=0) for column in pairs))
+    line, width = repeated.lines()
+    out = np.repeat(np.reshape(approaches, (-1, 3)), n, axis=0) * np.tile(
+        _FACE_STEPS, len(pairs.first)
+    )[:, None]  # fmt: skip
+    found = intersect([solid.polyhedron for solid in solids], repeated.first - out, line)
+    same = [_at(f.enter, 0.0) and _at(f.leave, w) for f, w in zip(found, width, strict=True)]
+    steps = np.reshape(same, (-1, n)).cumprod(axis=1).sum(axis=1).astype(int)
+    return np.concatenate([[0.0], _FACE_STEPS])[steps]
+
+
+def _at(positions: Sequence[float], expected: float) -> bool:
+    """Return whether a line crosses a surface within `_FLAT` of where it is expected."""
+    return any(abs(t - expected) < _FLAT for t in positions)

@@ -1,0 +1,211 @@
+"""The convex solids that an object collides as, and their surfaces."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.cell import Cell
+from bt_manip.exceptions import MotionError
+
+_KINDS = {
+    int(mujoco.mjtGeom.mjGEOM_BOX): "box",
+    int(mujoco.mjtGeom.mjGEOM_SPHERE): "sphere",
+    int(mujoco.mjtGeom.mjGEOM_CYLINDER): "cylinder",
+    int(mujoco.mjtGeom.mjGEOM_CAPSULE): "capsule",
+    int(mujoco.mjtGeom.mjGEOM_ELLIPSOID): "ellipsoid",
+    int(mujoco.mjtGeom.mjGEOM_MESH): "mesh",
+}
+_SECTORS = 32  # of the polyhedron that stands for a round solid
+_RINGS = 8  # of half a sphere
+_QUADS = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+
+
+@dataclass(frozen=True, eq=False)
+class Polyhedron:
+    """A convex solid, the points x with ``normals @ x <= offsets``, and its surface.
+
+    Attributes:
+        normals: Outward unit normals, one per triangle.  # (k, 3)
+        offsets: Of the planes [m].  # (k,)
+        triangles: Corners of the surface triangles [m].  # (k, 3, 3)
+    """
+
+    normals: np.ndarray
+    offsets: np.ndarray
+    triangles: np.ndarray
+
+    @classmethod
+    def from_triangles(cls, triangles: np.ndarray) -> "Polyhedron":
+        """Make a polyhedron from the triangles of a convex surface, in either winding order.
+
+        Args:
+            triangles: Those without area are left out [m].  # (k, 3, 3)
+        """
+        edges = triangles[:, 1:] - triangles[:, :1]
+        normals = np.cross(edges[:, 0], edges[:, 1])
+        area = np.linalg.norm(normals, axis=1)
+        some = area > 1e-12 * max(float(area.max()), 1e-12)
+        triangles, normals = triangles[some], normals[some] / area[some, None]
+        inside = triangles.reshape(-1, 3).mean(axis=0)
+        inward = np.einsum("ij,ij->i", normals, triangles[:, 0] - inside) < 0.0
+        normals[inward] *= -1.0
+        return cls(normals, np.einsum("ij,ij->i", normals, triangles[:, 0]), triangles)
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """One convex solid of an object; a mesh is replaced by its convex hull, as in the physics.
+
+    Attributes:
+        kind: ``box``, ``sphere``, ``cylinder``, ``capsule``, ``ellipsoid`` or ``mesh``.
+        size: Half lengths or radii as in MuJoCo's ``geom_size`` [m].  # (3,)
+        T_os: Its pose in the object.
+        friction: Sliding friction [-].
+        hull: Triangles of a mesh's convex hull, in the frame of the solid [m].  # (n, 3, 3)
+    """
+
+    kind: str
+    size: np.ndarray
+    T_os: pin.SE3
+    friction: float
+    hull: np.ndarray | None = None
+
+    @cached_property
+    def polyhedron(self) -> Polyhedron:
+        """The solid as a polyhedron in the object's frame."""
+        triangles = surface_triangles(self.kind, self.size) if self.hull is None else self.hull
+        return Polyhedron.from_triangles(triangles @ self.T_os.rotation.T + self.T_os.translation)
+
+    def support(self, directions: np.ndarray) -> np.ndarray:
+        """Return the support function: the largest coordinate along each direction [m].
+
+        Args:
+            directions: Unit vectors in the object's frame.  # (n, 3)
+        """  # (n,)
+        along = directions @ self.T_os.rotation
+        size = self.size
+        if self.kind == "box":
+            out = np.abs(along) @ size
+        elif self.kind == "sphere":
+            out = np.full(len(along), size[0])
+        elif self.kind == "cylinder":
+            out = np.hypot(along[:, 0], along[:, 1]) * size[0] + np.abs(along[:, 2]) * size[1]
+        elif self.kind == "capsule":
+            out = size[0] + np.abs(along[:, 2]) * size[1]
+        elif self.kind == "ellipsoid":
+            out = np.linalg.norm(along * size, axis=1)
+        else:
+            assert self.hull is not None
+            out = (along @ self.hull.reshape(-1, 3).T).max(axis=1)
+        return np.array(out + directions @ self.T_os.translation)
+
+
+def solids_of(cell: Cell, name: str) -> list[Solid]:
+    """List the convex solids of an entity that can be in contact.
+
+    Raises:
+        CellError: When there is no such entity.
+        MotionError: When it has no collision geometry.
+    """
+    cell.find(name)
+    model, data = cell.model, cell.data
+    root = cell.body_id(name)
+    T_wo = cell.pose(name)
+    collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    own = collides & (model.body_rootid[model.geom_bodyid] == model.body_rootid[root])
+    own &= model.geom_bodyid >= root
+    solids = []
+    for geom in np.flatnonzero(own):
+        kind = _KINDS.get(int(model.geom_type[geom]))
+        if kind is None:
+            continue
+        mesh = int(model.geom_dataid[geom])
+        hull = _mesh_hull(model, mesh) if kind == "mesh" else None
+        T_wg = pin.SE3(data.geom_xmat[geom].reshape(3, 3).copy(), data.geom_xpos[geom].copy())
+        friction = float(model.geom_friction[geom, 0])
+        size = np.array(model.geom_size[geom])
+        solids.append(Solid(kind, size, T_wo.actInv(T_wg), friction, hull))
+    if not solids:
+        raise MotionError(f"'{name}' has no collision geometry to grip", reason="grasp")
+    return solids
+
+
+def least_width(solids: Sequence[Solid]) -> float:
+    """Return the least distance between two parallel planes that enclose an object [m].
+
+    Exact for a single box, cylinder, capsule or sphere; otherwise over the face normals.
+    """
+    only = solids[0]
+    if len(solids) == 1 and only.kind == "box":
+        return 2.0 * float(only.size.min())
+    if len(solids) == 1 and only.kind == "sphere":
+        return 2.0 * float(only.size[0])
+    if len(solids) == 1 and only.kind in ("cylinder", "capsule"):
+        end = only.size[1] + (only.size[0] if only.kind == "capsule" else 0.0)
+        return 2.0 * float(min(only.size[0], end))
+    normals = np.concatenate([solid.polyhedron.normals for solid in solids])
+    upper, lower = (np.max([s.support(d) for s in solids], axis=0) for d in (normals, -normals))
+    return float((upper + lower).min())
+
+
+def surface_triangles(kind: str, size: np.ndarray) -> np.ndarray:
+    """Return the surface of a primitive; a round one as an inscribed polyhedron.
+
+    Args:
+        kind: ``box``, ``sphere``, ``cylinder``, ``capsule`` or ``ellipsoid``.
+        size: Half lengths or radii as in MuJoCo's ``geom_size`` [m].  # (3,)
+    """  # (k, 3, 3)
+    if kind == "box":
+        signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+        quads = (signs * size)[np.array(_QUADS)]
+        return np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]])
+    if kind == "cylinder":
+        r, h = float(size[0]), float(size[1])
+        return _surface_of_revolution(np.array([[0.0, -h], [r, -h], [r, h], [0.0, h]]))
+    latitude = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 2 * _RINGS + 1)
+    arc = np.column_stack([np.cos(latitude), np.sin(latitude)])
+    if kind == "ellipsoid":
+        return _surface_of_revolution(arc) * size
+    arc = float(size[0]) * arc
+    if kind == "capsule":
+        ends = np.insert(arc, _RINGS, arc[_RINGS], axis=0)
+        ends[: _RINGS + 1, 1] -= size[1]
+        ends[_RINGS + 1 :, 1] += size[1]
+        arc = ends
+    return _surface_of_revolution(arc)
+
+
+def _mesh_hull(model: mujoco.MjModel, mesh: int) -> np.ndarray:
+    """Return the triangles of the convex hull that MuJoCo's compiler made of a mesh [m].
+
+    From ``mesh_graphadr`` on, ``mesh_graph`` holds the numbers of vertices and faces, two numbers
+    per vertex, three edge numbers per face, and the three vertices of each face.
+    """  # (k, 3, 3)
+    first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+    vertices = np.array(model.mesh_vert[first : first + count], dtype=float)
+    start = int(model.mesh_graphadr[mesh])
+    n_vertices, n_faces = (int(n) for n in model.mesh_graph[start : start + 2])
+    start += 2 + 2 * n_vertices + n_vertices + 3 * n_faces
+    faces = np.array(model.mesh_graph[start : start + 3 * n_faces]).reshape(-1, 3)
+    return vertices[faces]
+
+
+def _surface_of_revolution(profile: np.ndarray) -> np.ndarray:
+    """Revolve a profile of radii and heights about the z axis [m]."""  # (k, 3, 3)
+    angle = 2.0 * np.pi * np.arange(_SECTORS + 1) / _SECTORS
+    radius, height = profile.T
+    rings = np.stack(
+        [
+            radius[:, None] * np.cos(angle),
+            radius[:, None] * np.sin(angle),
+            np.repeat(height[:, None], len(angle), axis=1),
+        ],
+        axis=2,
+    )
+    a, b, c, d = rings[:-1, :-1], rings[1:, :-1], rings[1:, 1:], rings[:-1, 1:]
+    quads = np.stack([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)])
+    return np.array(quads.reshape(-1, 3, 3))

@@ -1,0 +1,65 @@
+"""Grasps of primitives, compared with geometry worked out by hand."""
+
+import math
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip.grasping import GRIP_DEPTH
+from tests.grasping.shapes import DOWN, HAND, candidates, solid
+
+
+def test_a_cube_is_gripped_by_faces_as_far_apart_as_its_edges_are_long():
+    for grasp in candidates(solid("box", 0.025, 0.025, 0.025)):
+        assert grasp.width == pytest.approx(0.05)
+        assert np.abs(grasp.closing).max() == pytest.approx(1.0)
+        assert grasp.approach @ grasp.closing == pytest.approx(0.0, abs=1e-12)
+        assert grasp.T_ot.rotation[:, 1] == pytest.approx(grasp.closing, abs=1e-12)
+        assert np.linalg.det(grasp.T_ot.rotation) == pytest.approx(1.0)
+        assert grasp.approach @ DOWN > -0.5, "no approach comes from below"
+
+
+def test_only_the_faces_that_fit_between_the_fingers_are_gripped():
+    widths = {round(g.width, 6) for g in candidates(solid("box", 0.06, 0.02, 0.035))}
+    assert widths == {0.04, 0.07}
+
+
+def test_a_thin_plate_is_gripped_with_the_tips_above_its_support():
+    grasps = candidates(solid("box", 0.03, 0.03, 0.004))
+    above = [g for g in grasps if g.approach @ DOWN > 0.99]
+    assert above
+    for grasp in above:
+        tips = grasp.T_ot.translation[2] - HAND.tip
+        assert -0.004 + 1e-3 <= tips + 1e-9 < 0.004
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.6, 2.5])
+def test_a_lying_cylinder_is_gripped_across_its_axis_from_straight_above(turn):
+    rotation = pin.utils.rotate("z", turn) @ pin.utils.rotate("y", 0.5 * math.pi)
+    grasps = candidates(solid("cylinder", 0.02, 0.05, rotation=rotation))
+    above = [g for g in grasps if g.approach @ DOWN > 1.0 - 1e-9]
+    assert above
+    for grasp in above:
+        assert abs(grasp.closing @ rotation[:, 2]) < 1e-9 and grasp.width == pytest.approx(0.04)
+
+
+def test_a_sphere_is_gripped_at_its_widest_point_or_as_far_from_it_as_the_palm_demands():
+    for radius in (0.015, 0.033):
+        for grasp in candidates(solid("sphere", radius)):
+            back = -grasp.T_ot.translation @ grasp.approach
+            palm = back + HAND.palm
+            assert palm >= radius + 3e-3 - 1e-9
+            # Tips that end short of the widest point press on surfaces inclined by this angle.
+            off_centre = max(back - HAND.tip, 0.0)
+            assert grasp.normal_angle == pytest.approx(math.asin(off_centre / radius), abs=1e-9)
+            assert grasp.normal_angle < 0.26
+
+
+@pytest.mark.parametrize("half", [0.02, 0.025, 0.035])
+def test_a_cube_is_gripped_at_the_grip_depth_below_its_top(half):
+    above = [g for g in candidates(solid("box", half, half, half)) if g.approach @ DOWN > 0.99]
+    assert above
+    for grasp in above:
+        depth = half - grasp.T_ot.translation[2]
+        assert depth == pytest.approx(min(GRIP_DEPTH, HAND.palm - 3e-3))

@@ -1,0 +1,83 @@
+"""Antipodal pairs, compared with geometry worked out by hand."""
+
+import math
+
+import numpy as np
+import pytest
+import trimesh
+
+from bt_manip.grasping import antipodal_pairs
+from bt_manip.grasping.antipodal_sampling import (
+    best_antipodal_pairs,
+    friction_cone,
+    intersect,
+)
+from tests.grasping.shapes import HAND, convex, mug, solid, wedge
+
+
+def normals_at(mesh, point):
+    """Return the normals of the triangles that a point lies on, found by distance alone."""
+    nearest = trimesh.triangles.closest_point(mesh.triangles, np.tile(point, (len(mesh.faces), 1)))
+    distance = np.linalg.norm(nearest - point, axis=1)
+    assert distance.min() < 1e-6, "it is not on the surface"
+    return mesh.face_normals[distance < 1e-6]
+
+
+@pytest.mark.parametrize("make", [
+    wedge,
+    lambda: trimesh.creation.icosphere(subdivisions=2, radius=0.03),
+    lambda: trimesh.creation.cylinder(0.03, 0.05, sections=7),
+    lambda: trimesh.creation.capsule(0.04, 0.02, count=[9, 8]),
+])  # fmt: skip
+@pytest.mark.parametrize("cone", [0.15, 0.6])
+def test_antipodal_pairs_are_inside_both_friction_cones(make, cone):
+    mesh = make()
+    pairs = antipodal_pairs(
+        [convex(mesh).polyhedron],
+        cone=cone,
+        max_width=0.08,
+        count=200,
+        rng=np.random.default_rng(1),
+    )
+    assert len(pairs.first) > 5
+    for first, second in zip(pairs.first, pairs.second, strict=True):
+        line = (second - first) / np.linalg.norm(second - first)
+        assert np.linalg.norm(second - first) <= 0.08
+        for point, outward in ((first, -line), (second, line)):
+            steepest = max(float(n @ outward) for n in normals_at(mesh, point))
+            assert math.acos(min(steepest, 1.0)) <= cone + 1e-6
+
+
+def test_a_triangular_prism_has_no_pairs_without_friction():
+    prism = trimesh.creation.cylinder(0.02, 0.2, sections=3)
+
+    def sides(cone):
+        pairs = antipodal_pairs(
+            [convex(prism).polyhedron], cone=cone, max_width=0.08, count=300,
+            rng=np.random.default_rng(0),
+        )  # fmt: skip
+        return len(pairs.first)
+
+    assert sides(math.radians(29.0)) == 0, "the sides are 60 degrees from being parallel"
+    assert sides(math.radians(40.0)) > 0
+
+
+def test_a_line_through_a_hollow_object_enters_and_leaves_each_wall():
+    (found,) = intersect(
+        [s.polyhedron for s in mug()], np.array([[0.0, 0.003, 0.0]]), np.array([[1.0, 0.0, 0.0]])
+    )
+    assert found.enter == pytest.approx([-0.032, 0.028])
+    assert found.leave == pytest.approx([-0.028, 0.032])
+
+
+def test_a_hollow_object_is_gripped_from_outside_and_by_its_walls():
+    pairs, _ = best_antipodal_pairs(mug(), HAND, np.zeros(3), np.random.default_rng(0))
+    _, widths = pairs.lines()
+    assert any(w == pytest.approx(0.064, abs=1e-3) for w in widths)
+    assert any(w == pytest.approx(0.004, abs=1e-3) for w in widths)
+
+
+def test_grasps_stay_inside_80_percent_of_the_friction_cone_of_the_larger_friction():
+    assert friction_cone([solid("box", 0.01, 0.01, 0.01)], HAND) == pytest.approx(
+        0.8 * math.atan(1.0)
+    )

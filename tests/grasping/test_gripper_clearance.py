@@ -1,0 +1,45 @@
+"""Clearance of the open gripper at tool poses."""
+
+import pinocchio as pin
+import pytest
+
+from bt_manip.behaviours.poses import centre_pose, grips_from_above
+from bt_manip.cell import Cube
+from bt_manip.grasping import GripperClearance, with_clearance
+
+
+@pytest.fixture
+def grips(station):
+    return grips_from_above(centre_pose(station.cell, "cube"), 0.015)
+
+
+def test_the_clearance_is_the_distance_to_the_nearest_entity(station, grips):
+    alone = GripperClearance(station.cell, station.robot, ["cube"]).at_pose(grips[0])
+    # The fingertips end 9.5 mm below the tool centre point, which is 40 mm above the table.
+    assert alone.entity == "table" and alone.distance == pytest.approx(0.0305, abs=1e-3)
+    # Open pads end 55 mm from the centre: a cube at 90 mm begins at 65 mm.
+    axis = grips[0].rotation[:, 1]
+    cube = station.cell.pose("cube")
+    station.cell.add(Cube(), pin.SE3(cube.rotation, cube.translation + 0.09 * axis), name="other")
+    beside = GripperClearance(station.cell, station.robot, ["cube"]).at_pose(grips[0])
+    assert beside.entity == "other" and 0.0 < beside.distance < 0.0105
+
+
+def test_poses_with_sufficient_clearance_are_selected(station, grips):
+    cube = station.cell.pose("cube")
+    beside = cube.translation + 0.07 * grips[0].rotation[:, 1]
+    station.cell.add(Cube(), pin.SE3(cube.rotation, beside), name="other")
+    clearance = GripperClearance(station.cell, station.robot, ["cube"])
+    free, largest = with_clearance(grips, clearance)
+    assert [T for T in grips if clearance.at_pose(T).distance >= 4e-3] == free
+    assert len(free) == 2 and largest.distance >= 4e-3
+
+
+def test_an_object_lifted_into_an_obstacle_has_negative_clearance(station):
+    cube = station.cell.pose("cube")
+    above = cube.translation + [0.0, 0.0, 0.08]
+    station.cell.add(Cube(), pin.SE3(cube.rotation, above), name="other")
+    clearance = GripperClearance(station.cell, station.robot, ["cube"])
+    lifted = clearance.of_displaced("cube", [[0.0, 0.0, 0.05]])
+    assert lifted.entity == "other" and lifted.distance == pytest.approx(-0.02, abs=1e-3)
+    assert clearance.of_displaced("cube", [[0.0, 0.0, 0.02]]).distance > 0.0

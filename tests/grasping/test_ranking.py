@@ -1,0 +1,42 @@
+"""Ranking of grasp candidates by cost."""
+
+import math
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip.grasping.ranking import GraspRanking
+from tests.grasping.shapes import DOWN, HAND, candidates, solid
+
+
+def ranking(table, com=(0.0, 0.0, 0.0), T_now=None):
+    T_now = (
+        pin.SE3(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, 0.4])) if T_now is None else T_now
+    )
+    return GraspRanking(table, pin.SE3.Identity(), np.array(com), HAND, T_now)
+
+
+def test_a_cube_is_gripped_from_above_first_at_no_cost():
+    found = list(ranking(candidates(solid("box", 0.025, 0.025, 0.025))).by_cost())
+    for one in found[:4]:
+        assert one.T_wt.rotation[:, 2] == pytest.approx(DOWN)
+        assert one.T_wt.translation == pytest.approx([0.0, 0.0, 0.015])
+        assert one.cost.total == 0.0 and str(one.cost) == "0"
+    assert found[4].cost.tilt > 0.4 and "tilt 0.50" in str(found[4].cost)
+
+
+def test_of_equally_good_grasps_the_one_with_the_smallest_rotation_comes_first():
+    table = candidates(solid("box", 0.025, 0.025, 0.025))
+    for angle in (0.3, 1.4, -1.4, 2.8):
+        T_now = pin.SE3(pin.utils.rotate("z", angle) @ np.diag([1.0, -1.0, -1.0]), np.zeros(3))
+        first = next(ranking(table, T_now=T_now).by_cost())
+        turned = pin.log3(T_now.rotation.T @ first.T_wt.rotation)
+        assert np.linalg.norm(turned) <= math.pi / 4 + 1e-9
+
+
+def test_a_rod_is_gripped_at_its_centre_of_mass_rather_than_beside_it():
+    table = candidates(solid("box", 0.1, 0.015, 0.015))
+    assert next(ranking(table).by_cost()).T_wt.translation[0] == pytest.approx(0.0)
+    heavy = next(ranking(table, com=(0.06, 0.0, 0.0)).by_cost())
+    assert heavy.T_wt.translation[0] == pytest.approx(0.6 * (0.1 - HAND.pad))

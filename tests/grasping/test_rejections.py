@@ -1,0 +1,34 @@
+"""Error messages when no grasp is feasible."""
+
+from bt_manip.exceptions import MotionError
+from bt_manip.grasping.rejections import Rejections
+
+
+def test_without_candidates_the_object_is_unreachable():
+    error = Rejections("cube").error()
+    assert str(error) == "no feasible grasp of 'cube': there are no candidates"
+    assert error.reason == "unreachable"
+
+
+def test_the_message_lists_the_reasons_and_the_entities():
+    rejections = Rejections("cube")
+    rejections.no_clearance("wall")
+    rejections.no_clearance("wall")
+    rejections.no_clearance("roof")
+    rejections.collision("table")
+    rejections.no_approach(MotionError("joint limit", reason="unreachable"))
+    rejections.unreachable(4)
+    assert rejections.total == 9
+    assert rejections.error().reason == "grasp"
+    assert str(rejections.error()) == (
+        "no feasible grasp of 'cube': 'wall' leaves the gripper no clearance at 'cube'; "
+        "'roof' leaves none at other grasps; the arm would collide with 'table'; "
+        "1 straight approaches are not feasible (joint limit); 4 grasps are unreachable"
+    )
+
+
+def test_a_robot_that_blocks_the_object_is_a_reason_to_wait():
+    rejections = Rejections("cube", ["left"])
+    rejections.collision("left")
+    assert rejections.error().reason == "robot"
+    assert str(rejections.error()) == "'left' blocks 'cube'"

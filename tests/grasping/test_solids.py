@@ -1,0 +1,43 @@
+"""Convex solids as polyhedra."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bt_manip.grasping.solids import Polyhedron, least_width, surface_triangles
+from tests.grasping.shapes import convex, mug, solid, wedge
+
+
+@pytest.mark.parametrize(("kind", "size", "volume"), [
+    ("box", (0.01, 0.02, 0.03), 8 * 6e-6),
+    ("cylinder", (0.02, 0.03), 2 * math.pi * 4e-4 * 0.03),
+    ("sphere", (0.02,), 4 / 3 * math.pi * 8e-6),
+    ("capsule", (0.02, 0.03), 2 * math.pi * 4e-4 * 0.03 + 4 / 3 * math.pi * 8e-6),
+    ("ellipsoid", (0.01, 0.02, 0.03), 4 / 3 * math.pi * 6e-6),
+])  # fmt: skip
+def test_the_polyhedron_of_a_primitive_has_nearly_its_volume(kind, size, volume):
+    polyhedron = Polyhedron.from_triangles(surface_triangles(kind, np.array([*size, 0.0, 0.0][:3])))
+    a, b, c = polyhedron.triangles.transpose(1, 0, 2)
+    signed = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
+    assert np.abs(signed).sum() == pytest.approx(volume, rel=0.02)
+    assert (
+        polyhedron.normals @ polyhedron.triangles.reshape(-1, 3).T
+        <= polyhedron.offsets[:, None] + 1e-9
+    ).all()
+
+
+def test_the_support_function_of_a_primitive_is_that_of_its_polyhedron():
+    directions = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.6, 0.0, 0.8]])
+    for kind in ("box", "sphere", "cylinder", "capsule", "ellipsoid"):
+        made = solid(kind, 0.02, 0.03, 0.04, at=(0.1, 0.0, -0.05))
+        corners = made.polyhedron.triangles.reshape(-1, 3)
+        expected = (directions @ corners.T).max(axis=1)
+        assert made.support(directions) == pytest.approx(expected, abs=5e-4)
+
+
+def test_the_least_width_is_that_of_the_narrowest_side():
+    assert least_width([solid("box", 0.02, 0.03, 0.01)]) == pytest.approx(0.02)
+    assert least_width([solid("capsule", 0.02, 0.03)]) == pytest.approx(0.04)
+    assert least_width(mug()) == pytest.approx(0.064)
+    assert least_width([convex(wedge())]) == pytest.approx(0.04)
