@@ -13,7 +13,7 @@ from dm_control import composer, mjcf
 
 from bt_manip.arm import Arm
 from bt_manip.cell import Basket, Cell, Cube, Region, Table
-from bt_manip.cell.state import integration_state
+from bt_manip.cell.physics.state import integration_state
 from bt_manip.control import ComputedTorque, GripperController
 from bt_manip.robots import Robot, panda
 from bt_manip.runner import build_station, load_snapshot, save_snapshot
@@ -84,7 +84,7 @@ def control_step() -> tuple[float, float]:
         for i in range(first, first + BLOCK, TICK):
             command(i)
             start = clock()
-            cell.step(TICK, then=(cell.touch.judge,))
+            cell.step(TICK, then=(cell.contact_monitor.summary,))
             whole.append((clock() - start) / TICK)
         for state in recorder.states[first : first + BLOCK]:
             mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from bt_manip.exceptions import MotionError
-from bt_manip.planning.edges import line
+from bt_manip.planning import discretize_segment
 from bt_manip.robots import RobotDescription
 from tests.measuring.drives import LONG, drives
 from tests.measuring.fastest_drive import missing
@@ -98,7 +98,9 @@ def drive_reference(planned: Planned) -> np.ndarray:
 
 
 def _fine(q: np.ndarray, step: float = FINE) -> np.ndarray:
-    return np.vstack([q[:1], *(line(a, b, step) for a, b in zip(q, q[1:], strict=False))])
+    return np.vstack(
+        [q[:1], *(discretize_segment(a, b, step) for a, b in zip(q, q[1:], strict=False))]
+    )
 
 
 if __name__ == "__main__":

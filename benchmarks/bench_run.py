@@ -13,7 +13,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from bt_manip.cell.state import integration_state
+from bt_manip.cell.physics.state import integration_state
 from bt_manip.plugins import load_plugins
 from bt_manip.recording.recorder import Recorder
 from bt_manip.runner import Run, RunObserver, RunRequest, find_tree, prepare
@@ -95,7 +95,7 @@ class Judge(RunObserver):
 
     def after_step(self) -> None:
         """Judge."""
-        self._cell.touch.judge()
+        self._cell.contact_monitor.summary()
 
 
 def control_step(observer: RunObserver) -> tuple[float, float]:

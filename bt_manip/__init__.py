@@ -1,15 +1,26 @@
-"""Behaviour trees for manipulation: tasks, robot cells and plugins."""
+"""Behaviour trees for manipulation: tasks, robot cells and plugins.
 
-from typing import TYPE_CHECKING, Any
+Importing this costs nothing: each name is imported when it is first used.
+"""
+
+from typing import TYPE_CHECKING
+
+from bt_manip.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
+    from bt_manip.bt import load_tree as load_tree
     from bt_manip.hookspecs import hookimpl as hookimpl
+    from bt_manip.plugins import load_plugins as load_plugins
+    from bt_manip.runner import build_station as build_station
+    from bt_manip.version import __version__ as __version__
 
-
-def __getattr__(name: str) -> Any:
-    """Hand on `hookimpl` when it is first asked for, so that the package itself costs nothing."""
-    if name == "hookimpl":
-        from bt_manip.hookspecs import hookimpl
-
-        return hookimpl
-    raise AttributeError(f"module 'bt_manip' has no attribute {name!r}")
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "__version__": ".version",
+        "build_station": ".runner",
+        "hookimpl": ".hookspecs",
+        "load_plugins": ".plugins",
+        "load_tree": ".bt",
+    },
+)

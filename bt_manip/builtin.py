@@ -99,6 +99,6 @@ def register_model_sources(register: Callable[[str, Callable[..., Any]], None]) 
 @hookimpl
 def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
     """Bring the trace of the joints."""
-    from bt_manip.recording.trace_recorder import TraceRecorder
+    from bt_manip.recording import TraceRecorder
 
     register("trace", TraceRecorder)

@@ -1,153 +1,298 @@
-"""The house stands as it was planned: imports go down, and names are handed on."""
+"""The layers and the public interface of the package are what the architecture page says."""
 
 import ast
+import importlib
 import subprocess
 import sys
+from collections import defaultdict
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
-from bt_manip import plugins
+REPOSITORY = Path(__file__).resolve().parent.parent
+PACKAGE = REPOSITORY / "bt_manip"
 
-PACKAGE = Path(__file__).resolve().parent.parent / "bt_manip"
-
-FLOORS = (
+LAYERS = (
     {
-        "checks",
-        "exceptions",
-        "hookspecs",
-        "registry",
-        "spatial",
-        "toml_lines",
-        "toml_tables",
+        "bt", "models",
+        "checks", "exceptions", "hookspecs", "registry", "spatial", "toml_lines",
+        "toml_tables", "lazy_exports", "version",
     },
-    {"bt", "models"},
     {"robots", "cell"},
     {"kinematics", "collision", "trajectories"},
-    {"planning", "control"},
-    {"arm"},
-    {"grasping"},
+    {"planning", "control", "grippers"},
+    {"arm", "grasping"},
     {"behaviours"},
     {"runner"},
     {"viewer", "recording", "testing"},
     {"cli"},
-)
-"""Rooms by floor, from the ground up."""
+)  # fmt: skip
+"""Packages and single modules by layer, from the lowest."""
 
-BESIDE = {
+WITHIN_LAYER = {
+    ("bt", "exceptions"),
+    ("models", "exceptions"),
+    ("models", "spatial"),
     ("checks", "exceptions"),
-    ("kinematics", "collision"),
+    ("exceptions"),
     ("registry", "exceptions"),
     ("toml_tables", "exceptions"),
     ("toml_tables", "spatial"),
     ("toml_tables", "toml_lines"),
+    ("robots", "cell"),
+    ("kinematics", "collision"),
+    ("grasping", "arm"),
 }
-"""Imports inside a floor: whose room, and whose room it may know."""
+"""Imports inside a layer: which package, and what it may import."""
 
-TOP = {"plugins", "builtin", "__main__", "__init__"}
-"""Modules that stand at the top of the package, beside the floors: they bring it together."""
-
-
-def floor_of(room: str) -> int:
-    return next(i for i, rooms in enumerate(FLOORS) if room in rooms)
+BESIDE = {"plugins", "builtin", "__main__", "__init__"}
+"""Modules beside the layers: they bring everything together and import lazily."""
 
 
-def modules() -> list[Path]:
-    return sorted(PACKAGE.rglob("*.py"))
+class Import(NamedTuple):
+    """One name that a module imports from the package.
+
+    Attributes:
+        importer: The module that imports.
+        module: The module or package that the name is taken from.
+        name: The name; empty for ``import a.b``.
+        line: Where.
+        deferred: Whether it runs only when a function is called.
+    """
+
+    importer: str
+    module: str
+    name: str
+    line: int
+    deferred: bool
+
+    def __str__(self) -> str:
+        return f"{self.importer}:{self.line} imports {self.module} {self.name}".rstrip()
 
 
-def room_of(path: Path) -> str:
-    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+def module_name(path: Path) -> str:
+    parts = path.relative_to(REPOSITORY).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def imported_rooms(path: Path) -> Iterator[tuple[int, str, bool]]:
-    """Give line, room and whether it is deferred for each import of the package in a module."""
-    tree = ast.parse(path.read_text())
-    at_top = {id(node) for statement in tree.body for node in shallow(statement)}
-    package = ("bt_manip", *path.relative_to(PACKAGE).parent.parts)
-    for node in ast.walk(tree):
-        names: list[str] = []
-        if isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            base = ".".join(package[: len(package) - node.level + 1]) if node.level else ""
-            module = ".".join(filter(None, (base, node.module)))
-            is_package = module == "bt_manip"
-            names = [f"{module}.{alias.name}" if is_package else module for alias in node.names]
-        for name in names:
-            parts = name.split(".")
-            if parts[0] == "bt_manip" and len(parts) > 1:
-                yield node.lineno, parts[1], id(node) not in at_top
+@cache
+def modules() -> dict[str, Path]:
+    return {module_name(path): path for path in sorted(PACKAGE.rglob("*.py"))}
 
 
-def shallow(statement: ast.stmt) -> Iterator[ast.AST]:
-    """Walk through what runs at import: not into functions, nor what only type checkers see."""
-    if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef):
-        return
-    if isinstance(statement, ast.If) and ast.unparse(statement.test) == "TYPE_CHECKING":
-        return
-    yield statement
-    for child in ast.iter_child_nodes(statement):
-        if isinstance(child, ast.stmt):
-            yield from shallow(child)
+@cache
+def packages() -> frozenset[str]:
+    return frozenset(name for name, path in modules().items() if path.name == "__init__.py")
 
 
-@pytest.mark.parametrize("path", modules(), ids=lambda path: str(path.relative_to(PACKAGE)))
-def test_a_module_imports_only_from_floors_below(path):
-    room = room_of(path)
-    if room in TOP:
-        return
-    for line, other, deferred in imported_rooms(path):
-        if other == room or (other == "hookimpl" and not deferred):
+def is_type_checking(node: ast.AST) -> bool:
+    return isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+
+
+def statements(body: list[ast.stmt], deferred: bool = False) -> Iterator[tuple[ast.stmt, bool]]:
+    """Give all statements that run, with whether they run only when a function is called."""
+    for statement in body:
+        if is_type_checking(statement):
             continue
-        where = f"{path.name}:{line} imports {other}"
-        if other in TOP:
-            # Who needs all parts may ask for them when it runs; only the command line, which
-            # stands above everything, knows them at import.
-            at_import = room == "cli" and other == "plugins"
-            assert (deferred or at_import) and floor_of(room) >= floor_of("runner"), where
+        yield statement, deferred
+        inside = deferred or isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef)
+        for field in ("body", "orelse", "finalbody"):
+            yield from statements(getattr(statement, field, []), inside)
+        for handler in getattr(statement, "handlers", []):
+            yield from statements(handler.body, inside)
+
+
+def imports_of(path: Path, importer: str) -> Iterator[Import]:
+    """Give what a file imports from bt_manip, except what only type checkers see."""
+    package = importer if path.name == "__init__.py" else importer.rpartition(".")[0]
+    for statement, deferred in statements(ast.parse(path.read_text()).body):
+        if isinstance(statement, ast.Import):
+            for alias in statement.names:
+                if alias.name.split(".")[0] == "bt_manip":
+                    yield Import(importer, alias.name, "", statement.lineno, deferred)
+        elif isinstance(statement, ast.ImportFrom):
+            parts = package.split(".")
+            base = ".".join(parts[: len(parts) - statement.level + 1]) if statement.level else ""
+            module = ".".join(filter(None, (base, statement.module)))
+            if module.split(".")[0] != "bt_manip":
+                continue
+            for alias in statement.names:
+                submodule = f"{module}.{alias.name}"
+                exported = module in packages() and alias.name in exports(module)
+                is_module = submodule in modules() and not exported
+                found = (submodule, "") if is_module else (module, alias.name)
+                yield Import(importer, *found, statement.lineno, deferred)
+
+
+@cache
+def imports() -> tuple[Import, ...]:
+    return tuple(found for name, path in modules().items() for found in imports_of(path, name))
+
+
+def top_of(module: str) -> str:
+    """Give the package or single module below bt_manip that a module belongs to."""
+    parts = module.split(".")
+    return parts[1] if len(parts) > 1 else "__init__"
+
+
+def layer_of(top: str) -> int:
+    return next(i for i, layer in enumerate(LAYERS) if top in layer)
+
+
+@pytest.mark.parametrize("name", modules())
+def test_a_module_imports_only_from_layers_below(name):
+    top = top_of(name)
+    if top in BESIDE:
+        return
+    for found in imports():
+        if found.importer != name or (other := top_of(found.module)) == top:
             continue
-        below = floor_of(other) < floor_of(room)
-        assert below or (room, other) in BESIDE, where
+        if other == "__init__" and found.name in ("hookimpl", "__version__", "lazy_exports"):
+            continue
+        if other in BESIDE:
+            # The runner and what stands above it may ask for all parts when it runs; only the
+            # command line knows plugins at import.
+            allowed = found.deferred or (top == "cli" and other == "plugins")
+            assert allowed and layer_of(top) >= layer_of("runner"), str(found)
+            continue
+        below = layer_of(other) < layer_of(top)
+        assert below or (top, other) in WITHIN_LAYER, str(found)
 
 
-def test_every_room_stands_on_a_floor():
-    rooms = {room_of(path) for path in modules()}
-    assert rooms <= set().union(*FLOORS) | TOP
+def test_every_package_is_in_a_layer():
+    tops = {top_of(name) for name in modules()}
+    assert tops <= set().union(*LAYERS) | BESIDE
 
 
-@pytest.mark.parametrize(
-    "path",
-    [path for path in modules() if path.name == "__init__.py" and path.parent != PACKAGE],
-    ids=lambda path: path.parent.name,
+def cycles() -> list[list[str]]:
+    """Find groups of modules that import each other (Tarjan's strongly connected components)."""
+    graph = defaultdict(set)
+    for found in imports():
+        # A package's __init__ only exports: who imports a name from it needs the defining module.
+        graph[found.importer].add(defining_module(found.module, found.name))
+    for name in packages():
+        graph.pop(name, None)
+    index, low, stack, found_cycles = {}, {}, [], []
+
+    def visit(node: str) -> None:
+        index[node] = low[node] = len(index)
+        stack.append(node)
+        for other in sorted(graph[node]) if node in graph else ():
+            if other not in index:
+                visit(other)
+                low[node] = min(low[node], low[other])
+            elif other in stack:
+                low[node] = min(low[node], index[other])
+        if low[node] == index[node]:
+            component = []
+            while not component or component[-1] != node:
+                component.append(stack.pop())
+            if len(component) > 1:
+                found_cycles.append(sorted(component))
+
+    for node in sorted(graph):
+        if node not in index:
+            visit(node)
+    return found_cycles
+
+
+def defining_module(module: str, name: str) -> str:
+    """Follow exports of packages to the module that defines a name."""
+    while module in packages() and name:
+        source = exports(module).get(name)
+        if source is None:
+            break
+        module, name = source
+    return module
+
+
+@cache
+def exports(package: str) -> dict[str, tuple[str, str]]:
+    """Give what a package's __init__ exports: by name, the module and the name there."""
+    found = {}
+    tree = ast.parse(modules()[package].read_text())
+    for statement in ast.walk(tree):  # inside TYPE_CHECKING too: lazy exports stand there
+        if isinstance(statement, ast.ImportFrom):
+            parts = package.split(".")
+            base = ".".join(parts[: len(parts) - statement.level + 1]) if statement.level else ""
+            module = ".".join(filter(None, (base, statement.module)))
+            for alias in statement.names:
+                found[alias.asname or alias.name] = (module, alias.name)
+    return found
+
+
+BEING_MENDED = (
+    ["bt_manip.control.controller", "bt_manip.control.gravity_compensated_pd"],
+    ["bt_manip.trajectories.time_scaled_trajectory", "bt_manip.trajectories.trajectory"],
 )
-def test_an_init_only_hands_names_on(path):
-    body = ast.parse(path.read_text()).body
+
+
+def test_no_modules_import_each_other():
+    assert not [c for c in cycles() if c not in BEING_MENDED], "import cycles: " + "; ".join(
+        " <-> ".join(c) for c in cycles()
+    )
+
+
+def test_imports_between_packages_go_through_the_init_of_the_other_package():
+    bypassing = [
+        str(found)
+        for found in imports()
+        if top_of(found.importer) not in BESIDE
+        and top_of(found.importer) != top_of(found.module)
+        and found.module.count(".") > 1
+        and found.module not in packages()
+    ]
+    assert not bypassing, "\n".join(bypassing)
+
+
+def test_no_class_name_is_defined_twice():
+    where = defaultdict(list)
+    for name, path in modules().items():
+        for statement in ast.parse(path.read_text()).body:
+            if isinstance(statement, ast.ClassDef) and not statement.name.startswith("_"):
+                where[statement.name].append(name)
+    twice = {name: places for name, places in where.items() if len(places) > 1}
+    assert not set(twice) - {
+        "MoveToConfiguration",
+        "MoveToPose",
+        "Reference",
+        "Grasp",
+        "Reach",
+        "Assembly",
+        "Bounds",
+        "Stand",
+    }, twice
+
+
+LAZY = ("bt_manip", "bt_manip.plugins", "bt_manip.recording", "bt_manip.viewer")
+"""Packages that import what they export when it is first used."""
+
+
+@pytest.mark.parametrize("package", sorted(packages() - set(LAZY)))
+def test_an_init_only_exports_names(package):
+    body = ast.parse(modules()[package].read_text()).body
     assert isinstance(body[0], ast.Expr)  # the docstring
-    if path.parent.name == "plugins":  # what is dear is handed on when it is asked for
-        body = [statement for statement in body if not hands_on_lazily(statement)]
     assert all(isinstance(statement, ast.ImportFrom) for statement in body[1:])
 
 
-def hands_on_lazily(statement: ast.stmt) -> bool:
-    """Tell whether it is part of a module's `__getattr__`, its table or its import."""
-    if isinstance(statement, ast.FunctionDef):
-        return statement.name == "__getattr__"
-    if isinstance(statement, ast.If):  # for type checkers
-        return all(isinstance(inner, ast.ImportFrom) for inner in statement.body)
-    return isinstance(statement, ast.Assign | ast.Import)
-
-
-def test_what_is_handed_on_when_asked_for_is_what_type_checkers_see():
-    path = PACKAGE / "plugins" / "__init__.py"
-    (checked,) = (s for s in ast.parse(path.read_text()).body if isinstance(s, ast.If))
-    names = [alias.name for statement in checked.body for alias in statement.names]
-    assert len(names) == 6
-    for name in names:
-        assert getattr(plugins, name) is not None
+@pytest.mark.parametrize("package", LAZY)
+def test_what_a_package_exports_on_demand_is_what_type_checkers_see(package):
+    body = ast.parse(modules()[package].read_text()).body
+    (checked,) = (statement for statement in body if is_type_checking(statement))
+    module = importlib.import_module(package)
+    (table,) = (
+        ast.literal_eval(statement.value.args[1])
+        for statement in body
+        if isinstance(statement, ast.Assign)
+    )
+    assert set(table) == {alias.name for s in checked.body for alias in s.names}
+    for name in table:
+        assert getattr(module, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'load_plugin'"):
-        _ = plugins.load_plugin
+        _ = module.load_plugin
 
 
 HEAVY = ("mujoco", "pinocchio", "dm_control", "numpy", "rich", "lxml", "py_trees")

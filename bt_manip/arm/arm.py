@@ -373,7 +373,7 @@ class Arm:
         self._unchecked = 0
         fault = "" if self.guard is None else self.guard.check(self.model, self.v, self.a, dt)
         if fault:
-            touching = "" if self.world is None else self.world.touching_now()
+            touching = "" if self.world is None else self.world.describe_contacts()
             self.stop(f"{fault}; {touching}" if touching else fault)
 
     # State

@@ -52,7 +52,7 @@ class MultiArmCoordinator:
         for name, arm in arms.items():
             assert arm.world is not None
             arm.coordinator = self
-            arm.world.others = tuple(
+            arm.world.other_robots = tuple(
                 OtherRobot(other, geometry[other], arms[other]) for other in arms if other != name
             )
 
@@ -111,7 +111,7 @@ class MultiArmCoordinator:
             return False
         path = trajectory.sample(np.minimum(arm.speed_scale * times, trajectory.duration))[0]
         distance, paths = self._pair(self._name(arm), other, path, self._arms[other].ahead(times))
-        return distance.meet(*paths, INTER_ROBOT_CLEARANCE)
+        return distance.too_close(*paths, INTER_ROBOT_CLEARANCE)
 
     def _will_collide(self, first: str, second: str) -> bool:
         """Tell whether two arms come too near to each other, or nearer than they are."""
@@ -120,7 +120,7 @@ class MultiArmCoordinator:
         times = np.arange(0.0, end, INTER_ROBOT_STEP)
         distance, paths = self._pair(first, second, *(arm.ahead(times) for arm in arms))
         now = distance.distance(paths[0][0], paths[1][0])
-        return distance.meet(*paths, min(INTER_ROBOT_CLEARANCE, now - _DISTANCE_TOLERANCE))
+        return distance.too_close(*paths, min(INTER_ROBOT_CLEARANCE, now - _DISTANCE_TOLERANCE))
 
     def _pair(
         self, first: str, second: str, path: np.ndarray, other: np.ndarray

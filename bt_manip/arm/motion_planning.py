@@ -13,10 +13,10 @@ from bt_manip.kinematics import InverseKinematics
 from bt_manip.planning import (
     Planner,
     Step,
-    check_path,
-    check_targets,
-    follow_path,
-    free_targets,
+    check_goals,
+    check_tool_path,
+    collision_free_goals,
+    follow_tool_path,
     goal_configurations,
     plan_collision_free_motion,
     tool_paths,
@@ -258,8 +258,8 @@ def _plan_to_configurations(
     """
     world, model, speed = scene.world, scene.model, request.speed
     target = next(targets)
-    if world is not None and not free_targets(world, start.q, [target]):
-        target, *others = check_targets(world, start.q, [target, *targets])
+    if world is not None and not collision_free_goals(world, start.q, [target]):
+        target, *others = check_goals(world, start.q, [target, *targets])
         targets = iter(others)
     if start.trajectory is not None:
         turn = _turn(start, target, model, speed)
@@ -321,10 +321,10 @@ def _plan_tool_path(
     stop, q = _stop(start, model)
     curves = []
     for path in tool_paths(model.pose(q), request.steps, request.blend):
-        curve = follow_path(scene.ik, q, path)
+        curve = follow_tool_path(scene.ik, q, path)
         if scene.world is not None:
-            check_path(scene.world, curve, path)
-        bounds = path.bounds(KinematicLimits.of_joints(model.limits), model.tool_limits)
+            check_tool_path(scene.world, curve, path)
+        bounds = path.limits(KinematicLimits.of_joints(model.limits), model.tool_limits)
         curves.append((curve, bounds, path.grids))
         q = curve.end
     parts = [

@@ -216,17 +216,40 @@ class Tree:
     # ------------------------------------------------------------------ replacing
 
     def replace(self, other: "Tree") -> None:
-        """Go on as another tree: what runs is halted, the blackboard and the clock stay.
+        """Become another tree: running nodes are halted, the blackboard and the clock stay.
+
+        The entries of every scope that both trees have stay, with those that only the new tree
+        declares added. Observers and infrastructure stay.
 
         Args:
-            other: A tree that was just built and has not run; it is used up.
+            other: A tree that was just built and has not run; it must not be used afterwards.
 
         Raises:
-            NodeError: If a node raised an exception while it was halted or set up.
+            NodeError: If a node raised an exception while it was halted or set up; this tree is
+                halted then, and stays.
         """
-        from bt_manip.bt.reload import replace
-
-        replace(self, other)
+        self.halt()
+        if self._infrastructure is not None:
+            other.setup(**self._infrastructure)
+        runtime = self._runtime
+        for path, scope in other.scopes.items():
+            old = self.scopes.get(path)
+            if old is not None:
+                _keep_entries(old, scope)
+        runtime.timers.clear()
+        runtime.wake_up = False
+        runtime.reason = None
+        runtime.enums.update(other._runtime.enums)
+        self.root = other.root
+        self.tree_id = other.tree_id
+        self.document = other.document
+        self.nodes = other.nodes
+        self.scopes = other.scopes
+        self._root = other._root
+        self._has_foreign = other._has_foreign
+        for link in self.nodes:
+            link._node_runtime = runtime
+            link._node_observers = runtime.observers
 
     @property
     def source(self) -> Path | None:
@@ -249,3 +272,19 @@ def _make_room(root: Behaviour) -> None:
     needed = deepest * _FRAMES_PER_LEVEL + _FRAMES_AROUND
     if needed > sys.getrecursionlimit():
         sys.setrecursionlimit(needed)
+
+
+def _keep_entries(old: Blackboard, new: Blackboard) -> None:
+    """Keep what was written, unless the new tree gives the key another type or meaning."""
+    for key, entry in old.entries.items():
+        fresh = new.entries.get(key)
+        if key in new.remapped:
+            continue
+        if fresh is None:
+            new.entries[key] = entry
+        elif fresh.sequence == 0 and (
+            not fresh.declared.strong
+            or fresh.declared == entry.declared
+            or not entry.declared.strong
+        ):
+            new.entries[key] = entry

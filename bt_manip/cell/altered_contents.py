@@ -4,25 +4,25 @@ from typing import Any
 
 import mujoco
 
-from bt_manip.cell.alterations import kind_of, nominal_value
-from bt_manip.cell.assembly import Vary
+from bt_manip.cell.assembly import InitialOverrides
 from bt_manip.cell.contents import Contents
-from bt_manip.cell.quantities import ENTITY
+from bt_manip.cell.physics.model_properties import ENTITY
+from bt_manip.cell.physics.overrides import kind_of, nominal_value
 
 
 class AlteredContents(Contents):
     """Things that come, go, and have values of their own instead of those of their models."""
 
     @property
-    def vary(self) -> Vary | None:
+    def initial_overrides(self) -> InitialOverrides | None:
         """Asked of each entity that comes in how it differs from its model; nobody at first."""
-        return self._assembly.vary
+        return self._assembly.initial_overrides
 
-    @vary.setter
-    def vary(self, vary: Vary | None) -> None:
-        self._assembly.vary = vary
+    @initial_overrides.setter
+    def initial_overrides(self, initial_overrides: InitialOverrides | None) -> None:
+        self._assembly.initial_overrides = initial_overrides
 
-    def alter(self, thing: str, **values: Any) -> None:
+    def override(self, thing: str, **values: Any) -> None:
         """Let the physics of something differ from its model, until it is removed.
 
         Nothing is compiled; what is altered stays so when the cell is compiled anew, and is part
@@ -41,8 +41,8 @@ class AlteredContents(Contents):
                 is altered then.
         """
         self._known(thing)
-        self._assembly.alterations.put(thing, values, self._compiled.nominal)
-        self._compiled.alter(self._assembly.alterations)
+        self._assembly.overrides.put(thing, values, self._compiled.nominal)
+        self._compiled.apply_overrides(self._assembly.overrides)
 
     def nominal(self, thing: str, quantity: str) -> Any:
         """Give what a thing's model says of a quantity that can be altered.
@@ -62,9 +62,9 @@ class AlteredContents(Contents):
         return self._compiled.nominal
 
     @property
-    def altered(self) -> dict[str, dict[str, Any]]:
+    def overrides(self) -> dict[str, dict[str, Any]]:
         """All that differs from the models, by thing and quantity, as plain data."""
-        return self._assembly.alterations.get_state()
+        return self._assembly.overrides.get_state()
 
     def _known(self, thing: str) -> None:
         """Offer the nearest names where an entity is meant that is not there."""

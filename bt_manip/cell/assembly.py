@@ -8,17 +8,17 @@ import mujoco
 import numpy as np
 from dm_control import composer
 
-from bt_manip.cell.alterations import Alterations, Values
-from bt_manip.cell.compiled import Compiled
-from bt_manip.cell.compiled_cache import CompiledCache
+from bt_manip.cell.contacts.overlap import refuse_overlap
 from bt_manip.cell.exceptions import CellError
 from bt_manip.cell.inventory import Inventory
-from bt_manip.cell.overlap import refuse_overlap
-from bt_manip.cell.placement import Placement
+from bt_manip.cell.physics.attachment import Attachment
+from bt_manip.cell.physics.compiled_physics import CompiledPhysics
+from bt_manip.cell.physics.overrides import Overrides, Values
+from bt_manip.cell.physics.physics_cache import PhysicsCache
+from bt_manip.cell.physics.state import carry_state
 from bt_manip.cell.probe import Probe
-from bt_manip.cell.state import carry_state
 
-Vary = Callable[[str, composer.Entity, mujoco.MjModel], Values]
+InitialOverrides = Callable[[str, composer.Entity, mujoco.MjModel], Values]
 """Tells of an entity that comes in, by name, how it differs from the model that was compiled."""
 
 
@@ -45,9 +45,9 @@ class Assembly:
         self.inventory = Inventory(arena)
         self.generation = 0
         self.editing = False
-        self.alterations = Alterations()
-        self.vary: Vary | None = None
-        self.cache = CompiledCache()
+        self.overrides = Overrides()
+        self.initial_overrides: InitialOverrides | None = None
+        self.cache = PhysicsCache()
         self._random_state = random_state
         self.compiled = self._compile(None)
         self.inventory.settle()
@@ -66,18 +66,18 @@ class Assembly:
         if self.editing:  # whoever edits compiles, and undoes
             yield
             return
-        altered = self.alterations.get_state()
+        altered = self.overrides.get_state()
         try:
             with self.inventory.changing():
                 yield
                 old = self.compiled
-                self.compiled = self._compile(old, self.vary if varied else None)
+                self.compiled = self._compile(old, self.initial_overrides if varied else None)
                 self.cache.retire(old)
         except CellError:
-            self.alterations.set_state(altered)
+            self.overrides.set_state(altered)
             raise
         except Exception as error:
-            self.alterations.set_state(altered)
+            self.overrides.set_state(altered)
             raise CellError(f"{failure}: {_reason(error)}") from error
 
     @contextlib.contextmanager
@@ -91,7 +91,7 @@ class Assembly:
                 self.editing = False
 
     @contextlib.contextmanager
-    def probe(self, name: str, placement: Placement) -> Iterator[Probe]:
+    def probe(self, name: str, placement: Attachment) -> Iterator[Probe]:
         """Give a copy with one thing more, to try out where it could stand.
 
         Raises:
@@ -108,7 +108,9 @@ class Assembly:
         except ValueError as error:
             raise CellError(f"{failure}: {_reason(error)}") from error
 
-    def _compile(self, old: Compiled | None, vary: Vary | None = None) -> Compiled:
+    def _compile(
+        self, old: CompiledPhysics | None, vary: InitialOverrides | None = None
+    ) -> CompiledPhysics:
         """Compile the arena and carry the state over; the old physics is left as it is."""
         inventory, random_state = self.inventory, self._random_state
         new = self._physics()
@@ -122,8 +124,8 @@ class Assembly:
             # Only now: what the entities take from the model is what can be known of it.
             if vary is not None:
                 for name, entity in inventory.arrived.items():
-                    self.alterations.put(name, vary(name, entity, new.nominal), new.nominal)
-            new.alter(self.alterations)
+                    self.overrides.put(name, vary(name, entity, new.nominal), new.nominal)
+            new.apply_overrides(self.overrides)
             for entity in inventory.fresh:
                 entity.initialize_episode(new.physics, random_state)
             mujoco.mj_forward(new.model, new.data)
@@ -140,14 +142,14 @@ class Assembly:
         self.generation += 1
         return new
 
-    def _physics(self) -> Compiled:
+    def _physics(self) -> CompiledPhysics:
         """Give the physics of what stands in the arena, with nothing carried over yet."""
         inventory = self.inventory
         key = inventory.key() if self.cache.limit else None
         known = None if key is None else self.cache.take(key)
         if known is not None:
             return known
-        new = Compiled(inventory.compile(), inventory.arena, inventory.placed)
+        new = CompiledPhysics(inventory.compile(), inventory.arena, inventory.placed)
         if key is not None:
             self.cache.note(new, key)
         return new

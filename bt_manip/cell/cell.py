@@ -9,12 +9,12 @@ import pinocchio as pin
 from dm_control import composer, mjcf
 
 from bt_manip.cell.altered_contents import AlteredContents
-from bt_manip.cell.contact_events import ContactChanges, ContactEvent
-from bt_manip.cell.contacts import Contacts
+from bt_manip.cell.contacts.contact_events import ContactEvent, ContactEventDetector
+from bt_manip.cell.contacts.contact_monitor import ContactMonitor
+from bt_manip.cell.contacts.contacts import Contacts
 from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.placement import Factory
-from bt_manip.cell.state import integration_state
-from bt_manip.cell.touch import TouchMonitor
+from bt_manip.cell.physics.attachment import Factory
+from bt_manip.cell.physics.state import integration_state
 from bt_manip.exceptions import did_you_mean
 from bt_manip.spatial import pose as make_pose
 
@@ -43,7 +43,7 @@ class Cell(AlteredContents):
         super().__init__(arena, timestep, random_state)
         self.contact_changed: list[Callable[[ContactEvent], None]] = []
         """Called after each step with every contact that begins or ends; costs nothing if empty."""
-        self._changes: ContactChanges | None = None
+        self._changes: ContactEventDetector | None = None
 
     # How it moves
 
@@ -61,7 +61,7 @@ class Cell(AlteredContents):
             self._changes = None
             self._compiled.step(n, self.random_state, then)
             return
-        changes = self._changes = self._changes or ContactChanges(self.contacts)
+        changes = self._changes = self._changes or ContactEventDetector(self.contacts)
         for _ in range(n):
             self._compiled.step(1, self.random_state)
             for event in changes.look(self.contacts, self.time):
@@ -143,9 +143,9 @@ class Cell(AlteredContents):
         return self._compiled.contacts
 
     @property
-    def touch(self) -> TouchMonitor:
+    def contact_monitor(self) -> ContactMonitor:
         """The judge of each step's contacts."""
-        return self._compiled.touch
+        return self._compiled.contact_monitor
 
     # Its state
 
@@ -164,7 +164,7 @@ class Cell(AlteredContents):
         algorithm, keys, *rest = self.random_state.get_state()
         return {
             "entities": [p.describe(name) for name, p in self._inventory.placed.items()],
-            "altered": self._assembly.alterations.get_state(),
+            "altered": self._assembly.overrides.get_state(),
             "states": {
                 n: e.get_state() for n, e in self.objects.items() if hasattr(e, "get_state")
             },

@@ -9,14 +9,14 @@ import numpy as np
 import pinocchio as pin
 from dm_control import composer
 
-from bt_manip.cell.alterations import Values
 from bt_manip.cell.arena import Arena
 from bt_manip.cell.assembly import Assembly
-from bt_manip.cell.compiled import Compiled
 from bt_manip.cell.exceptions import CellError, OverlapError
 from bt_manip.cell.inventory import Inventory
 from bt_manip.cell.naming import unique_name
-from bt_manip.cell.placement import Factory, Placement
+from bt_manip.cell.physics.attachment import Attachment, Factory
+from bt_manip.cell.physics.compiled_physics import CompiledPhysics
+from bt_manip.cell.physics.overrides import Values
 from bt_manip.cell.placing import CLEAR, find_place
 from bt_manip.cell.region import Region
 
@@ -183,7 +183,7 @@ class Contents:
             listener(name)
         with self._assembly.change(f"'{name}' cannot be removed"):
             self._inventory.detach(name)
-            self._assembly.alterations.forget(name)
+            self._assembly.overrides.forget(name)
         return entity
 
     def move(self, name: str, T_we: pin.SE3, *, overlap: float = 2e-3) -> None:
@@ -201,7 +201,7 @@ class Contents:
             CellError: When there is none of that name; the cell is unchanged.
         """
         placement = self._inventory.find(name)
-        moved = Placement.of(placement.entity, T_we, placement.free)
+        moved = Attachment.of(placement.entity, T_we, placement.free)
         if placement.free and name in self._compiled.free_joints:
             self._compiled.put(name, moved, overlap)
             return
@@ -235,12 +235,12 @@ class Contents:
         if not self._inventory.is_as(entries):
             with self._assembly.edit(varied=False):
                 self._inventory.become(entries, factory)
-        self._assembly.alterations.set_state(altered)
-        self._compiled.alter(self._assembly.alterations)
+        self._assembly.overrides.set_state(altered)
+        self._compiled.apply_overrides(self._assembly.overrides)
 
     def _prepare(
         self, entity: composer.Entity, T_we: pin.SE3, name: str | None, free: bool | None
-    ) -> tuple[str, Placement]:
+    ) -> tuple[str, Attachment]:
         """Find the name of a new entity, and how it is placed."""
         model_name = entity.mjcf_model.model
         if entity.parent is not None:
@@ -254,12 +254,12 @@ class Contents:
             raise CellError(f"a name cannot contain '/', got '{label}'")
         if free is None:
             free = bool(getattr(entity, "free", False))
-        return label, Placement.of(entity, T_we, free)
+        return label, Attachment.of(entity, T_we, free)
 
     @property
     def _inventory(self) -> Inventory:
         return self._assembly.inventory
 
     @property
-    def _compiled(self) -> Compiled:
+    def _compiled(self) -> CompiledPhysics:
         return self._assembly.compiled

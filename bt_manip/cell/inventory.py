@@ -8,9 +8,9 @@ import mujoco
 from dm_control import composer, mjcf
 
 from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.model_writer import ModelWriter
 from bt_manip.cell.naming import name_elements
-from bt_manip.cell.placement import Factory, Placement
+from bt_manip.cell.physics.attachment import Attachment, Factory
+from bt_manip.cell.physics.mjcf_writer import MjcfWriter
 from bt_manip.cell.spares import Spares
 from bt_manip.exceptions import did_you_mean
 
@@ -21,8 +21,8 @@ class Inventory:
     def __init__(self, arena: composer.Arena):
         """Begin with an arena; what it already holds is not listed, but counts as new."""
         self.arena = arena
-        self.placed: dict[str, Placement] = {}
-        self._writer = ModelWriter(arena.mjcf_model)
+        self.placed: dict[str, Attachment] = {}
+        self._writer = MjcfWriter(arena.mjcf_model)
         self._revisions = 0  # of the arena's model, by what came, went and was moved
         self.fresh: list[composer.Entity] = list(arena.iter_entities())
         """Entities that have come since the last compile and want to be initialised."""
@@ -32,7 +32,7 @@ class Inventory:
         """How deep what has come since the last compile may be inside something else [m]."""
         self.spares = Spares(self._writer.changes)
 
-    def find(self, name: str) -> Placement:
+    def find(self, name: str) -> Attachment:
         """Give the placement of a name.
 
         Raises:
@@ -44,7 +44,7 @@ class Inventory:
             near = did_you_mean(name, self.placed)
             raise CellError(f"there is no '{name}' in the cell{near}") from None
 
-    def attach(self, name: str, placement: Placement, *, fresh: bool = True) -> None:
+    def attach(self, name: str, placement: Attachment, *, fresh: bool = True) -> None:
         """Put an entity into the arena, under a name."""
         entity, changes = placement.entity, self._writer.changes
         has_names = changes.none(entity.mjcf_model)  # and has been here before
@@ -72,7 +72,7 @@ class Inventory:
             placement.entity.detach()
         self.spares.keep(name, placement)
 
-    def relocate(self, name: str, placement: Placement) -> None:
+    def relocate(self, name: str, placement: Attachment) -> None:
         """Put an entity that is here at another pose."""
         self.placed[name] = placement
         frame = mjcf.get_attachment_frame(placement.entity.mjcf_model)
@@ -113,7 +113,7 @@ class Inventory:
             if known is not None and known.describe(name) == entry:
                 self.attach(name, known, fresh=False)
             elif factory is not None:
-                self.attach(name, self.spares.take(entry) or Placement.made(entry, factory))
+                self.attach(name, self.spares.take(entry) or Attachment.made(entry, factory))
             else:
                 raise CellError(
                     f"the state has a '{name}' that this cell lacks, and no way to make it"
@@ -163,7 +163,7 @@ class Inventory:
             self.settle()
 
     @contextlib.contextmanager
-    def trying(self, name: str, placement: Placement) -> Iterator[mujoco.MjModel]:
+    def trying(self, name: str, placement: Attachment) -> Iterator[mujoco.MjModel]:
         """Give the model with one thing more, and take that out again."""
         model_name = placement.entity.mjcf_model.model
         fresh, arrived = list(self.fresh), dict(self.arrived)

@@ -2,6 +2,8 @@
 
 from collections.abc import Container
 
+import mujoco
+import numpy as np
 from dm_control import mjcf
 
 WORLD = "world"
@@ -31,7 +33,7 @@ def name_elements(model: mjcf.RootElement) -> None:
                 element.name = unique_name(f"{namespace}{number}", taken)
 
 
-def body_label(full_name: str) -> str:
+def body_name(full_name: str) -> str:
     """Shorten a compiled body's name to the way people write it.
 
     PyMJCF calls the root body of the entity ``cube`` ``cube/``; here it is ``cube``. A body inside
@@ -47,3 +49,49 @@ def body_label(full_name: str) -> str:
 def entity_of(label: str) -> str:
     """Give the entity's part of a body label: ``panda`` of ``panda/left_finger``."""
     return label.partition("/")[0]
+
+
+class BodyNames:
+    """A table from geom and body ids to ``entity/body`` names, built once per compile."""
+
+    def __init__(self, model: mujoco.MjModel):
+        """Read the names of a compiled model."""
+        name = mujoco.mj_id2name
+        kind = mujoco.mjtObj.mjOBJ_BODY
+        bodies = [body_name(name(model, kind, i) or "") for i in range(model.nbody)]
+        inner: dict[str, int] = {}
+        for label in bodies:
+            if "/" in label:
+                inner[entity_of(label)] = inner.get(entity_of(label), 0) + 1
+        # An entity of a single body goes by its own name, whatever that body is called inside.
+        self.of_body = [entity_of(b) if inner.get(entity_of(b)) == 1 else b for b in bodies]
+        self.of_geom = [self.of_body[b] for b in model.geom_bodyid.tolist()]
+        self._model = model
+        self._masks: dict[str, np.ndarray] = {}
+
+    def names(self) -> list[str]:
+        """Name all bodies and entities."""
+        return sorted({*self.of_body, *map(entity_of, self.of_body)})
+
+    def body_ids(self, name: str) -> list[int]:
+        """List the bodies that a body's or entity's name means, root first.
+
+        Raises:
+            KeyError: When nothing has that name.
+        """
+        ids = [i for i, b in enumerate(self.of_body) if name in (b, entity_of(b))]
+        if not ids:
+            raise KeyError(name)
+        return ids
+
+    def geoms(self, name: str) -> np.ndarray:
+        """Mark the geoms that a body's or entity's name means.
+
+        Raises:
+            KeyError: When nothing has that name.
+        """  # (ngeom,) bool
+        mask = self._masks.get(name)
+        if mask is None:
+            mask = np.isin(self._model.geom_bodyid, self.body_ids(name))
+            self._masks[name] = mask
+        return mask

@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.cell.labels import Labels
-from bt_manip.cell.overlap import Overlap, deepest_overlap
+from bt_manip.cell.contacts.overlap import Overlap, deepest_overlap
+from bt_manip.cell.naming import BodyNames
 from bt_manip.spatial import pose as make_pose
 from bt_manip.spatial import quat_wxyz
 
@@ -30,7 +30,7 @@ class Probe:
             free: Whether it moves freely.
         """
         self._model, self._data, self._name = model, data, name
-        self._labels = Labels(model)
+        self._labels = BodyNames(model)
         self._body = int(model.body(f"{name}/").id)
         self._free = free
         self._q = np.arange(0)

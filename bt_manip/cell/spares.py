@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from bt_manip.cell.own_changes import OwnChanges
-from bt_manip.cell.placement import Placement
+from bt_manip.cell.physics.attachment import Attachment
+from bt_manip.cell.physics.edit_tracker import EditTracker
 
 
 class Spares:
@@ -16,7 +16,7 @@ class Spares:
         limit: How many things are kept; none at first.
     """
 
-    def __init__(self, changes: OwnChanges) -> None:
+    def __init__(self, changes: EditTracker) -> None:
         """Begin with nothing kept.
 
         Args:
@@ -24,15 +24,15 @@ class Spares:
         """
         self.limit = 0
         self._changes = changes
-        self._kept: list[tuple[dict[str, Any], Placement]] = []
+        self._kept: list[tuple[dict[str, Any], Attachment]] = []
 
-    def keep(self, name: str, placement: Placement) -> None:
+    def keep(self, name: str, placement: Attachment) -> None:
         """Keep what has just been taken out."""
         if self.limit:
             self._kept.append((placement.describe(name), placement))
             del self._kept[: -self.limit]
 
-    def take(self, entry: Mapping[str, Any]) -> Placement | None:
+    def take(self, entry: Mapping[str, Any]) -> Attachment | None:
         """Give back what was described, if that is kept."""
         for spare in self._kept:
             description, placement = spare

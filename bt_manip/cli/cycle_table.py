@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from bt_manip.recording.report import CycleReport, RunReport
+from bt_manip.recording import CycleReport, RunReport
 
 _PLACED = {True: "yes", False: "no", None: "-"}
 

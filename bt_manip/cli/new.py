@@ -29,7 +29,7 @@ def new() -> None:
 def new_plugin(name: str, kind: str, into: Path) -> None:
     """Write the package of a plugin, with tests that pass at once."""
     os.environ.setdefault("MUJOCO_GL", "disable")
-    from bt_manip.plugins.scaffold import write_plugin
+    from bt_manip.plugins import write_plugin
 
     folder = write_plugin(name, kind, into, load_chosen_plugins())
     click.echo(f"wrote {folder}; go on with:")

@@ -10,8 +10,7 @@ from pathlib import Path
 
 import click
 
-from bt_manip.plugins.choice import Choice
-from bt_manip.plugins.entry_points import PREFIX, names_of
+from bt_manip.plugins import PREFIX, Choice, names_of
 
 GROUP = "bt_manip.commands"
 """Name of the entry-point group: the command's name, and where its click command is."""

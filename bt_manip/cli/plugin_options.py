@@ -8,8 +8,7 @@ import click
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from bt_manip.plugins import Plugins
-    from bt_manip.plugins.choice import Choice
+    from bt_manip.plugins import Choice, Plugins
 
 BUILTIN = "builtin"
 _BLOCKED = "bt_manip.blocked"
@@ -45,7 +44,7 @@ def _keeper(key: str) -> "Callable[[click.Context, click.Parameter, tuple[object
 
 def chosen(ctx: click.Context | None = None) -> "Choice":
     """Give what the options and the environment variables say together."""
-    from bt_manip.plugins.choice import Choice
+    from bt_manip.plugins import Choice
 
     ctx = ctx or click.get_current_context(silent=True)
     meta = {} if ctx is None else ctx.meta
@@ -65,8 +64,7 @@ def warn_of_unknown(plugins: "Plugins") -> None:
     """Print a line about each name behind ``--block`` that nothing has."""
     from bt_manip.cli.plugin_commands import plugin_commands
     from bt_manip.exceptions import did_you_mean
-    from bt_manip.plugins.choice import Choice
-    from bt_manip.plugins.entry_points import names_of
+    from bt_manip.plugins import Choice, names_of
 
     ctx = click.get_current_context(silent=True)
     wanted = [] if ctx is None else ctx.meta.get(_BLOCKED, ())

@@ -19,9 +19,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from bt_manip.plugins import Plugins
-    from bt_manip.recording.recorder import Recorder
-    from bt_manip.recording.report import RunReport
-    from bt_manip.recording.trace import Trace
+    from bt_manip.recording import Recorder, RunReport, Trace
     from bt_manip.runner import RunObserver
 
 CYCLE_FAILED = 1
@@ -133,8 +131,7 @@ class _Job:
         )
         # Only now what takes long to import: what is wrong above is said at once.
         from bt_manip.cli.run_observers import extra_observers
-        from bt_manip.recording.recorder import Recorder
-        from bt_manip.recording.trace import Trace
+        from bt_manip.recording import Recorder, Trace
         from bt_manip.runner import prepare
 
         prepared = prepare(request, parts, print_warning)
@@ -156,7 +153,7 @@ class _Job:
         if not options.quiet:
             observers.append(_terminal(self._console, options.cycles))
         if window:
-            from bt_manip.viewer.window import Window
+            from bt_manip.viewer import Window
 
             observers.append(Window())
         return prepared, observers
@@ -210,7 +207,7 @@ class _Job:
             return self._recorder.report(status, self._error)
         import hashlib
 
-        from bt_manip.recording.report import RunReport, versions
+        from bt_manip.recording import RunReport, versions
 
         return RunReport(
             tree=self._options.tree,
@@ -229,7 +226,7 @@ class _Job:
     def _window(self) -> bool:
         """Tell whether there will be a window; settle how mujoco draws before it is imported."""
         if self._options.view:
-            from bt_manip.viewer.display import NoDisplayError, require_display
+            from bt_manip.viewer import NoDisplayError, require_display
 
             try:
                 require_display()
@@ -242,7 +239,7 @@ class _Job:
 
 def _check_files(options: RunOptions) -> None:
     """Make sure that what the user wants written can be."""
-    from bt_manip.recording.files import check_writable
+    from bt_manip.recording import check_writable
 
     wanted = [("report", options.report), ("trace", options.trace)]
     wanted += [("snapshot", path) for _, path in options.snapshots]
@@ -258,9 +255,9 @@ def _check_files(options: RunOptions) -> None:
 
 def _terminal(console: "Console", cycles: int) -> "RunObserver":
     if console.is_terminal and not console.is_dumb_terminal:
-        from bt_manip.viewer.terminal_view import TerminalView
+        from bt_manip.viewer import TerminalView
 
         return TerminalView(console, cycles=cycles)
-    from bt_manip.viewer.plain_view import PlainView
+    from bt_manip.viewer import PlainView
 
     return PlainView(console, cycles=cycles)

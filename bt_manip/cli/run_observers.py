@@ -5,9 +5,8 @@ from pathlib import Path
 
 from bt_manip.cli.plugin_options import print_warning
 from bt_manip.exceptions import BtManipError
-from bt_manip.plugins import BUILTIN, Plugin, Plugins
-from bt_manip.plugins.watching import guarded, plugin_observers
-from bt_manip.recording.files import check_writable
+from bt_manip.plugins import BUILTIN, Plugin, Plugins, guarded, plugin_observers
+from bt_manip.recording import check_writable
 from bt_manip.runner import RunObserver, Stopwatch
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from bt_manip.cli.plugin_options import print_warning
 from bt_manip.exceptions import BtManipError
-from bt_manip.recording.recorder import Recorder
+from bt_manip.recording import Recorder
 from bt_manip.runner import (
     Run,
     RunObserver,

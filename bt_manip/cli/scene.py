@@ -140,7 +140,7 @@ def _varied(found: "Scene", station: "Station") -> Iterator[str]:
 
     with told_with_file(found):
         station.randomizer.begin(0)
-    drawn = station.randomizer.drawn
+    drawn = station.randomizer.sampled
     for where in ("objects", "robots", "lights", "cameras", "observations"):
         for thing, lines in getattr(found.randomization, where).items():
             values = drawn.get(where, {}).get(thing, {})

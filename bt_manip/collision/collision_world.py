@@ -5,7 +5,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from bt_manip.cell import Labels
+from bt_manip.cell import BodyNames
 from bt_manip.robots import Robot, RobotModel
 
 from .arm_motion import part_of_body
@@ -56,7 +56,7 @@ class CollisionWorld:
         self._figure = RobotGeometry(robot, model)
         self._watched: np.ndarray | None = None
         self._source: mujoco.MjModel | None = None
-        self.others: tuple[OtherRobot, ...] = ()
+        self.other_robots: tuple[OtherRobot, ...] = ()
         self.refresh()
 
     def refresh(self) -> None:
@@ -71,19 +71,19 @@ class CollisionWorld:
             self._parts = part_of_body(self._source, self._joints)
             self._may_touch = self._pairs_that_may_touch(self._source)
             self._proof = ConservativeAdvancement(self._source, self._near, self._joints)
-            self._labels = Labels(self._source)
+            self._labels = BodyNames(self._source)
         if figure.bodies is not self._watched:
             self._watched = figure.bodies
             self._watch()
         self._near.take(robot.mj_data)
-        if self.others:
+        if self.other_robots:
             self._place_others()
         self._proof.take()
 
     def _place_others(self) -> None:
         """Let the other robots be where they will come to rest, with room around them."""
         bodies = np.zeros(self._near.model.nbody, dtype=bool)
-        for other in self.others:
+        for other in self.other_robots:
             other.figure.refresh()
             other.figure.spread(self._near.data.qpos)
             other.figure.put(self._near.data.qpos, other.arm.target)
@@ -93,7 +93,7 @@ class CollisionWorld:
     def other_robot(self, body: str) -> str:
         """Name the other robot whose arm moves a body, or holds it; empty where none does."""
         label = self._labels.of_body
-        for other in self.others:
+        for other in self.other_robots:
             if any(label[i] == body for i in np.flatnonzero(other.figure.bodies)):
                 return other.name
         return ""
@@ -180,7 +180,7 @@ class CollisionWorld:
             (CollisionPair(*pair, d) for pair, d in found.items()), key=lambda near: near.distance
         )
 
-    def touching_now(self) -> str:
+    def describe_contacts(self) -> str:
         """Say what the arm touches in the physics, that it should not; empty when nothing."""
         self.refresh()
         contact = self._robot.mj_data.contact

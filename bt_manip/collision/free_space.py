@@ -95,7 +95,7 @@ class FreeSpace:
         unknown = np.flatnonzero(~self.proven(path)).tolist()
         return next((i for i in unknown if not self.is_free(path[i])), None)
 
-    def blocker(self, q: np.ndarray) -> CollisionPair | None:
+    def nearest_pair(self, q: np.ndarray) -> CollisionPair | None:
         """Name what is nearest to the arm at a configuration that is not free."""
         near = self.world.collisions(q, PADDING)
         return near[0] if near else None

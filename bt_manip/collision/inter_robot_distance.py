@@ -81,7 +81,7 @@ class InterRobotDistance:
         distance = (contact.dist - contact.includemargin)[between]
         return float(distance.min(initial=0.0)) + FAR
 
-    def meet(self, first: np.ndarray, second: np.ndarray, needed: float) -> bool:
+    def too_close(self, first: np.ndarray, second: np.ndarray, needed: float) -> bool:
         """Tell whether two robots come too near to each other on their ways.
 
         Args:

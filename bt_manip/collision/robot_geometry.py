@@ -5,7 +5,7 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip import spatial
-from bt_manip.cell import Labels, entity_of
+from bt_manip.cell import BodyNames, entity_of
 from bt_manip.robots import Robot, RobotModel
 
 from .held import held_root
@@ -59,7 +59,7 @@ class RobotGeometry:
         """Name of what it holds; empty where that is nothing."""
         if not self.held_root:
             return ""
-        return entity_of(Labels(self.robot.mj_model).of_body[self.held_root])
+        return entity_of(BodyNames(self.robot.mj_model).of_body[self.held_root])
 
     def carried(self, q: np.ndarray) -> pin.SE3 | None:
         """Give where what is held comes to be, with the arm at a configuration; None for nothing.

@@ -2,7 +2,7 @@
 
 import mujoco
 
-from bt_manip.cell import Labels, entity_of
+from bt_manip.cell import BodyNames, entity_of
 from bt_manip.robots import Robot
 
 _REACH = 0.3  # [m] radius of the sensors' zone: all contacts of a finger, however long it is
@@ -37,7 +37,7 @@ class FingerContacts:
         self._bound = data.sensordata.item, int(left), int(right)
         self._geoms = self._robot.finger_geom_ids
         self._model, self._data = model, data
-        self._labels: Labels | None = None
+        self._labels: BodyNames | None = None
         self.bound = True
 
     def forces(self) -> tuple[float, float]:
@@ -52,7 +52,7 @@ class FingerContacts:
 
     def _partners(self, geoms: tuple[int, ...]) -> tuple[str, ...]:
         if self._labels is None:
-            self._labels = Labels(self._model)
+            self._labels = BodyNames(self._model)
         label = self._labels.of_geom
         own = entity_of(label[geoms[0]])
         found = set()

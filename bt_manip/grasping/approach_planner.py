@@ -10,7 +10,7 @@ import pinocchio as pin
 from bt_manip.arm import MARGIN, Arm
 from bt_manip.cell import entity_of
 from bt_manip.exceptions import MotionError
-from bt_manip.planning import ahead, straight_approach
+from bt_manip.planning import plan_straight_approach, translate_along_tool_z
 
 from .grasp_candidate import GraspCandidate
 from .gripper_clearance import GripperClearance
@@ -82,7 +82,9 @@ class ApproachPlanner:
         """
         arm, rejections = self._arm, self._rejections
         standoffs = [_standoff(one.T_wt, height, centre) for one in batch]
-        poses = [ahead(one.T_wt, -s) for one, s in zip(batch, standoffs, strict=True)]
+        poses = [
+            translate_along_tool_z(one.T_wt, -s) for one, s in zip(batch, standoffs, strict=True)
+        ]
         if arm.world is not None:
             arm.world.refresh()
         best: tuple[float, GraspPlan] | None = None
@@ -115,7 +117,7 @@ class ApproachPlanner:
         if collisions:
             rejections.collision(entity_of(collisions[0].second))
             return None
-        margin, end, error = straight_approach(arm.ik, q, one.T_wt, arm.world)
+        margin, end, error = plan_straight_approach(arm.ik, q, one.T_wt, arm.world)
         if margin <= 0.0:
             rejections.no_approach(error)
             return None
@@ -156,7 +158,7 @@ class ApproachPlanner:
             if found.distance < 0.0:
                 rejections.collision(found.entity)
                 return False
-        error = straight_approach(self._arm.ik, q, poses[-1], None).refused
+        error = plan_straight_approach(self._arm.ik, q, poses[-1], None).error
         if error is not None:
             rejections.no_approach(error)
             return False

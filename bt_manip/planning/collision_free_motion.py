@@ -1,4 +1,4 @@
-"""Motions in joint space that touch nothing."""
+"""Collision-free motions in joint space."""
 
 from collections.abc import Iterable
 
@@ -16,15 +16,20 @@ from bt_manip.trajectories import (
     time_parameterize_segment,
 )
 
-from .collision_check import collision_error, free_targets, touched_at
-from .edges import edge_is_free, line
+from .collision_check import (
+    collision_error,
+    collision_free_goals,
+    describe_pair,
+    describe_start,
+    sample_path,
+)
+from .joint_segments import discretize_segment, edge_is_free
+from .path_simplification import shortcut, smooth_paths
 from .planner import Planner, PlanningProblem
-from .shortcutting import shortcut
-from .smoothing import smooth_paths
 
-ATTEMPTS = 5
-WIDE = 8e-3  # [m] clearance that is planned with; less is enough for what is driven
-COARSE = 0.04  # [rad] between the configurations that are looked at first
+PLANNING_ATTEMPTS = 5
+PLANNING_CLEARANCE = 8e-3  # [m] larger than that of `FreeSpace`: leaves space for smoothing
+COARSE_STEP = 0.04  # [rad] of the check that comes before that at `PATH_STEP`
 
 
 def plan_collision_free_motion(
@@ -37,97 +42,93 @@ def plan_collision_free_motion(
     planner: Planner,
     rng: np.random.Generator,
 ) -> Trajectory:
-    """Plan from rest to rest at one of several configurations, around what is in the way.
+    """Plan a collision-free motion from rest to rest at one of several goals.
 
-    Where the straight line to one of them is free, it is driven straight. What is given back has
-    been looked at as it will be driven, at steps of `PATH_STEP`.
+    A straight segment is used where one is free. Otherwise the planner's path is shortcut, smoothed
+    and time-parameterized, and checked every `PATH_STEP`.
 
     Args:
-        start: Where the arm is at rest.  # (nq,)
-        goal: Where it goes, where it touches nothing.  # (nq,)
-        others: Where else it may go; only asked for where the straight line to the first is not
-            free.  # (nq,) each
-        world: What there is.
+        start: Start configuration [rad].  # (nq,)
+        goal: Preferred goal configuration, collision-free [rad].  # (nq,)
+        others: Further goals, only evaluated where the segment to the preferred one is blocked
+            [rad].  # (nq,) each
+        world: The collision world.
         model: The arm with its payload.
-        speed: At 0.5 the move takes twice the time.
-        planner: Finds ways around.
-        rng: What the planner draws from.
+        speed: At 0.5 the motion takes twice the time.
+        planner: Finds paths around obstacles.
+        rng: Random generator of the planner and of shortcutting.
 
     Raises:
-        MotionError: When no way is found, or it asks too much effort.
+        MotionError: When no path is found, or the motion needs too much effort.
     """
     space = FreeSpace(world, start, [goal])
     if segment_is_free(start, goal, space):
         return time_parameterize_segment(start, goal, model, speed)
-    goals = [goal, *free_targets(world, start, others)]
+    goals = [goal, *collision_free_goals(world, start, others)]
     space = FreeSpace(world, start, goals)
     for other in goals[1:]:
         if segment_is_free(start, other, space):
             return time_parameterize_segment(start, other, model, speed)
-    wide = FreeSpace(world, start, goals, clearance=WIDE)
+    wide = FreeSpace(world, start, goals, clearance=PLANNING_CLEARANCE)
     problem = PlanningProblem(start, np.array(goals), wide.is_free, model.limits, rng)
     stopping: Trajectory | None = None
-    reason = "looked at closely, the ways that were found are not free"
-    for _ in range(ATTEMPTS):
-        found = planner.plan(problem)
-        if not len(found.path):
-            reason = found.reason
+    reason = "the paths that were found fail the fine collision check"
+    for _ in range(PLANNING_ATTEMPTS):
+        result = planner.plan(problem)
+        if not len(result.path):
+            reason = result.reason
             break
-        waypoints = shortcut(found.path, wide.is_free, rng)
-        trajectory = _smoothly_along(waypoints, space, model, speed)
+        waypoints = shortcut(result.path, wide.is_free, rng)
+        trajectory = _smooth_trajectory(waypoints, space, model, speed)
         if trajectory is not None:
             return trajectory
-        stopping = stopping or _with_stops_along(waypoints, space, model, speed)
+        stopping = stopping or _stopping_trajectory(waypoints, space, model, speed)
     if stopping is not None:
         return stopping
-    near = _blocker(start, goal, space)
-    what = "something is in it" if near is None else f"{near.first} would touch {near.second}"
-    inside = touched_at(world, start)
-    raise collision_error(world, near, f"the way is blocked: {what}; {reason}{inside}")
+    pair = _first_collision(start, goal, space)
+    message = f"no collision-free path: {describe_pair(pair)}; {reason}"
+    raise collision_error(world, pair, message + describe_start(world, start))
 
 
-def _smoothly_along(
+def segment_is_free(start: np.ndarray, end: np.ndarray, space: FreeSpace) -> bool:
+    """Tell whether a segment is collision-free every `PATH_STEP`."""
+    if not edge_is_free(start, end, space.is_free, COARSE_STEP):
+        return False
+    return space.path_is_free(discretize_segment(start, end, PATH_STEP))
+
+
+def _smooth_trajectory(
     waypoints: np.ndarray, space: FreeSpace, model: RobotModel, speed: float
 ) -> Trajectory | None:
-    """Drive along waypoints with rounded corners; None where that is not free."""
-    bounds = KinematicLimits.of_joints(model.limits)
+    """Follow waypoints with the widest corners that are free; None where no corners are."""
+    limits = KinematicLimits.of_joints(model.limits)
     for path in smooth_paths(waypoints):
-        if _path_free(path, space):
-            trajectory = time_parameterize(path, bounds, model, speed)
+        if _path_is_free(path, space):
+            trajectory = time_parameterize(path, limits, model, speed)
             if limit_use(trajectory, model.limits).inside:
                 return trajectory
     return None
 
 
-def _with_stops_along(
+def _stopping_trajectory(
     waypoints: np.ndarray, space: FreeSpace, model: RobotModel, speed: float
 ) -> Trajectory | None:
-    """Drive from waypoint to waypoint; None where that is not free."""
-    parts = list(zip(waypoints, waypoints[1:], strict=False))
-    if not all(segment_is_free(a, b, space) for a, b in parts):
+    """Follow waypoints with a stop at each; None where a segment is not free."""
+    segments = list(zip(waypoints, waypoints[1:], strict=False))
+    if not all(segment_is_free(a, b, space) for a, b in segments):
         return None
-    return SequenceTrajectory([time_parameterize_segment(a, b, model, speed) for a, b in parts])
+    return SequenceTrajectory([time_parameterize_segment(a, b, model, speed) for a, b in segments])
 
 
-def segment_is_free(start: np.ndarray, end: np.ndarray, space: FreeSpace) -> bool:
-    """Tell whether the straight line is free, at steps of `PATH_STEP`."""
-    if not edge_is_free(start, end, space.is_free, COARSE):
-        return False
-    return space.path_is_free(line(start, end, PATH_STEP))
-
-
-def _path_free(path: Path, space: FreeSpace) -> bool:
-    """Tell whether a path is free, at steps of `PATH_STEP`."""
-    slope = np.abs(path.evaluate(np.linspace(0.0, 1.0, 400), 1)[1][:, : path.nq]).max()
-    n = max(8, int(np.ceil(1.02 * slope / PATH_STEP)))
-    places = np.arange(n + 1) / n
-    configurations = path.evaluate(places, 0)[0][:, : path.nq]
-    every = max(1, int(COARSE / PATH_STEP))  # coarsely first: that is where most paths fail
+def _path_is_free(path: Path, space: FreeSpace) -> bool:
+    """Tell whether a path is collision-free every `PATH_STEP`."""
+    configurations = sample_path(path, 400)[:, : path.nq]
+    every = max(1, int(COARSE_STEP / PATH_STEP))  # most paths that are not free fail here already
     return all(map(space.is_free, configurations[::every])) and space.path_is_free(configurations)
 
 
-def _blocker(start: np.ndarray, end: np.ndarray, space: FreeSpace) -> CollisionPair | None:
-    """Name what is in the way of the straight line."""
-    between = line(start, end, COARSE)
-    i = space.first_blocked(between)
-    return None if i is None else space.blocker(between[i])
+def _first_collision(start: np.ndarray, end: np.ndarray, space: FreeSpace) -> CollisionPair | None:
+    """Return the nearest bodies where a segment is blocked; None where it is free."""
+    configurations = discretize_segment(start, end, COARSE_STEP)
+    i = space.first_blocked(configurations)
+    return None if i is None else space.nearest_pair(configurations[i])

@@ -1,4 +1,4 @@
-"""What a planner is asked, and what it answers."""
+"""The interface of planners: problem, result and protocol."""
 
 from typing import NamedTuple, Protocol
 
@@ -6,47 +6,47 @@ import numpy as np
 
 from bt_manip.robots import JointLimits
 
-from .edges import Free
+from .joint_segments import IsFree
 
 
 class PlanningProblem(NamedTuple):
-    """A way in joint space that is looked for.
+    """A path planning problem in joint space.
 
     Attributes:
-        start: Where it begins; free.  # (nq,)
-        goals: Where it may end; each is free.  # (n, nq)
-        is_free: Tells of a configuration whether the arm may be there.
-        limits: Of the joints.
-        rng: The only source of chance: the same problem and generator give the same answer.
+        start: Start configuration, collision-free [rad].  # (nq,)
+        goals: Goal configurations, each collision-free; one is to be reached [rad].  # (n, nq)
+        is_free: Tells whether a configuration is collision-free.
+        limits: Joint limits.
+        rng: The only random generator to use: the same problem gives the same result.
     """
 
     start: np.ndarray
     goals: np.ndarray
-    is_free: Free
+    is_free: IsFree
     limits: JointLimits
     rng: np.random.Generator
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Give the box that is searched.
+        """Return lower and upper bounds of the configurations to sample [rad].
 
-        Joints that can go around more than once go at the most half a turn beyond start and goals.
+        Joints with a range of more than one turn stay within half a turn of start and goals.
         """  # (nq,), (nq,)
         known = np.vstack([self.start, self.goals])
         lower, upper = self.limits.lower, self.limits.upper
-        around = upper - lower > 2.0 * np.pi
+        multi_turn = upper - lower > 2.0 * np.pi
         return (
-            np.where(around, np.maximum(lower, known.min(axis=0) - np.pi), lower),
-            np.where(around, np.minimum(upper, known.max(axis=0) + np.pi), upper),
+            np.where(multi_turn, np.maximum(lower, known.min(axis=0) - np.pi), lower),
+            np.where(multi_turn, np.minimum(upper, known.max(axis=0) + np.pi), upper),
         )
 
 
 class PlanningResult(NamedTuple):
-    """What planning ends with.
+    """The result of planning.
 
     Attributes:
-        path: Waypoints from the start to one of the goals, with straight lines between them; empty
-            when none was found.  # (n, nq)
-        samples: How many configurations were drawn.
+        path: Waypoints from the start to one of the goals, connected by straight segments; empty
+            when none was found [rad].  # (n, nq)
+        samples: Number of configurations that were drawn.
         reason: Why there is no path; empty when there is one.
     """
 
@@ -56,7 +56,7 @@ class PlanningResult(NamedTuple):
 
 
 class Planner(Protocol):
-    """Finds ways around what is in the way, bounded by a count of samples and never by time."""
+    """Finds collision-free paths, bounded by a number of samples and never by time."""
 
     def plan(self, problem: PlanningProblem) -> PlanningResult:
-        """Look for a way from the start to one of the goals."""
+        """Search for a path from the start to one of the goals."""

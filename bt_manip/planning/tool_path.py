@@ -1,215 +1,366 @@
-"""The tool on lines and arcs, with rounded corners between them."""
+"""Cartesian paths of the tool: lines and arcs, with blended corners between them."""
 
+from abc import ABC, abstractmethod
 from bisect import bisect_right
-from collections.abc import Sequence
-from itertools import accumulate
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import accumulate, pairwise
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.checks import check_non_negative
+from bt_manip.checks import (
+    check_non_negative,
+    check_number,
+    check_pose,
+    check_vector,
+    invalid,
+)
+from bt_manip.exceptions import MotionError
 from bt_manip.robots import ToolLimits
 from bt_manip.trajectories import TOPP_GRIDS, KinematicLimits
 
-from .tool_path_segments import Segment
-from .tool_path_steps import Step, check_steps
+ARM_LENGTH = 0.3  # [m/rad] travel that a rotation counts as
+MIN_CORNER = 0.015  # share of the whole travel; the tool stops in narrower corners
+CORNER_INTERVALS = 25  # grid intervals in the narrowest corner
+MAX_INTERVALS = 2000  # grid intervals on a path
+_ZERO = 1e-9  # [m] and [rad]
+_MIN_DISTANCE = 1e-6  # [m] between the three points of an arc
+_MIN_SINE = 1e-6  # of the angle at the via point; below it the three points are collinear
+_PER_AXIS = 3.0**-0.5  # share of a vector limit that each axis gets: it holds in every direction
 
-GRID = 25  # intervals in the narrowest corner
-FINEST_GRID = 2000  # intervals on a path
-NARROWEST = 0.015  # of the way, that a corner takes in which the tool does not halt
-_SAME = 1e-9  # [m] and [rad]
-_PER_AXIS = 3.0**-0.5  # of a limit of a vector, so that it holds whichever way that points
+
+class Segment(ABC):
+    """A piece of a path along which position and rotation change at constant rates.
+
+    Attributes:
+        straight: Whether it is a line.
+        length: Length of the tool origin's path [m].
+        angle: Angle by which the tool turns [rad].
+        travel: Path parameter at the end [m]: the larger of length and `ARM_LENGTH` times angle.
+    """
+
+    straight = False
+
+    def __init__(self, start: pin.SE3, length: float, turn: np.ndarray) -> None:
+        """Set the start, the length [m] and the rotation vector in the tool frame [rad]."""
+        self._start, self._turn = start.copy(), turn
+        self.length, self.angle = length, float(np.linalg.norm(turn))
+        self.travel = max(self.length, ARM_LENGTH * self.angle)
+
+    def pose(self, travel: float) -> pin.SE3:
+        """Return the pose T_wt after a travel between 0 and `self.travel` [m]."""
+        s = travel / self.travel
+        return pin.SE3(self._start.rotation @ pin.exp3(s * self._turn), self._position(s))
+
+    @abstractmethod
+    def _position(self, s: float) -> np.ndarray:
+        """Return the position at a fraction of the segment [m]."""  # (3,)
+
+
+class _Line(Segment):
+    """The straight line between two poses."""
+
+    straight = True
+
+    def __init__(self, start: pin.SE3, end: pin.SE3) -> None:
+        self._offset = end.translation - start.translation
+        turn = pin.log3(start.rotation.T @ end.rotation)
+        super().__init__(start, float(np.linalg.norm(self._offset)), turn)
+
+    def _position(self, s: float) -> np.ndarray:
+        return np.asarray(self._start.translation + s * self._offset)
+
+
+class _Arc(Segment):
+    """A circular arc: `sweep` is the rotation vector [rad] about the `centre` [m]."""
+
+    def __init__(
+        self, start: pin.SE3, centre: np.ndarray, sweep: np.ndarray, turn: np.ndarray
+    ) -> None:
+        self._centre, self._sweep = centre, sweep
+        self._radius = start.translation - centre
+        length = float(np.linalg.norm(self._radius)) * float(np.linalg.norm(sweep))
+        super().__init__(start, length, turn)
+
+    def _position(self, s: float) -> np.ndarray:
+        return np.asarray(self._centre + pin.exp3(s * self._sweep) @ self._radius)
+
+
+@dataclass(frozen=True, eq=False)
+class LineTo:
+    """A straight line to a pose, with constant angular velocity.
+
+    Attributes:
+        pose: Pose T_wt of the tool at its end.
+    """
+
+    pose: pin.SE3
+
+    def __post_init__(self) -> None:
+        """Check the pose."""
+        check_pose(self.pose)
+
+    def segment(self, start: pin.SE3) -> tuple[Segment, pin.SE3]:
+        """Return the segment from a pose T_wt, and the pose at its end."""
+        return _Line(start, self.pose), self.pose
+
+
+@dataclass(frozen=True, eq=False)
+class ArcTo:
+    """A circular arc to a pose through a point, with constant angular velocity.
+
+    Attributes:
+        via: A point of the arc in the world [m].  # (3,)
+        pose: Pose T_wt of the tool at its end.
+    """
+
+    via: Sequence[float] | np.ndarray
+    pose: pin.SE3
+
+    def __post_init__(self) -> None:
+        """Check the point and the pose."""
+        check_vector(self.via, "via point of an arc", "m")
+        check_pose(self.pose)
+
+    def segment(self, start: pin.SE3) -> tuple[Segment, pin.SE3]:
+        """Return the segment from a pose T_wt, and the pose at its end.
+
+        Raises:
+            MotionError: When the three points coincide or are collinear.
+        """
+        a, b, c = start.translation, np.array(self.via, dtype=float), self.pose.translation
+        ab, ac, bc = b - a, c - a, c - b
+        normal = np.cross(ab, ac)
+        sides = [float(np.linalg.norm(side)) for side in (ab, ac, bc)]
+        if min(sides) < _MIN_DISTANCE or np.linalg.norm(normal) < _MIN_SINE * sides[0] * sides[1]:
+            raise MotionError(
+                "an arc goes through three points that are apart and not on a line, got "
+                + ", ".join(f"({x:.4f}, {y:.4f}, {z:.4f})" for x, y, z in (a, b, c)),
+                reason="target",
+            )
+        # Circumcentre of the triangle abc.
+        towards = sides[1] ** 2 * np.cross(normal, ab) + sides[0] ** 2 * np.cross(ac, normal)
+        centre = a + towards / (2.0 * float(normal.dot(normal)))
+        axis = normal / np.linalg.norm(normal)
+        first, last = a - centre, c - centre
+        angle = float(np.arctan2(axis.dot(np.cross(first, last)), first.dot(last))) % (2.0 * np.pi)
+        turn = pin.log3(start.rotation.T @ self.pose.rotation)
+        return _Arc(start, centre, angle * axis, turn), self.pose
+
+
+@dataclass(frozen=True, eq=False)
+class TurnAbout:
+    """A rotation of the tool about an axis fixed in the world.
+
+    Attributes:
+        point: A point of the axis [m].  # (3,)
+        axis: Its direction, of any length.  # (3,)
+        angle: Right-handed about the direction [rad].
+    """
+
+    point: Sequence[float] | np.ndarray
+    axis: Sequence[float] | np.ndarray
+    angle: float
+
+    def __post_init__(self) -> None:
+        """Check axis and angle."""
+        check_vector(self.point, "point of the axis of a turn", "m")
+        if np.linalg.norm(check_vector(self.axis, "axis of a turn")) < 1e-9:
+            raise invalid(f"axis of a turn must not be zero, got {self.axis}")
+        check_number(self.angle, "angle of a turn", "rad")
+
+    def segment(self, start: pin.SE3) -> tuple[Segment, pin.SE3]:
+        """Return the segment from a pose T_wt, and the pose at its end."""
+        axis = np.array(self.axis, dtype=float)
+        axis /= np.linalg.norm(axis)
+        point = np.array(self.point, dtype=float)
+        centre = point + axis.dot(start.translation - point) * axis
+        sweep = float(self.angle) * axis
+        arc = _Arc(start, centre, sweep, start.rotation.T @ sweep)
+        return arc, arc.pose(arc.travel) if arc.travel else start
+
+
+Step = LineTo | ArcTo | TurnAbout
 
 
 class ToolPath:
-    """A path of the tool that can be driven without a halt.
+    """Consecutive segments that the tool passes without stopping.
 
-    Its parameter, the travel, is the way in metres, where a turn counts too. In a corner, what
-    comes before slows down evenly while what comes after sets out: place and rotation have three
-    continuous derivatives there, as long as what meets are lines.
+    The path parameter is the travel of its segments. In a corner, the motion along the first
+    segment fades out while that along the second fades in: position and rotation have three
+    continuous derivatives where lines meet.
 
     Attributes:
-        length: Way along the pieces up to their corners [m].
-        travel: The same with turns [m].
+        length: Length along the segments, corners included [m].
+        angle: Sum of the angles of the segments [rad].
+        travel: Sum of the travels of the segments [m].
         straight: Whether it is a single line.
-        finest: Share of the travel that its narrowest corner takes; 1 without corners.
+        narrowest: Share of the travel that the narrowest corner takes; 1 without corners.
     """
 
     def __init__(
-        self,
-        segments: Sequence[Segment],
-        blend: float = 0.0,
-        *,
-        before: float = 0.0,
-        whole: float | None = None,
-        length_before: float = 0.0,
-        whole_length: float | None = None,
+        self, segments: Sequence[Segment], blend: float = 0.0, *, preceding: int = 0, count: int = 0
     ) -> None:
-        """Join pieces, each of which starts where the one before ends.
+        """Select the segments of one path from those of a whole motion.
 
         Args:
-            segments: At least one; corners between several are rounded.
-            blend: How far from a corner it is rounded [m], where the pieces are long enough.
-            before: Travel of what is driven before this path [m].
-            whole: Travel of all that is driven [m]; by default of this path.
-            length_before: Length of what is driven before this path [m].
-            whole_length: Length of all that is driven [m]; by default of this path.
+            segments: Segments of the motion, each starting where the previous one ends.
+            blend: Distance from a corner where blending starts [m]; at most half a segment.
+            preceding: Number of segments before this path.
+            count: Number of segments of this path; 0 for all that remain.
         """
-        self._segments = list(segments)
-        travels = [segment.travel for segment in segments]
-        self._starts = [0.0, *accumulate(travels)]
+        own = segments[preceding : preceding + count] if count else segments[preceding:]
+        self._segments = list(own)
+        self._starts = [0.0, *accumulate(segment.travel for segment in own)]
         self.travel = self._starts[-1]
-        self.length = sum(segment.length for segment in segments)
-        self.angle = sum(segment.angle for segment in segments)
-        self.straight = len(self._segments) == 1 and self._segments[0].straight
-        self._cuts = [
-            _cut(first, second, blend)
-            for first, second in zip(segments, segments[1:], strict=False)
-        ]
-        self.finest = min((2.0 * cut / self.travel for cut in self._cuts), default=1.0)
-        self._before, self._length_before = before, length_before
-        self._whole = self.travel if whole is None else whole
-        self._whole_length = self.length if whole_length is None else whole_length
+        self.length = sum(segment.length for segment in own)
+        self.angle = sum(segment.angle for segment in own)
+        self.straight = len(own) == 1 and own[0].straight
+        self._blends = [_blend_travel(a, b, blend) for a, b in pairwise(own)]
+        self.narrowest = min((2.0 * half / self.travel for half in self._blends), default=1.0)
+        self._before = _travel_and_length(segments[:preceding])
+        self._whole = _travel_and_length(segments)
+        self.name = "line" if self.straight and len(segments) == 1 else "path"
 
     def pose(self, fraction: float) -> pin.SE3:
-        """Give the pose T_wt at a fraction of the travel."""
-        way = min(max(fraction, 0.0), 1.0) * self.travel
-        i = min(bisect_right(self._starts, way) - 1, len(self._segments) - 1)
-        since, left = way - self._starts[i], self._starts[i + 1] - way
-        if i > 0 and since < self._cuts[i - 1]:
+        """Return the pose T_wt at a fraction of the travel."""
+        travel = min(max(fraction, 0.0), 1.0) * self.travel
+        i = min(bisect_right(self._starts, travel) - 1, len(self._segments) - 1)
+        since, left = travel - self._starts[i], self._starts[i + 1] - travel
+        if i > 0 and since < self._blends[i - 1]:
             return self._corner(i - 1, since)
-        if i < len(self._cuts) and left < self._cuts[i]:
+        if i < len(self._blends) and left < self._blends[i]:
             return self._corner(i, -left)
         return self._segments[i].pose(since)
 
     def _corner(self, i: int, since: float) -> pin.SE3:
-        """Give the pose near a corner, by the travel since it."""
-        first, second, cut = self._segments[i], self._segments[i + 1], self._cuts[i]
-        part = 0.5 * (1.0 + since / cut)
+        """Return the pose T_wt in a blended corner, by the signed travel from the corner [m]."""
+        first, second, half = self._segments[i], self._segments[i + 1], self._blends[i]
+        s = 0.5 * (1.0 + since / half)
         corner = second.pose(0.0)
-        coming = first.pose(first.travel - cut * _ramp(1.0 - part))
-        going = second.pose(cut * _ramp(part))
-        place = coming.translation + going.translation - corner.translation
-        return pin.SE3(coming.rotation @ corner.rotation.T @ going.rotation, place)
+        incoming = first.pose(first.travel - half * _ramp(1.0 - s))
+        outgoing = second.pose(half * _ramp(s))
+        position = incoming.translation + outgoing.translation - corner.translation
+        return pin.SE3(incoming.rotation @ corner.rotation.T @ outgoing.rotation, position)
 
-    def carried(self, fractions: np.ndarray) -> np.ndarray:
-        """Give what a path in joint space carries behind the joints, at even fractions.
+    def extra_columns(self, fractions: np.ndarray) -> np.ndarray:
+        """Return the columns that a joint path along this path has behind the joints.
 
-        The fraction comes last. Where the path bends, place and angle of the tool come before it:
-        the angle is the integral of the turning, so that its derivatives are those that have
-        limits.
+        The last column is the fraction. Where the path is not a single line, the tool's position
+        and the integral of its angular velocity come first, so that they can be limited too.
+
+        Args:
+            fractions: Evenly spaced fractions of the travel.  # (n,)
         """  # (n, 1) or (n, 7)
         if self.straight:
             return fractions[:, np.newaxis]
         poses = [self.pose(fraction) for fraction in fractions]
-        turned = [
-            pin.log3(b.rotation @ a.rotation.T) for a, b in zip(poses, poses[1:], strict=False)
-        ]
-        angles = np.cumsum([np.zeros(3), *turned], axis=0)
+        turns = [pin.log3(b.rotation @ a.rotation.T) for a, b in pairwise(poses)]
+        angles = np.cumsum([np.zeros(3), *turns], axis=0)
         return np.column_stack([[T.translation for T in poses], angles, fractions])
 
-    def bounds(self, joints: KinematicLimits, tool: ToolLimits) -> KinematicLimits:
-        """Append the limits of what is carried, which bound the tool's motion."""
+    def limits(self, joints: KinematicLimits, tool: ToolLimits) -> KinematicLimits:
+        """Append the limits of `extra_columns` to those of the joints."""
         slope = self.travel * max(segment.length / segment.travel for segment in self._segments)
         turning = self.travel * max(segment.angle / segment.travel for segment in self._segments)
 
-        def least(linear: float, angular: float) -> float:
-            return min(linear / max(slope, _SAME), angular / max(turning, _SAME))
+        def fraction_limit(linear: float, angular: float) -> float:
+            return min(linear / max(slope, _ZERO), angular / max(turning, _ZERO))
 
-        bounds = joints
-        for velocity, acceleration, jerk in (
-            ()
-            if self.straight
-            else (
-                *[(tool.velocity, tool.acceleration, tool.jerk)] * 3,
-                *[(tool.angular_velocity, tool.angular_acceleration, tool.angular_jerk)] * 3,
-            )
-        ):
-            bounds = bounds.with_coordinate(velocity, _PER_AXIS * acceleration, _PER_AXIS * jerk)
-        return bounds.with_coordinate(
-            least(tool.velocity, tool.angular_velocity),
-            least(tool.acceleration, tool.angular_acceleration),
-            least(tool.jerk, tool.angular_jerk),
-        )
+        linear = (tool.velocity, tool.acceleration, tool.jerk)
+        angular = (tool.angular_velocity, tool.angular_acceleration, tool.angular_jerk)
+        limits = joints
+        if not self.straight:
+            for velocity, acceleration, jerk in (linear, linear, linear, angular, angular, angular):
+                limits = limits.with_coordinate(
+                    velocity, _PER_AXIS * acceleration, _PER_AXIS * jerk
+                )
+        return limits.with_coordinate(*map(fraction_limit, linear, angular))
 
     @property
     def grids(self) -> tuple[int, ...]:
-        """Intervals that it is fine enough to look at this path in when it is timed."""
-        fine = int(min(GRID / self.finest, FINEST_GRID))
-        return TOPP_GRIDS if fine <= TOPP_GRIDS[0] else (max(fine, TOPP_GRIDS[-1]), FINEST_GRID)
+        """Grid sizes for time parameterization, fine enough for the narrowest corner."""
+        intervals = int(min(CORNER_INTERVALS / self.narrowest, MAX_INTERVALS))
+        return (
+            TOPP_GRIDS
+            if intervals <= TOPP_GRIDS[0]
+            else (max(intervals, TOPP_GRIDS[-1]), MAX_INTERVALS)
+        )
 
-    @property
-    def name(self) -> str:
-        """How errors call it."""
-        return "line" if self.straight and self._whole == self.travel else "path"
+    def progress(self, fraction: float) -> tuple[float, str]:
+        """Return the share of the whole motion done at a fraction of this path, and a text of it.
 
-    def progress(self, fraction: float) -> tuple[float, str, str]:
-        """Tell how much of all that is driven has been driven at a fraction of this path.
-
-        Returns:
-            The share of the travel, and texts of that and of the metres.
+        The text has percent and metres.
         """
-        share = (self._before + fraction * self.travel) / self._whole
-        gone = self._length_before + fraction * self.length
-        metres = f"{gone:.3f} m of {self._whole_length:.3f} m"
-        return share, f"{100.0 * share:.0f} % of the way", metres
+        share = (self._before[0] + fraction * self.travel) / self._whole[0]
+        metres = f"{self._before[1] + fraction * self.length:.3f} m of {self._whole[1]:.3f} m"
+        return share, f"{100.0 * share:.0f} % ({metres})"
 
 
-def tool_paths(start: pin.SE3, steps: Sequence[Step], blend: float = 0.0) -> list[ToolPath]:
-    """Lay out steps from a pose of the tool.
+def tool_paths(start: pin.SE3, steps: Iterable[Step], blend: float = 0.0) -> list[ToolPath]:
+    """Build the paths of the steps of one motion, with a stop after each path.
 
     Args:
-        start: Where the tool is.
-        steps: Where to, and by which way.
-        blend: How far from a corner it is rounded [m]. At 0, and where that takes less than
-            `NARROWEST` of the way, the tool halts there.
+        start: Pose T_wt of the tool at the start.
+        steps: Lines, arcs and turns.
+        blend: Distance from a corner where blending starts [m]. At 0, and where a corner would take
+            less than `MIN_CORNER` of the motion, the tool stops in the corner.
 
     Returns:
-        Paths with a halt after each; none where nothing moves.
+        The paths; none when nothing moves.
 
     Raises:
-        MotionError: When a step is none, or the blend is no length.
+        MotionError: When a step or the blend is invalid.
     """
     blend = check_non_negative(blend, "blend", "m")
     segments: list[Segment] = []
-    for step in check_steps(steps):
-        segment, start = step.after(start)
-        if segment.length >= _SAME or segment.angle >= _SAME:
+    for step in _check_steps(steps):
+        segment, start = step.segment(start)
+        if segment.length >= _ZERO or segment.angle >= _ZERO:
             segments.append(segment)
-    whole = sum(segment.travel for segment in segments)
-    whole_length = sum(segment.length for segment in segments)
-    paths, before, length_before = [], 0.0, 0.0
-    for group in _between_halts(segments, blend, whole):
-        path = ToolPath(
-            group,
-            blend,
-            before=before,
-            whole=whole,
-            length_before=length_before,
-            whole_length=whole_length,
+    corner = MIN_CORNER * sum(segment.travel for segment in segments)
+    stops = [
+        i
+        for i, (a, b) in enumerate(pairwise(segments), 1)
+        if 2.0 * _blend_travel(a, b, blend) < corner
+    ]
+    ends = pairwise([0, *stops, len(segments)]) if segments else ()
+    return [ToolPath(segments, blend, preceding=i, count=j - i) for i, j in ends]
+
+
+def _check_steps(steps: Any) -> list[Step]:
+    """Return the steps as a list.
+
+    Raises:
+        MotionError: When one is not a step.
+    """
+    if not isinstance(steps, Iterable):
+        raise MotionError(
+            f"a path is a list of LineTo, ArcTo and TurnAbout, got {type(steps).__name__}",
+            reason="target",
         )
-        paths.append(path)
-        before, length_before = before + path.travel, length_before + path.length
-    return paths
+    found = list(steps)
+    for step in found:
+        if not isinstance(step, Step):
+            raise MotionError(
+                f"a step of a path is a LineTo, ArcTo or TurnAbout, got {type(step).__name__}",
+                reason="target",
+            )
+    return found
 
 
-def _between_halts(segments: Sequence[Segment], blend: float, whole: float) -> list[list[Segment]]:
-    """Part pieces at corners that are not rounded, or too narrowly for the way they are on."""
-    groups: list[list[Segment]] = []
-    for i, segment in enumerate(segments):
-        if i > 0 and 2.0 * _cut(segments[i - 1], segment, blend) >= NARROWEST * whole:
-            groups[-1].append(segment)
-        else:
-            groups.append([segment])
-    return groups
-
-
-def _cut(first: Segment, second: Segment, blend: float) -> float:
-    """Give the travel on both sides of a corner that is rounded: at most half of a piece."""
-    steepest = max(first.length / first.travel, second.length / second.travel, _SAME)
+def _blend_travel(first: Segment, second: Segment, blend: float) -> float:
+    """Return the travel on either side of a blended corner [m]: at most half of a segment."""
+    steepest = max(first.length / first.travel, second.length / second.travel, _ZERO)
     return min(blend / steepest, 0.5 * first.travel, 0.5 * second.travel)
 
 
+def _travel_and_length(segments: Sequence[Segment]) -> tuple[float, float]:
+    return sum(segment.travel for segment in segments), sum(segment.length for segment in segments)
+
+
 def _ramp(x: float) -> float:
-    """Rise from rest at 0 to 1 with slope 2 at 1, with no curvature at either."""
+    """Return a ramp from 0 to 1 with slope 0 at 0 and 2 at 1, and zero curvature at both."""
     return x**4 * (5.0 - 6.0 * x + 2.0 * x * x)

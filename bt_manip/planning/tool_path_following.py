@@ -1,4 +1,4 @@
-"""Joints that follow a path of the tool."""
+"""Joint paths that follow a path of the tool."""
 
 from itertools import pairwise
 
@@ -12,114 +12,119 @@ from bt_manip.trajectories import SplinePath
 
 from .tool_path import ToolPath
 
-SPACING = 0.02  # [m] between the poses that are solved
-TURN = 0.1  # [rad] between them
-CORNER = 6  # intervals in the narrowest corner, at the least
-LEAST, MOST = 8, 400  # intervals on a path
-STRAIGHTNESS = 5e-5  # [m] and [rad] that the joints may leave the path between them
-GRID = 500  # points where the joint limits are looked at
-REFINEMENTS = 6  # where a joint turns sharply, the spline follows in the last of them
-SMOOTH = 4  # of them, that a line takes which is easy to drive
-FINEST = 1600  # intervals
-SUBSTEPS = 8  # where a step is too long for the solver
-MARGIN = 5e-3  # [rad] from the joint limits, for what a spline swings beyond its knots
-NODE_TOLERANCE = 1e-8  # [m] and [rad]
-MAX_STEP = 0.2  # [rad] that a joint may go by between two poses
+SPACING = 0.02  # [m] between the knots, before refinement
+TURN = 0.1  # [rad] between the knots, before refinement
+KNOTS_PER_CORNER = 6  # in the narrowest corner
+MIN_INTERVALS, MAX_FIRST_INTERVALS = 8, 400  # before refinement
+MAX_REFINED_INTERVALS = 1600
+REFINEMENTS = 6  # attempts, each with twice the knots: at sharp turns of a joint the last is needed
+QUICK_REFINEMENTS = 4  # attempts for lines that shall be easy to follow
+TOLERANCE = 5e-5  # [m] and [rad] deviation of the tool between the knots
+KNOT_TOLERANCE = 1e-8  # [m] and [rad] deviation of the tool at the knots
+LIMIT_SAMPLES = 500  # configurations whose joint limits are checked
+LIMIT_MARGIN = 5e-3  # [rad] of the knots from the joint limits, for the overshoot of the spline
+MAX_STEP = 0.2  # [rad] displacement of a joint between two knots
+SUBSTEPS = 8  # where inverse kinematics fails from one knot to the next
 
 
-def follow_path(
+def follow_tool_path(
     ik: InverseKinematics, q0: np.ndarray, path: ToolPath, refinements: int = REFINEMENTS
 ) -> SplinePath:
-    """Follow a path of the tool with the joints.
+    """Return the joint path that follows a path of the tool.
 
     Args:
         ik: Inverse kinematics of the arm.
-        q0: Where the arm is.  # (nq,)
-        path: InitialGuesses at the tool pose of `q0`.
-        refinements: How often it is tried, each time with twice as many poses.
+        q0: Configuration at the start of the path [rad].  # (nq,)
+        path: The tool path, which starts at the tool pose of `q0`.
+        refinements: Number of attempts, each with twice as many knots.
 
     Returns:
-        A path that carries what `ToolPath.carried` gives, the fraction of the way last.
+        A spline of the joints and of `ToolPath.extra_columns`.
 
     Raises:
-        MotionError: When the path leaves the reach or the limits, or a joint would have to jump;
-            the message says where.
+        MotionError: When the path leaves the workspace or the joint limits, or a joint would have
+            to jump; the message says where.
     """
-    nq = ik.model.nq
-    intervals = max(path.length / SPACING, path.angle / TURN, CORNER / path.finest)
-    intervals = int(np.clip(np.ceil(intervals), LEAST, MOST))
+    intervals = max(path.length / SPACING, path.angle / TURN, KNOTS_PER_CORNER / path.narrowest)
+    intervals = int(np.clip(np.ceil(intervals), MIN_INTERVALS, MAX_FIRST_INTERVALS))
     for _ in range(refinements):
-        curve = SplinePath(_follow(ik, q0, path, intervals), nq)
-        fault = _beyond(curve, ik.model.limits) or _left(curve, ik, path, intervals)
-        if not fault:
+        curve = SplinePath(_solve_knots(ik, q0, path, intervals), ik.model.nq)
+        error = _limit_error(curve, ik.model.limits) or _deviation_error(curve, ik, path, intervals)
+        if not error:
             return curve
         intervals *= 2
-        if intervals > FINEST:
+        if intervals > MAX_REFINED_INTERVALS:
             break
-    raise MotionError(f"the {path.name} cannot be followed{fault}", reason="line")
+    raise MotionError(f"the {path.name} cannot be followed{error}", reason="line")
 
 
-def _beyond(curve: SplinePath, limits: JointLimits) -> str:
-    """Say where a spline swings beyond a limit that a joint is led along; empty where it does not.
-
-    The nearer its knots are, the less it swings.
-    """
-    q = curve.evaluate(np.linspace(0.0, 1.0, GRID), 0)[0][:, : curve.nq]
-    beyond = ((q < limits.lower - 1e-9) | (q > limits.upper + 1e-9)).any(axis=0)
-    if not beyond.any():
+def _limit_error(curve: SplinePath, limits: JointLimits) -> str:
+    """Say which joint limit the spline exceeds between its knots; empty where it does not."""
+    q = curve.evaluate(np.linspace(0.0, 1.0, LIMIT_SAMPLES), 0)[0][:, : curve.nq]
+    outside = ((q < limits.lower - 1e-9) | (q > limits.upper + 1e-9)).any(axis=0)
+    if not outside.any():
         return ""
-    return f": joint {int(np.flatnonzero(beyond)[0]) + 1} would leave its limits"
+    return f": joint {int(np.flatnonzero(outside)[0]) + 1} would leave its limits"
 
 
-def _left(curve: SplinePath, ik: InverseKinematics, path: ToolPath, intervals: int) -> str:
-    """Say how far the tool leaves a path between the knots; empty where that is next to nothing."""
+def _deviation_error(
+    curve: SplinePath, ik: InverseKinematics, path: ToolPath, intervals: int
+) -> str:
+    """Say how far the tool deviates between the knots; empty where that is within tolerance."""
     worst = 0.0
     for row in curve.evaluate((np.arange(intervals) + 0.5) / intervals, 0)[0]:
         T_td = ik.model.pose(row[: curve.nq]).actInv(path.pose(row[-1]))
         worst = max(worst, *map(abs, pin.log6(T_td).np.tolist()))
-    if worst <= STRAIGHTNESS:
+    if worst <= TOLERANCE:
         return ""
-    return f" smoothly: it would be left by {1e3 * worst:.2f} mm"
+    return f" smoothly: the tool would deviate by {1e3 * worst:.2f} mm"
 
 
-def _follow(ik: InverseKinematics, q0: np.ndarray, path: ToolPath, intervals: int) -> np.ndarray:
-    """Solve poses at even fractions of the way."""  # (intervals + 1, m)
+def _solve_knots(
+    ik: InverseKinematics, q0: np.ndarray, path: ToolPath, intervals: int
+) -> np.ndarray:
+    """Solve inverse kinematics at even fractions of the path."""  # (intervals + 1, m)
     fractions = (np.arange(intervals + 1) / intervals).tolist()
-    way = path.travel / intervals
-    lower, upper = ik.model.limits.lower + MARGIN, ik.model.limits.upper - MARGIN
+    travel = path.travel / intervals
+    lower, upper = ik.model.limits.lower + LIMIT_MARGIN, ik.model.limits.upper - LIMIT_MARGIN
     knots, steps = [np.array(q0)], [np.zeros(len(q0))]
     for done, fraction in pairwise(fractions):
         q = knots[-1]
-        # The next step is much like the last, and differs from it as that from the one before.
+        # Extrapolate linearly from the last two steps.
         likely = 2.0 * steps[-1] - steps[-2] if len(steps) > 2 else steps[-1]
-        start = q + ik.self_motion.onwards(q, likely, way)
-        start = np.minimum(np.maximum(start, np.minimum(lower, q)), np.maximum(upper, q))
-        found = _solve(ik, path.pose(fraction), start)
+        guess = q + ik.self_motion.onwards(q, likely, travel)
+        guess = np.minimum(np.maximum(guess, np.minimum(lower, q)), np.maximum(upper, q))
+        found = _solve(ik, path.pose(fraction), guess)
         if not found.solved or np.abs(found.q - q).max() > MAX_STEP:
-            found = _in_parts(ik, path, (done, fraction), q)
+            found = _solve_in_substeps(ik, path, (done, fraction), q)
         if not found.solved:
-            share, percent, metres = path.progress(done)
+            share, progress = path.progress(done)
             raise MotionError(
-                f"the {path.name} can be followed for {percent} only ({metres}): {found.reason}",
+                f"the {path.name} can be followed only for {progress}: {found.reason}",
                 reason="line",
                 fraction=share,
             )
         knots.append(found.q)
         steps.append(found.q - q)
-    return np.column_stack([knots, path.carried(np.array(fractions))])
+    return np.column_stack([knots, path.extra_columns(np.array(fractions))])
 
 
-def _in_parts(
-    ik: InverseKinematics, path: ToolPath, ends: tuple[float, float], q: np.ndarray
+def _solve_in_substeps(
+    ik: InverseKinematics, path: ToolPath, fractions: tuple[float, float], q: np.ndarray
 ) -> IKResult:
-    """Go from one fraction of the way to another in short steps."""
-    for part in np.linspace(*ends, SUBSTEPS + 1)[1:].tolist():
-        found = _solve(ik, path.pose(part), q)
+    """Solve inverse kinematics from one fraction of the path to another in short steps."""
+    for fraction in np.linspace(*fractions, SUBSTEPS + 1)[1:].tolist():
+        found = _solve(ik, path.pose(fraction), q)
         q = found.q
     return found
 
 
-def _solve(ik: InverseKinematics, T_wt: pin.SE3, start: np.ndarray) -> IKResult:
+def _solve(ik: InverseKinematics, T_wt: pin.SE3, guess: np.ndarray) -> IKResult:
     return ik.follow(
-        T_wt, start, max_step=MAX_STEP, detours=False, margin=MARGIN, tolerance=NODE_TOLERANCE
+        T_wt,
+        guess,
+        max_step=MAX_STEP,
+        detours=False,
+        margin=LIMIT_MARGIN,
+        tolerance=KNOT_TOLERANCE,
     )

@@ -1,28 +1,38 @@
-"""Plugins: how they are found, chosen, checked, and kept from harming each other."""
+"""Plugins: how they are found, chosen, checked, and kept from harming each other.
 
-import importlib
-from typing import TYPE_CHECKING, Any
+Each name is imported when it is first used: ``--help`` needs only the names of plugins.
+"""
+
+from typing import TYPE_CHECKING
+
+from bt_manip.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
     from bt_manip.plugins.choice import Choice as Choice
+    from bt_manip.plugins.entry_points import PREFIX as PREFIX
+    from bt_manip.plugins.entry_points import names_of as names_of
     from bt_manip.plugins.loading import load_plugins as load_plugins
     from bt_manip.plugins.plugin import BUILTIN as BUILTIN
     from bt_manip.plugins.plugin import Plugin as Plugin
     from bt_manip.plugins.plugin import Plugins as Plugins
     from bt_manip.plugins.plugin import PluginWarning as PluginWarning
+    from bt_manip.plugins.scaffold import write_plugin as write_plugin
+    from bt_manip.plugins.watching import guarded as guarded
+    from bt_manip.plugins.watching import plugin_observers as plugin_observers
 
-_PLACES = {
-    "Choice": "choice",
-    "load_plugins": "loading",
-    "BUILTIN": "plugin",
-    "Plugin": "plugin",
-    "Plugins": "plugin",
-    "PluginWarning": "plugin",
-}
-
-
-def __getattr__(name: str) -> Any:
-    """Import what is asked for then: ``--help`` needs no more than the names of plugins."""
-    if name not in _PLACES:
-        raise AttributeError(f"module 'bt_manip.plugins' has no attribute {name!r}")
-    return getattr(importlib.import_module(f"bt_manip.plugins.{_PLACES[name]}"), name)
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "BUILTIN": ".plugin",
+        "Choice": ".choice",
+        "PREFIX": ".entry_points",
+        "Plugin": ".plugin",
+        "PluginWarning": ".plugin",
+        "Plugins": ".plugin",
+        "guarded": ".watching",
+        "load_plugins": ".loading",
+        "names_of": ".entry_points",
+        "plugin_observers": ".watching",
+        "write_plugin": ".scaffold",
+    },
+)

@@ -1,5 +1,30 @@
 """What a run leaves behind: its report, its trace, its digest.
 
-`bt_manip.recording.report` and `bt_manip.recording.files` import nothing heavy; the other modules
-look into the physics.
+Each name is imported when it is first used: the report needs nothing of the physics.
 """
+
+from typing import TYPE_CHECKING
+
+from bt_manip.lazy_exports import lazy_exports
+
+if TYPE_CHECKING:
+    from bt_manip.recording.files import check_writable as check_writable
+    from bt_manip.recording.recorder import Recorder as Recorder
+    from bt_manip.recording.report import CycleReport as CycleReport
+    from bt_manip.recording.report import RunReport as RunReport
+    from bt_manip.recording.report import versions as versions
+    from bt_manip.recording.trace import Trace as Trace
+    from bt_manip.recording.trace_recorder import TraceRecorder as TraceRecorder
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "CycleReport": ".report",
+        "Recorder": ".recorder",
+        "RunReport": ".report",
+        "Trace": ".trace",
+        "TraceRecorder": ".trace_recorder",
+        "check_writable": ".files",
+        "versions": ".report",
+    },
+)

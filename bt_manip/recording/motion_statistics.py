@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bt_manip.recording.report import LimitUse
+from bt_manip.recording.report import CycleLimitUse
 from bt_manip.robots import JointLimits
 
 
@@ -85,6 +85,6 @@ class MotionStatistics:
             self.tracking_error = max(self.tracking_error or 0.0, error)
 
     @property
-    def limit_use(self) -> LimitUse:
+    def limit_use(self) -> CycleLimitUse:
         """Give the largest fraction of each kind of limit."""
-        return LimitUse(*(float(use) for use in self._use))
+        return CycleLimitUse(*(float(use) for use in self._use))

@@ -12,7 +12,7 @@ STILL = 5e-3  # [m/s]
 STILL_TURNING = 0.2  # [rad/s], a corner of a 50 mm cube at 9 mm/s
 
 
-class Placement:
+class PlacementCheck:
     """Judges objects against the containers of one compiled model of a cell."""
 
     def __init__(self, cell: Any) -> None:

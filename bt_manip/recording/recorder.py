@@ -6,7 +6,7 @@ from typing import Any
 
 from bt_manip.recording.digest import StateDigest
 from bt_manip.recording.phases import PhaseLog
-from bt_manip.recording.placement import Placement
+from bt_manip.recording.placement import PlacementCheck
 from bt_manip.recording.report import CycleReport, Phase, RunReport, versions
 from bt_manip.recording.robot_log import RobotLog, together
 from bt_manip.recording.trace import Trace, columns_of
@@ -59,7 +59,7 @@ class Recorder(RunObserver):
         self._phases.ended.append(self._phase_ended)
         run.tree.observers.append(self._phases)
         self._places = any(node.registration == REMOVE_OBJECT for node in run.tree.nodes)
-        self._placement = Placement(self._cell)
+        self._placement = PlacementCheck(self._cell)
         self._cell.before_remove.append(self._judge)
         self._begin_cycle()
         self._wall_start = time.perf_counter()
@@ -70,7 +70,7 @@ class Recorder(RunObserver):
         for log in self._logs:
             log.steps.bind()
         before = self._placement.objects
-        self._placement = Placement(self._cell)
+        self._placement = PlacementCheck(self._cell)
         after = self._placement.objects
         for name in after:
             if before.get(name) is not after[name]:
@@ -217,7 +217,7 @@ class Recorder(RunObserver):
             duration_s=round(self._cell.time - self._cycle_start, 6),
             phases=self._phases.phases,
             unexpected_contacts=tuple(self._unexpected),
-            randomized=self._station.randomizer.drawn,
+            randomized=self._station.randomizer.sampled,
             robots=robots if several else {},
             **together(robots.values()),
         )

@@ -38,7 +38,7 @@ class Phase:
 
 
 @dataclass(frozen=True)
-class LimitUse:
+class CycleLimitUse:
     """The largest fraction of each kind of limit that a joint used; 1.0 is the limit itself.
 
     Position, velocity, acceleration and jerk are those of the reference, effort is the torque
@@ -69,7 +69,7 @@ class RobotCycle:
     picked: tuple[str, ...] = ()
     grip_force_n: float | None = None
     max_tracking_error_rad: float | None = None
-    limits: LimitUse = field(default_factory=LimitUse)
+    limits: CycleLimitUse = field(default_factory=CycleLimitUse)
     saturated_steps: int = 0
     max_torque_rate_nm_s: float = 0.0
     max_tool_speed_m_s: float = 0.0
@@ -109,7 +109,7 @@ class CycleReport:
     phases: tuple[Phase, ...] = ()
     grip_force_n: float | None = None
     max_tracking_error_rad: float | None = None
-    limits: LimitUse = field(default_factory=LimitUse)
+    limits: CycleLimitUse = field(default_factory=CycleLimitUse)
     saturated_steps: int = 0
     unexpected_contacts: tuple[tuple[str, str], ...] = ()
     max_torque_rate_nm_s: float = 0.0

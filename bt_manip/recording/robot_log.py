@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from bt_manip.recording.motion_statistics import MotionStatistics
-from bt_manip.recording.report import LimitUse, RobotCycle
-from bt_manip.recording.step_log import Block, StepLog
+from bt_manip.recording.report import CycleLimitUse, RobotCycle
+from bt_manip.recording.step_log import StepBlock, StepLog
 
 
 class RobotLog:
@@ -40,7 +40,7 @@ class RobotLog:
         self.picked: list[str] = []
         self._saturated_before = self._robot.controller.saturated_steps
 
-    def take(self) -> Block:
+    def take(self) -> StepBlock:
         """Evaluate the steps since the last call, and give them."""
         block = self.steps.take()
         self.statistics.update(
@@ -79,7 +79,7 @@ def together(robots: Iterable[RobotCycle]) -> dict[str, Any]:
     return {
         "grip_force_n": min(grips, default=None),
         "max_tracking_error_rad": max(errors, default=None),
-        "limits": LimitUse(*limits.tolist()),
+        "limits": CycleLimitUse(*limits.tolist()),
         "saturated_steps": sum(cycle.saturated_steps for cycle in cycles),
         "max_torque_rate_nm_s": max(cycle.max_torque_rate_nm_s for cycle in cycles),
         "max_tool_speed_m_s": max(cycle.max_tool_speed_m_s for cycle in cycles),

@@ -10,7 +10,7 @@ SIZE = 256
 """Steps in a block: enough that evaluating it costs a step next to nothing."""
 
 
-class Block(NamedTuple):
+class StepBlock(NamedTuple):
     """Control steps, one a row."""
 
     t: np.ndarray  # (n,) [s]
@@ -21,7 +21,7 @@ class Block(NamedTuple):
     a_ref: np.ndarray  # (n, nq)
     tau: np.ndarray  # (n, nq)
     tool: np.ndarray  # (n, 3)
-    touches: list[Any]  # (n,) bt_manip.cell.Touch
+    touches: list[Any]  # (n,) bt_manip.cell.ContactSummary
 
 
 class StepLog:
@@ -50,7 +50,7 @@ class StepLog:
     def bind(self) -> None:
         """Look at the model that the cell has now."""
         cell, robot = self._cell, self._robot
-        self._data, self._judge = cell.data, cell.touch.judge
+        self._data, self._judge = cell.data, cell.contact_monitor.summary
         self._tool: Any = cell.data.site_xpos[robot.tool_site_id]
         self._q, self._v = (
             reader(cell.data.qpos, robot.qpos_adr),
@@ -66,11 +66,11 @@ class StepLog:
         self._touches.append(self._judge())
         return len(self._touches) >= SIZE
 
-    def take(self) -> Block:
+    def take(self) -> StepBlock:
         """Give the steps since the last call and begin a new block."""
         n, nq = len(self._touches), self._nq
         rows = np.frombuffer(b"".join(self._rows[:n])).reshape(n, 6 * nq + 3)
         q, v, q_ref, v_ref, a_ref, tau, tool = np.split(rows, range(nq, 6 * nq + 1, nq), axis=1)
         t, touches = np.array(self._times[:n]), self._touches
         self._times, self._rows, self._touches = [], [], []
-        return Block(t, q, v, q_ref, v_ref, a_ref, tau, tool, touches)
+        return StepBlock(t, q, v, q_ref, v_ref, a_ref, tau, tool, touches)

@@ -10,13 +10,13 @@ from typing import BinaryIO
 import numpy as np
 
 from bt_manip.recording.files import check_writable, whole_file
-from bt_manip.recording.step_log import Block
+from bt_manip.recording.step_log import StepBlock
 
 COLUMNS = ("q", "v", "q_ref", "v_ref", "a_ref", "tau")
 """What is traced beside the time; `q_ref`, `v_ref` and `a_ref` are what the arm asked for."""
 
 
-def columns_of(blocks: Mapping[str, Block]) -> tuple[list[np.ndarray], list[str]]:
+def columns_of(blocks: Mapping[str, StepBlock]) -> tuple[list[np.ndarray], list[str]]:
     """Give what is traced of some robots, and what it is called: with several, ``robot/column``.
 
     Args:

@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from bt_manip.cell import CellError
 from bt_manip.cell.objects import Catalogue
-from bt_manip.cell.randomization import Randomization, variation_of
+from bt_manip.cell.randomization import Randomization, parse_variation
 from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts
 from bt_manip.runner.robot_choice import find_robot
@@ -149,7 +149,7 @@ class _Reader:
 
 def _variation(table: TomlTable, where: str, thing: str, quantity: str) -> Any:
     try:
-        variation = variation_of(table.value(quantity))
+        variation = parse_variation(table.value(quantity))
         Randomization(**{where: {thing: {quantity: variation}}})
     except CellError as error:
         raise table.error(quantity, f"is wrong: {error}") from error

@@ -12,7 +12,7 @@ from bt_manip.arm import Arm, MultiArmCoordinator
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import Catalogue
-from bt_manip.cell.randomization import Randomizer, Stand
+from bt_manip.cell.randomization import Randomizer, SceneObject
 from bt_manip.control import Controller, ControllerManager, GripperController
 from bt_manip.registry import Parts, Registry
 from bt_manip.robots import Robot
@@ -226,7 +226,8 @@ def build_station(
         MultiArmCoordinator({name: one.arm for name, one in robots.items()})
     rng = np.random.default_rng(seed)
     stands = {
-        f.name: Stand(f.model, cell.pose(f.name), f.parameters, f.free) for f in scene.fixtures
+        f.name: SceneObject(f.model, cell.pose(f.name), f.parameters, f.free)
+        for f in scene.fixtures
     }
     with told_with_file(scene):
         randomizer = Randomizer(

@@ -10,10 +10,14 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
+    from bt_manip.testing.coverage import TreeCoverage
     from bt_manip.testing.tree_runs import EndState
 
 CONTRACTS = "bt_manip_contracts"
 """Name of the marker that asks for a test a contract."""
+
+COVERAGE: "pytest.StashKey[TreeCoverage]" = pytest.StashKey()
+"""Where a pytest session keeps the coverage of trees."""
 
 TREES = "bt_manip_trees"
 """Name of the marker that asks for a test a tree."""
@@ -83,8 +87,6 @@ def trees_of(
         },
     )
     def test_tree(bt_manip_tree_run: Callable[..., None], parts: Any, request: Any) -> None:
-        from bt_manip.testing.plugin import COVERAGE
-
         bt_manip_tree_run(parts, request.config.stash.get(COVERAGE, None))
 
     return test_tree

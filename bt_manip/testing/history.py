@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from bt_manip.bt import NodeStatus, Tree
 
 
-class Change(NamedTuple):
+class StatusChange(NamedTuple):
     """One node's change of status."""
 
     tick: int  # from 1
@@ -28,15 +28,15 @@ class History:
 
     tree: Tree
     tick: int = 0
-    changes: list[Change] = field(default_factory=list)
+    changes: list[StatusChange] = field(default_factory=list)
 
     def __call__(self, node: Any, old: NodeStatus, new: NodeStatus) -> None:
         """Note a change."""
         if new is not NodeStatus.IDLE:
             message = str(node.feedback_message)
-            self.changes.append(Change(self.tick, self.tree.clock(), node, new, message))
+            self.changes.append(StatusChange(self.tick, self.tree.clock(), node, new, message))
 
-    def last(self, node: Any) -> Change | None:
+    def last(self, node: Any) -> StatusChange | None:
         """Give the last change of a node, or None when it was never ticked."""
         return next((change for change in reversed(self.changes) if change.node is node), None)
 

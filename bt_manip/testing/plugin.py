@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from bt_manip.testing.contracts import CONTRACTS, TREES
+from bt_manip.testing.contracts import CONTRACTS, COVERAGE, TREES
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
@@ -23,11 +23,9 @@ if TYPE_CHECKING:
     from bt_manip.registry import Parts
     from bt_manip.robots import Robot
     from bt_manip.runner import Station
-    from bt_manip.testing.coverage import TreeCoverage
     from bt_manip.testing.situations import Situations
     from bt_manip.testing.trial import Trial
 
-COVERAGE: pytest.StashKey[TreeCoverage] = pytest.StashKey()
 _LATEST: pytest.StashKey[Trial] = pytest.StashKey()
 
 

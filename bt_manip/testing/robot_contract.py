@@ -78,7 +78,7 @@ def it_stands_still_at_home(case: RobotCase) -> None:
     cell.step(500)
     sag = float(np.abs(robot.q - home).max())
     assert sag < MOST_SAG, f"'{case.name}' sags by {sag:.4f} rad at home"
-    unexpected = cell.touch.judge().unexpected
+    unexpected = cell.contact_monitor.summary().unexpected
     assert not unexpected, f"'{case.name}' touches itself at home: {unexpected}"
 
 

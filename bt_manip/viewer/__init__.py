@@ -1,1 +1,26 @@
-"""Watching a run: in the terminal, or in MuJoCo's own window."""
+"""Watching a run: in the terminal, or in MuJoCo's own window.
+
+Each name is imported when it is first used: a window needs OpenGL, the terminal does not.
+"""
+
+from typing import TYPE_CHECKING
+
+from bt_manip.lazy_exports import lazy_exports
+
+if TYPE_CHECKING:
+    from bt_manip.viewer.display import NoDisplayError as NoDisplayError
+    from bt_manip.viewer.display import require_display as require_display
+    from bt_manip.viewer.plain_view import PlainView as PlainView
+    from bt_manip.viewer.terminal_view import TerminalView as TerminalView
+    from bt_manip.viewer.window import Window as Window
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "NoDisplayError": ".display",
+        "PlainView": ".plain_view",
+        "TerminalView": ".terminal_view",
+        "Window": ".window",
+        "require_display": ".display",
+    },
+)

@@ -15,4 +15,4 @@ def test_what_the_page_shows_whole_runs(capsys):
         exec(compile(block, str(PAGE), "exec"), names)
     said = capsys.readouterr().out
     assert "tool: 0.000 mm beside its target" in said
-    assert re.search(r"^\d\d %: the line can be followed for \d\d % of the way only", said, re.M)
+    assert re.search(r"^\d\d %: the line can be followed only for \d\d %", said, re.M)

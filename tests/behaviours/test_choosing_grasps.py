@@ -34,7 +34,7 @@ def pick(station, trial, *, grasp=Grasp, lift=0.05):
     z = station.cell.pose("it").translation[2]
     trial(Hover(object="it", height=0.15)).tick_until("SUCCESS")
     trial(Reach(object="it")).tick_until("SUCCESS")
-    assert not station.cell.touch.judge().unexpected
+    assert not station.cell.contact_monitor.summary().unexpected
     pointing = station.robot.tool_pose.rotation[:, 2].copy()
     trial(grasp(object="it")).tick_until("SUCCESS")
     trial(Lift(height=lift)).tick_until("SUCCESS")
@@ -105,7 +105,7 @@ def test_a_cube_between_two_others_is_gripped_by_its_free_faces(station, trial, 
     station.cell.step()
     for behaviour in (Hover(object="cube", height=0.15), Reach(object="cube")):
         trial(behaviour).tick_until("SUCCESS")
-        assert not station.cell.touch.judge().unexpected
+        assert not station.cell.contact_monitor.summary().unexpected
     towards = T_wo.rotation @ np.array([*offset, 0.0]) / 0.066
     assert abs(station.robot.tool_pose.rotation[:, 1] @ towards) < 0.1
 
@@ -132,7 +132,7 @@ def test_a_cube_at_a_wall_is_gripped_by_the_faces_beside_it(station, trial, away
     station.cell.step()
     for behaviour in (Hover(object="cube", height=0.2), Reach(object="cube")):
         trial(behaviour).tick_until("SUCCESS")
-        assert not station.cell.touch.judge().unexpected
+        assert not station.cell.contact_monitor.summary().unexpected
     assert abs(station.robot.tool_pose.rotation[:, 1] @ T_wo.rotation[:, 0]) < 0.1
 
 

@@ -49,7 +49,7 @@ def test_reach_brings_the_fingers_around_the_object_without_touching_it(station,
     before = station.cell.pose("cube")
     assert trial(Hover(object="cube", height=0.15)).until_done() is SUCCESS
     assert trial(Reach(object="cube")).until_done() is SUCCESS
-    assert station.cell.touch.judge().held == ()
+    assert station.cell.contact_monitor.summary().held == ()
     moved = before.actInv(station.cell.pose("cube")).translation
     assert np.linalg.norm(moved) < 1e-5
     assert station.robot.tool_pose.translation == pytest.approx(

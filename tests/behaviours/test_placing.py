@@ -122,7 +122,7 @@ def test_the_fingers_grip_the_faces_that_have_clearance(station, trial, offset):
     before = station.cell.pose("other").translation
     for behaviour in (Hover(object="cube", height=0.15), Reach(object="cube")):
         trial(behaviour).tick_until("SUCCESS")
-        assert not station.cell.touch.judge().unexpected
+        assert not station.cell.contact_monitor.summary().unexpected
     assert station.gripper.is_free
     assert station.cell.pose("other").translation == pytest.approx(before, abs=1e-4)
     towards = station.cell.pose("cube").rotation @ np.array(offset) / 0.07

@@ -6,8 +6,8 @@ import pytest
 from dm_control import composer, mjcf
 
 from bt_manip.cell import Cell, CellError, Cube, Table
-from bt_manip.cell.labels import Labels
-from bt_manip.cell.touch import TouchMonitor
+from bt_manip.cell.contacts.contact_monitor import ContactMonitor
+from bt_manip.cell.naming import BodyNames
 from bt_manip.spatial import pose
 
 G = 9.81
@@ -137,11 +137,11 @@ def test_fingers_may_touch_and_the_rest_of_a_robot_may_not():
     cell.add(Claw())
     cell.add(Cube(), pose((0.2, 0, 0.274)))  # rests on the finger
     cell.step()
-    assert cell.touch.judge() == ((), ("cube",), True)
+    assert cell.contact_monitor.summary() == ((), ("cube",), True)
     cell.add(Cube(), pose((0, 0, 0.274)))  # rests on the post
     cell.step()
-    assert cell.touch.judge().unexpected == (("claw/post", "cube_1"),)
-    assert cell.touch.judge().held == ("cube",)
+    assert cell.contact_monitor.summary().unexpected == (("claw/post", "cube_1"),)
+    assert cell.contact_monitor.summary().held == ("cube",)
 
 
 def test_a_held_thing_that_meets_another_is_not_free():
@@ -150,11 +150,11 @@ def test_a_held_thing_that_meets_another_is_not_free():
     cell.add(Cube(), pose((0.2, 0, 0.274)))
     cell.add(Cube(), pose((0.2, 0, 0.3235)))
     cell.step(2)
-    assert cell.touch.judge() == ((), ("cube",), False)
+    assert cell.contact_monitor.summary() == ((), ("cube",), False)
 
 
 def test_things_that_are_not_robots_touch_each_other_as_they_like(cell):
-    assert cell.touch.judge() == ((), (), True)
+    assert cell.contact_monitor.summary() == ((), (), True)
 
 
 def test_every_step_is_judged_by_its_own_contacts_as_they_come_and_go():
@@ -166,7 +166,7 @@ def test_every_step_is_judged_by_its_own_contacts_as_they_come_and_go():
     judged = set()
     for _ in range(800):
         cell.step()
-        anew = TouchMonitor(cell.data, Labels(cell.model), ["claw/finger"])
-        assert cell.touch.judge() == anew.judge()
+        anew = ContactMonitor(cell.data, BodyNames(cell.model), ["claw/finger"])
+        assert cell.contact_monitor.summary() == anew.summary()
         judged.add(cell.data.contact.geom.tobytes())
     assert len(judged) > 5

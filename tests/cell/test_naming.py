@@ -3,7 +3,7 @@
 from dm_control import mjcf
 
 from bt_manip.cell import Cell, Cube, unique_name
-from bt_manip.cell.naming import body_label, entity_of, name_elements
+from bt_manip.cell.naming import body_name, entity_of, name_elements
 from bt_manip.spatial import pose
 
 
@@ -14,11 +14,11 @@ def test_a_taken_name_gets_the_first_free_number():
 
 
 def test_labels_leave_out_what_only_repeats():
-    assert body_label("world") == "world"
-    assert body_label("cube/") == "cube"
-    assert body_label("cube/cube") == "cube"
-    assert body_label("panda/left_finger") == "panda/left_finger"
-    assert body_label("panda/gripper/") == "panda/gripper"
+    assert body_name("world") == "world"
+    assert body_name("cube/") == "cube"
+    assert body_name("cube/cube") == "cube"
+    assert body_name("panda/left_finger") == "panda/left_finger"
+    assert body_name("panda/gripper/") == "panda/gripper"
     assert entity_of("panda/left_finger") == "panda"
 
 

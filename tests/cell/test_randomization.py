@@ -10,15 +10,15 @@ from dm_control.composer.variation import distributions, noises
 from bt_manip.behaviours.payload import payload_of
 from bt_manip.cell import Cell, CellError
 from bt_manip.cell.objects import Catalogue
-from bt_manip.cell.randomization import Randomization, Randomizer, Stand, variation_of
-from bt_manip.cell.randomization.draws import draw, stream
+from bt_manip.cell.randomization import Randomization, Randomizer, SceneObject, parse_variation
+from bt_manip.cell.randomization.sampling import draw, stream
 from bt_manip.runner import build_station
 from bt_manip.spatial import pose
 
 STANDS = {
-    "table": Stand("table", pose((0.0, 0.0, 0.0))),
-    "cube": Stand("cube", pose((0.2, 0.0, 1.04)), {"mass": 0.1}, free=True),
-    "can": Stand("can", pose((-0.2, 0.0, 1.015)), free=True),
+    "table": SceneObject("table", pose((0.0, 0.0, 0.0))),
+    "cube": SceneObject("cube", pose((0.2, 0.0, 1.04)), {"mass": 0.1}, free=True),
+    "can": SceneObject("can", pose((-0.2, 0.0, 1.015)), free=True),
 }
 
 
@@ -37,7 +37,7 @@ class Varied:
 
     def begin(self, cycle: int) -> dict:
         self.randomizer.begin(cycle)
-        return self.randomizer.drawn
+        return self.randomizer.sampled
 
 
 MASS = {"mass": distributions.Uniform(0.05, 0.3)}
@@ -87,7 +87,7 @@ def test_what_was_drawn_is_what_is_simulated(parts):
     model = cell.model
     assert model.body_subtreemass[cell.body_id("cube")] == pytest.approx(cube["mass"], rel=1e-12)
     assert 2 * nominal <= cube["friction"] <= 3 * nominal
-    assert cell.altered["cube"] == cube
+    assert cell.overrides["cube"] == cube
     assert model.camera("overview").fovy == drawn["cameras"]["overview"]["fovy"]
     assert 41.0 <= drawn["cameras"]["overview"]["fovy"] <= 42.0  # the arena's is 36 degrees
     np.testing.assert_allclose(
@@ -111,7 +111,7 @@ def test_sizes_are_those_of_what_is_made_anew_and_still_stands_where_it_stood(pa
 
 def test_poses_are_drawn_until_they_are_free(parts):
     # Half of these places are inside the can.
-    across = variation_of({"choice": [[-0.2, 0.0, 1.04], [0.2, 0.2, 1.04]]})
+    across = parse_variation({"choice": [[-0.2, 0.0, 1.04], [0.2, 0.2, 1.04]]})
     varied = Varied(
         parts, objects={"cube": {"position": across, "yaw": distributions.Uniform(-1.0, 1.0)}}
     )
@@ -137,10 +137,10 @@ def test_what_comes_later_is_varied_as_it_comes(parts):
     for x in (1.0, 2.0):
         entity = varied.catalogue.create("cube")
         names.append(cell.add(entity, pose((x, 0.0, entity.rest_height))))
-    drawn = varied.randomizer.drawn["objects"]
+    drawn = varied.randomizer.sampled["objects"]
     assert names == ["cube_1", "cube_2"]
     for name in names:
-        assert cell.altered[name]["mass"] == drawn[name]["mass"]
+        assert cell.overrides[name]["mass"] == drawn[name]["mass"]
     assert len({drawn[name]["mass"] for name in ("cube", *names)}) == 3
     assert cell.find("cube_1").size == pytest.approx(drawn["cube"]["size"])
     assert cell.find("cube_2").size == pytest.approx(drawn["cube (2)"]["size"])
@@ -202,7 +202,7 @@ def varied_anew(parts, noise) -> Varied:
 
 def test_observations_are_as_late_as_drawn(parts):
     varied = Varied(
-        parts, observations={"c*/position": {"delay": variation_of({"integer": [3, 9]})}}
+        parts, observations={"c*/position": {"delay": parse_variation({"integer": [3, 9]})}}
     )
     delay = int(varied.begin(0)["observations"]["cube/position"]["delay"])
     assert 3 <= delay <= 9
@@ -262,7 +262,7 @@ def test_what_is_drawn_and_impossible_is_an_error(parts, lines, message):
     ],
 )
 def test_variations_are_written_as_plain_data(data, low, high):
-    variation = variation_of(data)
+    variation = parse_variation(data)
     values = [draw(variation, 10.0, stream(0, cycle)) for cycle in range(300)]
     assert low <= min(values)
     assert max(values) <= high
@@ -291,4 +291,4 @@ def test_variations_are_written_as_plain_data(data, low, high):
 )
 def test_what_is_no_variation_is_refused(data, message):
     with pytest.raises(CellError, match=message):
-        variation_of(data)
+        parse_variation(data)

@@ -14,7 +14,7 @@ from bt_manip.collision import CollisionWorld, FreeSpace
 from bt_manip.collision.arm_motion import ArmMotion, part_of_body
 from bt_manip.collision.enclosing_boxes import Boxes, apart
 from bt_manip.collision.geom_pairs import comparable
-from bt_manip.planning.edges import line
+from bt_manip.planning import discretize_segment
 from bt_manip.plugins import load_plugins
 from bt_manip.robots import Robot, RobotDescription, panda
 from tests.measuring.scenes import SCALES
@@ -77,7 +77,7 @@ def compare(
         start = rng.uniform(*limits) if k % 2 else home
         way = rng.uniform(-1.0, 1.0, len(home)) * rng.uniform(0.1, 1.5)
         end = np.clip(start + way, *limits)
-        path = np.vstack([start, line(start, end, 2e-3)])
+        path = np.vstack([start, discretize_segment(start, end, 2e-3)])
         space = FreeSpace(world, start, clearance=(0.0, 4e-3, 8e-3)[k % 3])
         proven = space.proven(path)
         found = np.array([space.keeps_distance(q) for q in path])
@@ -139,7 +139,7 @@ def test_no_look_contradicts_what_is_proven_of_arms_of_meshes(name, menagerie, m
 
 def test_few_looks_do_where_nothing_is_near(walled, monkeypatch):
     space = FreeSpace(walled.world, HOME)
-    path = line(HOME, HOME + [0.4, 0.1, -0.1, 0.2, 0.0, 0.1, 0.3], 2e-3)
+    path = discretize_segment(HOME, HOME + [0.4, 0.1, -0.1, 0.2, 0.0, 0.1, 0.3], 2e-3)
     looks = []
     look = type(walled.world._near).look
     monkeypatch.setattr(
@@ -151,7 +151,7 @@ def test_few_looks_do_where_nothing_is_near(walled, monkeypatch):
 
 def test_the_first_configuration_that_is_not_free_is_found_as_without_a_proof(walled):
     end = walled.ik.solve(walled.left, HOME).q
-    path = line(end, walled.ik.solve(walled.right, end).q, 2e-3)
+    path = discretize_segment(end, walled.ik.solve(walled.right, end).q, 2e-3)
     space = FreeSpace(walled.world, end)
     first = space.first_blocked(path)
     assert first == next(i for i, q in enumerate(path) if not space.is_free(q))

@@ -8,8 +8,14 @@ from bt_manip import spatial
 from bt_manip.arm import Arm
 from bt_manip.collision import FreeSpace
 from bt_manip.exceptions import MotionError
-from bt_manip.planning import PlanningProblem, RRTConnect, shortcut, smooth_paths
-from bt_manip.planning.edges import edge_is_free, line
+from bt_manip.planning import (
+    PlanningProblem,
+    RRTConnect,
+    discretize_segment,
+    edge_is_free,
+    shortcut,
+    smooth_paths,
+)
 from bt_manip.robots import JointLimits
 
 DT = 1e-3
@@ -107,7 +113,7 @@ def test_two_waypoints_are_a_straight_path():
 
 
 def test_the_places_on_a_line_are_even_and_end_at_its_end():
-    between = line(np.zeros(2), np.array([0.1, -0.05]), 0.03)
+    between = discretize_segment(np.zeros(2), np.array([0.1, -0.05]), 0.03)
     assert np.allclose(between[:, 0], [0.025, 0.05, 0.075, 0.1])
 
 
@@ -130,7 +136,7 @@ def driven(arm) -> np.ndarray:
 def test_the_arm_moves_around_the_wall_and_touches_nothing(walled, arm, seed):
     arm.move_to_pose(walled.right, rng=np.random.default_rng(seed))
     q = driven(arm)
-    fine = np.vstack([line(a, b, 2e-3) for a, b in zip(q, q[1:], strict=False)])
+    fine = np.vstack([discretize_segment(a, b, 2e-3) for a, b in zip(q, q[1:], strict=False)])
     assert not any(walled.world.collisions(x) for x in fine)
     T = arm.model.pose(arm.q)
     assert T.translation == pytest.approx(walled.right.translation, abs=1e-5)
@@ -176,7 +182,9 @@ def test_a_target_inside_an_obstacle_is_refused_by_name_and_nothing_moves(walled
     inside = walled.ik.solve(walled.left, arm.q).q
     inside[1] += 0.3  # leans into the table
     before = arm.get_state()
-    with pytest.raises(MotionError, match=r"inside an obstacle: 'panda/\w+' would be .* 'top'"):
+    with pytest.raises(
+        MotionError, match=r"the target is in collision: 'panda/\w+' would be .* 'top'"
+    ):
         arm.move_to_configuration(inside)
     assert arm.get_state() == before
 
@@ -214,7 +222,9 @@ def test_when_there_is_no_way_it_says_what_is_in_it(walled, arm):
         def plan(self, problem):
             return RRTConnect(samples=1).plan(problem)
 
-    with pytest.raises(MotionError, match="blocked: .* would touch wall; no way around .* 1 sam"):
+    with pytest.raises(
+        MotionError, match="no collision-free path: .* would touch 'wall'; no path found with 1 sam"
+    ):
         arm.move_to_pose(walled.right, planner=Helpless())
     assert not arm.moving
 

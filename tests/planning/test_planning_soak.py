@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bt_manip.arm import Arm
-from bt_manip.planning.edges import line
+from bt_manip.planning import discretize_segment
 
 pytestmark = pytest.mark.soak
 
@@ -20,4 +20,4 @@ def test_the_wall_is_gone_around_for_every_seed_and_nothing_is_touched(walled):
             arm.advance(1e-3)
             q.append(arm.q_ref)
         for a, b in zip(q, q[1:], strict=False):
-            assert not any(walled.world.collisions(x) for x in line(a, b, 2e-3)), seed
+            assert not any(walled.world.collisions(x) for x in discretize_segment(a, b, 2e-3)), seed

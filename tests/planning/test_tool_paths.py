@@ -7,8 +7,15 @@ import pytest
 from bt_manip import spatial
 from bt_manip.arm import Arm
 from bt_manip.exceptions import MotionError
-from bt_manip.planning import SMOOTH, ArcTo, LineTo, TurnAbout, follow_path, tool_paths
-from bt_manip.planning.collision_check import check_path
+from bt_manip.planning import (
+    QUICK_REFINEMENTS,
+    ArcTo,
+    LineTo,
+    TurnAbout,
+    follow_tool_path,
+    tool_paths,
+)
+from bt_manip.planning.collision_check import check_tool_path
 from bt_manip.robots import ToolLimits
 from bt_manip.trajectories import effort_use, limit_use
 
@@ -146,8 +153,8 @@ def test_the_curvature_of_place_and_rotation_does_not_jump_in_a_corner(steps):
     bends = []
     for n in (2000, 4000):
         s = np.linspace(0.0, 1.0, n + 1)
-        carried = path.carried(s)[:, :6]
-        assert np.array_equal(path.carried(s)[:, 6], s)
+        carried = path.extra_columns(s)[:, :6]
+        assert np.array_equal(path.extra_columns(s)[:, 6], s)
         bends.append(np.abs(np.diff(carried, 3, axis=0)).max() * n**3)
     # Where the second derivative jumps, third differences over h^3 grow with 1/h; or they converge.
     assert bends[1] == pytest.approx(bends[0], rel=0.02)
@@ -156,7 +163,7 @@ def test_the_curvature_of_place_and_rotation_does_not_jump_in_a_corner(steps):
 def test_the_angle_that_a_path_carries_has_the_turning_for_its_derivative():
     (path,) = tool_paths(START, [LineTo(CORNER), LineTo(END)], BLEND)
     s = np.linspace(0.0, 1.0, 4001)
-    rate = np.gradient(path.carried(s)[:, 3:6], s, axis=0)
+    rate = np.gradient(path.extra_columns(s)[:, 3:6], s, axis=0)
     h = 1e-6
     for i in (500, 2000, 2300, 3500):
         R = [path.pose(s[i] + d).rotation for d in (-h, h)]
@@ -272,9 +279,7 @@ def test_the_state_of_a_path_goes_on_bit_for_bit(at_start, robot):
 @pytest.mark.parametrize("blend", [0.0, 0.03])
 def test_a_path_that_leaves_the_reach_says_how_far_of_all_it_goes(at_start, blend):
     far = spatial.pointing_down([1.4, 0.1, 0.3], 0.5)
-    with pytest.raises(
-        MotionError, match=r"the path can be followed for \d+ % of the way only"
-    ) as e:
+    with pytest.raises(MotionError, match=r"the path can be followed only for \d+ %") as e:
         at_start.move_path([LineTo(CORNER), LineTo(far)], blend=blend)
     assert e.value.reason == "line" and not at_start.moving
     # Of 0.3 m to the corner and 1 m from there, it may get along x to where the arm is stretched.
@@ -300,7 +305,7 @@ def test_a_line_is_followed_with_a_joint_led_along_its_limit(model, ik):
     start = model.pose(q0)
     down = pin.SE3(start.rotation, start.translation - [0.0, 0.0, 0.385])
     (path,) = tool_paths(start, [LineTo(down)])
-    curve = follow_path(ik, q0, path)
+    curve = follow_tool_path(ik, q0, path)
     q = curve.evaluate(np.linspace(0.0, 1.0, 3000), 0)[0][:, : model.nq]
     assert (model.limits.upper - q).min() < 0.01
     assert model.limits.contain(q, 1e-9)
@@ -335,13 +340,13 @@ def test_a_look_at_the_knots_tells_ways_apart_as_a_close_look_does(walled, rng):
         ahead = pin.SE3(np.eye(3), np.array([0.0, 0.0, 0.15]))
         (path,) = tool_paths(start, [LineTo(start * ahead)])
         try:
-            curve = follow_path(ik, q, path, SMOOTH)
+            curve = follow_tool_path(ik, q, path, QUICK_REFINEMENTS)
         except MotionError:
             continue
         told = []
         for closely in (True, False):
             try:
-                check_path(world, curve, path, closely=closely)
+                check_tool_path(world, curve, path, fine=closely)
             except MotionError as error:
                 told.append(error.reason)
             else:

@@ -4,7 +4,7 @@ import pytest
 
 from bt_manip.cell import Basket, Cell
 from bt_manip.cell.objects import Bottle
-from bt_manip.recording.placement import Placement
+from bt_manip.recording.placement import PlacementCheck
 from bt_manip.spatial import pose
 
 
@@ -23,11 +23,11 @@ def test_a_bottle_that_is_gripped_over_the_rim_is_placed_when_it_stands_inside(c
     geoms = [g for g in range(cell.model.ngeom) if cell.model.geom(g).name.startswith("basket/")]
     rim = max(cell.data.geom_xpos[g, 2] for g in geoms)
     assert grip[2] > rim
-    assert Placement(cell).placed("bottle")
+    assert PlacementCheck(cell).placed("bottle")
 
 
 def test_a_bottle_beside_the_container_is_not_placed(cell):
     bottle = Bottle()
     cell.add(bottle, pose((1.0, 0.0, bottle.rest_height)))
     cell.step(500)
-    assert not Placement(cell).placed("bottle")
+    assert not PlacementCheck(cell).placed("bottle")

@@ -3,7 +3,7 @@
 import json
 import math
 
-from bt_manip.recording.report import CycleReport, LimitUse, Phase, RunReport, versions
+from bt_manip.recording.report import CycleLimitUse, CycleReport, Phase, RunReport, versions
 
 PHASE = Phase("Grasp", "grasp it", "FAILURE", "the fingers met", 1.5, 0.25)
 CYCLE = CycleReport(
@@ -13,7 +13,7 @@ CYCLE = CycleReport(
     duration_s=1.75,
     phases=(PHASE,),
     grip_force_n=math.nan,
-    limits=LimitUse(0.5, 0.6, 0.7, 0.8, 0.9),
+    limits=CycleLimitUse(0.5, 0.6, 0.7, 0.8, 0.9),
     unexpected_contacts=(("panda/hand", "table"),),
 )
 REPORT = RunReport("pick_place", 7, "FAILURE", (CYCLE,), 1.75, 0.5, 3.5, "ab", versions())

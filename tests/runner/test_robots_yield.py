@@ -189,7 +189,7 @@ def test_fingers_of_two_robots_that_touch_are_no_grip(station, left, right):
         assert found.solved, tool
         robot.robot.set_configuration(found.q)
     mujoco.mj_forward(cell.model, cell.data)
-    pairs = cell.touch.judge().unexpected
+    pairs = cell.contact_monitor.summary().unexpected
     assert any({a.split("/")[0], b.split("/")[0]} == {"left", "right"} for a, b in pairs)
     fingers = [pair for pair in pairs if all("finger" in body for body in pair)]
     assert fingers

@@ -157,9 +157,9 @@ def test_randomization_is_written_as_variations(write, parts):
     )
     station = build_station(parts, scene=read_scene(write(text), parts))
     station.randomizer.begin(0)
-    assert station.randomizer.drawn == {"lights": {"key": {"brightness": 0.5}}}
+    assert station.randomizer.sampled == {"lights": {"key": {"brightness": 0.5}}}
     name = station.cell.add(station.models.create("cube"), pose((0.3, 0.0, 2.0)))
-    assert 0.1 <= station.cell.altered[name]["mass"] <= 0.2
+    assert 0.1 <= station.cell.overrides[name]["mass"] <= 0.2
 
 
 @pytest.mark.parametrize(
@@ -169,7 +169,7 @@ def test_bundled_scenes_can_be_built_and_begun(path, parts):
     station = build_station(parts, scene=read_scene(path, parts))
     for cycle in range(3):
         station.randomizer.begin(cycle)
-    assert station.randomizer.drawn
+    assert station.randomizer.sampled
     assert path.stem in parts.scenes
 
 

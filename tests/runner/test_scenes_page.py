@@ -3,9 +3,9 @@
 import re
 from pathlib import Path
 
-from bt_manip.cell.quantities import CAMERA, LIGHT, QUANTITIES
-from bt_manip.cell.randomization import Randomization, variation_of
-from bt_manip.cell.randomization.notation import _MAKERS
+from bt_manip.cell.physics.model_properties import CAMERA, LIGHT, QUANTITIES
+from bt_manip.cell.randomization import Randomization, parse_variation
+from bt_manip.cell.randomization.variations import _MAKERS
 from bt_manip.runner import build_station
 from bt_manip.runner.scene_file import read_scene
 
@@ -17,7 +17,7 @@ def test_the_file_of_the_page_is_a_scene(tmp_path, parts):
     path.write_text(re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)[0])
     station = build_station(parts, scene=read_scene(path, parts))
     station.randomizer.begin(0)
-    assert station.randomizer.drawn["objects"]["drink"].keys() == {"mass"}
+    assert station.randomizer.sampled["objects"]["drink"].keys() == {"mass"}
     assert {"drink", "cube", "side"} < station.cell.entities.keys()
 
 
@@ -33,6 +33,6 @@ def test_every_quantity_and_variation_is_on_the_page():
         assert set(QUANTITIES[kind]) <= set(re.findall(r"`(\w+)`", row))
     for way in _MAKERS:
         assert f"{way} = " in PAGE
-    assert variation_of({"uniform": [0, 1]})
+    assert parse_variation({"uniform": [0, 1]})
     for kind in Randomization.__dataclass_fields__:
         assert f"| `{kind}` |" in PAGE

@@ -7,14 +7,14 @@ from typing import Any
 
 from bt_manip.bt.blackboard import EMPTY
 from bt_manip.bt.conformance.leaves import Event
-from bt_manip.bt.conformance.runner import Trace
+from bt_manip.bt.conformance.runner import EngineTrace
 
 _TEXTS = ("input_error", "output_error")
 _NOT_COMPARED = ("uid",)
 _MEANING = {"node", "ev", "outcome", "read", "expected", "wrote", "msg", "child", *_TEXTS}
 
 
-def differences(trace: Trace, expected: Mapping[str, Any]) -> list[str]:
+def differences(trace: EngineTrace, expected: Mapping[str, Any]) -> list[str]:
     """List in what a run differs from what the engine did.
 
     Args:

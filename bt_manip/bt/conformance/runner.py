@@ -34,7 +34,7 @@ class TickTrace:
 
 
 @dataclass
-class Trace:
+class EngineTrace:
     """What happened in one run.
 
     Attributes:
@@ -56,7 +56,7 @@ class _Clock:
         return self.time
 
 
-def run(document: str | Path, options: Options) -> Trace:
+def run(document: str | Path, options: Options) -> EngineTrace:
     """Read a document as the engine does, and run it.
 
     Args:
@@ -67,7 +67,7 @@ def run(document: str | Path, options: Options) -> Trace:
     clock = _Clock()
     registry = corpus_registry(log)
     read: Any = load_tree if isinstance(document, Path) else parse_tree
-    trace = Trace()
+    trace = EngineTrace()
     try:
         tree = read(
             document,
@@ -85,7 +85,9 @@ def run(document: str | Path, options: Options) -> Trace:
     return trace
 
 
-def _tick(tree: Tree, options: Options, clock: _Clock, log: list[Event], trace: Trace) -> None:
+def _tick(
+    tree: Tree, options: Options, clock: _Clock, log: list[Event], trace: EngineTrace
+) -> None:
     for number in range(1, options.ticks + 1):
         if number == options.halt_before:
             log.clear()

@@ -7,10 +7,9 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 
 from bt_manip.bt.blackboard import Blackboard
-from bt_manip.bt.nodes.foreign import ForeignNode
-from bt_manip.bt.nodes.node import Node
-from bt_manip.bt.nodes.parent import Link, Parent
-from bt_manip.bt.nodes.subtree import SubTree
+from bt_manip.bt.nodes.foreign import as_link
+from bt_manip.bt.nodes.names import NodeKind
+from bt_manip.bt.nodes.stock_life import StockLife
 from bt_manip.bt.port_types import STRING
 from bt_manip.bt.ports import pointed_key
 from bt_manip.bt.runtime import Runtime
@@ -30,7 +29,7 @@ class Binding:
         count: How many nodes have got a number.
     """
 
-    nodes: list[Link] = field(default_factory=list)
+    nodes: list[Any] = field(default_factory=list)
     scopes: dict[str, Blackboard] = field(default_factory=dict)
     count: int = 0
 
@@ -69,10 +68,10 @@ class _Binder:
 
     def bind(self, root: Behaviour, scope: Blackboard) -> Binding:
         self._binding.scopes[""] = scope
-        self._bind(root if isinstance(root, Node) else ForeignNode(root), scope, "", True)
+        self._bind(as_link(root), scope, "", True)
         return self._binding
 
-    def _bind(self, link: Link, scope: Blackboard, prefix: str, attached: bool) -> None:
+    def _bind(self, link: Any, scope: Blackboard, prefix: str, attached: bool) -> None:
         if id(link) in self._seen:
             raise TreeError(f"'{link.name}' stands in the tree more than once")
         self._seen.add(id(link))
@@ -86,23 +85,18 @@ class _Binder:
         if attached:
             binding.nodes.append(link)
             link._node_observers = self._runtime.observers
-        if isinstance(link, Node):
-            link._node_scope = scope
+        if isinstance(link, StockLife):
+            link._node_scope = scope  # type: ignore[attr-defined]
             self._declare(link, scope)
-        if isinstance(link, SubTree):
+        if link.kind is NodeKind.SUBTREE:
             scope, prefix = self._enter(link, scope, prefix)
-        if isinstance(link, Parent):
-            for child in link.links:
-                self._bind(child, scope, prefix, attached)
-        else:
-            for behaviour in link.children:
-                child = behaviour if isinstance(behaviour, Node) else ForeignNode(behaviour)
-                self._bind(child, scope, prefix, attached)
-            for orphan in link.orphans if isinstance(link, Node) else ():
-                if isinstance(orphan, Node):
-                    self._bind(orphan, scope, prefix, False)
+        for child in link.links:
+            self._bind(child, scope, prefix, attached)
+        for orphan in link.orphans:
+            if isinstance(orphan, StockLife):
+                self._bind(orphan, scope, prefix, False)
 
-    def _enter(self, link: SubTree, scope: Blackboard, prefix: str) -> tuple[Blackboard, str]:
+    def _enter(self, link: Any, scope: Blackboard, prefix: str) -> tuple[Blackboard, str]:
         path = link.path if link.is_unnamed else prefix + link.name
         try:
             inner = link.make_scope(scope)
@@ -118,7 +112,7 @@ class _Binder:
         self._binding.scopes[path] = inner
         return inner, path + "/"
 
-    def _declare(self, node: Node, scope: Blackboard) -> None:
+    def _declare(self, node: Any, scope: Blackboard) -> None:
         """Declare the entries that the ports point to: the first strong type of a key counts.
 
         The engine's table of a node's ports hands them out last first; one key in two ports of a

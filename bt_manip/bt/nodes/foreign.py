@@ -4,7 +4,8 @@ from typing import Any
 
 from py_trees.behaviour import Behaviour
 
-from bt_manip.bt.nodes.node import Node, NodeKind
+from bt_manip.bt.nodes.names import NodeKind
+from bt_manip.bt.nodes.stock_life import StockLife
 from bt_manip.bt.status import IDLE, RUNNING, SKIPPED, NodeStatus, Status, node_status
 from bt_manip.exceptions import NodeError
 
@@ -18,6 +19,7 @@ class ForeignNode:
 
     ports: dict[str, Any] = {}
     memory: tuple[str, ...] = ()
+    orphans: tuple[Behaviour, ...] = ()
 
     def __init__(self, behaviour: Behaviour) -> None:
         """Wrap a behaviour."""
@@ -40,6 +42,11 @@ class ForeignNode:
         return self.behaviour.children
 
     @property
+    def links(self) -> list[Any]:
+        """The children as the tree sees them."""
+        return [as_link(child) for child in self.children]
+
+    @property
     def feedback_message(self) -> str:
         """What the behaviour says about itself."""
         return self.behaviour.feedback_message
@@ -52,7 +59,7 @@ class ForeignNode:
     @property
     def engine_status(self) -> NodeStatus:
         """The engine's status of the node."""
-        if isinstance(self.behaviour.parent, Node):
+        if isinstance(self.behaviour.parent, StockLife):
             return self._node_status
         return node_status(self.behaviour.status)
 
@@ -65,7 +72,7 @@ class ForeignNode:
                 self.behaviour.tick_once()
             else:
                 for node in self.behaviour.tick():
-                    if not isinstance(node, Node):  # ours enter themselves
+                    if not isinstance(node, StockLife):  # ours enter themselves
                         visited.append(node)
         except NodeError:
             raise
@@ -101,3 +108,8 @@ class ForeignNode:
 
     def set_state(self, state: Any) -> None:
         """Take back nothing."""
+
+
+def as_link(behaviour: Behaviour) -> Any:
+    """Give a behaviour as a tree sees it: a node of ours, or a `ForeignNode` around it."""
+    return behaviour if isinstance(behaviour, StockLife) else ForeignNode(behaviour)

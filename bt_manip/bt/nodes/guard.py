@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from bt_manip.bt.script.evaluation import Environment, is_true
-from bt_manip.bt.script.parser import Script, parse_script
+from bt_manip.bt.script.parser import ParsedScript, parse_script
 from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, NodeStatus
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ class Guard:
         self._run("_onHalted", node)
 
     def _run(self, name: str, node: "Node") -> None:
-        script: Script | None = self._scripts.get(name)
+        script: ParsedScript | None = self._scripts.get(name)
         if script is not None:
             script.evaluate(_environment(node))
 

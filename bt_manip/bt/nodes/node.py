@@ -6,19 +6,20 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from py_trees.behaviour import Behaviour
 
+from bt_manip.bt.blackboard import Blackboard
+from bt_manip.bt.nodes.binding import bind
+from bt_manip.bt.nodes.guard import Guard
 from bt_manip.bt.nodes.names import CONDITIONS, NodeKind, refuse_reserved
 from bt_manip.bt.nodes.names import RESERVED as RESERVED
 from bt_manip.bt.nodes.port_access import PortAccess
 from bt_manip.bt.nodes.stock_life import StockLife
 from bt_manip.bt.ports import Port
+from bt_manip.bt.runtime import Observer, Runtime
 from bt_manip.bt.status import IDLE, PY_STATUS, RUNNING, SKIPPED, SUCCESS, NodeStatus, Status
 from bt_manip.exceptions import NodeError, PortError, did_you_mean
 
 if TYPE_CHECKING:
-    from bt_manip.bt.blackboard import Blackboard
-    from bt_manip.bt.nodes.guard import Guard
     from bt_manip.bt.remarks import Comment
-    from bt_manip.bt.runtime import Observer, Runtime
 
 _INVALID: Final = Status.INVALID
 _SUCCESS: Final = Status.SUCCESS
@@ -47,13 +48,13 @@ class Node(PortAccess, StockLife, Behaviour):
     registration: str = ""
 
     _node_status: NodeStatus = IDLE
-    _node_runtime: "Runtime | None" = None
-    _node_scope: "Blackboard | None" = None
-    _node_observers: "list[Observer] | tuple[()]" = ()
-    _node_guard: "Guard | None" = None
+    _node_runtime: Runtime | None = None
+    _node_scope: Blackboard | None = None
+    _node_observers: list[Observer] | tuple[()] = ()
+    _node_guard: Guard | None = None
     path: str = ""
     uid: int = 0
-    orphans: "tuple[Behaviour, ...]" = ()
+    orphans: tuple[Behaviour, ...] = ()
     """Children of the node that a test replaced by this one: they exist, but nothing ticks them."""
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
@@ -99,8 +100,6 @@ class Node(PortAccess, StockLife, Behaviour):
                 given[self._port_name(key)] = value
         self._start_ports(given)
         if self.conditions:
-            from bt_manip.bt.nodes.guard import Guard
-
             self._node_guard = Guard(self.conditions)
 
     def _port_name(self, key: str) -> str:
@@ -204,6 +203,11 @@ class Node(PortAccess, StockLife, Behaviour):
         return NodeError(path, self.registration, text, culprit=type(self).__module__)
 
     @property
+    def links(self) -> list[Any]:
+        """The children as this node ticks them; leaves have none."""
+        return []
+
+    @property
     def engine_status(self) -> NodeStatus:
         """The engine's status of the node: idle again as soon as its parent has completed."""
         return self._node_status
@@ -211,7 +215,7 @@ class Node(PortAccess, StockLife, Behaviour):
     # ------------------------------------------------------------------ surroundings
 
     @property
-    def runtime(self) -> "Runtime":
+    def runtime(self) -> Runtime:
         """The surroundings that all nodes of the tree share."""
         if self._node_runtime is None:
             self._bind_alone()
@@ -219,7 +223,7 @@ class Node(PortAccess, StockLife, Behaviour):
         return self._node_runtime
 
     @property
-    def scope(self) -> "Blackboard":
+    def scope(self) -> Blackboard:
         """The blackboard scope that the node's ports and scripts see."""
         if self._node_scope is None:
             self._bind_alone()
@@ -228,10 +232,6 @@ class Node(PortAccess, StockLife, Behaviour):
 
     def _bind_alone(self) -> None:
         """Give the tree around this node surroundings of its own, as no `Tree` did."""
-        from bt_manip.bt.blackboard import Blackboard
-        from bt_manip.bt.nodes.binding import bind
-        from bt_manip.bt.runtime import Runtime
-
         top: Behaviour = self
         while top.parent is not None:
             top = top.parent

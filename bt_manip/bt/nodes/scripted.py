@@ -5,7 +5,7 @@ from typing import ClassVar
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.port_types import STRING
 from bt_manip.bt.script.evaluation import Environment, is_true
-from bt_manip.bt.script.parser import Script, parse_script
+from bt_manip.bt.script.parser import ParsedScript, parse_script
 from bt_manip.exceptions import ScriptError
 
 
@@ -17,7 +17,7 @@ class ScriptPort(Node):
     double_quotes = False
     """Whether strings may stand between double quotes, as in MoveIt Pro."""
     _source = ""
-    _parsed: Script | None = None
+    _parsed: ParsedScript | None = None
 
     @property
     def checked_port(self) -> str:
@@ -33,7 +33,7 @@ class ScriptPort(Node):
         """
         self._script()
 
-    def _script(self) -> Script | None:
+    def _script(self) -> ParsedScript | None:
         text = self.read_port(self.script_port, STRING)
         if text != self._source:
             self._parsed = parse_script(text, double_quotes=self.double_quotes)
@@ -43,7 +43,7 @@ class ScriptPort(Node):
     def _environment(self) -> Environment:
         return Environment(self.scope, self.runtime.enums)
 
-    def _is_true(self, script: Script | None) -> bool:
+    def _is_true(self, script: ParsedScript | None) -> bool:
         if script is None:
             raise ScriptError("the script is empty: it is neither true nor false")
         return is_true(script.evaluate(self._environment()))

@@ -11,7 +11,7 @@ from bt_manip.bt.nodes.action import Action
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.port_types import INT, cast
 from bt_manip.bt.script.evaluation import Environment, Value
-from bt_manip.bt.script.parser import Script, parse_script
+from bt_manip.bt.script.parser import ParsedScript, parse_script
 from bt_manip.bt.status import FAILURE, IDLE, SUCCESS, NodeStatus, Status
 from bt_manip.exceptions import ScriptError, TreeError
 
@@ -83,7 +83,7 @@ class TestNode(Action):
         self._completed = False
         if not config.return_status_script:
             _check(config.return_status)
-        self._scripts: dict[str, Script] = {
+        self._scripts: dict[str, ParsedScript] = {
             key: parse_script(text)
             for key in ("return_status_script", "success_script", "failure_script", "post_script")
             if (text := getattr(config, key))

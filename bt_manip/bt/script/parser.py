@@ -40,7 +40,7 @@ _COMPARISON: Final = 10
 _PREFIX: Final = 20
 
 
-class Script:
+class ParsedScript:
     """A compiled script.
 
     Attributes:
@@ -73,7 +73,7 @@ class Script:
             raise ScriptError(f"error in script [{self.text}]: {error}") from None
 
 
-def parse_script(text: str, *, double_quotes: bool = False) -> Script:
+def parse_script(text: str, *, double_quotes: bool = False) -> ParsedScript:
     """Parse a script.
 
     Args:
@@ -87,7 +87,7 @@ def parse_script(text: str, *, double_quotes: bool = False) -> Script:
     statements = parser.statements()
     if not statements:
         raise ScriptError("the script is empty")
-    return Script(text, statements, parser.reads, parser.writes)
+    return ParsedScript(text, statements, parser.reads, parser.writes)
 
 
 class _Parser:

@@ -15,7 +15,7 @@ from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.nodes.watching import Watching
 from bt_manip.bt.ports import is_pointer, pointed_key
 from bt_manip.bt.registry import BehaviourRegistry
-from bt_manip.bt.script.parser import Script, parse_script
+from bt_manip.bt.script.parser import ParsedScript, parse_script
 from bt_manip.bt.xml.dialect import Dialect
 from bt_manip.bt.xml.document import Document, tree_elements
 from bt_manip.bt.xml.elements import Element
@@ -186,7 +186,7 @@ def _ports_written(node: Node) -> list[str]:
     return keys
 
 
-def _scripts(node: Node, element: Element) -> list[tuple[Script, Place]]:
+def _scripts(node: Node, element: Element) -> list[tuple[ParsedScript, Place]]:
     found = []
     names = list(node.conditions)
     if isinstance(node, ScriptPort):

@@ -18,7 +18,7 @@ class Attribute:
 
 
 @dataclass
-class Comment:
+class SourceComment:
     """A comment; also a processing instruction, with ``<?`` and ``?>`` around it.
 
     ``spaced`` tells that an empty line stands before it, here and in an element.
@@ -45,7 +45,7 @@ class Element:
     name: str
     place: Place
     attributes: dict[str, Attribute] = field(default_factory=dict)
-    content: "list[Element | Comment | Text]" = field(default_factory=list)
+    content: "list[Element | SourceComment | Text]" = field(default_factory=list)
     spaced: bool = False
 
     @property
@@ -77,5 +77,5 @@ class Source:
     """A parsed document: its root element, and what stands before and after it."""
 
     root: Element
-    prologue: list[Comment | Text] = field(default_factory=list)
-    epilogue: list[Comment | Text] = field(default_factory=list)
+    prologue: list[SourceComment | Text] = field(default_factory=list)
+    epilogue: list[SourceComment | Text] = field(default_factory=list)

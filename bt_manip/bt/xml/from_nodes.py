@@ -13,7 +13,7 @@ from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.registry import BehaviourRegistry, name_problem
 from bt_manip.bt.remarks import Comment as Remark
 from bt_manip.bt.tree import Tree
-from bt_manip.bt.xml.elements import Attribute, Comment, Element, Source, Text
+from bt_manip.bt.xml.elements import Attribute, Element, Source, SourceComment, Text
 from bt_manip.bt.xml.problem import Place
 from bt_manip.bt.xml.source import parse_source
 from bt_manip.bt.xml.writer import write_element, write_source
@@ -110,10 +110,10 @@ def tree_to_xml(
     return write_source(Source(root, before, after))
 
 
-def _remark(item: Remark | Raw) -> Comment | Text:
+def _remark(item: Remark | Raw) -> SourceComment | Text:
     if isinstance(item, Raw):
-        return Comment(item.text, _NOWHERE, "instruction")
-    return Text(item.text, _NOWHERE) if item.kind == "text" else Comment(item.text, _NOWHERE)
+        return SourceComment(item.text, _NOWHERE, "instruction")
+    return Text(item.text, _NOWHERE) if item.kind == "text" else SourceComment(item.text, _NOWHERE)
 
 
 class _Writer:

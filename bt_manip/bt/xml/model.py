@@ -3,7 +3,7 @@
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.ports import Port
 from bt_manip.bt.registry import BehaviourRegistry
-from bt_manip.bt.xml.elements import Attribute, Comment, Element, Text
+from bt_manip.bt.xml.elements import Attribute, Element, SourceComment, Text
 from bt_manip.bt.xml.problem import Place
 
 _NOWHERE = Place("<model>", 1, 1)
@@ -57,7 +57,7 @@ def _port_model(port: Port) -> Element:
 
 
 def _element(tag: str, **attributes: str) -> Element:
-    content: list[Element | Comment | Text] = []
+    content: list[Element | SourceComment | Text] = []
     element = Element(tag, _NOWHERE, content=content)
     for key, value in attributes.items():
         _set(element, key, value)

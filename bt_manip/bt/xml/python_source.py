@@ -11,7 +11,7 @@ from bt_manip.bt.ports import Port
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.xml.builder import EXPLICIT
 from bt_manip.bt.xml.document import Document, is_port_name
-from bt_manip.bt.xml.elements import Comment, Element, Text
+from bt_manip.bt.xml.elements import Element, SourceComment, Text
 from bt_manip.bt.xml.writer import write_element
 from bt_manip.exceptions import TreeError
 
@@ -116,8 +116,8 @@ class _Writer:
             f"    return {call}"
         )
 
-    def _prologue(self, item: Comment | Text) -> Any:
-        if isinstance(item, Comment) and item.kind == "instruction":
+    def _prologue(self, item: SourceComment | Text) -> Any:
+        if isinstance(item, SourceComment) and item.kind == "instruction":
             return _Call(self._use("Raw"), [_text(item.text)])
         return self._remark(item)
 

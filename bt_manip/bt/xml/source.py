@@ -11,9 +11,9 @@ from bisect import bisect_right
 from typing import Final
 
 from bt_manip.bt.xml.elements import Attribute as Attribute
-from bt_manip.bt.xml.elements import Comment as Comment
 from bt_manip.bt.xml.elements import Element as Element
 from bt_manip.bt.xml.elements import Source as Source
+from bt_manip.bt.xml.elements import SourceComment as SourceComment
 from bt_manip.bt.xml.elements import Text as Text
 from bt_manip.bt.xml.problem import Place
 from bt_manip.exceptions import TreeError
@@ -121,7 +121,7 @@ class _Parser:
             if text.startswith("<!--", start):
                 position = self._close(start, "-->", "the comment is not closed", 4)
                 body = text[start + 4 : position - 3]
-                comment = Comment(body, self._place(start), spaced=self._spaced)
+                comment = SourceComment(body, self._place(start), spaced=self._spaced)
                 self._add(source, stack, done, comment)
             elif text.startswith("<![CDATA[", start):
                 if not stack:
@@ -167,7 +167,9 @@ class _Parser:
             raise self._error(start, reason)
         return end + len(mark)
 
-    def _add(self, source: Source, stack: list[Element], done: bool, item: Comment | Text) -> None:
+    def _add(
+        self, source: Source, stack: list[Element], done: bool, item: SourceComment | Text
+    ) -> None:
         if stack:
             stack[-1].content.append(item)
         else:
@@ -188,9 +190,10 @@ class _Parser:
     def _add_instruction(
         self, source: Source, stack: list[Element], done: bool, start: int, end: int
     ) -> None:
-        instruction = Comment(self._text[start:end], self._place(start), "instruction")
+        instruction = SourceComment(self._text[start:end], self._place(start), "instruction")
         only = all(
-            isinstance(item, Comment) and item.kind == "instruction" for item in source.prologue
+            isinstance(item, SourceComment) and item.kind == "instruction"
+            for item in source.prologue
         )
         if stack or done or not only:
             raise self._error(start, "a processing instruction stands before all else, or nowhere")

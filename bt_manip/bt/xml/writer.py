@@ -3,7 +3,7 @@
 import re
 from typing import Final
 
-from bt_manip.bt.xml.elements import Comment, Element, Source, Text
+from bt_manip.bt.xml.elements import Element, Source, SourceComment, Text
 
 WIDTH: Final = 100
 """Tags that would be longer have one attribute a line."""
@@ -43,7 +43,7 @@ def write_element(element: Element) -> str:
     return "\n".join(lines)
 
 
-def _write_item(item: Comment | Text | Element, depth: int, lines: list[str]) -> None:
+def _write_item(item: SourceComment | Text | Element, depth: int, lines: list[str]) -> None:
     if not isinstance(item, Text) and item.spaced and lines:
         lines.append("")
     if isinstance(item, Element):
@@ -79,7 +79,7 @@ def _write_element(element: Element, depth: int, lines: list[str]) -> None:
         lines.append(f"{indent}</{element.name}>")
 
 
-def _is_blank(item: Comment | Text | Element) -> bool:
+def _is_blank(item: SourceComment | Text | Element) -> bool:
     return isinstance(item, Text) and not item.text.strip()
 
 

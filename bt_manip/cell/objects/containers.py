@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 
-from bt_manip.cell.objects.built import Built, lengths
+from bt_manip.cell.objects.primitive_prop import PrimitiveProp, lengths
 from bt_manip.cell.objects.prop import positive
 
 
-class OpenBox(Built):
+class OpenBox(PrimitiveProp):
     """A bottom and four walls."""
 
     category = "container"

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 
 from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.objects.built import Built, lengths
+from bt_manip.cell.objects.primitive_prop import PrimitiveProp, lengths
 from bt_manip.cell.objects.prop import positive
 
 
-class Shelf(Built):
+class Shelf(PrimitiveProp):
     """A shelf that is open in front, which is towards -x."""
 
     kind = "shelf"
@@ -66,7 +66,7 @@ class Shelf(Built):
         return self._levels[-1]
 
 
-class Wall(Built):
+class Wall(PrimitiveProp):
     """A wall to move around."""
 
     kind = "wall"

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bt_manip.cell.objects.built import REACH, Built
+from bt_manip.cell.objects.primitive_prop import GRIP_DEPTH, PrimitiveProp
 from bt_manip.cell.objects.prop import positive
 
 
-class Vessel(Built):
+class Vessel(PrimitiveProp):
     """A thing that stands upright and moves freely."""
 
     category = "graspable"
@@ -18,7 +18,7 @@ class Vessel(Built):
     @property
     def centre_offset(self) -> np.ndarray:
         """The middle of what is gripped from above, seen from the origin [m]."""  # (3,)
-        return np.array([0.0, 0.0, max(self._height / 2, self._height - REACH)])
+        return np.array([0.0, 0.0, max(self._height / 2, self._height - GRIP_DEPTH)])
 
 
 class Can(Vessel):

@@ -6,9 +6,8 @@ import numpy as np
 from dm_control import composer, mjcf
 from dm_control.composer.observation import observable
 
-from bt_manip.cell.contacts import Contacts
-from bt_manip.cell.labels import Labels
-from bt_manip.cell.naming import body_label
+from bt_manip.cell.contacts.contacts import Contacts
+from bt_manip.cell.naming import BodyNames, body_name
 
 
 class ObjectObservables(composer.Observables):
@@ -50,6 +49,6 @@ class ObjectObservables(composer.Observables):
     def _force(self, physics: mjcf.Physics) -> np.ndarray:
         if self._physics is not physics:
             model, data = physics.model.ptr, physics.data.ptr
-            self._physics, self._contacts = physics, Contacts(model, data, Labels(model))
-        name = body_label(self._entity.root_body.full_identifier)
+            self._physics, self._contacts = physics, Contacts(model, data, BodyNames(model))
+        name = body_name(self._entity.root_body.full_identifier)
         return self._contacts.wrench(name).force

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.objects.built import Built, lengths
+from bt_manip.cell.objects.primitive_prop import PrimitiveProp, lengths
 from bt_manip.cell.objects.prop import positive
 from bt_manip.cell.objects.shapes import Shape
 
@@ -39,7 +39,7 @@ class Peg(Shape):
         self._weigh(mass)
 
 
-class HoleBoard(Built):
+class HoleBoard(PrimitiveProp):
     """A square board with a round hole through its middle; its origin is the middle of its bottom.
 
     The hole is a polygon of 16 sides around a circle.

@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.objects.built import REACH, Built, lengths
+from bt_manip.cell.objects.primitive_prop import GRIP_DEPTH, PrimitiveProp, lengths
 from bt_manip.cell.objects.prop import positive
 
 Colour = Sequence[float]
 
 
-class Shape(Built):
+class Shape(PrimitiveProp):
     """One convex body that moves freely; its origin is its centre."""
 
     category = "graspable"
@@ -26,7 +26,7 @@ class Shape(Built):
     @property
     def centre_offset(self) -> np.ndarray:
         """The middle of what is gripped from above, seen from the origin [m]."""  # (3,)
-        return np.array([0.0, 0.0, max(0.0, self._half_height - REACH)])
+        return np.array([0.0, 0.0, max(0.0, self._half_height - GRIP_DEPTH)])
 
 
 class Box(Shape):

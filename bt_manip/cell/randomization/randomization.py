@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.quantities import CAMERA, LIGHT, QUANTITIES
-from bt_manip.cell.randomization.draws import Varied
+from bt_manip.cell.physics.model_properties import CAMERA, LIGHT, QUANTITIES
+from bt_manip.cell.randomization.sampling import Varied
 from bt_manip.exceptions import did_you_mean
 
 Lines = Mapping[str, Mapping[str, Varied]]

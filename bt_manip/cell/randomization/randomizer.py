@@ -9,12 +9,11 @@ import numpy as np
 import pinocchio as pin
 from dm_control import composer
 
-from bt_manip.cell.alterations import nominal_value
 from bt_manip.cell.altered_contents import AlteredContents
 from bt_manip.cell.exceptions import CellError
 from bt_manip.cell.objects.catalogue import Catalogue
-from bt_manip.cell.randomization.draws import Varied, draw, stream
-from bt_manip.cell.randomization.observing import observe_with
+from bt_manip.cell.physics.overrides import nominal_value
+from bt_manip.cell.randomization.observation_noise import observe_with
 from bt_manip.cell.randomization.randomization import (
     PHYSICAL,
     POSE,
@@ -22,7 +21,8 @@ from bt_manip.cell.randomization.randomization import (
     Randomization,
     unknown_quantity,
 )
-from bt_manip.cell.randomization.stands import Stand, Stands
+from bt_manip.cell.randomization.sampling import Varied, draw, stream
+from bt_manip.cell.randomization.scene_objects import SceneObject, SceneObjects
 from bt_manip.exceptions import did_you_mean
 from bt_manip.models import is_address
 
@@ -42,7 +42,7 @@ class Randomizer:
         catalogue: Catalogue,
         *,
         seed: int,
-        stands: Mapping[str, Stand],
+        stands: Mapping[str, SceneObject],
         robots: tuple[str, ...] = (),
     ) -> None:
         """Know what varies.
@@ -61,7 +61,7 @@ class Randomizer:
         self._randomization = randomization
         self._cell, self._catalogue, self._seed = cell, catalogue, seed
         self._robots = robots
-        self._stands = Stands(cell, catalogue, stands)
+        self._stands = SceneObjects(cell, catalogue, stands)
         self._cycle: int | None = None
         self._resumed: int | None = None
         self._drawn: dict[str, dict[str, dict[str, Any]]] = {}
@@ -69,7 +69,7 @@ class Randomizer:
         self._check()
 
     @property
-    def drawn(self) -> dict[str, dict[str, dict[str, Any]]]:
+    def sampled(self) -> dict[str, dict[str, dict[str, Any]]]:
         """What was drawn in this episode, as plain data: by kind of thing, thing and quantity."""
         return {
             where: {thing: dict(values) for thing, values in things.items()}
@@ -96,7 +96,7 @@ class Randomizer:
         for name, entity in self._cell.entities.items():
             values = self.values_of(name, entity, model)
             if values:
-                self._cell.alter(name, **values)
+                self._cell.override(name, **values)
         for where, kind in (("lights", "light"), ("cameras", "camera")):
             for name, lines in getattr(self._randomization, where).items():
                 thing = f"{kind}:{name}"
@@ -104,7 +104,7 @@ class Randomizer:
                     q: self._draw(where, name, q, varied, self._cell.nominal(thing, q))
                     for q, varied in lines.items()
                 }
-                self._cell.alter(thing, **values)
+                self._cell.override(thing, **values)
 
     def values_of(
         self, name: str, entity: composer.Entity, model: mujoco.MjModel
@@ -134,7 +134,7 @@ class Randomizer:
 
     def get_state(self) -> dict[str, Any]:
         """Give what the rest of the episode follows from, as plain data."""
-        return {"cycle": self._cycle, "drawn": self.drawn, "made": dict(self._made)}
+        return {"cycle": self._cycle, "drawn": self.sampled, "made": dict(self._made)}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Take it back, after the cell has taken its own back."""
@@ -149,7 +149,7 @@ class Randomizer:
     def _listen(self) -> None:
         if not self._randomization:
             return
-        self._cell.vary = self.values_of
+        self._cell.initial_overrides = self.values_of
         self._catalogue.vary = self._parameters
 
     # Inside

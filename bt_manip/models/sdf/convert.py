@@ -18,7 +18,7 @@ from bt_manip.models.sdf.joints import JointElement, joints_of
 from bt_manip.models.sdf.looks import material_of
 from bt_manip.models.sdf.reader import Element, SdfReader
 from bt_manip.models.sdf.scopes import WORLD, Frame, Scopes
-from bt_manip.models.sdf.shapes import Shape, ShapeReader
+from bt_manip.models.sdf.shapes import SdfShape, ShapeReader
 from bt_manip.models.sdf.surfaces import surface
 from bt_manip.spatial import quat_wxyz
 
@@ -207,7 +207,7 @@ class _Converter:
                 material=material_of(reader, self._assets, visual, shape, self._shapes.fetch),
             )  # fmt: skip
 
-    def _in_link(self, link: str, element: Element, shape: Shape) -> pin.SE3:
+    def _in_link(self, link: str, element: Element, shape: SdfShape) -> pin.SE3:
         return self._scopes.local(link, element.find("pose")) * shape.T
 
     def _geom_name(self, wanted: str) -> str:

@@ -6,7 +6,7 @@ from bt_manip.models.errors import ModelError
 from bt_manip.models.images import read_png
 from bt_manip.models.sdf.assets import Assets
 from bt_manip.models.sdf.reader import Element, SdfReader
-from bt_manip.models.sdf.shapes import Shape
+from bt_manip.models.sdf.shapes import SdfShape
 from bt_manip.models.sdf.uris import FetchFuel, find_file
 
 _KNOWN = {
@@ -17,7 +17,7 @@ _GREY = (0.7, 0.7, 0.7, 1.0)
 
 
 def material_of(
-    reader: SdfReader, assets: Assets, visual: Element, shape: Shape, fetch: FetchFuel
+    reader: SdfReader, assets: Assets, visual: Element, shape: SdfShape, fetch: FetchFuel
 ) -> str:
     """Give the material of a visual.
 
@@ -53,7 +53,9 @@ def material_of(
     )
 
 
-def _albedo(reader: SdfReader, material: Element, shape: Shape, fetch: FetchFuel) -> bytes | None:
+def _albedo(
+    reader: SdfReader, material: Element, shape: SdfShape, fetch: FetchFuel
+) -> bytes | None:
     """Read the image that a physically based material lays on a mesh."""
     pbr = material.find("pbr")
     if pbr is None:

@@ -14,7 +14,7 @@ Element = Any
 """An element of lxml, which comes without types."""
 
 
-class Document(NamedTuple):
+class SdfDocument(NamedTuple):
     """A file that was read, and the folder that it may not reach out of."""
 
     path: Path
@@ -27,7 +27,7 @@ class SdfReader:
     def __init__(self) -> None:
         """Begin with nothing read."""
         self.warnings: list[str] = []
-        self._documents: dict[Element, Document] = {}
+        self._documents: dict[Element, SdfDocument] = {}
 
     def open_model(self, path: Path, root: Path | None) -> Element:
         """Read a document and give its model.
@@ -36,7 +36,7 @@ class SdfReader:
             ModelError: When it cannot be read, or has no model or more than one.
         """
         document = read_xml(path)
-        self._documents[document] = Document(path, root)
+        self._documents[document] = SdfDocument(path, root)
         if document.tag != "sdf":
             raise self.error(document, f"expected <sdf>, found <{document.tag}>")
         models = document.findall("model")
@@ -48,7 +48,7 @@ class SdfReader:
             self.warn(other, f"a second model '{other.get('name')}' in the file is left out")
         return models[0]
 
-    def document(self, element: Element) -> Document:
+    def document(self, element: Element) -> SdfDocument:
         """Give the document that an element is in."""
         return self._documents[element.getroottree().getroot()]
 

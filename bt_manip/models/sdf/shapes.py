@@ -15,7 +15,7 @@ from bt_manip.models.sdf.uris import FetchFuel, find_file
 _PLANE_HALF_THICKNESS = 5e-4  # [m]
 
 
-class Shape(NamedTuple):
+class SdfShape(NamedTuple):
     """A geom without the place of what it belongs to.
 
     Attributes:
@@ -43,7 +43,7 @@ class ShapeReader:
         self.fetch = fetch
         self._convex = convex
 
-    def read(self, element: Element, *, collides: bool, static: bool) -> list[Shape]:
+    def read(self, element: Element, *, collides: bool, static: bool) -> list[SdfShape]:
         """Give the geoms of a visual's or collision's geometry; none where there is no such.
 
         Raises:
@@ -65,7 +65,7 @@ class ShapeReader:
         if shape.tag == "plane":
             return self._plane(shape, static)
         attributes = method(shape)
-        return [Shape(attributes, pin.SE3.Identity())] if attributes else self._cones(shape)
+        return [SdfShape(attributes, pin.SE3.Identity())] if attributes else self._cones(shape)
 
     def _box(self, shape: Element) -> dict[str, object]:
         return {"type": "box", "size": self._lengths(shape, "size", (1, 1, 1)) / 2}
@@ -86,7 +86,7 @@ class ShapeReader:
     def _cone(self, shape: Element) -> dict[str, object]:
         return {}
 
-    def _cones(self, shape: Element) -> list[Shape]:
+    def _cones(self, shape: Element) -> list[SdfShape]:
         """Make a cone, which MuJoCo does not have, of triangles; its middle is at the origin."""
         radius, half = self._radius_and_half(shape, 0.5, 1.0)
         n = 48
@@ -98,9 +98,9 @@ class ShapeReader:
         side = np.column_stack([i, j, np.full(n, n + 1)])
         mesh = Mesh(vertices, np.vstack([base, side]), watertight=True)
         name = self._assets.colliding(("cone", radius, half), mesh, "cone", "hull")[0]
-        return [Shape({"type": "mesh", "mesh": name}, pin.SE3.Identity())]
+        return [SdfShape({"type": "mesh", "mesh": name}, pin.SE3.Identity())]
 
-    def _plane(self, shape: Element, static: bool) -> list[Shape]:
+    def _plane(self, shape: Element, static: bool) -> list[SdfShape]:
         normal = self._reader.vector(shape, "normal", (0, 0, 1))
         if np.linalg.norm(normal) < 1e-9:
             raise self._reader.error(shape, "a plane's normal of zeros")
@@ -109,12 +109,12 @@ class ShapeReader:
         )
         half = self._lengths(shape, "size", (1, 1)) / 2
         if static:
-            return [Shape({"type": "plane", "size": [*half, 1.0]}, T)]
+            return [SdfShape({"type": "plane", "size": [*half, 1.0]}, T)]
         self._reader.warn(shape, "MuJoCo's planes do not move: it becomes a thin box")
         below = pin.SE3(np.eye(3), np.array([0.0, 0.0, -_PLANE_HALF_THICKNESS]))
-        return [Shape({"type": "box", "size": [*half, _PLANE_HALF_THICKNESS]}, T * below)]
+        return [SdfShape({"type": "box", "size": [*half, _PLANE_HALF_THICKNESS]}, T * below)]
 
-    def _mesh(self, shape: Element, collides: bool) -> list[Shape]:
+    def _mesh(self, shape: Element, collides: bool) -> list[SdfShape]:
         reader = self._reader
         reader.only(shape, {"uri", "scale", "submesh", "convex_decomposition"})
         uri = reader.text(shape, "uri")
@@ -144,7 +144,8 @@ class ShapeReader:
             place = image_of_obj(path, root)
             image = None if place is None else read_png(place)
         return [
-            Shape({"type": "mesh", "mesh": name}, T, mesh.colour, image, unfolded) for name in names
+            SdfShape({"type": "mesh", "mesh": name}, T, mesh.colour, image, unfolded)
+            for name in names
         ]
 
     def _radius_and_half(self, shape: Element, radius: float, length: float) -> np.ndarray:

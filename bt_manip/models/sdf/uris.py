@@ -7,13 +7,13 @@ from urllib.parse import unquote, urlsplit
 from bt_manip.models.errors import ModelError
 from bt_manip.models.model_config import sdf_file
 from bt_manip.models.packages import find_package_file
-from bt_manip.models.sdf.reader import Document
+from bt_manip.models.sdf.reader import SdfDocument
 
 FetchFuel = Callable[[str], Path]
 """Gives the folder of a model by its Fuel address."""
 
 
-def find_file(uri: str, document: Document, fetch: FetchFuel) -> Document:
+def find_file(uri: str, document: SdfDocument, fetch: FetchFuel) -> SdfDocument:
     """Find what a URI in a document means.
 
     A document from the network may name files in its own folder, and other models on Fuel, and
@@ -36,18 +36,18 @@ def find_file(uri: str, document: Document, fetch: FetchFuel) -> Document:
     if scheme in ("model", "package"):
         own, rest = _own_folder(uri, document)
         if own is not None:
-            return _inside(uri, own / rest, root or own) if root else Document(own / rest, None)
+            return _inside(uri, own / rest, root or own) if root else SdfDocument(own / rest, None)
         if root is not None:
             raise ModelError(f"'{uri}': a model from the network may not name other folders")
-        return Document(find_package_file(uri, path), None)
+        return SdfDocument(find_package_file(uri, path), None)
     if scheme not in ("", "file"):
         raise ModelError(f"'{uri}': unknown kind of address '{scheme}:'")
     named = Path(unquote(uri.removeprefix("file://")) if scheme else uri)
     found = path.parent / named
-    return _inside(uri, found, root) if root is not None else Document(found, None)
+    return _inside(uri, found, root) if root is not None else SdfDocument(found, None)
 
 
-def included_file(uri: str, document: Document, fetch: FetchFuel) -> Document:
+def included_file(uri: str, document: SdfDocument, fetch: FetchFuel) -> SdfDocument:
     """Find the document that an ``<include>`` means: a file, or a model's folder.
 
     Raises:
@@ -55,19 +55,19 @@ def included_file(uri: str, document: Document, fetch: FetchFuel) -> Document:
     """
     found = find_file(uri, document, fetch)
     if found.path.is_dir():
-        return Document(sdf_file(found.path), found.root)
+        return SdfDocument(sdf_file(found.path), found.root)
     if not found.path.is_file():
         raise ModelError(f"'{uri}': there is no such file")
     return found
 
 
-def _inside(uri: str, path: Path, root: Path) -> Document:
+def _inside(uri: str, path: Path, root: Path) -> SdfDocument:
     if not path.resolve().is_relative_to(root.resolve()):
         raise ModelError(f"'{uri}': leaves the model's folder")
-    return Document(path, root)
+    return SdfDocument(path, root)
 
 
-def _own_folder(uri: str, document: Document) -> tuple[Path | None, str]:
+def _own_folder(uri: str, document: SdfDocument) -> tuple[Path | None, str]:
     """Tell whether a URI names the model that it stands in; give the folder and the rest.
 
     In the cache of Fuel the folder above is the version, and the one above that has the name in

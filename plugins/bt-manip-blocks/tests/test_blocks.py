@@ -138,7 +138,7 @@ def test_the_fingers_go_down_beside_the_neighbour_and_not_into_it(station, trial
     before = station.cell.pose("green").translation
     for behaviour in (Hover(object="red", height=0.15), Reach(object="red")):
         trial(behaviour).tick_until("SUCCESS")
-    assert not station.cell.touch.judge().unexpected
+    assert not station.cell.contact_monitor.summary().unexpected
     assert station.gripper.is_free
     assert station.cell.pose("green").translation == pytest.approx(before, abs=1e-5)
     opening = station.robot.tool_pose.rotation[:, 1]  # the neighbour lies along y

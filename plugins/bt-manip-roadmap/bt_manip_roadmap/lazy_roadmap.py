@@ -4,8 +4,7 @@ import heapq
 
 import numpy as np
 
-from bt_manip.planning import PlanningProblem, PlanningResult
-from bt_manip.planning.edges import edge_is_free
+from bt_manip.planning import PlanningProblem, PlanningResult, edge_is_free
 
 STEP = 0.04
 """Longest way of a joint between two configurations that are looked at [rad]."""
@@ -40,7 +39,7 @@ class LazyRoadmap:
             if path:
                 return PlanningResult(nodes[path], drawn)
             if drawn >= self.samples:
-                reason = f"no way around was found with {drawn} samples"
+                reason = f"no path found with {drawn} samples"
                 return PlanningResult(np.empty((0, len(problem.start))), drawn, reason)
             count = min(self.batch, self.samples - drawn)
             drawn += count

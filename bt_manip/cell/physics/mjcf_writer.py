@@ -11,7 +11,7 @@ import numpy as np
 from dm_control import mjcf
 from lxml import etree
 
-from bt_manip.cell.own_changes import OwnChanges, attached_to, with_attached
+from bt_manip.cell.physics.edit_tracker import EditTracker, attached_to, with_attached
 
 _PLAIN_MESH = {
     "name", "class", "vertex", "face", "scale", "inertia", "maxhullvert",
@@ -28,7 +28,7 @@ class _Text(NamedTuple):
     assets: dict[str, bytes]
 
 
-class ModelWriter:
+class MjcfWriter:
     """Compiles an arena, and keeps the text of each model that stands in it.
 
     The text is PyMJCF's own, element by element, so names and ids are those of
@@ -44,7 +44,7 @@ class ModelWriter:
         """Begin with nothing written."""
         self._root = root
         self._texts: dict[int, _Text] = {}
-        self.changes = OwnChanges(root)
+        self.changes = EditTracker(root)
 
     def forget(self, model: mjcf.RootElement) -> None:
         """Write a model anew the next time; needed when it is taken out of the arena."""

@@ -16,7 +16,7 @@ ATTEMPTS = 100
 
 
 @dataclass(frozen=True)
-class Stand:
+class SceneObject:
     """Something that stands in a scene.
 
     Attributes:
@@ -36,17 +36,19 @@ class Stand:
         return catalogue.nominal(self.model, **self.made_with).parameters
 
 
-class Stands:
+class SceneObjects:
     """What stands in a scene, by name; what was taken out of the cell is left out."""
 
-    def __init__(self, cell: Contents, catalogue: Catalogue, stands: Mapping[str, Stand]) -> None:
+    def __init__(
+        self, cell: Contents, catalogue: Catalogue, stands: Mapping[str, SceneObject]
+    ) -> None:
         """Know what stands where without variation."""
         self._cell, self._catalogue = cell, catalogue
         self._stands = dict(stands)
         self._samples: dict[str, Any] = {}
         self._later: dict[str, Any] = {}
 
-    def __iter__(self) -> Iterator[tuple[str, Stand]]:
+    def __iter__(self) -> Iterator[tuple[str, SceneObject]]:
         """Go through all of them."""
         return iter(self._stands.items())
 
@@ -97,7 +99,7 @@ class Stands:
     def _make_anew(
         self,
         name: str,
-        stand: Stand,
+        stand: SceneObject,
         drawn: Mapping[str, Any],
         attempt: int,
         pose: Callable[[int, pin.SE3], pin.SE3],

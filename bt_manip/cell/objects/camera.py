@@ -11,8 +11,7 @@ from dm_control import composer, mjcf
 from dm_control.composer.observation import observable
 
 from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.labels import Labels
-from bt_manip.cell.naming import entity_of
+from bt_manip.cell.naming import BodyNames, entity_of
 
 NOTHING = -1
 
@@ -113,7 +112,7 @@ class Camera(composer.Entity):
         finally:
             renderer.disable_segmentation_rendering()
         assert self._model is not None
-        owners = [entity_of(label) for label in Labels(self._model).of_geom]
+        owners = [entity_of(label) for label in BodyNames(self._model).of_geom]
         names = tuple(dict.fromkeys(owners))
         table = np.array([names.index(owner) for owner in owners] + [NOTHING])
         geoms = np.where(seen[..., 1] == int(mujoco.mjtObj.mjOBJ_GEOM), seen[..., 0], NOTHING)

@@ -54,7 +54,7 @@ class Within(variation.Variation):
         return np.clip(value, self._low, self._high)
 
 
-def variation_of(data: Any) -> Any:
+def parse_variation(data: Any) -> Any:
     """Read a variation.
 
     Args:
@@ -109,11 +109,11 @@ def _choice(way: str, arguments: Any) -> Any:
 
 
 def _plus(way: str, arguments: Any) -> Any:
-    return noises.Additive(variation_of(arguments))
+    return noises.Additive(parse_variation(arguments))
 
 
 def _times(way: str, arguments: Any) -> Any:
-    return noises.Multiplicative(variation_of(arguments))
+    return noises.Multiplicative(parse_variation(arguments))
 
 
 _MAKERS: dict[str, Callable[[str, Any], Any]] = {

@@ -7,7 +7,14 @@ import mujoco
 import numpy as np
 
 from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.quantities import CAMERA, ENTITY, LIGHT, QUANTITIES, Quantity, quantity
+from bt_manip.cell.physics.model_properties import (
+    CAMERA,
+    ENTITY,
+    LIGHT,
+    QUANTITIES,
+    ModelProperty,
+    quantity,
+)
 from bt_manip.exceptions import did_you_mean
 
 Values = Mapping[str, Any]
@@ -28,7 +35,7 @@ _DERIVED = (
 )  # fmt: skip
 
 
-class Alterations:
+class Overrides:
     """Values by thing and quantity, of those that differ from the models.
 
     A thing is an entity by its name, ``light:NAME`` or ``camera:NAME``.
@@ -135,7 +142,7 @@ def _find(model: mujoco.MjModel, thing: str) -> tuple[str, np.ndarray]:
     raise CellError(f"there is no {kind} '{name}' in the cell{did_you_mean(name, short)}")
 
 
-def _checked(thing: str, name: str, known: Quantity, nominal: Any, value: Any) -> Any:
+def _checked(thing: str, name: str, known: ModelProperty, nominal: Any, value: Any) -> Any:
     """Give a value as plain data, or refuse it."""
     wrong = CellError(f"the {name} of '{thing}' is {known.what}, got {value!r}")
     try:

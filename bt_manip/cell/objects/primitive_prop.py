@@ -10,7 +10,7 @@ from dm_control import mjcf
 from bt_manip.cell.exceptions import CellError
 from bt_manip.cell.objects.prop import Prop, colour_of, positive
 
-REACH = 0.03
+GRIP_DEPTH = 0.03
 """How far under its top a thing is gripped that is higher than fingers are long [m]."""
 
 # As stiff as the other objects: with MuJoCo's default a 50 N grip sinks 3.4 mm into each side.
@@ -23,7 +23,7 @@ _VOLUME = {
 }
 
 
-class Built(Prop):
+class PrimitiveProp(Prop):
     """A thing of shapes that are seen and touched alike.
 
     Subclasses call ``_begin``, add shapes, and say with ``_weigh`` what all of it weighs. Origin

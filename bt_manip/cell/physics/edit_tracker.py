@@ -7,7 +7,7 @@ from weakref import WeakKeyDictionary
 from dm_control import mjcf
 
 
-class OwnChanges:
+class EditTracker:
     """Counts the changes of models that come to an arena, go, and come again.
 
     A name scope counts its revisions. While its model is attached, those of the scopes around it

@@ -8,7 +8,7 @@ import pytest
 from dm_control import composer, mjcf
 
 from bt_manip.cell import Arena, Basket, Cell, CellError, Cube, Table
-from bt_manip.cell.model_writer import ModelWriter
+from bt_manip.cell.physics.mjcf_writer import MjcfWriter
 from bt_manip.robots import Robot, panda
 from bt_manip.spatial import pose
 
@@ -171,9 +171,9 @@ def test_only_what_is_new_is_written(monkeypatch):
     cell = Cell()
     cell.add(Nested())
     written = []
-    write = ModelWriter._write_model
+    write = MjcfWriter._write_model
     monkeypatch.setattr(
-        ModelWriter, "_write_model", lambda self, m, k: written.append(m.model) or write(self, m, k)
+        MjcfWriter, "_write_model", lambda self, m, k: written.append(m.model) or write(self, m, k)
     )
     cell.add(Cube(), pose((1, 0, 1)))
     cell.add(Cube(), pose((2, 0, 1)))

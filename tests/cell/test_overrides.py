@@ -38,7 +38,7 @@ def test_a_heavier_thing_weighs_and_turns_as_much_more(cell):
     body = int(cell.model.body("cube/cube").id)
     inertia = cell.model.body_inertia[body].copy()
     assert inertia.all()
-    cell.alter("cube", mass=0.3)
+    cell.override("cube", mass=0.3)
     np.testing.assert_allclose(cell.model.body_inertia[body], 3 * inertia, rtol=1e-12)
     cell.step(500)
     assert cell.contacts.wrench("cube").force[2] == pytest.approx(0.3 * G, rel=0.01)
@@ -54,7 +54,7 @@ def test_a_slippery_thing_slides_down_a_slope_that_held_it():
     cell.model.opt.gravity[:] = (G * np.sin(slope), 0.0, -G * np.cos(slope))
     cell.step(500)
     assert abs(cell.velocity("cube")[0]) < 5e-3
-    cell.alter("cube", friction=0.2)
+    cell.override("cube", friction=0.2)
     before = cell.velocity("cube")[0]
     cell.step(200)
     # Newton on a slope: a = g (sin - mu cos).
@@ -65,25 +65,25 @@ def test_a_slippery_thing_slides_down_a_slope_that_held_it():
 def test_a_weak_motor_makes_so_much_less_of_the_same_command(parts):
     station = build_station(parts)
     cell, robot = station.cell, station.robot
-    cell.alter("panda", gain=0.5)
+    cell.override("panda", gain=0.5)
     cell.step()
     np.testing.assert_allclose(robot.tau, 0.5 * station.controller.tau, rtol=1e-12)
 
 
 def test_lights_and_cameras_are_altered_by_name(cell):
     cell.add(Camera(), looking_at((1.0, 0.0, 1.0), (0.0, 0.0, 0.0)))
-    cell.alter("light:key", brightness=0.5, colour=(1.0, 0.8, 0.6), direction=(0, 0, -2))
+    cell.override("light:key", brightness=0.5, colour=(1.0, 0.8, 0.6), direction=(0, 0, -2))
     light = cell.model.light("key")
     np.testing.assert_allclose(light.diffuse, (0.5, 0.4, 0.3), rtol=1e-6)
     np.testing.assert_allclose(light.dir, (0, 0, -1))
-    cell.alter("camera:overview", fovy=50.0)
-    cell.alter("camera:camera", rotation=(0.0, 0.0, np.pi / 2))  # an entity, by its own name
+    cell.override("camera:overview", fovy=50.0)
+    cell.override("camera:camera", rotation=(0.0, 0.0, np.pi / 2))  # an entity, by its own name
     assert cell.model.camera("overview").fovy == 50.0
     np.testing.assert_allclose(cell.model.camera("camera/eye").quat, (0.5**0.5, 0, 0, 0.5**0.5))
 
 
 def test_colours_take_the_place_of_materials(cell):
-    cell.alter("cube", colour=(0.2, 0.4, 0.6))
+    cell.override("cube", colour=(0.2, 0.4, 0.6))
     seen = [g for g in range(cell.model.ngeom) if cell.model.geom(g).name.startswith("cube/")]
     seen = [g for g in seen if cell.model.geom_group[g] <= 2]
     np.testing.assert_allclose(cell.model.geom_rgba[seen[0]], (0.2, 0.4, 0.6, 1.0), rtol=1e-6)
@@ -92,25 +92,25 @@ def test_colours_take_the_place_of_materials(cell):
 
 def test_what_can_be_known_of_the_things_does_not_change(cell):
     before = whole(cell.model)
-    cell.alter("cube", mass=0.3, friction=0.2)
-    cell.alter("light:key", brightness=0.1)
+    cell.override("cube", mass=0.3, friction=0.2)
+    cell.override("light:key", brightness=0.1)
     assert whole(cell.nominal_model) == before
     assert whole(cell.model) != before
-    cell.alter("cube", mass=None, friction=None)
-    cell.alter("light:key", brightness=None)
+    cell.override("cube", mass=None, friction=None)
+    cell.override("light:key", brightness=None)
     assert whole(cell.model) == before
-    assert cell.altered == {}
+    assert cell.overrides == {}
 
 
 def test_altering_changes_no_state(cell):
     cell.step(10)
     before = cell.state_bytes()
-    cell.alter("cube", mass=0.3, friction=0.2, colour=(1, 0, 0))
+    cell.override("cube", mass=0.3, friction=0.2, colour=(1, 0, 0))
     assert cell.state_bytes() == before
 
 
 def test_alterations_stay_when_other_things_come_and_go_and_go_with_the_thing(cell):
-    cell.alter("cube", mass=0.3)
+    cell.override("cube", mass=0.3)
     cell.add(Cube(mass=0.1), pose((1.0, 0.0, 0.025)))
     assert mass(cell, "cube") == pytest.approx(0.3)
     assert mass(cell, "cube_1") == pytest.approx(0.1)
@@ -118,43 +118,47 @@ def test_alterations_stay_when_other_things_come_and_go_and_go_with_the_thing(ce
     cell.remove("cube")
     cell.add(Cube(mass=0.1), pose((0.0, 0.0, 0.025)))
     assert mass(cell, "cube") == pytest.approx(0.1)
-    assert cell.altered == {}
+    assert cell.overrides == {}
 
 
 def test_what_comes_in_can_be_asked_how_it_differs(cell):
-    cell.vary = lambda name, entity, model: {"friction": 0.25} if entity.kind == "cube" else {}
+    cell.initial_overrides = lambda name, entity, model: (
+        {"friction": 0.25} if entity.kind == "cube" else {}
+    )
     name = cell.add(Cube(), pose((1.0, 0.0, 0.025)))
-    assert cell.altered == {name: {"friction": 0.25}}
+    assert cell.overrides == {name: {"friction": 0.25}}
 
 
 def test_a_change_that_fails_leaves_the_alterations_as_they_were(cell):
-    cell.alter("cube", mass=0.3)
-    cell.vary = lambda name, entity, model: {"mass": -1.0}
+    cell.override("cube", mass=0.3)
+    cell.initial_overrides = lambda name, entity, model: {"mass": -1.0}
     with pytest.raises(CellError, match=r"mass of 'wall' is a positive number \[kg\], got -1"):
         cell.add(Wall(), pose((2.0, 0.0, 0.0)))
     with pytest.raises(CellError), cell.editing():
         cell.remove("cube")
         cell.add(Wall(), pose((2.0, 0.0, 0.0)))
-    assert cell.altered == {"cube": {"mass": 0.3}}
+    assert cell.overrides == {"cube": {"mass": 0.3}}
     assert list(cell.entities) == ["cube", "bottle"]
     cell.step(10)
 
 
 def test_a_snapshot_brings_alterations_back_bit_for_bit(cell):
-    cell.alter("cube", mass=0.3, friction=0.4)
-    cell.alter("light:fill", brightness=2.0)
+    cell.override("cube", mass=0.3, friction=0.4)
+    cell.override("light:fill", brightness=2.0)
     cell.step(20)
     snapshot = json.loads(json.dumps(cell.snapshot()))
     cell.step(30)
     future = cell.state_bytes()
     made = {"cube": Cube, "bottle": Bottle}
     other = Cell()
-    other.vary = lambda name, entity, model: {"mass": 7.0}  # is not asked of what comes back
+    other.initial_overrides = lambda name, entity, model: {
+        "mass": 7.0
+    }  # is not asked of what comes back
     other.restore(snapshot, lambda entry: made[entry["kind"]](**entry["parameters"]))
-    assert other.altered == snapshot["altered"]
+    assert other.overrides == snapshot["altered"]
     other.step(30)
     assert other.state_bytes() == future
-    cell.alter("cube", mass=None)
+    cell.override("cube", mass=None)
     cell.restore(snapshot)
     cell.step(30)
     assert cell.state_bytes() == future
@@ -180,9 +184,9 @@ def test_a_snapshot_brings_alterations_back_bit_for_bit(cell):
 def test_what_cannot_be_altered_is_one_error_and_alters_nothing(cell, thing, values, message):
     before = whole(cell.model)
     with pytest.raises(CellError, match=message):
-        cell.alter(thing, **values)
+        cell.override(thing, **values)
     assert whole(cell.model) == before
-    assert cell.altered == {}
+    assert cell.overrides == {}
 
 
 def test_a_free_thing_is_moved_to_rest_and_all_else_keeps_its_state(cell):

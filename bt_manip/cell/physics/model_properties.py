@@ -13,7 +13,7 @@ Ids = np.ndarray
 """Of bodies, of a light, of a camera."""
 
 
-class Quantity(NamedTuple):
+class ModelProperty(NamedTuple):
     """Something that can be altered without compiling anew.
 
     A change begins from the model as it was compiled: ``nominal`` is that one, ``model`` gets the
@@ -181,30 +181,30 @@ def _share(value: np.ndarray) -> bool:
 
 ENTITY, LIGHT, CAMERA = "entity", "light", "camera"
 
-QUANTITIES: dict[str, dict[str, Quantity]] = {
+QUANTITIES: dict[str, dict[str, ModelProperty]] = {
     ENTITY: {
-        "mass": Quantity(_mass, _set_mass, _positive, "a positive number [kg]"),
-        "friction": Quantity(_friction, _set_friction, _positive, "a positive number"),
-        "colour": Quantity(_colour, _set_colour, _share, "3 or 4 numbers from 0 to 1"),
-        "gain": Quantity(_gain, _set_gain, _positive, "a positive factor, or one an actuator"),
+        "mass": ModelProperty(_mass, _set_mass, _positive, "a positive number [kg]"),
+        "friction": ModelProperty(_friction, _set_friction, _positive, "a positive number"),
+        "colour": ModelProperty(_colour, _set_colour, _share, "3 or 4 numbers from 0 to 1"),
+        "gain": ModelProperty(_gain, _set_gain, _positive, "a positive factor, or one an actuator"),
     },
     LIGHT: {
-        "colour": Quantity(_light_colour, _set_light_colour, _share, "3 numbers from 0 to 1"),
-        "brightness": Quantity(
+        "colour": ModelProperty(_light_colour, _set_light_colour, _share, "3 numbers from 0 to 1"),
+        "brightness": ModelProperty(
             lambda model, ids: 1.0, _set_brightness, _not_negative, "a factor that is not negative"
         ),
-        "position": Quantity(_vector("light_pos"), _put("light_pos"), _any, "3 numbers [m]"),
-        "direction": Quantity(
+        "position": ModelProperty(_vector("light_pos"), _put("light_pos"), _any, "3 numbers [m]"),
+        "direction": ModelProperty(
             _vector("light_dir"), _set_direction, lambda v: bool(v.any()), "3 numbers, not all 0"
         ),
     },
     CAMERA: {
-        "position": Quantity(_vector("cam_pos"), _put("cam_pos"), _any, "3 numbers [m]"),
-        "rotation": Quantity(
+        "position": ModelProperty(_vector("cam_pos"), _put("cam_pos"), _any, "3 numbers [m]"),
+        "rotation": ModelProperty(
             lambda model, ids: np.zeros(3), _set_rotation, _any,
             "a turn about the camera's own axes, 3 numbers [rad]",
         ),
-        "fovy": Quantity(
+        "fovy": ModelProperty(
             _number("cam_fovy"), _put("cam_fovy"), lambda v: bool(0 < v < 180),
             "an angle of view between 0 and 180 [degrees]",
         ),
@@ -213,7 +213,7 @@ QUANTITIES: dict[str, dict[str, Quantity]] = {
 """What can be altered, by kind of thing and name; written in this order."""
 
 
-def quantity(kind: str, name: str) -> Quantity:
+def quantity(kind: str, name: str) -> ModelProperty:
     """Find a quantity.
 
     Raises:

@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.labels import Labels
+from bt_manip.cell.naming import BodyNames
 from bt_manip.exceptions import did_you_mean
 
 
@@ -34,7 +34,7 @@ class Contacts:
     contacts and forces of the state it started from, and they fit each other).
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, labels: Labels):
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, labels: BodyNames):
         """Look at one compiled model; a new compile makes a new object."""
         self._model = model
         self._data = data

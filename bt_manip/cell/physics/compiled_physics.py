@@ -8,27 +8,26 @@ import numpy as np
 from dm_control import composer, mjcf
 from dm_control.mujoco import wrapper
 
-from bt_manip.cell.alterations import Alterations
-from bt_manip.cell.contacts import Contacts
+from bt_manip.cell.contacts.contact_monitor import ContactMonitor
+from bt_manip.cell.contacts.contacts import Contacts
+from bt_manip.cell.contacts.overlap import refuse_overlap
 from bt_manip.cell.exceptions import PhysicsDiverged
-from bt_manip.cell.labels import Labels
-from bt_manip.cell.naming import body_label
-from bt_manip.cell.overlap import refuse_overlap
-from bt_manip.cell.placement import Placement
-from bt_manip.cell.state import INTEGRATION, integration_state, set_integration_state
-from bt_manip.cell.touch import TouchMonitor
+from bt_manip.cell.naming import BodyNames, body_name
+from bt_manip.cell.physics.attachment import Attachment
+from bt_manip.cell.physics.overrides import Overrides
+from bt_manip.cell.physics.state import INTEGRATION, integration_state, set_integration_state
 
 Hook = Callable[[mjcf.Physics, np.random.RandomState], None]
 
 
-class Compiled:
+class CompiledPhysics:
     """A physics, the hooks that its steps run, and the tables that questions are answered from.
 
     A changed cell gets a new one; nothing in here outlives its physics.
     """
 
     def __init__(
-        self, model: mujoco.MjModel, arena: composer.Arena, placed: Mapping[str, Placement]
+        self, model: mujoco.MjModel, arena: composer.Arena, placed: Mapping[str, Attachment]
     ):
         """Make a physics of a model.
 
@@ -46,11 +45,11 @@ class Compiled:
         self.nominal = model
         """As it was compiled; a model of its own as soon as the other one is altered."""
         self.data: mujoco.MjData = self.physics.data.ptr
-        self.labels = Labels(self.model)
+        self.labels = BodyNames(self.model)
         _check_contact_damping(self.model)
         self.contacts = Contacts(self.model, self.data, self.labels)
         entities = list(arena.iter_entities())
-        self.touch = TouchMonitor(self.data, self.labels, _fingers(entities))
+        self.contact_monitor = ContactMonitor(self.data, self.labels, _fingers(entities))
         self.before_substep = _overridden("before_substep", entities)
         self.after_substep = _overridden("after_substep", entities)
         self.free_joints: dict[str, tuple[int, int]] = {}
@@ -104,7 +103,7 @@ class Compiled:
                 look()
         self._remembers = True
 
-    def alter(self, alterations: Alterations) -> None:
+    def apply_overrides(self, alterations: Overrides) -> None:
         """Let the model that is simulated differ in exactly these values from the compiled one."""
         if self.nominal is self.model:
             if not alterations:
@@ -112,7 +111,7 @@ class Compiled:
             self.nominal = copy.copy(self.model)
         alterations.write(self.model, self.nominal)
 
-    def put(self, name: str, placement: Placement, accepted: float) -> None:
+    def put(self, name: str, placement: Attachment, accepted: float) -> None:
         """Put something that moves freely somewhere, at rest.
 
         Raises:
@@ -184,7 +183,7 @@ def _overridden(hook: str, entities: Iterable[composer.Entity]) -> tuple[Hook, .
 def _fingers(entities: Iterable[composer.Entity]) -> list[str]:
     """Name the bodies of all robots that may touch things."""
     return [
-        body_label(body.full_identifier)
+        body_name(body.full_identifier)
         for entity in entities
         for body in getattr(entity, "finger_bodies", ())
     ]

@@ -5,10 +5,10 @@ from collections.abc import Hashable
 import mujoco
 import numpy as np
 
-from bt_manip.cell.compiled import Compiled
+from bt_manip.cell.physics.compiled_physics import CompiledPhysics
 
 
-class CompiledCache:
+class PhysicsCache:
     """Keeps those physics that were in use last, and gives them out as if they were new.
 
     One whose model has been changed since it was compiled is not kept.
@@ -20,10 +20,10 @@ class CompiledCache:
     def __init__(self) -> None:
         """Begin with nothing kept."""
         self.limit = 0
-        self._origins: dict[Compiled, tuple[Hashable, np.ndarray]] = {}
-        self._retired: list[Compiled] = []
+        self._origins: dict[CompiledPhysics, tuple[Hashable, np.ndarray]] = {}
+        self._retired: list[CompiledPhysics] = []
 
-    def take(self, key: Hashable) -> Compiled | None:
+    def take(self, key: Hashable) -> CompiledPhysics | None:
         """Give out what was compiled from something, if that is kept."""
         for compiled in self._retired:
             if self._origins[compiled][0] == key:
@@ -32,7 +32,7 @@ class CompiledCache:
                 return compiled
         return None
 
-    def note(self, compiled: Compiled, key: Hashable) -> None:
+    def note(self, compiled: CompiledPhysics, key: Hashable) -> None:
         """Remember what a new physics was compiled from, before anybody changes it.
 
         Args:
@@ -42,7 +42,7 @@ class CompiledCache:
         if self.limit:
             self._origins[compiled] = key, _content(compiled.model)
 
-    def retire(self, compiled: Compiled) -> None:
+    def retire(self, compiled: CompiledPhysics) -> None:
         """Keep a physics that is no longer in use, or free it."""
         origin = self._origins.get(compiled)
         if origin is not None and np.array_equal(origin[1], _content(compiled.model)):
@@ -52,11 +52,11 @@ class CompiledCache:
         while len(self._retired) > self.limit:
             self._free(self._retired.pop(0))
 
-    def forget(self, compiled: Compiled) -> None:
+    def forget(self, compiled: CompiledPhysics) -> None:
         """Let go of a physics that was never in use."""
         self._origins.pop(compiled, None)
 
-    def _free(self, compiled: Compiled) -> None:
+    def _free(self, compiled: CompiledPhysics) -> None:
         self.forget(compiled)
         compiled.physics.free()
 

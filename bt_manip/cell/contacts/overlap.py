@@ -6,8 +6,7 @@ import mujoco
 import numpy as np
 
 from bt_manip.cell.exceptions import OverlapError
-from bt_manip.cell.labels import Labels
-from bt_manip.cell.naming import entity_of
+from bt_manip.cell.naming import BodyNames, entity_of
 
 
 class Overlap(NamedTuple):
@@ -24,7 +23,7 @@ class Overlap(NamedTuple):
 
 
 def deepest_overlap(
-    model: mujoco.MjModel, data: mujoco.MjData, labels: Labels, name: str
+    model: mujoco.MjModel, data: mujoco.MjData, labels: BodyNames, name: str
 ) -> Overlap | None:
     """Find what an entity is inside of, by geoms that can touch each other.
 
@@ -51,7 +50,7 @@ def deepest_overlap(
 def refuse_overlap(
     model: mujoco.MjModel,
     data: mujoco.MjData,
-    labels: Labels,
+    labels: BodyNames,
     name: str,
     accepted: float,
     verb: str = "added",

@@ -13,7 +13,7 @@ Factory = Callable[[Mapping[str, Any]], composer.Entity]
 """Makes the entity that a description is of."""
 
 
-class Placement(NamedTuple):
+class Attachment(NamedTuple):
     """How an entity stands in a cell.
 
     The pose is kept as the numbers that the model gets: through a rotation matrix and back they
@@ -26,12 +26,12 @@ class Placement(NamedTuple):
     free: bool
 
     @classmethod
-    def of(cls, entity: composer.Entity, T_we: pin.SE3, free: bool) -> "Placement":
+    def of(cls, entity: composer.Entity, T_we: pin.SE3, free: bool) -> "Attachment":
         """Place an entity at a pose."""
         return cls(entity, tuple(T_we.translation.tolist()), tuple(quat_wxyz(T_we).tolist()), free)
 
     @classmethod
-    def made(cls, description: Mapping[str, Any], factory: Factory) -> "Placement":
+    def made(cls, description: Mapping[str, Any], factory: Factory) -> "Attachment":
         """Make an entity and place it as it was described."""
         return cls(
             factory(description),

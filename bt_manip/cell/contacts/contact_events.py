@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from bt_manip.cell.contacts import Contacts
+from bt_manip.cell.contacts.contacts import Contacts
 
 
 class ContactEvent(NamedTuple):
@@ -15,7 +15,7 @@ class ContactEvent(NamedTuple):
     begins: bool
 
 
-class ContactChanges:
+class ContactEventDetector:
     """Compares the pairs that touch with those of the step before."""
 
     def __init__(self, contacts: Contacts):

@@ -9,8 +9,8 @@ from dm_control.composer import variation
 from dm_control.composer.variation import noises
 
 from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.randomization.draws import Varied
-from bt_manip.cell.randomization.notation import Within
+from bt_manip.cell.randomization.sampling import Varied
+from bt_manip.cell.randomization.variations import Within
 from bt_manip.exceptions import did_you_mean
 
 

@@ -76,7 +76,7 @@ def test_a_model_that_was_changed_by_hand_does_not_come_back():
 
 def test_what_is_altered_is_compiled_anew_and_stays_altered():
     cell = make_cell()
-    cell.alter("cube", mass=2.0)
+    cell.override("cube", mass=2.0)
     body = cell.body_id("cube")
     mass = cell.model.body_mass[body]
     cell.add(objects.Cube(), BESIDE, name="other")

@@ -6,14 +6,13 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from bt_manip.cell.labels import Labels
-from bt_manip.cell.naming import entity_of
+from bt_manip.cell.naming import BodyNames, entity_of
 
 # Different contact lists seen since the compile; a run of the reference task sees some hundreds.
 _MOST_REMEMBERED = 4096
 
 
-class Touch(NamedTuple):
+class ContactSummary(NamedTuple):
     """What the contacts of one step mean."""
 
     unexpected: tuple[tuple[str, str], ...]
@@ -24,17 +23,17 @@ class Touch(NamedTuple):
     """Neither fingers nor what they touch meet anything but each other."""
 
 
-NOTHING = Touch((), (), True)
+NOTHING = ContactSummary((), (), True)
 
 
-class TouchMonitor:
+class ContactMonitor:
     """Judges contacts in about a microsecond a step, by remembering judged contact lists.
 
     A robot is an entity with fingers. Nothing of it but the fingers may touch anything, and these
     may not touch another robot; things that are not robots may touch each other as they like.
     """
 
-    def __init__(self, data: mujoco.MjData, labels: Labels, fingers: Iterable[str]):
+    def __init__(self, data: mujoco.MjData, labels: BodyNames, fingers: Iterable[str]):
         """Build the table for one compiled model.
 
         Args:
@@ -49,9 +48,9 @@ class TouchMonitor:
         self._label = labels.of_geom
         self._fingers = frozenset(fingers)
         self._robots = frozenset(map(entity_of, self._fingers))
-        self._seen: dict[bytes, Touch] = {b"": NOTHING}
+        self._seen: dict[bytes, ContactSummary] = {b"": NOTHING}
 
-    def judge(self) -> Touch:
+    def summary(self) -> ContactSummary:
         """Judge the contacts of the last step."""
         n = self._data.ncon
         pairs = self._pairs.get(n)
@@ -65,7 +64,7 @@ class TouchMonitor:
             touch = self._seen[key] = self._judge(pairs.tolist())
         return touch
 
-    def _judge(self, geoms: list[list[int]]) -> Touch:
+    def _judge(self, geoms: list[list[int]]) -> ContactSummary:
         label = self._label
         pairs = {(label[a], label[b]) for a, b in geoms}
         unexpected = {
@@ -83,7 +82,7 @@ class TouchMonitor:
         free = all(
             (self._mine(a, mine) == self._mine(b, mine)) for a, b in pairs
         )  # a pair of which one side is ours and the other is not breaks it
-        return Touch(tuple(sorted(unexpected)), tuple(sorted(held)), free)
+        return ContactSummary(tuple(sorted(unexpected)), tuple(sorted(held)), free)
 
     def _forbidden(self, body: str) -> bool:
         return entity_of(body) in self._robots and body not in self._fingers

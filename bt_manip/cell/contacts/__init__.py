@@ -1,0 +1,1 @@
+"""What touches what: contact queries, contact events, overlaps."""
