@@ -32,6 +32,7 @@ from .motion_planning import (
     MoveToPose,
     PlanningScene,
     Request,
+    in_sequence,
     plan,
 )
 
@@ -52,12 +53,6 @@ class Arm:
     an external force.
 
     Attributes:
-        robot: The robot, for its measured state.
-        model: Its model, with the payload.
-        ik: Its inverse kinematics.
-        world: Its collision world; None checks no collisions.
-        planner: Finds collision-free paths.
-        guard: Detects external forces, which stop the arm; None detects none.
         coordinator: Coordinates it with other arms; None where there are none.
         fault: Why the arm stopped by itself, empty when it did not; the next motion clears it.
         q: Reference position [rad], read-only and live.  # (nq,)
@@ -241,7 +236,7 @@ class Arm:
             raise MotionError(
                 f"a planner is an object with a method plan, got {planner!r}", reason="target"
             )
-        delay = None if self.coordinator is None else partial(self.coordinator.delay, self)
+        delay = partial(self.coordinator.delay, self) if self.coordinator else in_sequence
         scene = PlanningScene(self.model, self.ik, self.world, planner, delay)
         motion = plan(request, self._follower.state, scene, rng)
         was_guarded = self.moving and self._guarded and not self.fault
@@ -284,11 +279,6 @@ class Arm:
     def trajectory(self) -> Trajectory | None:
         """The trajectory being followed; None at rest."""
         return self._follower.trajectory
-
-    @property
-    def elapsed(self) -> float:
-        """Time since the start of the trajectory [s]."""
-        return self._follower.time
 
     @property
     def remaining(self) -> float:
@@ -371,9 +361,9 @@ class Arm:
 
     def _check_external_forces(self, dt: float) -> None:
         self._unchecked = 0
-        fault = "" if self.guard is None else self.guard.check(self.model, self.v, self.a, dt)
+        fault = self.guard.check(self.model, self.v, self.a, dt) if self.guard else ""
         if fault:
-            touching = "" if self.world is None else self.world.describe_contacts()
+            touching = self.world.describe_contacts() if self.world else ""
             self.stop(f"{fault}; {touching}" if touching else fault)
 
     # State

@@ -1,6 +1,6 @@
 """Coordination of several arms in one cell: delayed starts and stops that avoid collisions."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from itertools import combinations
 
 import numpy as np
@@ -44,16 +44,18 @@ class MultiArmCoordinator:
         Args:
             arms: The arms of one cell by the names of their robots; each has a collision world.
         """
-        self._arms = dict(arms)
-        geometry = {name: RobotGeometry(arm.robot, arm.model) for name, arm in arms.items()}
+        self._names = {arm: name for name, arm in arms.items()}
+        geometry = {arm: RobotGeometry(arm.robot, arm.model) for arm in arms.values()}
         self._distances = {
-            (a, b): InterRobotDistance(geometry[a], geometry[b]) for a, b in combinations(arms, 2)
+            (a, b): InterRobotDistance(geometry[a], geometry[b])
+            for a, b in combinations(arms.values(), 2)
         }
-        for name, arm in arms.items():
+        for arm in arms.values():
             assert arm.world is not None
             arm.coordinator = self
+            others = self._others(arm)
             arm.world.other_robots = tuple(
-                OtherRobot(other, geometry[other], arms[other]) for other in arms if other != name
+                OtherRobot(self._names[o], geometry[o], o) for o in others
             )
 
     def delay(self, arm: Arm, stop: Trajectory | None, motion: Trajectory | None) -> Trajectory:
@@ -68,68 +70,65 @@ class MultiArmCoordinator:
             MotionError: When another arm blocks the motion at any start.
         """
         trajectory = in_sequence(stop, motion)
-        others = {name: other for name, other in self._others(arm) if other.moving}
+        others = [other for other in self._others(arm) if other.moving]
         if not others or arm.speed_scale == 0.0:
             return trajectory
-        latest = max(other.remaining for other in others.values())
-        blocker = ""
+        latest = max(other.remaining for other in others)
+        blocking: Arm | None = None
         for delay in (*np.arange(0.0, latest, DELAY_STEP).tolist(), latest):
             if delay > 0.0:
                 if motion is None or (arm.moving and stop is None):
                     break
-                q = arm.q if stop is None else stop.end
-                trajectory = in_sequence(stop, _rest(q, delay), motion)
+                trajectory = in_sequence(stop, _rest(stop.end if stop else arm.q, delay), motion)
             # While it still rests, the motions of the others have been planned around it.
             since = 0.0 if arm.moving else delay
-            found = (n for n in others if self._collides(arm, trajectory, n, since))
-            blocker = next(found, "")
-            if not blocker:
+            found = (other for other in others if self._collides(arm, trajectory, other, since))
+            blocking = next(found, None)
+            if blocking is None:
                 return trajectory
-        raise MotionError(f"'{blocker}' blocks the motion", reason="robot")
+        assert blocking is not None
+        raise MotionError(f"'{self._names[blocking]}' blocks the motion", reason="robot")
 
     def motion_changed(self, arm: Arm) -> None:
         """Stop arms that would come too near to each other after an arm's motion has changed."""
-        name = self._name(arm)
-        for other_name, other in self._others(arm):
+        for other in self._others(arm):
+            blocked, cause = arm, f"'{self._names[other]}' blocks the path"
             if _continues(other):
-                blocked, cause = other, f"'{name}' blocks the path: its motion has changed"
-            else:
-                blocked, cause = arm, f"'{other_name}' blocks the path"
-            if _continues(blocked) and self._will_collide(name, other_name):
+                blocked = other
+                cause = f"'{self._names[arm]}' blocks the path: its motion has changed"
+            if _continues(blocked) and self._will_collide(arm, other):
                 blocked.stop(cause)
 
-    def _name(self, arm: Arm) -> str:
-        return next(name for name, known in self._arms.items() if known is arm)
+    def _others(self, arm: Arm) -> list[Arm]:
+        return [other for other in self._names if other is not arm]
 
-    def _others(self, arm: Arm) -> Iterator[tuple[str, Arm]]:
-        return ((name, other) for name, other in self._arms.items() if other is not arm)
-
-    def _collides(self, arm: Arm, trajectory: Trajectory, other: str, since: float) -> bool:
+    def _collides(self, arm: Arm, trajectory: Trajectory, other: Arm, since: float) -> bool:
         """Tell whether a new motion comes too near to another arm while that one moves."""
-        times = np.arange(since, self._arms[other].remaining, INTER_ROBOT_STEP)
+        times = np.arange(since, other.remaining, INTER_ROBOT_STEP)
         if not len(times):
             return False
         path = trajectory.sample(np.minimum(arm.speed_scale * times, trajectory.duration))[0]
-        distance, paths = self._pair(self._name(arm), other, path, self._arms[other].ahead(times))
-        return distance.too_close(*paths, INTER_ROBOT_CLEARANCE)
+        distance, first, second = self._pair({arm: path, other: other.ahead(times)})
+        return distance.too_close(first, second, INTER_ROBOT_CLEARANCE)
 
-    def _will_collide(self, first: str, second: str) -> bool:
+    def _will_collide(self, arm: Arm, other: Arm) -> bool:
         """Tell whether two arms come too near to each other, or nearer than they are."""
-        arms = self._arms[first], self._arms[second]
-        end = max(arm.remaining for arm in arms) + INTER_ROBOT_STEP
+        end = max(arm.remaining, other.remaining) + INTER_ROBOT_STEP
         times = np.arange(0.0, end, INTER_ROBOT_STEP)
-        distance, paths = self._pair(first, second, *(arm.ahead(times) for arm in arms))
-        now = distance.distance(paths[0][0], paths[1][0])
-        return distance.too_close(*paths, min(INTER_ROBOT_CLEARANCE, now - _DISTANCE_TOLERANCE))
+        distance, first, second = self._pair({one: one.ahead(times) for one in (arm, other)})
+        now = distance.distance(first[0], second[0])
+        return distance.too_close(
+            first, second, min(INTER_ROBOT_CLEARANCE, now - _DISTANCE_TOLERANCE)
+        )
 
     def _pair(
-        self, first: str, second: str, path: np.ndarray, other: np.ndarray
-    ) -> tuple[InterRobotDistance, tuple[np.ndarray, np.ndarray]]:
+        self, paths: Mapping[Arm, np.ndarray]
+    ) -> tuple[InterRobotDistance, np.ndarray, np.ndarray]:
         """Return the distance of two arms, and their paths in its order."""
-        swapped = (first, second) not in self._distances
-        distance = self._distances[(second, first) if swapped else (first, second)]
+        first, second = (arm for arm in self._names if arm in paths)
+        distance = self._distances[first, second]
         distance.refresh()
-        return distance, ((other, path) if swapped else (path, other))
+        return distance, paths[first], paths[second]
 
 
 def _continues(arm: Arm) -> bool:

@@ -40,7 +40,7 @@ class ExternalForceGuard:
         """
         self._robot = robot
         self.thresholds = TORQUE_THRESHOLD * model.limits.effort + FRICTION_MARGIN * model.friction
-        self._set_thresholds(self.thresholds)
+        self._tolerated = self.thresholds
         self._detections = 0
         self._last = _Measurement(*np.zeros((5, model.nq)))
 
@@ -55,7 +55,7 @@ class ExternalForceGuard:
         self._last = now = self._measure(model, v_ref, a_ref)
         torque = np.abs(model.rnea(now.q, now.v, self._robot.a) - now.tau)
         present = np.maximum(torque - model.friction, 0.0)  # friction is in the thresholds
-        self._set_thresholds(self.thresholds + INITIAL_MARGIN * present)
+        self._tolerated = self.thresholds + INITIAL_MARGIN * present
         self._detections = 0
 
     def check(self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray, dt: float) -> str:
@@ -75,34 +75,30 @@ class ExternalForceGuard:
         inverse_dynamics = model.rnea(now.q, now.v, a)
         torque = inverse_dynamics - now.tau
         change = model.rnea(now.q, now.v, a + (now.v_error - before.v_error)) - inverse_dynamics
-        if not _within(change, self._impulse_limits[bool(model.payload)]):
-            threshold = _impulse_time(bool(model.payload)) * self._thresholds
+        time = IMPULSE_THRESHOLD_WITH_PAYLOAD if model.payload else IMPULSE_THRESHOLD
+        threshold = time * self._tolerated
+        if not _within(change, threshold):
             impulse = _external_impulse(change, before, now, model, dt)
             if (np.abs(impulse) > threshold).any():
                 return _fault("an impulse", impulse, threshold, "N m s", 2)
-        within = _within(torque, self._torque_limits)
-        self._detections = 0 if within else self._detections + 1
+        self._detections = 0 if _within(torque, self._tolerated) else self._detections + 1
         if self._detections < CONSECUTIVE_DETECTIONS:
             return ""
-        return _fault("a torque", torque, self._thresholds, "N m", 1)
+        return _fault("a torque", torque, self._tolerated, "N m", 1)
 
     def get_state(self) -> dict[str, Any]:
         """Return what is remembered between checks as plain data."""
         return {
-            "thresholds": self._thresholds.tolist(),
+            "tolerated": self._tolerated.tolist(),
             "detections": self._detections,
             "last": [part.tolist() for part in self._last],
         }
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Restore what `get_state` returned."""
-        self._set_thresholds(np.array(state["thresholds"]))
+        self._tolerated = np.array(state["tolerated"])
         self._detections = state["detections"]
         self._last = _Measurement(*(np.array(part) for part in state["last"]))
-
-    def _set_thresholds(self, torques: np.ndarray) -> None:
-        self._thresholds, self._torque_limits = torques, torques.tolist()
-        self._impulse_limits = [(_impulse_time(held) * torques).tolist() for held in (False, True)]
 
     def _measure(self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray) -> "_Measurement":
         robot = self._robot
@@ -124,14 +120,10 @@ class _Measurement(NamedTuple):
         return self.tau - model.rnea(self.q, self.v, self.a_ref)
 
 
-def _impulse_time(with_payload: bool) -> float:
-    return IMPULSE_THRESHOLD_WITH_PAYLOAD if with_payload else IMPULSE_THRESHOLD
-
-
-def _within(numbers: np.ndarray, bounds: list[float]) -> bool:
-    """Tell whether no number exceeds its bound."""
-    # One by one: for so few numbers NumPy takes longer to begin.
-    return all(map(le, map(abs, numbers.tolist()), bounds))
+def _within(values: np.ndarray, bounds: np.ndarray) -> bool:
+    """Tell whether no absolute value exceeds its bound."""
+    # One by one: for so few numbers NumPy is slower.
+    return all(map(le, map(abs, values.tolist()), bounds.tolist()))
 
 
 def _external_impulse(

@@ -20,25 +20,15 @@ from bt_manip.trajectories import (
 
 
 class ArmState(NamedTuple):
-    """What the reference of an arm does at an instant.
+    """The state of an arm's reference, and the trajectory that it follows."""
 
-    Attributes:
-        q: Position [rad].  # (nq,)
-        v: Velocity [rad/s].  # (nq,)
-        a: Acceleration [rad/s2].  # (nq,)
-        trajectory: The trajectory being followed; None at rest.
-        time: Time since the start of the trajectory [s].
-        speed_scale: Commanded speed scale, 0 to 1.
-        stopping: Whether the trajectory is a stop that discards the motion.
-    """
-
-    q: np.ndarray
-    v: np.ndarray
-    a: np.ndarray
-    trajectory: Trajectory | None = None
-    time: float = 0.0
-    speed_scale: float = 1.0
-    stopping: bool = False
+    q: np.ndarray  # [rad]  (nq,)
+    v: np.ndarray  # [rad/s]  (nq,)
+    a: np.ndarray  # [rad/s2]  (nq,)
+    trajectory: Trajectory | None = None  # None at rest
+    time: float = 0.0  # [s] since the start of the trajectory
+    speed_scale: float = 1.0  # as commanded, 0 to 1
+    stopping: bool = False  # whether the trajectory is a stop that discards the motion
 
     @property
     def at_rest(self) -> bool:
@@ -209,9 +199,7 @@ class TrajectoryFollower:
         """Return everything as plain data."""
         trajectory, paused = self.trajectory, self.paused
         return {
-            "q": self.q.tolist(),
-            "v": self.v.tolist(),
-            "a": self.a.tolist(),
+            "q_v_a": self._now.tolist(),
             "trajectory": None if trajectory is None else trajectory.get_state(),
             "start": self._start,
             "dt": self._dt,
@@ -224,7 +212,7 @@ class TrajectoryFollower:
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Restore what `get_state` returned; it continues bit for bit."""
-        self._now[:] = (*state["q"], *state["v"], *state["a"])
+        self._now[:] = state["q_v_a"]
         trajectory, paused = state["trajectory"], state["paused"]
         self.trajectory = None if trajectory is None else trajectory_from_state(trajectory)
         self._start, self._dt = state["start"], state["dt"]

@@ -48,43 +48,28 @@ _SLOWEST = 1e-3  # path velocity from which a motion at full speed is inferred
 
 
 class MoveToConfiguration(NamedTuple):
-    """Move the joints to a configuration q [rad]; at speed 0.5 it takes twice the time."""
+    """Move the joints to a configuration."""
 
-    q: np.ndarray
-    speed: float
+    q: np.ndarray  # [rad]  (nq,)
+    speed: float  # 0 to 1; at 0.5 a motion takes twice the time
 
 
 class MoveToPose(NamedTuple):
-    """Move the joints to the nearest configuration with the tool at one of some poses.
-
-    Attributes:
-        T_wt: A pose of the tool in the world, or several equivalent ones.
-        speed: As for `MoveToConfiguration`.
-        margin: Distance from the joint limits that is kept where possible [rad].
-        approach: Length of the straight approach along the tool's z axis that shall be possible
-            from there [m].
-    """
+    """Move the joints to the nearest configuration that puts the tool at one of several poses."""
 
     T_wt: pin.SE3 | Sequence[pin.SE3]
     speed: float
-    margin: float
-    approach: float
+    margin: float  # [rad] from the joint limits, kept where possible
+    approach: float  # [m] straight along the tool's z axis, possible from there if anywhere
 
 
 class MoveAlongToolPath(NamedTuple):
-    """Move the tool along lines and arcs.
-
-    Attributes:
-        steps: Lines, arcs and rotations in their order.
-        speed: As for `MoveToConfiguration`.
-        blend: Distance from a corner at which rounding begins [m]; at 0 the tool stops there.
-        contact: Whether contact is intended; then collisions are not checked.
-    """
+    """Move the tool along lines and arcs."""
 
     steps: Sequence[Step]
     speed: float
-    blend: float
-    contact: bool
+    blend: float  # [m] from a corner, where its rounding begins; at 0 the tool stops there
+    contact: bool  # whether contact is intended; then collisions are not checked
 
 
 class Follow(NamedTuple):
@@ -97,23 +82,25 @@ class Follow(NamedTuple):
 Request = MoveToConfiguration | MoveToPose | MoveAlongToolPath | Follow
 
 
+def in_sequence(*parts: Trajectory | None) -> Trajectory:
+    """Return one trajectory of several parts, of which at least one is not None."""
+    given = [part for part in parts if part is not None]
+    return given[0] if len(given) == 1 else SequenceTrajectory(given)
+
+
 class PlanningScene(NamedTuple):
     """What motions are planned with.
 
     Attributes:
-        model: The arm with its payload.
-        ik: Its inverse kinematics.
-        world: Its collision world; None checks no collisions.
-        planner: Finds collision-free paths.
-        delay: Delays a motion, which follows a stop or starts from rest, until other arms have
-            passed; None for a single arm.
+        delay: Joins a stop and a motion (None where there is none) with a rest between them, in
+            which other arms pass.
     """
 
-    model: RobotModel
+    model: RobotModel  # with the payload
     ik: InverseKinematics
-    world: CollisionWorld | None
+    world: CollisionWorld | None  # None checks no collisions
     planner: Planner
-    delay: Callable[[Trajectory | None, Trajectory | None], Trajectory] | None = None
+    delay: Callable[[Trajectory | None, Trajectory | None], Trajectory] = in_sequence
 
 
 def plan(
@@ -152,18 +139,11 @@ def plan(
             stop, motion = _plan_to_configurations(request, wanted, start, scene, rng)
         if stop is None and motion is None:
             return None
-        delay = in_sequence if scene.delay is None else scene.delay
         speed_scale = s_dot if motion is None else state.speed_scale
-        planned = _scaled(delay(stop, motion), s_dot, s_ddot, speed_scale, scene.model)
+        planned = _scaled(scene.delay(stop, motion), s_dot, s_ddot, speed_scale, scene.model)
         if planned is not None:
             return planned._replace(stops=motion is None)
     raise AssertionError("a motion from the actual state can always be scaled")
-
-
-def in_sequence(*parts: Trajectory | None) -> Trajectory:
-    """Return one trajectory of several parts, of which at least one is not None."""
-    given = [part for part in parts if part is not None]
-    return given[0] if len(given) == 1 else SequenceTrajectory(given)
 
 
 def _targets(

@@ -177,4 +177,4 @@ def test_what_dry_friction_may_explain_when_a_motion_begins_is_not_tolerated_twi
     for _ in range(5):
         bench.cell.step()
     guard.begin(arm.model, arm.v, arm.a)
-    assert guard.get_state()["thresholds"] == pytest.approx(guard.thresholds, abs=1e-12)
+    assert guard.get_state()["tolerated"] == pytest.approx(guard.thresholds, abs=1e-12)

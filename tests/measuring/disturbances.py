@@ -96,8 +96,7 @@ def contacts(count: int, description: RobotDescription | None = None) -> Noticed
 def _put_in_the_way(planned: Planned, rng: np.random.Generator) -> bool:
     """Put a box where some part of the arm will be; False where it would touch something now."""
     cell, arm, robot = planned.cell, planned.arm, planned.robot
-    later = arm.elapsed + rng.uniform(0.1, 0.9) * arm.remaining
-    q = arm.trajectory.sample(np.array([later]))[0][0]
+    q = arm.ahead(rng.uniform(0.1, 0.9, 1) * arm.remaining)[0]
     model, data = cell.model, mujoco.MjData(cell.model)
     data.qpos[:] = cell.data.qpos
     data.qpos[robot.qpos_adr] = q

@@ -84,7 +84,7 @@ def halt(planned: Planned, kind: str, share: float) -> Halt:
 
 def clock_of(arm: Arm) -> tuple[Curve, State]:
     """Give the path that an arm is on, and the state of the clock that goes along it."""
-    trajectory, t = arm.trajectory, arm.elapsed
+    trajectory, t = arm.trajectory, arm.trajectory.duration - arm.remaining
     if isinstance(trajectory, SequenceTrajectory):
         trajectory, t = trajectory.active(t)
     while isinstance(trajectory, TailTrajectory):
