@@ -92,15 +92,15 @@ def check_position_limits(q: np.ndarray, lower: np.ndarray, upper: np.ndarray) -
         )
 
 
-def check_pose(T: Any) -> pin.SE3:
+def check_pose(T: Any, name: str = "pose") -> pin.SE3:
     """Return a finite pose with a valid rotation."""
     if not isinstance(T, pin.SE3):
-        raise invalid(f"pose must be a pin.SE3, got {type(T).__name__}")
+        raise invalid(f"{name} must be a pin.SE3, got {type(T).__name__}")
     first, second, third, _ = T.homogeneous.tolist()
     if not _are_axes(first, second, third):
-        raise _invalid_rotation(T.rotation)
+        raise _invalid_rotation(T.rotation, f"rotation of the {name}")
     if not isfinite(first[3] + second[3] + third[3]):
-        raise invalid(f"position of the pose must be finite, got {shown(T.translation)}")
+        raise invalid(f"position of the {name} must be finite, got {shown(T.translation)}")
     return T
 
 
@@ -112,11 +112,11 @@ def check_poses(targets: Any) -> list[pin.SE3]:
     return [check_pose(pose) for pose in poses]
 
 
-def check_rotation(rotation: Any) -> np.ndarray:
+def check_rotation(rotation: Any, name: str = "rotation") -> np.ndarray:
     """Return a rotation matrix as a new array."""  # (3, 3)
     R = as_numbers(rotation)
     if R.shape != (3, 3) or not _are_axes(*R.tolist()):
-        raise _invalid_rotation(rotation)
+        raise _invalid_rotation(rotation, name)
     return R
 
 
@@ -144,9 +144,9 @@ def shown(value: Any) -> str:
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 
-def _invalid_rotation(rotation: Any) -> MotionError:
+def _invalid_rotation(rotation: Any, name: str) -> MotionError:
     return invalid(
-        f"rotation must be a 3 by 3 matrix of right-handed unit axes, got {shown(rotation)}"
+        f"{name} must be a 3 by 3 matrix of right-handed unit axes, got {shown(rotation)}"
     )
 
 

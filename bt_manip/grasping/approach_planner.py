@@ -92,7 +92,7 @@ class ApproachPlanner:
         for starts, margin in _SEARCHES:
             if best is not None:
                 break
-            for found in arm.ik.solutions(poses, arm.q, starts=starts, margin=margin):
+            for found in arm.ik.solutions(poses, arm.q, restarts=starts, margin=margin):
                 solved = True
                 if rejections.approaches >= MAX_APPROACHES:
                     break

@@ -1,4 +1,4 @@
-"""Inverse kinematics: problems that one states, and what solves them."""
+"""Inverse kinematics."""
 
 from .inverse_kinematics import InverseKinematics as InverseKinematics
 from .manipulability import manipulability as manipulability

@@ -1,4 +1,4 @@
-"""Where searches start when the first start was in vain."""
+"""Initial guesses for restarts."""
 
 from collections.abc import Iterator
 
@@ -7,21 +7,21 @@ import pinocchio as pin
 
 from bt_manip.robots import RobotModel
 
-from .task import Task
+from .compiled_problem import CompiledProblem
 
-DRAWN = 400  # configurations to choose starts from
-APART = 1.2  # [rad], root mean square: starts that are nearer than this tend to end alike
-CLOSER = 0.7  # of it, when no start is left that far from those before
+CANDIDATES = 400  # configurations from which initial guesses are chosen
+SPREAD = 1.2  # [rad] RMS distance below which two initial guesses tend to end alike
+SPREAD_REDUCTION = 0.7  # of it, when no candidate is left that far from the previous ones
 
 
 class InitialGuesses:
-    """Configurations that are near to meeting a task.
+    """Configurations with a small residual of a problem.
 
-    For poses of the tool they are chosen from configurations that were drawn once, with the poses
-    that the tool has there; for other tasks they are drawn anew.
+    For poses of the tool they are chosen from stored random configurations by their tool poses;
+    for other problems, from new random configurations by their residuals.
 
     Attributes:
-        stored: What was drawn once.  # (n, nq)
+        stored: The stored configurations.  # (n, nq)
     """
 
     def __init__(self, arm: RobotModel, count: int, rng: np.random.Generator) -> None:
@@ -29,74 +29,72 @@ class InitialGuesses:
 
         Args:
             arm: The arm; its data are written to.
-            count: How many.
-            rng: What they are drawn from.
+            count: Number of stored configurations.
+            rng: Random generator for them.
         """
-        lower, upper = within_a_turn(arm.limits.lower, arm.limits.upper)
+        lower, upper = _within_a_turn(arm.limits.lower, arm.limits.upper)
         self.stored = rng.uniform(lower, upper, (count, arm.nq))
         poses = [arm.pose(q) for q in self.stored]
         position = np.array([T.translation for T in poses])
-        self._place = np.column_stack([-2.0 * position, (position**2).sum(axis=1)])
+        self._position = np.column_stack([-2.0 * position, (position**2).sum(axis=1)])
         self._quat = np.array([pin.Quaternion(T.rotation).coeffs() for T in poses])
 
-    def nearest(self, task: Task, n: int, rng: np.random.Generator | None = None) -> np.ndarray:
-        """Give configurations near to meeting a task, nearest first.
+    def nearest(
+        self, problem: CompiledProblem, n: int, rng: np.random.Generator | None = None
+    ) -> np.ndarray:
+        """Return the n configurations with the smallest residuals, the smallest first.
 
         Args:
-            task: What is searched for.
+            problem: The problem.
             n: How many.
-            rng: What they are drawn from if they are; by default a new generator.
-        """
-        if task.tool_pose is None:  # (n, nq)
-            return _drawn(task, n, np.random.default_rng(0) if rng is None else rng)
-        near = self.stored[self._nearest_poses(task.tool_pose, n)]
-        return np.minimum(np.maximum(near, task.lower), task.upper)
+            rng: Random generator where new configurations are drawn; by default a new one.
+        """  # (n, nq)
+        T_wt = problem.tool_pose
+        if T_wt is None:
+            return _draw(problem, n, np.random.default_rng(0) if rng is None else rng)
+        # Squared distance and squared sine of half the angle, but for a common constant.
+        cosine = self._quat.dot(pin.Quaternion(T_wt.rotation).coeffs())
+        distance = self._position.dot(np.append(T_wt.translation, 1.0)) - cosine * cosine
+        n = min(n, len(distance))
+        chosen = np.argpartition(distance, n - 1)[:n]
+        near = self.stored[chosen[np.argsort(distance[chosen], kind="stable")]]
+        return np.minimum(np.maximum(near, problem.lower), problem.upper)
 
     def spread(
-        self, task: Task, n: int, rng: np.random.Generator | None = None
+        self, problem: CompiledProblem, n: int, rng: np.random.Generator | None = None
     ) -> Iterator[np.ndarray]:
-        """Give configurations near to meeting a task, each far from those before it.
-
-        Where one descent ended in a corner of the limits, its neighbours do too.
+        """Yield configurations with a small residual, each far from the previous ones.
 
         Args:
-            task: What is searched for.
-            n: How many.
+            problem: The problem.
+            n: How many at most.
             rng: As for `nearest`.
         """
-        near = self.nearest(task, DRAWN, rng)
+        near = self.nearest(problem, CANDIDATES, rng)
         square, doubled = (near * near).mean(axis=1), near * (2.0 / near.shape[1])
-        left = np.full(len(near), np.inf)  # mean square distance to the nearest one given
-        apart = APART**2
+        distance = np.full(len(near), np.inf)  # mean square, to the nearest previous one
+        required = SPREAD**2
         for _ in range(min(n, len(near))):
-            while left[chosen := int((left >= apart).argmax())] < apart:
-                apart *= CLOSER**2
+            while distance[chosen := int((distance >= required).argmax())] < required:
+                required *= SPREAD_REDUCTION**2
             yield near[chosen]
-            away = square + square[chosen] - doubled.dot(near[chosen])
-            left = np.minimum(left, np.maximum(away, 0.0))  # rounding makes it negative
-            left[chosen] = -1.0
-
-    def _nearest_poses(self, T_wt: pin.SE3, n: int) -> np.ndarray:
-        # Squared distance and squared sine of half the angle, but for what all have in common.
-        cosine = self._quat.dot(pin.Quaternion(T_wt.rotation).coeffs())
-        far = self._place.dot(np.append(T_wt.translation, 1.0)) - cosine * cosine
-        n = min(n, len(far))
-        chosen = np.argpartition(far, n - 1)[:n]
-        return chosen[np.argsort(far[chosen], kind="stable")]
+            to_chosen = square + square[chosen] - doubled.dot(near[chosen])
+            distance = np.minimum(distance, np.maximum(to_chosen, 0.0))  # rounded below 0
+            distance[chosen] = -1.0
 
 
-def _drawn(task: Task, n: int, rng: np.random.Generator) -> np.ndarray:
-    lower, upper = within_a_turn(task.lower, task.upper)
-    drawn = rng.uniform(lower, upper, (DRAWN, len(lower)))
-    far = np.empty(DRAWN)
+def _draw(problem: CompiledProblem, n: int, rng: np.random.Generator) -> np.ndarray:
+    lower, upper = _within_a_turn(problem.lower, problem.upper)
+    drawn = rng.uniform(lower, upper, (CANDIDATES, len(lower)))
+    squared = np.empty(CANDIDATES)
     for i, q in enumerate(drawn):
-        error = task.system.look(q)
-        far[i] = error.dot(error)
-    return drawn[np.argsort(far, kind="stable")[:n]]
+        error = problem.constraints.evaluate(q)
+        squared[i] = error.dot(error)
+    return drawn[np.argsort(squared, kind="stable")[:n]]
 
 
-def within_a_turn(lower: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Bound joints that turn farther than once, or for ever, to half a turn each way."""
+def _within_a_turn(lower: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return limits of at most half a turn in both directions, where they contain a position."""
     least = np.where(upper < -np.pi, lower, np.maximum(lower, -np.pi))
     most = np.where(lower > np.pi, upper, np.minimum(upper, np.pi))
     return least, most

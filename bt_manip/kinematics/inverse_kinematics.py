@@ -1,4 +1,4 @@
-"""Inverse kinematics: configurations for poses of the tool, and for problems one states."""
+"""Inverse kinematics: configurations for poses of the tool, and for problems."""
 
 from collections.abc import Iterator, Sequence
 from typing import TypeAlias
@@ -19,19 +19,18 @@ from bt_manip.checks import (
 )
 from bt_manip.robots import RobotModel
 
+from .compiled_problem import CompiledProblem, compile_problem
 from .initial_guesses import InitialGuesses
+from .maximum_reach import MaximumReach
+from .null_space_motion import NullSpaceMotion
 from .problem import IKProblem
-from .reach import Reach
+from .residuals import PoseResidual, StackedResidual
 from .result import IKResult
-from .rows import PoseRows
-from .search import Found, search, search_all, search_near
-from .secondary_objectives import Posture, SecondaryObjectives
-from .self_motion import SelfMotion
-from .system import System
+from .search import SearchResult, search, search_all, search_near
+from .secondary_objectives import SecondaryObjectives
 from .targets import Target
-from .task import Task, make_task
 
-STORED = 2000  # configurations to restart from
+STORED = 2000  # configurations to choose initial guesses from
 
 Request: TypeAlias = pin.SE3 | IKProblem
 """A pose T_wt of the tool in the world, or a problem."""
@@ -40,16 +39,16 @@ Request: TypeAlias = pin.SE3 | IKProblem
 class InverseKinematics:
     """Find joint configurations inside the limits, by bounded searches.
 
-    A request is a pose of the tool, or an `IKProblem`. Levenberg-Marquardt goes from the start
-    that is asked for; where it ends beside the targets, again from configurations that are near
-    to meeting them and far from each other. For poses of the tool these were drawn once from a
-    seeded generator, for other problems they are drawn from the generator that is handed in: the
-    same request gives the same answer. A solution is moved along what its constraints leave free
-    to where the problem's costs are least.
+    A request is a pose of the tool or an `IKProblem`. Levenberg-Marquardt starts from the given
+    configuration, then from initial guesses with a small residual that are far from each other.
+    For poses of the tool these are chosen from configurations that were drawn once, for other
+    problems they are drawn from the given generator: the same request has the same result. A
+    solution is then moved to a local minimum of the problem's cost.
 
     Attributes:
         model: The arm.
-        tool: Name of the frame that a pose alone is about.
+        tool: Name of the frame that a pose without a problem is about.
+        null_space_motion: Motion of the arm that does not move the tool.
     """
 
     def __init__(
@@ -58,7 +57,7 @@ class InverseKinematics:
         *,
         restarts: int = 80,
         iterations: int = 50,
-        steps_in_vain: int = 600,
+        max_failed_iterations: int = 600,
         seed: int = 0,
         position_tolerance: float = 1e-6,
         rotation_tolerance: float = 1e-6,
@@ -67,16 +66,16 @@ class InverseKinematics:
 
         Args:
             model: The arm; a copy is kept.
-            restarts: InitialGuesses after the first, at the most.
-            iterations: Steps from each start, at the most.
-            steps_in_vain: Steps that led to no solution, over all starts, after which `solve`
-                begins no other.
-            seed: Of the stored configurations.
-            position_tolerance: Of a solution for a pose [m].
-            rotation_tolerance: Of a solution for a pose [rad].
+            restarts: Maximum number of initial guesses after the first.
+            iterations: Maximum number of iterations from each.
+            max_failed_iterations: Iterations without a solution, over all initial guesses, after
+                which `solve` does not restart.
+            seed: Seed of the stored configurations.
+            position_tolerance: For poses of the tool [m].
+            rotation_tolerance: For poses of the tool [rad].
 
         Raises:
-            MotionError: When the arm is none, or a bound or a tolerance cannot be meant.
+            MotionError: When an argument is invalid.
         """
         if not isinstance(model, RobotModel):
             raise invalid(
@@ -85,22 +84,22 @@ class InverseKinematics:
         self.model = model.copy()
         self.restarts = check_count(restarts, "restarts")
         self.iterations = check_count(iterations, "iterations")
-        self.steps_in_vain = check_count(steps_in_vain, "steps_in_vain")
+        self.max_failed_iterations = check_count(max_failed_iterations, "max_failed_iterations")
         self._tolerances = (
             check_positive(position_tolerance, "position_tolerance", "m"),
             check_positive(rotation_tolerance, "rotation_tolerance", "rad"),
         )
-        chance = np.random.default_rng(check_count(seed, "seed"))
-        self.self_motion = SelfMotion(self.model)
+        rng = np.random.default_rng(check_count(seed, "seed"))
+        self.null_space_motion = NullSpaceMotion(self.model)
         self._inverse_speed = 1.0 / model.limits.velocity
-        self._further = InitialGuesses(self.model, max(STORED, restarts), chance)
-        self._reach = Reach(self.model, self._further.stored)
+        self._initial_guesses = InitialGuesses(self.model, max(STORED, restarts), rng)
+        self._reach = MaximumReach(self.model, self._initial_guesses.stored)
         tool = self.model.tool_frame_id
         self.tool = str(self.model.model.frames[tool].name)
-        self._tool_rows = PoseRows(
+        self._tool_residual = PoseResidual(
             self.model, tool, self.model.pose(self.model.home), self._tolerances
         )
-        self._tool_system = System(self.model, [self._tool_rows])
+        self._tool_constraint = StackedResidual(self.model, [self._tool_residual])
         self._joints = tuple(self.model.model.names)[1:]
 
     def solve(
@@ -111,33 +110,34 @@ class InverseKinematics:
         restarts: int | None = None,
         rng: np.random.Generator | None = None,
     ) -> IKResult:
-        """Find a configuration, the first from `q0` downhill.
+        """Find one configuration.
 
         Args:
             request: A pose of the tool, or a problem.
-            q0: Where to start; it is brought inside the limits.  # (nq,)
-            restarts: InitialGuesses after the first, at the most; by default as constructed.
-            rng: What further starts of a problem are drawn from; by default a new generator, so
-                that the same request gives the same answer.
+            q0: The first initial guess, clipped to the limits.  # (nq,)
+            restarts: Maximum number of initial guesses after it; by default as constructed.
+            rng: Random generator for further initial guesses of a problem; by default a new one,
+                so that the same request has the same result.
 
         Returns:
-            The solution, or what came nearest. Of a problem without constraints, the least cost
-            of several starts.
+            The solution, or the configuration of the smallest residual. For a problem without
+            constraints, the lowest cost from several initial guesses.
 
         Raises:
-            MotionError: When the request, the start or another argument is none.
+            MotionError: When an argument is invalid.
         """
-        q0 = self._start(q0)
-        count = self.restarts if restarts is None else check_count(restarts, "restarts")
+        q0 = self._clipped(q0)
+        restarts = self.restarts if restarts is None else check_count(restarts, "restarts")
         rng = None if rng is None else check_generator(rng)
-        task = self._task(request, q0)
-        start = np.minimum(np.maximum(q0, task.lower), task.upper)
-        refused = self._refuse(task)
-        if refused:
-            return self._result(task, Found(start, False, reason=refused))
-        starts = self._starts(task, start, count, rng)
-        found = search(task, starts, self.iterations, self.steps_in_vain)
-        return self._result(task, found)
+        problem = self._compile(request, q0)
+        first = np.minimum(np.maximum(q0, problem.lower), problem.upper)
+        excess = self._out_of_reach(problem)
+        if excess:
+            found = SearchResult(first, False, reason=f"{excess:.3f} m out of reach")
+        else:
+            guesses = self._spread_guesses(problem, first, restarts, rng)
+            found = search(problem, guesses, self.iterations, self.max_failed_iterations)
+        return _result(problem, found)
 
     def follow(
         self,
@@ -145,83 +145,82 @@ class InverseKinematics:
         q0: np.ndarray,
         *,
         max_step: float = 0.2,
-        detours: bool = True,
+        retry: bool = True,
         margin: float = 0.0,
         tolerance: float | None = None,
     ) -> IKResult:
-        """Find the configuration near `q0`, without jumping and without restarts.
+        """Find a configuration near `q0`.
 
         Args:
             request: A pose of the tool, or a problem.
-            q0: The configuration before.  # (nq,)
-            max_step: How far a joint may go from it [rad].
-            detours: Whether to try again from elsewhere inside `max_step`.
-            margin: How far from the limits to stay for a pose [rad]; as that of a problem, it is
-                kept once `q0` keeps it.
-            tolerance: Of a solution for a pose [m] and [rad]; by default as constructed.
+            q0: The previous configuration.  # (nq,)
+            max_step: Maximum change of a joint from it [rad].
+            retry: Whether to try other initial guesses inside `max_step`.
+            margin: Distance from the limits for a pose [rad]; like that of a problem, it is kept
+                by the joints that keep it at `q0`.
+            tolerance: For a pose [m] and [rad]; by default as constructed.
 
         Raises:
-            MotionError: When the request, the configuration or another argument is none, or
-                when a problem comes with a margin or a tolerance beside its own.
+            MotionError: When an argument is invalid, or a problem comes with a margin or a
+                tolerance.
         """
         q0 = check_configuration(q0, self.model.nq)
         check_positive(max_step, "max_step", "rad")
         check_non_negative(margin, "margin", "rad")
         if tolerance is not None:
             check_positive(tolerance, "tolerance", "m, rad")
-        if not isinstance(detours, bool | np.bool_):
-            raise invalid(f"detours must be True or False, got {shown(detours)}")
-        task = self._task(request, q0, margin, tolerance)
-        found = search_near(task, q0, self.iterations, max_step=max_step, detours=detours)
-        return self._result(task, found)
+        if not isinstance(retry, bool | np.bool_):
+            raise invalid(f"retry must be True or False, got {shown(retry)}")
+        problem = self._compile(request, q0, margin, tolerance)
+        found = search_near(problem, q0, self.iterations, max_step=max_step, retry=retry)
+        return _result(problem, found)
 
     def solutions(
         self,
         request: Request | Sequence[pin.SE3],
         q0: np.ndarray,
         *,
-        starts: int = 8,
+        restarts: int = 8,
         margin: float = 0.0,
         distinct: float = 0.1,
         rng: np.random.Generator | None = None,
     ) -> list[IKResult]:
         """List distinct solutions, the best first.
 
-        Those of a problem with costs or preferences are the better the less they cost. All others
-        are moved along what their constraints leave free to where they are nearest to `q0`, and
-        the nearest is the best. The distance is the time that the joints would need at their
-        greatest speeds, root mean square (`distance`).
+        Solutions of a problem with costs are sorted by cost. All others are moved to where they
+        are nearest to `q0`, and sorted by their `distance` from it.
 
         Args:
-            request: A pose of the tool, several that serve equally well, or a problem.
-            q0: Where the arm is.  # (nq,)
-            starts: How many further configurations to start from, for each pose.
-            margin: How far from the limits solutions for poses stay [rad]; where it leaves a joint
-                no room there are none.
-            distinct: Solutions differ by more than this in some joint [rad].
+            request: A pose of the tool, several alternative ones, or a problem.
+            q0: The present configuration.  # (nq,)
+            restarts: Number of initial guesses after `q0`, for each pose.
+            margin: Distance from the limits for poses [rad]; there are no solutions where it
+                leaves a joint no range.
+            distinct: Difference of two solutions, by more than this in some joint [rad].
             rng: As for `solve`.
 
         Raises:
-            MotionError: When the request, the start or another argument is none, or when a
-                problem comes with a margin beside its own.
+            MotionError: When an argument is invalid, or a problem comes with a margin.
         """
-        q0 = self._start(q0)
-        check_count(starts, "starts")
+        q0 = self._clipped(q0)
+        check_count(restarts, "restarts")
         check_non_negative(margin, "margin", "rad")
         check_non_negative(distinct, "distinct", "rad")
         rng = None if rng is None else check_generator(rng)
-        nearest = SecondaryObjectives(self._inverse_speed, posture=Posture(q0, 1.0))
-        ends: list[tuple[float, IKResult]] = []
-        for i, task in enumerate(self._tasks(request, q0, margin)):
-            if self._refuse(task) or (task.lower > task.upper).any():
+        nearness = SecondaryObjectives(self._inverse_speed, posture=(q0, 1.0))
+        found: list[tuple[float, IKResult]] = []
+        single = isinstance(request, IKProblem | Target)
+        for i, one in enumerate([request] if single else check_poses(request)):
+            problem = self._compile(one, q0, margin)
+            if self._out_of_reach(problem) or (problem.lower > problem.upper).any():
                 continue
-            asked = task if task.preferences else task._replace(preferences=nearest)
-            begin = self._near_starts(task, q0, starts, rng)
-            for found in search_all(asked, begin, self.iterations):
-                ends.append((found.cost, self._result(task, found, target=i)))
-        ends.sort(key=lambda end: end[0])
+            guesses = self._near_guesses(problem, q0, restarts, rng)
+            searched = problem if problem.objectives else problem._replace(objectives=nearness)
+            for end in search_all(searched, guesses, self.iterations):
+                found.append((end.cost, _result(problem, end, target=i)))
+        found.sort(key=lambda pair: pair[0])
         kept: list[IKResult] = []
-        for _, result in ends:
+        for _, result in found:
             if all(np.abs(result.q - other.q).max() > distinct for other in kept):
                 kept.append(result)
         return kept
@@ -229,21 +228,20 @@ class InverseKinematics:
     def nearest(
         self, targets: pin.SE3 | Sequence[pin.SE3], q0: np.ndarray, *, margin: float = 0.0
     ) -> IKResult:
-        """Find the solution nearest to `q0`, among alternative poses too.
+        """Find the solution nearest to `q0` for one pose or alternative ones.
 
         Args:
-            targets: A pose of the tool, or several that serve equally well.
-            q0: Where the arm is.  # (nq,)
-            margin: How far from the limits to stay where that is possible [rad].
+            targets: A pose of the tool, or several alternative ones.
+            q0: The present configuration.  # (nq,)
+            margin: Distance from the limits, where that is possible [rad].
 
         Raises:
-            MotionError: When a pose, the start or the margin is not one, or there is no pose at
-                all.
+            MotionError: When an argument is invalid.
         """
         poses = check_poses(targets)
         margin = check_non_negative(margin, "margin", "rad")
         for bound in (margin, 0.0) if margin > 0.0 else (0.0,):
-            found = self.solutions(poses, q0, starts=max(2, 8 // len(poses)), margin=bound)
+            found = self.solutions(poses, q0, restarts=max(2, 8 // len(poses)), margin=bound)
             if found:
                 return found[0]
         last = [self.solve(T, q0) for T in poses]
@@ -256,98 +254,96 @@ class InverseKinematics:
         return last[i]._replace(iterations=iterations, target=i)
 
     def distance(self, q: np.ndarray, q0: np.ndarray) -> float:
-        """Give the distance between configurations as a time at full speed [s].
+        """Return the root mean square over the joints of the time at maximum velocity [s].
 
         Raises:
-            MotionError: When one is no configuration.
+            MotionError: When an argument is not a configuration.
         """
         n = self.model.nq
-        return self._time_between(check_configuration(q, n), check_configuration(q0, n))
+        return self._distance(check_configuration(q, n), check_configuration(q0, n))
 
-    def _time_between(self, q: np.ndarray, q0: np.ndarray) -> float:
-        weighted = (q - q0) * self._inverse_speed
-        return float(np.sqrt(weighted.dot(weighted) / len(weighted)))
+    def _distance(self, q: np.ndarray, q0: np.ndarray) -> float:
+        times = (q - q0) * self._inverse_speed
+        return float(np.sqrt(times.dot(times) / len(times)))
 
-    # What is asked for
+    def _clipped(self, q: np.ndarray) -> np.ndarray:
+        q = check_configuration(q, self.model.nq)
+        return np.minimum(np.maximum(q, self.model.limits.lower), self.model.limits.upper)
 
-    def _task(
+    def _compile(
         self,
         request: Request,
         q0: np.ndarray,
         margin: float = 0.0,
         tolerance: float | None = None,
-    ) -> Task:
+    ) -> CompiledProblem:
         if isinstance(request, IKProblem):
             if margin:
                 raise invalid(
-                    f"a problem has its own margin: ask for IKProblem(margin={margin!r}) "
-                    f"instead of margin={margin!r} beside it"
+                    "a problem has its own margin: ask for IKProblem(margin=...), "
+                    f"got margin={margin!r} beside a problem"
                 )
             if tolerance is not None:
                 raise invalid(
                     "each target of a problem has its own tolerance: ask for "
-                    f"PoseTarget(..., tolerance={tolerance!r}) instead of tolerance={tolerance!r}"
+                    f"PoseTarget(tolerance=...), got tolerance={tolerance!r} beside a problem"
                 )
-            return make_task(self.model, self._joints, request, q0, self._inverse_speed)
-        tolerances = self._tolerances if tolerance is None else (tolerance, tolerance)
+            return compile_problem(self.model, self._joints, request, q0, self._inverse_speed)
         if isinstance(request, Target):
             raise invalid(
-                f"the {request.label} must be in a problem: ask for "
-                f"IKProblem(targets={type(request).__name__}(...))"
+                f"a request must be a pose or a problem, got the {request.label}: "
+                f"ask for IKProblem(targets={type(request).__name__}(...))"
             )
-        T_wt = check_pose(request)
-        self._tool_rows.aim(T_wt, tolerances)
-        self._tool_system.q = None
-        limits = self.model.limits
-        lower, upper = limits.lower, limits.upper
+        tolerances = self._tolerances if tolerance is None else (tolerance, tolerance)
+        self._tool_residual.set_target(check_pose(request), tolerances)
+        constraint = self._tool_constraint
+        constraint.q = None
+        lower, upper = self.model.limits.lower, self.model.limits.upper
         if margin:
             lower, upper = lower + margin, upper - margin
-        frames, rows = (self.tool,), ((self._tool_rows,),)
-        return Task(self._tool_system, lower, upper, self._joints, frames, rows, None, request)
-
-    def _tasks(
-        self, request: Request | Sequence[pin.SE3], q0: np.ndarray, margin: float
-    ) -> Iterator[Task]:
-        single = isinstance(request, IKProblem | Target)
-        for one in [request] if single else check_poses(request):
-            yield self._task(one, q0, margin)
-
-    def _refuse(self, task: Task) -> str:
-        return "" if task.tool_pose is None else self._reach.refuse(task.tool_pose)
-
-    # Where searches start
-
-    def _start(self, q: np.ndarray) -> np.ndarray:
-        q = check_configuration(q, self.model.nq)
-        return np.minimum(np.maximum(q, self.model.limits.lower), self.model.limits.upper)
-
-    def _starts(
-        self, task: Task, q0: np.ndarray, restarts: int, rng: np.random.Generator | None
-    ) -> Iterator[np.ndarray]:
-        """Give the first start, and then those near to meeting the task, far from each other."""
-        yield q0
-        if restarts > 0:
-            yield from self._further.spread(task, restarts, rng)
-
-    def _near_starts(
-        self, task: Task, q0: np.ndarray, count: int, rng: np.random.Generator | None
-    ) -> Iterator[np.ndarray]:
-        """Give the first start, and then of those nearest to meeting the task the nearest."""
-        yield np.minimum(np.maximum(q0, task.lower), task.upper)
-        if not count:
-            return
-        starts = self._further.nearest(task, 8 * count, rng)
-        far = [self._time_between(q, q0) for q in starts]
-        yield from starts[np.argsort(far, kind="stable")[:count]]
-
-    def _result(self, task: Task, found: Found, target: int = 0) -> IKResult:
-        return IKResult(
-            found.q,
-            found.solved,
-            task.residuals(found.q),
-            found.iterations,
-            found.restarts,
-            found.reason,
-            target,
-            found.cost if task.preferences else 0.0,
+        frames, residuals = (self.tool,), ((self._tool_residual,),)
+        return CompiledProblem(
+            constraint, lower, upper, self._joints, frames, residuals, None, request
         )
+
+    def _out_of_reach(self, problem: CompiledProblem) -> float:
+        return 0.0 if problem.tool_pose is None else self._reach.excess(problem.tool_pose)
+
+    def _spread_guesses(
+        self,
+        problem: CompiledProblem,
+        first: np.ndarray,
+        restarts: int,
+        rng: np.random.Generator | None,
+    ) -> Iterator[np.ndarray]:
+        """Yield the first initial guess, then those with small residuals far from each other."""
+        yield first
+        if restarts > 0:
+            yield from self._initial_guesses.spread(problem, restarts, rng)
+
+    def _near_guesses(
+        self,
+        problem: CompiledProblem,
+        q0: np.ndarray,
+        restarts: int,
+        rng: np.random.Generator | None,
+    ) -> Iterator[np.ndarray]:
+        """Yield `q0`, then of the initial guesses with small residuals those nearest to it."""
+        yield np.minimum(np.maximum(q0, problem.lower), problem.upper)
+        if restarts > 0:
+            guesses = self._initial_guesses.nearest(problem, 8 * restarts, rng)
+            distances = [self._distance(q, q0) for q in guesses]
+            yield from guesses[np.argsort(distances, kind="stable")[:restarts]]
+
+
+def _result(problem: CompiledProblem, found: SearchResult, target: int = 0) -> IKResult:
+    return IKResult(
+        found.q,
+        found.solved,
+        problem.errors(found.q),
+        found.iterations,
+        found.restarts,
+        found.reason,
+        target,
+        found.cost if problem.objectives else 0.0,
+    )

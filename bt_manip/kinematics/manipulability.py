@@ -1,4 +1,4 @@
-"""How far a tool can move in every direction."""
+"""Manipulability of a tool, and its gradient."""
 
 import numpy as np
 import pinocchio as pin
@@ -6,21 +6,21 @@ import pinocchio as pin
 from bt_manip.checks import as_numbers, invalid, shown
 from bt_manip.robots import RobotModel
 
-_LEAST = 1e-9  # of the squared singular values, so that a singular arm has a gradient too
+_MIN_VOLUME = 1e-9  # bounds the logarithm and the squared singular values at singularities
 
 
 def manipulability(jacobian: np.ndarray) -> float:
-    """Give ``sqrt(det(J J^T))``, the product of the singular values.
+    """Return ``sqrt(det(J J^T))``, the product of the singular values.
 
-    Yoshikawa, Manipulability of Robotic Mechanisms, IJRR 1985. It is nought where the tool cannot
-    move in some direction; metres and radians are taken together as they are. Of fewer joints than
-    directions it is ``sqrt(det(J^T J))``: nought where two ways of moving them are the same.
+    Yoshikawa, Manipulability of Robotic Mechanisms, IJRR 1985. It is zero where the tool cannot
+    move in some direction; metres and radians are not weighted. For fewer joints than rows it is
+    ``sqrt(det(J^T J))``: zero where the columns depend on each other.
 
     Args:
         jacobian: Of a frame, or some rows of it.  # (m, n)
 
     Raises:
-        MotionError: When it is no matrix of finite numbers.
+        MotionError: When it is not a matrix of finite numbers.
     """
     matrix = as_numbers(jacobian)
     if matrix.ndim != 2 or not matrix.size or not np.isfinite(matrix).all():
@@ -32,36 +32,35 @@ def _volume(jacobian: np.ndarray) -> float:
     return float(np.linalg.svd(jacobian, compute_uv=False).prod())
 
 
-def manipulability_slope(jacobian: np.ndarray) -> np.ndarray:
-    """Give the gradient of the manipulability's logarithm.
+def manipulability_gradient(jacobian: np.ndarray) -> np.ndarray:
+    """Return the gradient of the logarithm of the manipulability.
 
-    Its component j is ``tr(J^+ dJ/dq_j)``. A joint turns or shifts what comes after it: with the
-    columns ``(v_i, w_i)``, ``dJ_i/dq_j`` is ``(w_j x v_i, w_j x w_i)`` for j before i and
-    ``(w_i x v_j, 0)`` from i on.
+    Its component j is ``tr(J^+ dJ/dq_j)``. With the columns ``(v_i, w_i)`` of J, ``dJ_i/dq_j`` is
+    ``(w_j x v_i, w_j x w_i)`` for j < i and ``(w_i x v_j, 0)`` for j >= i.
 
     Args:
-        jacobian: Of the last frame of a chain, in the world's axes; joints that do not move are
-            columns of nought, or left out.  # (6, n)
+        jacobian: Of the last frame of a chain in the world's axes; columns of fixed joints are
+            zero or left out.  # (6, n)
     """
-    linear, angular = jacobian[:3].T, jacobian[3:].T  # (nv, 3)
+    linear, angular = jacobian[:3].T, jacobian[3:].T  # (n, 3)
     turned_linear = np.cross(angular[:, np.newaxis], linear)  # [j, i]: w_j x v_i
     turned_angular = np.cross(angular[:, np.newaxis], angular)
-    before = np.tri(len(linear), k=-1, dtype=bool).T[:, :, np.newaxis]  # j before i
+    before = np.tri(len(linear), k=-1, dtype=bool).T[:, :, np.newaxis]  # j < i
     change = np.concatenate(
         [
             np.where(before, turned_linear, turned_linear.transpose(1, 0, 2)),
             np.where(before, turned_angular, 0.0),
         ],
         axis=2,
-    )  # (nv, nv, 6)
-    return np.einsum("ik,jik->j", np.linalg.pinv(jacobian, rcond=_LEAST**0.5), change)
+    )  # (n, n, 6)
+    return np.einsum("ik,jik->j", np.linalg.pinv(jacobian, rcond=_MIN_VOLUME**0.5), change)
 
 
 class ToolManipulability:
-    """The manipulability of an arm's tool with some of its joints."""
+    """Manipulability of an arm's tool by some of its joints."""
 
     def __init__(self, arm: RobotModel, moving: np.ndarray | None = None) -> None:
-        """Look at an arm.
+        """Choose the joints.
 
         Args:
             arm: The arm; its data are written to.
@@ -70,12 +69,12 @@ class ToolManipulability:
         self._model, self._data, self._frame = arm.model, arm.data, arm.tool_frame_id
         self._moving = np.ones(arm.model.nv, dtype=bool) if moving is None else moving
 
-    def measure(self) -> tuple[float, np.ndarray]:
-        """Give the logarithm and its gradient, after `pin.computeJointJacobians`."""
+    def evaluate(self) -> tuple[float, np.ndarray]:
+        """Return the logarithm and its gradient, after `pin.computeJointJacobians`."""
         jacobian = pin.getFrameJacobian(
             self._model, self._data, self._frame, pin.LOCAL_WORLD_ALIGNED
         )
         jacobian = jacobian[:, self._moving]
-        slope = np.zeros(len(self._moving))
-        slope[self._moving] = manipulability_slope(jacobian)
-        return float(np.log(max(_volume(jacobian), _LEAST))), slope
+        gradient = np.zeros(len(self._moving))
+        gradient[self._moving] = manipulability_gradient(jacobian)
+        return float(np.log(max(_volume(jacobian), _MIN_VOLUME))), gradient

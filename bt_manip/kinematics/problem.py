@@ -1,8 +1,7 @@
-"""Inverse kinematics as one states it."""
+"""Inverse kinematics problems."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,34 +9,32 @@ import pinocchio as pin
 
 from bt_manip.checks import check_non_negative, check_pose, check_positive, invalid, shown
 from bt_manip.collision import PADDING, CollisionWorld
-from bt_manip.exceptions import MotionError
 
 from .targets import PoseTarget, PositionTarget, RotationTarget, Target
 
 POSTURE_WEIGHT = 1e-2  # [1/s2]
-_KINDS = (PositionTarget, RotationTarget, PoseTarget)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class IKProblem:
-    """What a configuration has to meet, and what it should be like beside that.
+    """Constraints on a configuration, and the cost to minimize where they leave freedom.
 
-    Targets with a tolerance are constraints. Where they leave freedom, the sum of all costs is
-    made least: of the targets with a weight, of `posture` and of `manipulability`.
+    Targets with a tolerance are constraints. The cost is the sum of those of the targets with a
+    weight, of `posture` and of `manipulability`. Invalid arguments raise `MotionError`.
 
     Attributes:
-        targets: What frames shall do; any number of them, also none.
-        joints: Names of the joints that may move, by default all; the others stay where the
-            search starts.
-        base: Pose T_wb of the robot's base in the world that targets are given in; by default
-            where it stands.
-        margin: How far to stay from the limits [rad], for all joints or for each.
+        targets: Targets of frames; any number of them, also none.
+        joints: Names of the joints that may move, by default all; the others stay at the initial
+            configuration.
+        base: Pose T_wb of the robot's base in the world that the targets are given in; by default
+            its pose in the model.
+        margin: Distance from the position limits [rad], for all joints or for each.
         posture: A configuration to be near to [rad].  # (nq,)
-        posture_weight: What half the squared distance from it costs [1/s2]; distances are those of
+        posture_weight: Weight of half the squared distance from it [1/s2]; distances are those of
             `InverseKinematics.distance`.
-        manipulability: What a unit less of the logarithm of the tool's manipulability costs.
-        free: What the arm shall not touch; by default it does not look.
-        clearance: How far from that it shall be [m], up to what a `CollisionWorld` sees, 8 mm.
+        manipulability: Weight of the negative logarithm of the tool's manipulability.
+        world: Collisions that solutions must not have; by default none are checked.
+        clearance: Minimum distance of solutions from obstacles [m], up to 8 mm.
     """
 
     targets: Sequence[Target] = ()
@@ -47,62 +44,48 @@ class IKProblem:
     posture: Sequence[float] | np.ndarray | None = None
     posture_weight: float = POSTURE_WEIGHT
     manipulability: float = 0.0
-    free: CollisionWorld | None = None
+    world: CollisionWorld | None = None
     clearance: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse what can be seen to be wrong without the arm.
-
-        Raises:
-            MotionError: Naming what is wrong.
-        """
-        keep = partial(object.__setattr__, self)
-        keep("targets", _targets(self.targets))
-        keep("posture_weight", check_positive(self.posture_weight, "posture_weight"))
-        keep("manipulability", check_non_negative(self.manipulability, "manipulability"))
-        keep("clearance", check_non_negative(self.clearance, "clearance", "m"))
+        """Check the arguments as far as that does not depend on the arm."""
+        for name, value in (
+            ("targets", _check_targets(self.targets)),
+            ("joints", None if self.joints is None else _check_names(self.joints)),
+            ("posture_weight", check_positive(self.posture_weight, "posture_weight")),
+            ("manipulability", check_non_negative(self.manipulability, "manipulability")),
+            ("clearance", check_non_negative(self.clearance, "clearance", "m")),
+        ):
+            object.__setattr__(self, name, value)
         if not self.targets and self.posture is None and not self.manipulability:
-            raise invalid(
-                "the problem is empty: it has no targets, no posture and no manipulability"
-            )
-        if self.joints is not None:
-            keep("joints", _names(self.joints))
-        self._check_free()
+            raise invalid("the problem is empty: it has no targets, posture or manipulability")
         if self.base is not None:
-            try:
-                check_pose(self.base)
-            except MotionError as error:
-                raise invalid(f"base: {error}") from None
-
-    def _check_free(self) -> None:
-        """Refuse what nothing can be kept free of, and clearances that nobody looks for."""
-        free, clearance = self.free, self.clearance
-        if free is None:
-            if clearance:
+            check_pose(self.base, "base")
+        if self.world is None:
+            if self.clearance:
                 raise invalid(
-                    f"a clearance of {clearance:g} m needs a CollisionWorld, got free=None"
+                    f"a clearance of {self.clearance:g} m needs a CollisionWorld, got world=None"
                 )
             return
-        if not isinstance(free, CollisionWorld):
-            raise invalid(f"free must be a CollisionWorld, got {type(free).__name__}")
-        if clearance > PADDING:
+        if not isinstance(self.world, CollisionWorld):
+            raise invalid(f"world must be a CollisionWorld, got {type(self.world).__name__}")
+        if self.clearance > PADDING:
             raise invalid(
-                f"clearance must be at most {PADDING:g} m, which is as far as a CollisionWorld "
-                f"measures, got {clearance:g}"
+                f"clearance must be at most {PADDING:g} m, as far as a CollisionWorld measures, "
+                f"got {self.clearance:g}"
             )
         if self.base is not None:
             raise invalid(
-                "a problem must not have both a base and a CollisionWorld: collisions "
-                "are known only where the base stands"
+                "a problem must not have both a base and a CollisionWorld: collisions are known "
+                "only where the base is in the model"
             )
 
 
-def _targets(given: Any) -> tuple[Target, ...]:
-    """Give one target or several as a tuple."""
-    several = not isinstance(given, Target) and _is_many(given)
-    targets = tuple(given) if several else (given,)
+def _check_targets(given: Any) -> tuple[Target, ...]:
+    """Return one target or several as a tuple."""
+    targets = tuple(given) if _is_iterable(given) else (given,)
     for target in targets:
-        if not isinstance(target, _KINDS):
+        if not isinstance(target, PositionTarget | RotationTarget | PoseTarget):
             raise invalid(
                 "a target must be a PositionTarget, RotationTarget or PoseTarget, "
                 f"got {type(target).__name__}"
@@ -110,16 +93,15 @@ def _targets(given: Any) -> tuple[Target, ...]:
     return targets
 
 
-def _names(given: Any) -> tuple[str, ...]:
-    """Give names of joints as a tuple; a lone text is no list of them."""
-    several = not isinstance(given, str) and _is_many(given)
-    names = tuple(given) if several else ()
-    if not several or not all(isinstance(name, str) for name in names):
-        found = shown(list(names) if several else given)
-        raise invalid(f"joints must be a list of names, got {found}")
+def _check_names(given: Any) -> tuple[str, ...]:
+    """Return names of joints as a tuple."""
+    names = tuple(given) if _is_iterable(given) and not isinstance(given, str) else (given,)
+    if isinstance(given, str) or not all(isinstance(name, str) for name in names):
+        found = list(names) if _is_iterable(given) and not isinstance(given, str) else given
+        raise invalid(f"joints must be a list of names, got {shown(found)}")
     return names
 
 
-def _is_many(given: Any) -> bool:
-    # Arrays without a dimension say that they can be iterated over.
-    return isinstance(given, Iterable) and getattr(given, "ndim", 1) > 0
+def _is_iterable(value: Any) -> bool:
+    # Arrays without a dimension have __iter__, too.
+    return isinstance(value, Iterable) and getattr(value, "ndim", 1) > 0

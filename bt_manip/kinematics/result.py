@@ -1,4 +1,4 @@
-"""What an inverse kinematics request ends with."""
+"""Results of inverse kinematics."""
 
 from typing import NamedTuple
 
@@ -6,13 +6,13 @@ import numpy as np
 
 
 class Residual(NamedTuple):
-    """How far a frame is from its target.
+    """Error of a frame from its target.
 
     Attributes:
-        frame: The frame's name.
-        position: Its distance [m], 0 for a rotation.
-        rotation: Its angle [rad], 0 for a position.
-        met: Whether it is within the tolerances; a cost always is.
+        frame: Name of the frame.
+        position: Distance [m], 0 for a rotation.
+        rotation: Angle [rad], 0 for a position.
+        met: Whether both are within the tolerances; always true for a cost.
     """
 
     frame: str
@@ -22,17 +22,17 @@ class Residual(NamedTuple):
 
 
 class IKResult(NamedTuple):
-    """A configuration for a request, or the nearest that was found.
+    """A solution, or the configuration of the smallest residual.
 
     Attributes:
         q: The configuration, inside the limits.  # (nq,)
         solved: Whether all constraints are met.
         residuals: One for each target, in the order of the request.
-        iterations: Steps taken, over all restarts.
-        restarts: How many starts after the first.
+        iterations: Iterations over all initial guesses.
+        restarts: Number of initial guesses after the first.
         reason: Why it is not solved; empty when it is.
-        target: Which of several alternative poses this is for.
-        cost: What costs and preferences of the problem sum up to; 0 where it has none.
+        target: Index of the pose that it is for, of several alternative ones.
+        cost: Sum of the problem's costs; 0 where it has none.
     """
 
     q: np.ndarray

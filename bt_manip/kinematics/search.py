@@ -1,31 +1,31 @@
-"""The searches for one task: from several starts, near one configuration, or for all there is."""
+"""Searches for solutions: from several initial guesses, near a configuration, or for all."""
 
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from .descent import LMResult, descend
-from .improvement import RefinementResult, improve
-from .task import Task
+from .compiled_problem import CompiledProblem
+from .levenberg_marquardt import LMResult, levenberg_marquardt
+from .refinement import RefinementResult, refine
 
-PATIENCE = 15  # steps without progress, where there is no restart
-PROMISE = 0.2  # of the squared error; where a step takes less, another start is worth more
-_ROUND = 1e-12  # [rad]
-DETOURS = 5  # starts elsewhere, where the first ends in a corner of the box
-TRIES = 8  # starts of a task that has costs alone, of which the best end is taken
+NEAR_PATIENCE = 15  # iterations without progress, where there are no restarts
+MIN_DECREASE = 0.2  # of the squared residual by a step; below it, a restart is worth more
+NEAR_RESTARTS = 5  # initial guesses inside the box, after the first
+COST_GUESSES = 8  # initial guesses for a problem without constraints, of which the best is taken
+_AT_BOUND = 1e-12  # [rad]
 
 
-class Found(NamedTuple):
+class SearchResult(NamedTuple):
     """Where a search ended.
 
     Attributes:
-        q: The solution, or what came nearest.  # (nq,)
-        solved: Which of both it is.
-        iterations: Steps taken, over all starts.
-        restarts: How many starts after the first.
+        q: The solution, or the configuration of the smallest residual.  # (nq,)
+        solved: Whether it is a solution.
+        iterations: Iterations over all initial guesses.
+        restarts: Number of initial guesses after the first.
         reason: Why it is not solved; empty when it is.
-        cost: What it costs, where something does.
+        cost: The cost; 0 without one.
     """
 
     q: np.ndarray
@@ -36,119 +36,132 @@ class Found(NamedTuple):
     cost: float = 0.0
 
 
-def search(task: Task, starts: Iterable[np.ndarray], iterations: int, steps_in_vain: int) -> Found:
-    """Search from one start after the other until a solution is found.
+def search(
+    problem: CompiledProblem,
+    guesses: Iterable[np.ndarray],
+    iterations: int,
+    max_failed_iterations: int,
+) -> SearchResult:
+    """Search from one initial guess after the other until a solution is found.
 
     Args:
-        task: What is searched for.
-        starts: At least one configuration inside the limits.  # (nq,) each
-        iterations: Steps from each start, at the most.
-        steps_in_vain: Steps that led to no solution, over all starts, after which no other begins.
+        problem: The problem.
+        guesses: At least one configuration inside the limits.  # (nq,) each
+        iterations: Maximum number of iterations from each.
+        max_failed_iterations: Iterations without a solution, over all initial guesses, after which
+            there is no other restart.
     """
-    wanted = 1 if task.system.rows else TRIES
+    wanted = 1 if problem.constraints.parts else COST_GUESSES
     found: list[RefinementResult] = []
     best: LMResult | None = None
-    blocked = ""
-    steps, vain, count = 0, 0, -1
-    for begin in starts:
-        count += 1
-        end = descend(
-            task.system,
-            begin,
-            task.lower,
-            task.upper,
+    collision = ""
+    total, failed, restarts = 0, 0, -1
+    for guess in guesses:
+        restarts += 1
+        end = levenberg_marquardt(
+            problem.constraints,
+            guess,
+            problem.lower,
+            problem.upper,
             iterations=iterations,
-            promise=PROMISE if count else 0.0,
+            min_decrease=MIN_DECREASE if restarts else 0.0,
         )
-        steps += end.iterations
-        vain += 0 if end.solved else end.iterations
-        obstacle = task.blocked(end.q) if end.solved else ""
-        if end.solved and not obstacle:
-            found.append(improved(task, end, task.lower, task.upper))
-            steps += found[-1].iterations
+        total += end.iterations
+        failed += 0 if end.solved else end.iterations
+        touching = problem.collision(end.q) if end.solved else ""
+        if end.solved and not touching:
+            found.append(_refine(problem, end, problem.lower, problem.upper))
+            total += found[-1].iterations
             if len(found) == wanted:
                 break
         elif best is None or (not end.solved, end.error) < (not best.solved, best.error):
-            best, blocked = end, obstacle
-        if vain >= steps_in_vain:
+            best, collision = end, touching
+        if failed >= max_failed_iterations:
             break
     if found:
-        least = min(found, key=lambda improved: improved.cost)
-        return Found(least.q, True, steps, count, cost=least.cost)
+        least = min(found, key=lambda refined: refined.cost)
+        return SearchResult(least.q, True, total, restarts, cost=least.cost)
     assert best is not None
-    what = "free solution" if best.solved else "solution"
-    why = f": {blocked}" if best.solved else ""
-    return Found(best.q, False, steps, count, f"no {what} from {count + 1} starts{why}")
+    reason = f"no solution from {restarts + 1} initial guesses"
+    if best.solved:
+        reason = f"no collision-free solution from {restarts + 1} initial guesses: {collision}"
+    return SearchResult(best.q, False, total, restarts, reason)
 
 
 def search_near(
-    task: Task, q0: np.ndarray, iterations: int, *, max_step: float, detours: bool
-) -> Found:
+    problem: CompiledProblem, q0: np.ndarray, iterations: int, *, max_step: float, retry: bool
+) -> SearchResult:
     """Search inside a box around a configuration.
 
     Args:
-        task: What is searched for; limits that `q0` is beyond are not held against it.
+        problem: The problem; a limit that `q0` violates is widened to it.
         q0: The middle of the box.  # (nq,)
-        iterations: Steps from each start, at the most.
+        iterations: Maximum number of iterations from each initial guess.
         max_step: Half the sides of the box [rad].
-        detours: Whether to try again from elsewhere inside the box.
+        retry: Whether to try other initial guesses inside the box.
     """
-    lower, upper = np.minimum(task.lower, q0), np.maximum(task.upper, q0)
+    lower, upper = np.minimum(problem.lower, q0), np.maximum(problem.upper, q0)
     least, most = np.maximum(lower, q0 - max_step), np.minimum(upper, q0 + max_step)
-    steps, end = 0, None
-    for start in _inside(q0, least, most) if detours else (q0,):
-        last = descend(task.system, start, least, most, iterations=iterations, patience=PATIENCE)
-        steps += last.iterations
-        if end is None or last.solved or last.error < end.error:
-            end = last
+    total, best = 0, None
+    for guess in _guesses_inside(q0, least, most) if retry else (q0,):
+        end = levenberg_marquardt(
+            problem.constraints, guess, least, most, iterations=iterations, patience=NEAR_PATIENCE
+        )
+        total += end.iterations
+        if best is None or end.solved or end.error < best.error:
+            best = end
         if end.solved:
             break
-    assert end is not None
-    if end.solved:
-        better = improved(task, end, least, most)
-        blocked = task.blocked(better.q)
-        return Found(better.q, not blocked, steps + better.iterations, 0, blocked, better.cost)
-    at_limit = ((end.q <= lower + _ROUND) | (end.q >= upper - _ROUND)) & (lower < upper)
-    names = [task.joints[i] for i in np.flatnonzero(at_limit).tolist()]
+    assert best is not None
+    if best.solved:
+        refined = _refine(problem, best, least, most)
+        touching = problem.collision(refined.q)
+        total += refined.iterations
+        return SearchResult(refined.q, not touching, total, 0, touching, refined.cost)
+    at_limit = ((best.q <= lower + _AT_BOUND) | (best.q >= upper - _AT_BOUND)) & (lower < upper)
+    names = [problem.joints[i] for i in np.flatnonzero(at_limit).tolist()]
     if names:
         reason = f"{' and '.join(names)} at the limit"
-    elif np.abs(end.q - q0).max() >= max_step - _ROUND:
+    elif np.abs(best.q - q0).max() >= max_step - _AT_BOUND:
         reason = f"a joint would have to jump by more than {max_step:g} rad"
     else:
         reason = "out of reach, or singular"
-    return Found(end.q, False, steps, reason=reason)
+    return SearchResult(best.q, False, total, reason=reason)
 
 
-def search_all(task: Task, starts: Iterable[np.ndarray], iterations: int) -> list[Found]:
-    """Search from all starts, and give the free solutions, whichever are the same too.
+def search_all(
+    problem: CompiledProblem, guesses: Iterable[np.ndarray], iterations: int
+) -> Iterator[SearchResult]:
+    """Yield the collision-free solutions from all initial guesses, including duplicates.
 
     Args:
-        task: What is searched for.
-        starts: Configurations inside the limits.  # (nq,) each
-        iterations: Steps from each start, at the most.
+        problem: The problem.
+        guesses: Configurations inside the limits.  # (nq,) each
+        iterations: Maximum number of iterations from each.
     """
-    found = []
-    for begin in starts:
-        end = descend(task.system, begin, task.lower, task.upper, iterations=iterations)
+    limits = problem.lower, problem.upper
+    for guess in guesses:
+        end = levenberg_marquardt(problem.constraints, guess, *limits, iterations=iterations)
         if end.solved:
-            better = improved(task, end, task.lower, task.upper)
-            if not task.blocked(better.q):
-                steps = end.iterations + better.iterations
-                found.append(Found(better.q, True, steps, cost=better.cost))
-    return found
+            refined = _refine(problem, end, *limits)
+            if not problem.collision(refined.q):
+                total = end.iterations + refined.iterations
+                yield SearchResult(refined.q, True, total, cost=refined.cost)
 
 
-def improved(task: Task, end: LMResult, lower: np.ndarray, upper: np.ndarray) -> RefinementResult:
-    """Move a solution to where it costs least, unless it would touch something there."""
-    if task.preferences is None:
+def _refine(
+    problem: CompiledProblem, end: LMResult, lower: np.ndarray, upper: np.ndarray
+) -> RefinementResult:
+    """Refine a solution, unless that would make it collide."""
+    if problem.objectives is None:
         return RefinementResult(end.q, 0.0, 0)
-    better = improve(task.system, task.preferences, end.q, lower, upper)
-    if task.blocked(better.q):
-        return RefinementResult(end.q, task.cost(end.q), better.iterations)
-    return better
+    refined = refine(problem.constraints, problem.objectives, end.q, lower, upper)
+    if problem.collision(refined.q):
+        return RefinementResult(end.q, problem.cost(end.q), refined.iterations)
+    return refined
 
 
-def _inside(q0: np.ndarray, least: np.ndarray, most: np.ndarray) -> Iterator[np.ndarray]:
-    """Give the middle of a box, and then starts anywhere in it, the same each time."""
+def _guesses_inside(q0: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield the middle of a box, and then points inside it, the same each time."""
     yield q0
-    yield from np.random.default_rng(0).uniform(least, most, (DETOURS, len(q0)))
+    yield from np.random.default_rng(0).uniform(lower, upper, (NEAR_RESTARTS, len(q0)))

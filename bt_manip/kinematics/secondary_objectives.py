@@ -1,4 +1,4 @@
-"""What a solution should be like, beside what it must be."""
+"""Secondary objectives: the cost of a configuration beside its constraints."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -6,83 +6,71 @@ from typing import NamedTuple
 import numpy as np
 
 from .manipulability import ToolManipulability
-from .rows import Rows
-from .system import System
+from .residuals import FrameResidual, StackedResidual
 
 
-class Expansion(NamedTuple):
-    """A cost near a configuration: its value, gradient and (positive) curvature."""
+class QuadraticModel(NamedTuple):
+    """A cost near a configuration: value, gradient and positive semidefinite Hessian."""
 
     value: float
     gradient: np.ndarray  # (nv,)
-    curvature: np.ndarray  # (nv, nv)
-
-
-class Posture(NamedTuple):
-    """A posture to be near to.
-
-    Attributes:
-        q: The posture [rad].  # (nq,)
-        weight: Of half the squared distance [1/s2].
-    """
-
-    q: np.ndarray
-    weight: float
+    hessian: np.ndarray  # (nv, nv)
 
 
 class SecondaryObjectives:
-    """The cost of a configuration: of targets, of a distance from a posture, of manipulability."""
+    """Sum of weighted residuals, a distance from a posture, and the tool's manipulability."""
 
     def __init__(
         self,
         inverse_speed: np.ndarray,
         *,
-        rows: Sequence[Rows] = (),
-        posture: Posture | None = None,
+        residuals: Sequence[FrameResidual] = (),
+        posture: tuple[np.ndarray, float] | None = None,
         manipulability: tuple[ToolManipulability, float] | None = None,
     ) -> None:
-        """Sum up costs.
+        """Choose the objectives.
 
         Args:
-            inverse_speed: What a joint's way counts in the distance from a posture [s/rad].
-            rows: Errors of targets, scaled by the roots of their weights.
-            posture: A posture to be near to.
-            manipulability: Makes the tool able to move, with a weight.
+            inverse_speed: Inverse of the maximum joint velocities [s/rad].  # (nq,)
+            residuals: Residuals of targets, scaled by the square roots of their weights.
+            posture: A configuration [rad], and the weight of half the squared distance [1/s2].
+            manipulability: Of the tool, and the weight of its logarithm.
         """
-        self.rows, self._posture, self._manipulability = tuple(rows), posture, manipulability
+        self._residuals, self._posture = tuple(residuals), posture
+        self._manipulability = manipulability
         self._metric = inverse_speed**2 / len(inverse_speed)
 
-    def measure(self, system: System) -> float:
-        """Give the cost at the configuration that a system last looked at."""
-        return self._sum(system, slope=False).value
+    def cost(self, constraints: StackedResidual) -> float:
+        """Return the cost at the configuration where constraints were evaluated last."""
+        return self._sum(constraints, derivatives=False).value
 
-    def expand(self, system: System) -> Expansion:
-        """Give the cost with its slope and the curvature that Gauss and Newton would take."""
-        return self._sum(system, slope=True)
+    def expand(self, constraints: StackedResidual) -> QuadraticModel:
+        """Return the cost with its gradient and its Gauss-Newton Hessian."""
+        return self._sum(constraints, derivatives=True)
 
-    def _sum(self, system: System, slope: bool) -> Expansion:
-        q = system.q
+    def _sum(self, constraints: StackedResidual, derivatives: bool) -> QuadraticModel:
+        q = constraints.q
         assert q is not None
         n = len(q)
-        value, gradient, curvature = 0.0, np.zeros(n), np.zeros((n, n))
-        for row in self.rows:
-            error = row.measure()
+        value, gradient, hessian = 0.0, np.zeros(n), np.zeros((n, n))
+        for residual in self._residuals:
+            error = residual.evaluate()
             value += 0.5 * float(error.dot(error))
-            if slope:
-                jacobian = row.jacobian()
+            if derivatives:
+                jacobian = residual.jacobian()
                 gradient += jacobian.T @ error
-                curvature += jacobian.T @ jacobian
+                hessian += jacobian.T @ jacobian
         if self._posture is not None:
-            away = q - self._posture.q
-            pull = self._posture.weight * self._metric
-            value += 0.5 * float(away.dot(pull * away))
-            gradient += pull * away
-            curvature.ravel()[:: n + 1] += pull
+            posture, weight = self._posture
+            offset, weights = q - posture, weight * self._metric
+            value += 0.5 * float(offset.dot(weights * offset))
+            gradient += weights * offset
+            hessian.ravel()[:: n + 1] += weights
         if self._manipulability is not None:
             tool, weight = self._manipulability
-            logarithm, rise = tool.measure()
+            logarithm, slope = tool.evaluate()
             value -= weight * logarithm
-            gradient -= weight * rise
-            # The logarithm bends by about 1 over a radian.
-            curvature.ravel()[:: n + 1] += weight
-        return Expansion(value, gradient, curvature)
+            gradient -= weight * slope
+            # Stands in for the Hessian of the logarithm, which changes by about 1 over a radian.
+            hessian.ravel()[:: n + 1] += weight
+        return QuadraticModel(value, gradient, hessian)

@@ -1,6 +1,7 @@
-"""What frames of an arm shall do: be at a position, turned some way, or both."""
+"""Targets of inverse kinematics: positions, rotations and poses of frames."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -14,20 +15,21 @@ from bt_manip.checks import (
     invalid,
     shown,
 )
-from bt_manip.exceptions import MotionError
 
-TOLERANCE = 1e-6  # [m] and [rad] of a constraint that says nothing else
+TOLERANCE = 1e-6  # [m] and [rad], default of a constraint
 
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """What a frame shall do, as a cost or as a constraint.
+    """A constraint or a cost of a frame's error.
+
+    Arguments are checked and copied; invalid ones raise `MotionError`.
 
     Attributes:
         frame: Name of the frame: a body or a site of the robot.
-        weight: Makes it a cost, of half this times the squared error [1/m2] and [1/rad2].
+        weight: Makes the target a cost: half the squared error times this [1/m2] and [1/rad2].
         tolerance: Makes it a constraint: the largest error [m] and [rad]; for a pose also a pair
-            of both. Without a weight either, it is a constraint with `TOLERANCE`.
+            of both. With neither, it is a constraint with `TOLERANCE`.
     """
 
     frame: str
@@ -35,11 +37,7 @@ class Target:
     tolerance: float | tuple[float, float] | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
-        """Refuse what is neither a cost nor a constraint, or both.
-
-        Raises:
-            MotionError: Naming the frame, and what was found.
-        """
+        """Check frame, weight and tolerance."""
         if not isinstance(self.frame, str):
             raise invalid(f"frame of a target must be a name, got {shown(self.frame)}")
         if self.weight is not None and self.tolerance is not None:
@@ -48,13 +46,13 @@ class Target:
                 f"got weight {self.weight!r} and tolerance {self.tolerance!r}"
             )
         if self.weight is not None:
-            check_positive(self.weight, f"{self.label}: weight")
+            self._keep("weight", check_positive(self.weight, f"{self.label}: weight"))
         if self.tolerance is not None:
-            object.__setattr__(self, "tolerance", self._checked_tolerance())
+            self._keep("tolerance", self._check_tolerance())
 
     @property
     def label(self) -> str:
-        """How errors call it."""
+        """Name of the target in error messages."""
         return f"target of frame '{self.frame}'"
 
     @property
@@ -65,43 +63,41 @@ class Target:
         both = TOLERANCE if self.tolerance is None else self.tolerance
         return both, both
 
-    def _checked_tolerance(self) -> float | tuple[float, float]:
-        numbers = as_numbers(self.tolerance)
-        is_pose = isinstance(self, PoseTarget)
-        if (
-            numbers.shape not in ((), (2,))[: 1 + is_pose]
-            or not (np.isfinite(numbers) & (numbers > 0.0)).all()
-        ):
-            also = ", or a pair of position and rotation [m, rad]" if is_pose else ""
-            raise invalid(
-                f"{self.label}: tolerance must be above 0{also}, got {shown(self.tolerance)}"
-            )
-        return float(numbers) if numbers.ndim == 0 else (float(numbers[0]), float(numbers[1]))
+    def _check_tolerance(self) -> float | tuple[float, float]:
+        numbers, pair_allowed = as_numbers(self.tolerance), isinstance(self, PoseTarget)
+        positive = (np.isfinite(numbers) & (numbers > 0.0)).all()
+        if positive and numbers.shape == ():
+            return float(numbers)
+        if positive and numbers.shape == (2,) and pair_allowed:
+            return float(numbers[0]), float(numbers[1])
+        pair = ", or a pair of position and rotation [m, rad]" if pair_allowed else ""
+        raise invalid(f"{self.label}: tolerance must be above 0{pair}, got {shown(self.tolerance)}")
+
+    def _keep(self, name: str, value: Any) -> None:
+        if isinstance(value, np.ndarray):
+            value.setflags(write=False)
+        object.__setattr__(self, name, value)
 
 
 @dataclass(frozen=True, eq=False)
 class PositionTarget(Target):
-    """The origin of a frame at a place.
+    """The origin of a frame at a position.
 
     Attributes:
-        position: Where in the world [m].  # (3,)
+        position: In the world [m].  # (3,)
     """
 
     position: np.ndarray
 
     def __post_init__(self) -> None:
-        """Keep a copy, if it is a position.
-
-        Raises:
-            MotionError: When it is none.
-        """
+        """Keep a copy of the position."""
         super().__post_init__()
-        _keep(self, "position", check_vector(self.position, f"{self.label}: position", "m"))
+        self._keep("position", check_vector(self.position, f"{self.label}: position", "m"))
 
 
 @dataclass(frozen=True, eq=False)
 class RotationTarget(Target):
-    """The axes of a frame turned some way.
+    """The axes of a frame at a rotation.
 
     Attributes:
         rotation: The frame's axes in the world, as columns.  # (3, 3)
@@ -110,16 +106,9 @@ class RotationTarget(Target):
     rotation: np.ndarray
 
     def __post_init__(self) -> None:
-        """Keep a copy, if it is a rotation.
-
-        Raises:
-            MotionError: When it is none.
-        """
+        """Keep a copy of the rotation."""
         super().__post_init__()
-        try:
-            _keep(self, "rotation", check_rotation(self.rotation))
-        except MotionError as error:
-            raise invalid(f"{self.label}: {error}") from None
+        self._keep("rotation", check_rotation(self.rotation, f"{self.label}: rotation"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,18 +122,6 @@ class PoseTarget(Target):
     pose: pin.SE3
 
     def __post_init__(self) -> None:
-        """Keep a copy, if it is a pose.
-
-        Raises:
-            MotionError: When it is none.
-        """
+        """Keep a copy of the pose."""
         super().__post_init__()
-        try:
-            object.__setattr__(self, "pose", check_pose(self.pose).copy())
-        except MotionError as error:
-            raise invalid(f"{self.label}: {error}") from None
-
-
-def _keep(target: Target, name: str, array: np.ndarray) -> None:
-    array.setflags(write=False)
-    object.__setattr__(target, name, array)
+        self._keep("pose", check_pose(self.pose, f"{self.label}: pose").copy())

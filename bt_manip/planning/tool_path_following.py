@@ -92,7 +92,7 @@ def _solve_knots(
         q = knots[-1]
         # Extrapolate linearly from the last two steps.
         likely = 2.0 * steps[-1] - steps[-2] if len(steps) > 2 else steps[-1]
-        guess = q + ik.self_motion.onwards(q, likely, travel)
+        guess = q + ik.null_space_motion.step(q, likely, travel)
         guess = np.minimum(np.maximum(guess, np.minimum(lower, q)), np.maximum(upper, q))
         found = _solve(ik, path.pose(fraction), guess)
         if not found.solved or np.abs(found.q - q).max() > MAX_STEP:
@@ -124,7 +124,7 @@ def _solve(ik: InverseKinematics, T_wt: pin.SE3, guess: np.ndarray) -> IKResult:
         T_wt,
         guess,
         max_step=MAX_STEP,
-        detours=False,
+        retry=False,
         margin=LIMIT_MARGIN,
         tolerance=KNOT_TOLERANCE,
     )

@@ -14,11 +14,15 @@ from bt_manip.kinematics import (
     RotationTarget,
     manipulability,
 )
-from bt_manip.kinematics.manipulability import manipulability_slope
-from bt_manip.kinematics.rows import PoseRows, PositionRows, RotationRows
+from bt_manip.kinematics.compiled_problem import compile_problem
+from bt_manip.kinematics.manipulability import manipulability_gradient
+from bt_manip.kinematics.residuals import (
+    PoseResidual,
+    PositionResidual,
+    RotationResidual,
+    StackedResidual,
+)
 from bt_manip.kinematics.secondary_objectives import SecondaryObjectives
-from bt_manip.kinematics.system import System
-from bt_manip.kinematics.task import make_task
 from bt_manip.robots import Robot, RobotDescription, compile_alone
 
 DOWN = spatial.pointing_down([0.45, 0.1, 0.3], 0.4)
@@ -185,7 +189,7 @@ def test_a_solution_is_free_of_what_it_would_touch_otherwise(walled):
         target = PositionTarget("panda/tool", place)
         careless = ik.solve(IKProblem(targets=target), ik.model.home, rng=np.random.default_rng(1))
         careful = ik.solve(
-            IKProblem(targets=target, free=world), ik.model.home, rng=np.random.default_rng(1)
+            IKProblem(targets=target, world=world), ik.model.home, rng=np.random.default_rng(1)
         )
         touching += bool(world.collisions(careless.q))
         assert careful.solved and not world.collisions(careful.q)
@@ -194,10 +198,10 @@ def test_a_solution_is_free_of_what_it_would_touch_otherwise(walled):
 
 def test_where_no_solution_is_free_the_reason_names_what_is_in_the_way(walled):
     inside = spatial.pointing_down((0.5, 0.0, 0.2))
-    problem = IKProblem(targets=PoseTarget("panda/tool", inside), free=walled.world)
+    problem = IKProblem(targets=PoseTarget("panda/tool", inside), world=walled.world)
     found = walled.ik.solve(problem, walled.ik.model.home)
     assert not found.solved
-    assert "no free solution from 81 starts: 'panda/" in found.reason
+    assert "no collision-free solution from 81 initial guesses: 'panda/" in found.reason
     assert "would touch 'wall'" in found.reason
 
 
@@ -228,7 +232,7 @@ def test_manipulability_is_raised_where_the_target_leaves_freedom(model, ik):
 def test_solutions_of_a_problem_are_distinct_and_the_cheapest_comes_first(model, ik, goal, rng):
     T, elbow = model.pose(goal), PositionTarget("link4", [0.0, 0.4, 0.6], weight=1.0)
     problem = IKProblem(targets=[PoseTarget("tool", T), elbow])
-    found = ik.solutions(problem, model.home, starts=30, rng=rng)
+    found = ik.solutions(problem, model.home, restarts=30, rng=rng)
     assert len(found) >= 2
     costs = [result.cost for result in found]
     assert costs == sorted(costs)
@@ -240,7 +244,7 @@ def test_solutions_of_a_problem_are_distinct_and_the_cheapest_comes_first(model,
 def test_without_preferences_the_solution_nearest_to_the_start_comes_first(model, ik):
     elbow = RotationTarget("link6", frame_pose(model, model.home, "link6").rotation)
     problem = IKProblem(targets=[PositionTarget("tool", [0.4, 0.3, 0.4]), elbow])
-    found = ik.solutions(problem, model.home, starts=40)
+    found = ik.solutions(problem, model.home, restarts=40)
     distances = [ik.distance(result.q, model.home) for result in found]
     assert len(found) >= 2 and distances == sorted(distances)
     assert all(result.cost == 0.0 for result in found)
@@ -265,7 +269,7 @@ def test_following_into_something_says_what_would_be_touched(walled):
     for y in np.arange(0.25, 0.0, -0.02):
         T = pin.SE3(walled.left.rotation, np.array([0.5, y, 0.12]))
         found = walled.ik.follow(
-            IKProblem(targets=PoseTarget("panda/tool", T), free=walled.world), q
+            IKProblem(targets=PoseTarget("panda/tool", T), world=walled.world), q
         )
         if not found.solved:
             reason = found.reason
@@ -297,11 +301,11 @@ def rows_of(model, goal, kind):
     frame = model.model.getFrameId("link6")
     T = frame_pose(model, goal, "link6")
     return {
-        "position": lambda: PositionRows(model, frame, T.translation, 1e-6),
-        "rotation": lambda: RotationRows(model, frame, T.rotation, 1e-6),
-        "wide position": lambda: PositionRows(model, frame, T.translation, 0.1),
-        "wide rotation": lambda: RotationRows(model, frame, T.rotation, 0.02),
-        "weighted position": lambda: PositionRows(model, frame, T.translation, np.inf, 3.0),
+        "position": lambda: PositionResidual(model, frame, T.translation, 1e-6),
+        "rotation": lambda: RotationResidual(model, frame, T.rotation, 1e-6),
+        "wide position": lambda: PositionResidual(model, frame, T.translation, 0.1),
+        "wide rotation": lambda: RotationResidual(model, frame, T.rotation, 0.02),
+        "weighted position": lambda: PositionResidual(model, frame, T.translation, np.inf, 3.0),
     }[kind]()
 
 
@@ -315,21 +319,23 @@ def differences(f, q, h=1e-6):
     ["position", "rotation", "wide position", "wide rotation", "weighted position"],
 )
 def test_the_jacobian_of_each_error_is_its_derivative(model, goal, kind):
-    system = System(model, [rows_of(model, goal, kind)])
+    system = StackedResidual(model, [rows_of(model, goal, kind)])
     q = goal + 0.3 * np.sin(np.arange(7.0))
 
-    expected = differences(system.look, q)
-    assert np.abs(system.look(q)).max() > 0.01
+    expected = differences(system.evaluate, q)
+    assert np.abs(system.evaluate(q)).max() > 0.01
     assert system.jacobian() == pytest.approx(expected, abs=1e-7)
 
 
 def test_the_jacobian_of_a_pose_nears_its_derivative_towards_the_pose(model, goal):
     frame = model.model.getFrameId("link6")
-    system = System(model, [PoseRows(model, frame, frame_pose(model, goal, "link6"), (1e-6, 1e-6))])
+    system = StackedResidual(
+        model, [PoseResidual(model, frame, frame_pose(model, goal, "link6"), (1e-6, 1e-6))]
+    )
     for offset in (0.1, 1e-3, 1e-5):
         q = goal + offset * np.sin(np.arange(7.0))
-        expected = differences(system.look, q)
-        error = np.linalg.norm(system.look(q))
+        expected = differences(system.evaluate, q)
+        error = np.linalg.norm(system.evaluate(q))
         assert np.abs(system.jacobian() - expected).max() <= error + 1e-8
 
 
@@ -340,7 +346,7 @@ def test_the_manipulability_is_the_volume_and_its_slope_is_its_derivative(model,
         volume = np.sqrt(np.linalg.det(jacobian @ jacobian.T))
         assert manipulability(jacobian) == pytest.approx(volume, rel=1e-9)
         expected = differences(lambda q: np.log(manipulability(model.jacobian(q))), q)
-        assert manipulability_slope(jacobian) == pytest.approx(expected, rel=1e-5, abs=1e-6)
+        assert manipulability_gradient(jacobian) == pytest.approx(expected, rel=1e-5, abs=1e-6)
 
 
 def test_the_gradient_of_all_costs_is_their_derivative(model, ik, goal):
@@ -351,12 +357,12 @@ def test_the_gradient_of_all_costs_is_their_derivative(model, ik, goal):
         manipulability=0.3,
     )
     joints = tuple(model.model.names)[1:]
-    task = make_task(model, joints, problem, model.home, 1.0 / model.limits.velocity)
-    assert isinstance(task.preferences, SecondaryObjectives)
+    task = compile_problem(model, joints, problem, model.home, 1.0 / model.limits.velocity)
+    assert isinstance(task.objectives, SecondaryObjectives)
     q = goal + 0.2
     expected = differences(task.cost, q)
-    task.system.look(q)
-    expansion = task.preferences.expand(task.system)
+    task.constraints.evaluate(q)
+    expansion = task.objectives.expand(task.constraints)
     assert expansion.gradient == pytest.approx(expected, rel=1e-5, abs=1e-6)
     assert expansion.value == pytest.approx(task.cost(q))
 
@@ -430,7 +436,10 @@ def test_an_arm_of_six_joints_has_the_same_problems(menagerie, rng):
         ),
         (lambda: IKProblem(), "it has no targets"),
         (lambda: IKProblem(targets=[DOWN]), "a target must be a PositionTarget, .* got SE3"),
-        (lambda: IKProblem(targets=PoseTarget("tool", DOWN), base=np.eye(4)), "base: pose must be"),
+        (
+            lambda: IKProblem(targets=PoseTarget("tool", DOWN), base=np.eye(4)),
+            "base must be a pin.SE3, got ndarray",
+        ),
         (
             lambda: IKProblem(posture=np.zeros(7), posture_weight=0.0),
             "posture_weight must be above 0",
@@ -452,8 +461,8 @@ def test_what_cannot_be_meant_is_refused_by_name(make, message):
         ({"joints": []}, "at least one joint that may move"),
         ({"margin": -0.1}, "margin must be at least 0"),
         ({"margin": [0.1, 0.2]}, "one number or 7"),
-        ({"margin": 2.0}, "a margin of 2 rad leaves joint2 no room"),
-        ({"posture": np.zeros(6)}, "posture: configuration must be 7 finite numbers"),
+        ({"margin": 2.0}, "a margin of 2 rad leaves joint2 no range"),
+        ({"posture": np.zeros(6)}, "posture must be 7 finite numbers"),
     ],
 )
 def test_what_does_not_fit_the_arm_is_refused_by_name(model, ik, changed, message):
@@ -466,7 +475,7 @@ def test_what_does_not_fit_the_arm_is_refused_by_name(model, ik, changed, messag
 
 def test_a_base_elsewhere_and_a_world_to_be_free_of_exclude_each_other(walled):
     with pytest.raises(MotionError, match="must not have both a base and a CollisionWorld"):
-        IKProblem(targets=PoseTarget("tool", DOWN), base=DOWN, free=walled.world)
+        IKProblem(targets=PoseTarget("tool", DOWN), base=DOWN, world=walled.world)
 
 
 def test_following_from_what_is_no_configuration_is_refused(ik):

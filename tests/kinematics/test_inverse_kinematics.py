@@ -8,8 +8,8 @@ import pytest
 from bt_manip import spatial
 from bt_manip.exceptions import MotionError
 from bt_manip.kinematics import IKProblem, InverseKinematics, PositionTarget
-from bt_manip.kinematics.descent import descend
 from bt_manip.kinematics.initial_guesses import InitialGuesses
+from bt_manip.kinematics.levenberg_marquardt import levenberg_marquardt
 from bt_manip.robots import Robot, RobotDescription, compile_alone
 
 
@@ -63,8 +63,8 @@ def test_no_configuration_reaches_farther_than_the_reach(model, ik, rng):
     farthest = 0.0
     for q in random_configurations(model, rng, 3000):
         assert ik.solve(model.pose(q), q, restarts=0).solved
-        farthest = max(farthest, ik._reach._distance(q))
-    assert 0.97 * ik._reach.greatest < farthest <= ik._reach.greatest + 1e-9
+        farthest = max(farthest, ik._reach.distance_at(q))
+    assert 0.97 * ik._reach.distance < farthest <= ik._reach.distance + 1e-9
 
 
 def test_a_pose_that_the_limits_forbid_ends_at_the_bound(model):
@@ -72,12 +72,12 @@ def test_a_pose_that_the_limits_forbid_ends_at_the_bound(model):
     inside_the_base = spatial.pointing_down([0.0, 0.0, 0.05])
     found = ik.solve(inside_the_base, model.home)
     assert not found.solved and found.restarts == 5
-    assert found.reason == "no solution from 6 starts"
+    assert found.reason == "no solution from 6 initial guesses"
     assert model.limits.contain(found.q)
 
 
 def test_a_search_in_vain_begins_no_other_start_after_so_many_steps(model):
-    ik = InverseKinematics(model, steps_in_vain=100)
+    ik = InverseKinematics(model, max_failed_iterations=100)
     found = ik.solve(spatial.pointing_down([0.0, 0.0, 0.05]), model.home)
     assert not found.solved and found.restarts < ik.restarts
     assert 100 <= found.iterations < 100 + ik.iterations
@@ -86,10 +86,12 @@ def test_a_search_in_vain_begins_no_other_start_after_so_many_steps(model):
 def test_a_descent_to_no_solution_ends_sooner_where_its_steps_have_to_promise_something(model, ik):
     in_vain, near = spatial.pointing_down([0.0, 0.0, 0.05]), model.pose(model.home + 0.1)
 
-    def descent(T, promise):
-        task = ik._task(T, model.home)
+    def descent(T, min_decrease):
+        task = ik._compile(T, model.home)
         limits = task.lower, task.upper
-        return descend(task.system, model.home, *limits, iterations=50, promise=promise)
+        return levenberg_marquardt(
+            task.constraints, model.home, *limits, iterations=50, min_decrease=min_decrease
+        )
 
     assert not descent(in_vain, 0.2).solved and not descent(in_vain, 0.0).solved
     assert 1 <= descent(in_vain, 0.2).iterations < descent(in_vain, 0.0).iterations
@@ -99,12 +101,12 @@ def test_a_descent_to_no_solution_ends_sooner_where_its_steps_have_to_promise_so
 def test_starts_that_lie_within_rounding_of_each_other_are_all_given(model, ik):
     room = model.limits.upper - model.limits.lower
     fixed = IKProblem(targets=PositionTarget("tool", np.ones(3)), margin=(0.5 - 1e-15) * room)
-    assert len(list(ik._further.spread(ik._task(fixed, model.home), 400))) == 400
+    assert len(list(ik._initial_guesses.spread(ik._compile(fixed, model.home), 400))) == 400
 
 
 def test_searches_start_again_far_from_where_they_started_before(model, ik, rng):
     starts = InitialGuesses(model, 2000, np.random.default_rng(0))
-    task = ik._task(model.pose(rng.uniform(model.limits.lower, model.limits.upper)), model.home)
+    task = ik._compile(model.pose(rng.uniform(model.limits.lower, model.limits.upper)), model.home)
     given = np.array(list(starts.spread(task, 90)))
     assert len(np.unique(given, axis=0)) == 90
     assert np.array_equal(given[0], starts.nearest(task, 1)[0])
@@ -196,11 +198,11 @@ def test_a_margin_from_the_limits_is_kept_where_that_is_possible(model, ik):
         (pin.SE3(np.eye(3), np.array([np.nan, 0.0, 0.0])), "position of the pose must be finite"),
         (
             pin.SE3(2.0 * np.eye(3), np.zeros(3)),
-            "rotation must be a 3 by 3 matrix of right-handed unit axes",
+            "rotation of the pose must be a 3 by 3 matrix of right-handed unit axes",
         ),
         (
             pin.SE3(np.diag([1.0, 1.0, -1.0]), np.zeros(3)),
-            "rotation must be a 3 by 3 matrix of right-handed unit axes",
+            "rotation of the pose must be a 3 by 3 matrix of right-handed unit axes",
         ),
     ],
 )

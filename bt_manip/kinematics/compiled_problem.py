@@ -1,0 +1,228 @@
+"""Compile inverse kinematics problems for an arm."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.checks import as_numbers, check_vector, invalid, shown
+from bt_manip.collision import CollisionWorld
+from bt_manip.exceptions import did_you_mean
+from bt_manip.robots import RobotModel
+
+from .manipulability import ToolManipulability
+from .problem import IKProblem
+from .residuals import (
+    WIDE,
+    FrameResidual,
+    PoseResidual,
+    PositionResidual,
+    RotationResidual,
+    StackedResidual,
+)
+from .result import Residual
+from .secondary_objectives import SecondaryObjectives
+from .targets import PoseTarget, PositionTarget, RotationTarget, Target
+
+_FRAMES = (pin.FrameType.OP_FRAME, pin.FrameType.BODY)  # MuJoCo's sites and bodies
+
+
+class CompiledProblem(NamedTuple):
+    """An inverse kinematics problem of one arm.
+
+    Attributes:
+        constraints: Residual of the constraints.
+        lower: Lower position limits.  # (nq,)
+        upper: Upper position limits.  # (nq,)
+        joints: Names of the joints.
+        frames: Names of the targets' frames, in the order of the request.
+        residuals: Residuals of each target.
+        objectives: The cost; None without one.
+        tool_pose: Pose of the tool, where a constraint fixes it and all joints may move.
+        world: Collisions that solutions must not have.
+        clearance: Minimum distance from obstacles [m].
+    """
+
+    constraints: StackedResidual
+    lower: np.ndarray
+    upper: np.ndarray
+    joints: tuple[str, ...]
+    frames: tuple[str, ...]
+    residuals: tuple[tuple[FrameResidual, ...], ...]
+    objectives: SecondaryObjectives | None = None
+    tool_pose: pin.SE3 | None = None
+    world: CollisionWorld | None = None
+    clearance: float = 0.0
+
+    def errors(self, q: np.ndarray) -> tuple[Residual, ...]:
+        """Return the error of each target at a configuration."""
+        self.cost(q)
+        if len(self.frames) == 1:
+            return (_frame_error(self.frames[0], self.residuals[0]),)
+        return tuple(map(_frame_error, self.frames, self.residuals))
+
+    def cost(self, q: np.ndarray) -> float:
+        """Return the cost of a configuration."""
+        if self.constraints.q is not q:
+            self.constraints.evaluate(q)
+        return 0.0 if self.objectives is None else self.objectives.cost(self.constraints)
+
+    def collision(self, q: np.ndarray) -> str:
+        """Name the first collision at a configuration; empty without one."""
+        near = [] if self.world is None else self.world.collisions(q, self.clearance)
+        return f"'{near[0].first}' would touch '{near[0].second}'" if near else ""
+
+
+def compile_problem(
+    arm: RobotModel,
+    joints: tuple[str, ...],
+    problem: IKProblem,
+    q0: np.ndarray,
+    inverse_speed: np.ndarray,
+) -> CompiledProblem:
+    """Compile a problem for an arm.
+
+    Args:
+        arm: The arm; its data are written to.
+        joints: Names of its joints.
+        problem: The problem.
+        q0: Positions of the joints that may not move.  # (nq,)
+        inverse_speed: Inverse of the maximum joint velocities [s/rad].  # (nq,)
+
+    Raises:
+        MotionError: When a frame or a joint is unknown, the margin leaves a joint no range, or the
+            collision world is that of another arm.
+    """
+    moving = _moving_joints(joints, problem)
+    lower, upper = _limits(arm, joints, problem)
+    if moving is not None:
+        lower, upper = np.where(moving, lower, q0), np.where(moving, upper, q0)
+    T_mw = None  # world of the targets in that of the model
+    if problem.base is not None:
+        root = arm.model.frames[frame_index(arm, arm.model.name)]
+        T_mw = root.placement * problem.base.inverse()
+    residuals = tuple(_residuals(arm, target, T_mw) for target in problem.targets)
+    constraints: list[FrameResidual] = []
+    costs: list[FrameResidual] = []
+    tool_pose = None
+    for target, parts in zip(problem.targets, residuals, strict=True):
+        (constraints if target.weight is None else costs).extend(parts)
+        first = parts[0]
+        if isinstance(first, PoseResidual) and first.frame == arm.tool_frame_id and moving is None:
+            tool_pose = first.pose
+    objectives = None
+    if costs or problem.posture is not None or problem.manipulability:
+        posture = manipulability = None
+        if problem.posture is not None:
+            q = check_vector(problem.posture, "posture", "rad", size=arm.nq)
+            posture = (q, problem.posture_weight)
+        if problem.manipulability:
+            manipulability = (ToolManipulability(arm, moving), problem.manipulability)
+        objectives = SecondaryObjectives(
+            inverse_speed, residuals=costs, posture=posture, manipulability=manipulability
+        )
+    if problem.world is not None:
+        if problem.world.joints != joints:
+            raise invalid(
+                f"the CollisionWorld is that of an arm with {', '.join(problem.world.joints)}: "
+                f"this one has {', '.join(joints)}"
+            )
+        problem.world.refresh()
+    return CompiledProblem(
+        StackedResidual(arm, constraints, moving),
+        lower,
+        upper,
+        joints,
+        tuple(target.frame for target in problem.targets),
+        residuals,
+        objectives,
+        tool_pose,
+        problem.world,
+        problem.clearance,
+    )
+
+
+def _frame_error(frame: str, residuals: tuple[FrameResidual, ...]) -> Residual:
+    """Combine the errors of one target."""
+    if len(residuals) == 1:
+        return Residual(frame, *residuals[0].errors())
+    positions, rotations, met = zip(*[part.errors() for part in residuals], strict=True)
+    return Residual(frame, max(positions), max(rotations), all(met))
+
+
+def frame_index(arm: RobotModel, name: str) -> int:
+    """Return the index of a site or body of the robot, with or without the robot's name before it.
+
+    Raises:
+        MotionError: When there is none of that name, or several.
+    """
+    for kind in _FRAMES:
+        if arm.model.existFrame(name, kind):
+            return int(arm.model.getFrameId(name, kind))
+    known = {frame.name: i for i, frame in enumerate(arm.model.frames) if frame.type in _FRAMES}
+    short = [i for full, i in known.items() if full.rpartition("/")[2] == name]
+    if len(short) != 1:
+        raise invalid(f"the arm has no frame '{name}'{did_you_mean(name, known)}")
+    return short[0]
+
+
+def _moving_joints(joints: tuple[str, ...], problem: IKProblem) -> np.ndarray | None:
+    """Return which joints may move; None for all."""
+    if problem.joints is None:
+        return None
+    by_name = {name.rpartition("/")[2]: name for name in joints} | {name: name for name in joints}
+    for name in problem.joints:
+        if name not in by_name:
+            raise invalid(f"the arm has no joint '{name}'{did_you_mean(name, joints)}")
+    chosen = {by_name[name] for name in problem.joints}
+    if not chosen:
+        raise invalid("joints must name at least one joint that may move")
+    return None if len(chosen) == len(joints) else np.array([name in chosen for name in joints])
+
+
+def _limits(
+    arm: RobotModel, joints: tuple[str, ...], problem: IKProblem
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the position limits inside the margin."""
+    limits = arm.limits
+    if isinstance(problem.margin, float) and problem.margin == 0.0:
+        return limits.lower, limits.upper
+    margin = as_numbers(problem.margin)
+    if margin.size == 1:
+        margin = np.full(arm.nq, margin.ravel())
+    if margin.shape != (arm.nq,) or not (np.isfinite(margin) & (margin >= 0.0)).all():
+        raise invalid(
+            f"margin must be at least 0 [rad], one number or {arm.nq}, got {shown(problem.margin)}"
+        )
+    lower, upper = limits.lower + margin, limits.upper - margin
+    if (lower > upper).any():
+        i = int(np.flatnonzero(lower > upper)[0])
+        raise invalid(
+            f"a margin of {margin[i]:g} rad leaves {joints[i]} no range: its limits "
+            f"are {limits.lower[i]:.4f} to {limits.upper[i]:.4f} rad"
+        )
+    return lower, upper
+
+
+def _residuals(arm: RobotModel, target: Target, T_mw: pin.SE3 | None) -> tuple[FrameResidual, ...]:
+    """Return the residuals of a target, given in a world that has the pose T_mw in the model's."""
+    frame = frame_index(arm, target.frame)
+    position, rotation = None, None
+    if isinstance(target, PoseTarget):
+        pose = target.pose if T_mw is None else T_mw * target.pose
+        if target.weight is None and max(target.tolerances) < WIDE:
+            return (PoseResidual(arm, frame, pose, target.tolerances),)
+        position, rotation = pose.translation, pose.rotation
+    elif isinstance(target, PositionTarget):
+        position = target.position if T_mw is None else T_mw.act(target.position)
+    elif isinstance(target, RotationTarget):
+        rotation = target.rotation if T_mw is None else T_mw.rotation @ target.rotation
+    scale, tolerances = 1.0, target.tolerances
+    if target.weight is not None:
+        scale, tolerances = target.weight**0.5, (np.inf, np.inf)
+    residuals: list[FrameResidual] = []
+    if position is not None:
+        residuals.append(PositionResidual(arm, frame, position, tolerances[0], scale))
+    if rotation is not None:
+        residuals.append(RotationResidual(arm, frame, rotation, tolerances[1], scale))
+    return tuple(residuals)

@@ -1,0 +1,109 @@
+"""Levenberg-Marquardt inside joint limits: from one initial guess to one solution."""
+
+from functools import cache
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from .residuals import StackedResidual
+
+DAMPING = 0.03  # of the squared residual
+STALL_ITERATIONS = 4  # iterations that do not bring the residual below STALL_FACTOR of the least
+STALL_FACTOR = 0.9
+_BOX_WIDTH = 1e-12  # [rad] that the box solver needs for a joint with no range
+_DIAGONAL = 1e-12  # added to the normal equations, above their rounding
+_SCALED_DAMPING = 1e-10  # damping below which the normal equations are scaled up
+
+
+class LMResult(NamedTuple):
+    """Where Levenberg-Marquardt ended: configuration, norm of the residual, iterations."""
+
+    q: np.ndarray
+    error: float
+    iterations: int
+    solved: bool
+
+
+def levenberg_marquardt(
+    residual: StackedResidual,
+    q: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    *,
+    iterations: int,
+    patience: int = STALL_ITERATIONS,
+    min_decrease: float = 0.0,
+) -> LMResult:
+    """Minimize a residual from a configuration inside the limits until its targets are met.
+
+    Each step minimizes the damped linearized residual inside the limits. The damping is
+    proportional to the squared residual (Sugihara, Solvability-Unconcerned Inverse Kinematics by
+    the Levenberg-Marquardt Method, 2011).
+
+    Args:
+        residual: The residual.
+        q: The initial guess.  # (nq,)
+        lower: Lower position limits.  # (nq,)
+        upper: Upper position limits.  # (nq,)
+        iterations: Maximum number of steps.
+        patience: Iterations without progress after which to give up.
+        min_decrease: Part of the squared residual that each step has to take away to first order;
+            gives up at a step that would take less.
+    """
+    least_error, stalled, best_q = np.inf, 0, q
+    squared_bound = residual.squared_bound
+    box_upper = np.maximum(upper, lower + _BOX_WIDTH)
+    for iteration in range(iterations + 1):
+        error = residual.evaluate(q)
+        squared = float(error.dot(error))
+        norm = squared**0.5
+        if squared <= squared_bound and residual.met:
+            inside = np.minimum(np.maximum(q, lower), upper)  # to the last bit
+            exact = inside.tolist() == q.tolist()
+            return LMResult(q if exact else inside, norm, iteration, True)
+        stalled = 0 if norm < STALL_FACTOR * least_error else stalled + 1
+        if norm < least_error:
+            least_error, best_q = norm, q
+        if stalled >= patience:
+            break
+        jacobian = residual.jacobian()
+        gradient = error.dot(jacobian)
+        dq = _box_step(jacobian, gradient, DAMPING * squared, lower - q, box_upper - q)
+        if min_decrease and -float(gradient.dot(dq)) < min_decrease * squared:
+            break
+        q = q + dq
+    return LMResult(np.minimum(np.maximum(best_q, lower), upper), least_error, iteration, False)
+
+
+def _box_step(
+    jacobian: np.ndarray,
+    gradient: np.ndarray,
+    damping: float,
+    lower: np.ndarray,
+    upper: np.ndarray,
+) -> np.ndarray:
+    """Return the dq of a box around 0 that minimizes ``|error + J dq|^2 + damping |dq|^2``.
+
+    Args:
+        jacobian: J.  # (m, nv)
+        gradient: ``J^T error``.  # (nv,)
+        damping: Above 0.
+        lower: Lower bounds of dq, at most 0.  # (nv,)
+        upper: Upper bounds of dq, at least 0.  # (nv,)
+    """
+    nv = len(lower)
+    hessian = jacobian.T.dot(jacobian)
+    mujoco.mju_addToScl(hessian.ravel(), _flat_identity(nv), damping + _DIAGONAL)
+    if damping < _SCALED_DAMPING:
+        # MuJoCo takes a gradient of less than 1e-8 for zero.
+        hessian /= damping
+        gradient = gradient / damping
+    dq = np.zeros(nv)  # stays inside the box where the solver fails
+    mujoco.mju_boxQP(dq, np.empty((nv, nv + 7)), None, hessian, gradient, lower, upper)
+    return dq
+
+
+@cache
+def _flat_identity(n: int) -> np.ndarray:
+    return np.eye(n).ravel()

@@ -1,0 +1,116 @@
+"""Refinement of a solution: lower its cost while its constraints stay met."""
+
+from typing import NamedTuple
+
+import eigenpy
+import numpy as np
+
+from .levenberg_marquardt import levenberg_marquardt
+from .residuals import StackedResidual
+from .secondary_objectives import QuadraticModel, SecondaryObjectives
+
+MAX_STEPS = 40
+PROJECTION_ITERATIONS = 8  # of Levenberg-Marquardt, back onto the constraints after a step
+MAX_JOINT_STEP = 0.8  # [rad]
+_ACTIVE_SET_PASSES = 3  # in which joints at a bound are fixed and the step of the others recomputed
+_REDUCE, _INCREASE, _MAX_DAMPING = 0.3, 4.0, 1e4  # damping, relative to the largest curvature
+_FIRST_DAMPING = 0.5  # after the first step that reduces the cost too little
+_POOR, _GOOD = 0.4, 0.9  # actual by predicted reduction of the cost
+_MIN_REDUCTION = 1e-4  # of the cost, predicted for a step; ends the refinement below it
+_RELATIVE, _ABSOLUTE = 1e-10, 1e-12  # regularization of the factorizations
+
+
+class RefinementResult(NamedTuple):
+    """Where a refinement ended: configuration, its cost, iterations."""
+
+    q: np.ndarray
+    cost: float
+    iterations: int
+
+
+def refine(
+    constraints: StackedResidual,
+    objectives: SecondaryObjectives,
+    q: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+) -> RefinementResult:
+    """Move a solution to a local minimum of the cost that is still a solution.
+
+    Each step is a damped Newton step on the cost with the linearized constraints kept (sequential
+    quadratic programming), projected back onto them by Levenberg-Marquardt. It is accepted where
+    the cost is lower there.
+
+    Args:
+        constraints: The constraints, met at `q`.
+        objectives: The cost.
+        q: The solution.  # (nq,)
+        lower: Lower position limits.  # (nq,)
+        upper: Upper position limits.  # (nq,)
+    """
+    if constraints.q is not q:
+        constraints.evaluate(q)
+    here, jacobian = objectives.expand(constraints), constraints.jacobian()
+    damping, iterations = 0.0, 0
+    while iterations < MAX_STEPS and damping <= _MAX_DAMPING:
+        iterations += 1
+        dq = _newton_step(here, jacobian, q, damping, lower, upper)
+        predicted = -float(dq.dot(here.gradient + 0.5 * here.hessian.dot(dq)))
+        if predicted <= _MIN_REDUCTION * max(abs(here.value), _ABSOLUTE):
+            break
+        projected = levenberg_marquardt(
+            constraints, q + dq, lower, upper, iterations=PROJECTION_ITERATIONS
+        )
+        iterations += projected.iterations
+        there = objectives.expand(constraints) if projected.solved else None
+        actual = -np.inf if there is None else here.value - there.value
+        if actual < _POOR * predicted:
+            damping = max(_FIRST_DAMPING, _INCREASE * damping)
+        elif actual > _GOOD * predicted:
+            damping *= _REDUCE
+        if there is not None and actual > 0.0:
+            q, here, jacobian = projected.q, there, constraints.jacobian()
+    return RefinementResult(q, here.value, iterations)
+
+
+def _newton_step(
+    here: QuadraticModel,
+    jacobian: np.ndarray,
+    q: np.ndarray,
+    damping: float,
+    lower: np.ndarray,
+    upper: np.ndarray,
+) -> np.ndarray:
+    """Return the damped Newton step inside the limits and `MAX_JOINT_STEP`.
+
+    Joints that would leave these bounds are fixed there, and the step of the others recomputed.
+    """
+    hessian = here.hessian.copy()
+    n, m = len(q), len(jacobian)
+    largest = max(float(hessian.ravel()[:: n + 1].max()), _ABSOLUTE)
+    hessian.ravel()[:: n + 1] += max(damping, _RELATIVE) * largest
+    least, most = np.maximum(lower - q, -MAX_JOINT_STEP), np.minimum(upper - q, MAX_JOINT_STEP)
+    gradient, violation = here.gradient, np.zeros(m)
+    active, fixed = np.zeros(n, dtype=bool), np.zeros(n)
+    for _ in range(_ACTIVE_SET_PASSES):
+        # w = -H^-1 g without constraints; with them w - H^-1 J^T (J H^-1 J^T)^-1 J w.
+        inverse = eigenpy.LLT(hessian)
+        dq = -inverse.solve(gradient)
+        if m:
+            inverse_transposed = inverse.solve(np.asfortranarray(jacobian.T))
+            square = jacobian.dot(inverse_transposed)
+            square.ravel()[:: m + 1] += _RELATIVE * float(square.trace()) + _ABSOLUTE
+            dq -= inverse_transposed.dot(eigenpy.LLT(square).solve(jacobian.dot(dq) + violation))
+        dq += fixed
+        beyond = ((dq < least) | (dq > most)) & ~active
+        if not beyond.any():
+            break
+        bound = np.minimum(np.maximum(dq, least), most) * beyond
+        active, fixed = active | beyond, fixed + bound
+        gradient = (gradient + hessian.dot(bound)) * ~active
+        violation = violation + jacobian.dot(bound)
+        jacobian = jacobian * ~active
+        hessian[beyond] = 0.0
+        hessian[:, beyond] = 0.0
+        hessian[beyond, beyond] = largest
+    return np.minimum(np.maximum(dq, least), most)

@@ -1,0 +1,215 @@
+"""Residuals of frames from their targets with their Jacobians, alone and stacked."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.robots import RobotModel
+
+WIDE = 1e-3  # [m] or [rad]: a tolerance from which on its inside is left to the other targets
+DEAD_ZONE = 0.9  # of a wide tolerance: a violated target is brought back to there
+_ABOVE_ROUNDING = 1.0 + 1e-9
+
+
+class FrameResidual:
+    """Residual of one frame, a function of the configuration.
+
+    Attributes:
+        frame: Index of the frame.
+        squared_bound: Squared norm of the residual above which the target cannot be met.
+    """
+
+    squared_bound: float
+
+    def __init__(self, arm: RobotModel, frame: int) -> None:
+        """Refer to a frame; the arm's data are written to."""
+        self._model, self._data, self.frame = arm.model, arm.data, frame
+
+    def evaluate(self) -> np.ndarray:
+        """Return the residual, after `pin.computeJointJacobians`."""  # (m,)
+        raise NotImplementedError
+
+    def jacobian(self) -> np.ndarray:
+        """Return J of ``d residual = J dq`` where it was evaluated last."""  # (m, nv)
+        raise NotImplementedError
+
+    def errors(self) -> tuple[float, float, bool]:
+        """Return distance [m], angle [rad] and whether the target is met, as last evaluated.
+
+        The distance of a rotation and the angle of a position are 0.
+        """
+        raise NotImplementedError
+
+
+class VectorResidual(FrameResidual):
+    """Residual of three components with a weight, or with a dead zone inside a wide tolerance."""
+
+    def __init__(
+        self, arm: RobotModel, frame: int, target: np.ndarray, tolerance: float, scale: float = 1.0
+    ) -> None:
+        """Set the target.
+
+        Args:
+            arm: The arm; its data are written to.
+            frame: Index of the frame.
+            target: Position [m] or rotation matrix in the world.  # (3,) or (3, 3)
+            tolerance: Largest error that meets the target [m] or [rad].
+            scale: Square root of the weight; 1 for a constraint.
+        """
+        super().__init__(arm, frame)
+        self._target, self._tolerance, self._scale = target, tolerance, scale
+        self._dead_zone = DEAD_ZONE * tolerance if WIDE <= tolerance < np.inf else 0.0
+        self.squared_bound = (tolerance - self._dead_zone) ** 2 * _ABOVE_ROUNDING
+        self._length = 0.0
+
+    def _scaled(self, error: np.ndarray) -> np.ndarray:
+        """Return the residual for an error: weighted, or the part outside the dead zone."""
+        self._error = error
+        self._length = length = float(error.dot(error)) ** 0.5
+        if self._dead_zone:
+            return error * max(0.0, 1.0 - self._dead_zone / max(length, self._dead_zone))
+        return self._scale * error
+
+    def _scaled_jacobian(self, jacobian: np.ndarray) -> np.ndarray:
+        """Return the Jacobian of the residual for that of the error."""
+        if not self._dead_zone:
+            return self._scale * jacobian
+        if self._length <= self._dead_zone:
+            return np.zeros_like(jacobian)
+        share, along = self._dead_zone / self._length, self._error / self._length
+        return (1.0 - share) * jacobian + share * np.outer(along, along @ jacobian)
+
+
+class PositionResidual(VectorResidual):
+    """Vector from a position to the origin of a frame, in the world's axes."""
+
+    def evaluate(self) -> np.ndarray:
+        """Return the residual, after `pin.computeJointJacobians`."""  # (3,)
+        T_wf = pin.updateFramePlacement(self._model, self._data, self.frame)
+        return self._scaled(T_wf.translation - self._target)
+
+    def errors(self) -> tuple[float, float, bool]:
+        """Return the distance [m], 0, and whether the target is met, as last evaluated."""
+        return self._length, 0.0, self._length <= self._tolerance
+
+    def jacobian(self) -> np.ndarray:
+        """Return the Jacobian where the residual was evaluated last."""  # (3, nv)
+        jacobian = pin.getFrameJacobian(
+            self._model, self._data, self.frame, pin.LOCAL_WORLD_ALIGNED
+        )
+        return self._scaled_jacobian(jacobian[:3])
+
+
+class RotationResidual(VectorResidual):
+    """Rotation vector from target axes to those of a frame, ``log3``, the same in both."""
+
+    def evaluate(self) -> np.ndarray:
+        """Return the residual, after `pin.computeJointJacobians`."""  # (3,)
+        T_wf = pin.updateFramePlacement(self._model, self._data, self.frame)
+        self._R_tf = self._target.T @ T_wf.rotation
+        return self._scaled(pin.log3(self._R_tf))
+
+    def errors(self) -> tuple[float, float, bool]:
+        """Return 0, the angle [rad] and whether the target is met, as last evaluated."""
+        return 0.0, self._length, self._length <= self._tolerance
+
+    def jacobian(self) -> np.ndarray:
+        """Return the Jacobian where the residual was evaluated last."""  # (3, nv)
+        jacobian = pin.getFrameJacobian(self._model, self._data, self.frame, pin.LOCAL)
+        return self._scaled_jacobian(pin.Jlog3(self._R_tf) @ jacobian[3:])
+
+
+class PoseResidual(FrameResidual):
+    """Logarithm ``log6`` of a frame's pose in the target pose, for narrow tolerances."""
+
+    def __init__(
+        self, arm: RobotModel, frame: int, pose: pin.SE3, tolerances: tuple[float, float]
+    ) -> None:
+        """Set the target pose and the tolerances of position [m] and rotation [rad]."""
+        super().__init__(arm, frame)
+        self.set_target(pose, tolerances)
+
+    def set_target(self, pose: pin.SE3, tolerances: tuple[float, float]) -> None:
+        """Set another target pose and tolerances of position [m] and rotation [rad]."""
+        self.pose, self.tolerances = pose, tolerances
+        # The linear part of the logarithm is longer than the distance by less than half of pi.
+        linear, angular = 0.5 * np.pi * tolerances[0], tolerances[1]
+        self.squared_bound = _ABOVE_ROUNDING * (linear * linear + angular * angular)
+
+    def evaluate(self) -> np.ndarray:
+        """Return the residual, after `pin.computeJointJacobians`."""  # (6,)
+        T_wf = pin.updateFramePlacement(self._model, self._data, self.frame)
+        self._T_tf = T_tf = self.pose.actInv(T_wf)
+        self._residual: np.ndarray = pin.log6(T_tf).np
+        return self._residual
+
+    def errors(self) -> tuple[float, float, bool]:
+        """Return distance [m], angle [rad] and whether the target is met, as last evaluated."""
+        x, y, z = self._T_tf.translation.tolist()
+        a, b, c = self._residual[3:].tolist()
+        position, rotation = (x * x + y * y + z * z) ** 0.5, (a * a + b * b + c * c) ** 0.5
+        return (
+            position,
+            rotation,
+            position <= self.tolerances[0] and rotation <= self.tolerances[1],
+        )
+
+    def jacobian(self) -> np.ndarray:
+        """Return the frame's own Jacobian, which is that of a small logarithm.
+
+        Levenberg-Marquardt takes as many steps with it as with the exact one.
+        """  # (6, nv)
+        return pin.getFrameJacobian(self._model, self._data, self.frame, pin.LOCAL)
+
+
+class StackedResidual:
+    """Residuals of several targets as one vector.
+
+    Attributes:
+        parts: The residuals of the targets.
+        q: The configuration of the last evaluation.  # (nq,)
+    """
+
+    def __init__(
+        self, arm: RobotModel, parts: Sequence[FrameResidual], moving: np.ndarray | None = None
+    ) -> None:
+        """Stack residuals.
+
+        Args:
+            arm: The arm; its data are written to.
+            parts: The residuals of the targets.
+            moving: Which joints may move; by default all.  # (nv,)
+        """
+        self._model, self._data = arm.model, arm.data
+        self.parts = tuple(parts)
+        self._only = self.parts[0] if len(self.parts) == 1 else None
+        self._moving = moving
+        self.q: np.ndarray | None = None
+
+    def evaluate(self, q: np.ndarray) -> np.ndarray:
+        """Return the stacked residual at a configuration."""  # (m,)
+        pin.computeJointJacobians(self._model, self._data, q)
+        self.q = q
+        if self._only is not None:
+            return self._only.evaluate()
+        return np.concatenate([part.evaluate() for part in self.parts] or [np.zeros(0)])
+
+    @property
+    def squared_bound(self) -> float:
+        """Squared norm of the residual above which not all targets can be met."""
+        return sum([part.squared_bound for part in self.parts])
+
+    @property
+    def met(self) -> bool:
+        """Whether all targets are met, as last evaluated."""
+        return all([part.errors()[2] for part in self.parts])
+
+    def jacobian(self) -> np.ndarray:
+        """Return J of ``d residual = J dq`` where it was evaluated last."""  # (m, nv)
+        if self._only is not None:
+            jacobian = self._only.jacobian()
+        else:
+            empty = np.zeros((0, self._model.nv))
+            jacobian = np.vstack([part.jacobian() for part in self.parts] or [empty])
+        return jacobian if self._moving is None else jacobian * self._moving
