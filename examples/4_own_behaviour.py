@@ -11,8 +11,7 @@ from bt_manip.behaviours import Grasp, Hover, Lift, Reach
 from bt_manip.bt import Action, Input, NodeStatus, Output, Sequence, Status, Tree
 from bt_manip.cell import Cell, Cube
 from bt_manip.control import GripperController
-from bt_manip.runner import build_station
-from bt_manip.runner.station import Station
+from bt_manip.runner import Station, build_station
 from bt_manip.spatial import pose
 
 GRAVITY = 9.81  # [m/s2]

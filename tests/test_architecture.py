@@ -267,7 +267,7 @@ def test_no_class_name_is_defined_twice():
     }, twice
 
 
-LAZY = ("bt_manip", "bt_manip.plugins", "bt_manip.recording", "bt_manip.viewer")
+LAZY = ("bt_manip", "bt_manip.plugins", "bt_manip.recording", "bt_manip.testing", "bt_manip.viewer")
 """Packages that import what they export when it is first used."""
 
 

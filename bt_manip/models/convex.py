@@ -6,6 +6,7 @@ import uuid
 from pathlib import Path
 
 import numpy as np
+import platformdirs
 
 from bt_manip.models.errors import ModelError
 from bt_manip.models.meshes import Mesh
@@ -21,7 +22,7 @@ def cache_root() -> Path:
     """Give the folder where results are kept."""
     if given := os.environ.get(CACHE_VARIABLE, ""):
         return Path(given)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "bt_manip"
+    return platformdirs.user_cache_path("bt_manip")
 
 
 def can_decompose() -> bool:

@@ -1,5 +1,43 @@
-"""A pytest plugin and what it brings: trials, start situations, contracts, coverage of trees.
+"""Tests of behaviours, trees and parts: trials, start situations, contracts, coverage.
 
-Nothing is handed on here: `bt_manip.testing.plugin` is loaded by every pytest session on a machine
-that has bt-manip, and whatever this module imports would be loaded with it.
+Each name is imported when it is first used: every pytest session on a machine with bt-manip loads
+`bt_manip.testing.plugin`, and whatever this module imports would be loaded with it.
 """
+
+from typing import TYPE_CHECKING
+
+from bt_manip.lazy_exports import lazy_exports
+
+if TYPE_CHECKING:
+    from bt_manip.testing.behaviour_contract import Example as Example
+    from bt_manip.testing.contracts import contracts_of as contracts_of
+    from bt_manip.testing.contracts import trees_of as trees_of
+    from bt_manip.testing.end_states import assert_stands_still as assert_stands_still
+    from bt_manip.testing.end_states import assert_touches_only as assert_touches_only
+    from bt_manip.testing.end_states import assert_tower as assert_tower
+    from bt_manip.testing.situations import AT_REST as AT_REST
+    from bt_manip.testing.situations import Situations as Situations
+    from bt_manip.testing.situations import built_in_situations as built_in_situations
+    from bt_manip.testing.situations import play as play
+    from bt_manip.testing.stubs import Stub as Stub
+    from bt_manip.testing.tree_runs import run_tree as run_tree
+    from bt_manip.testing.trial import Trial as Trial
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "AT_REST": ".situations",
+        "Example": ".behaviour_contract",
+        "Situations": ".situations",
+        "Stub": ".stubs",
+        "Trial": ".trial",
+        "assert_stands_still": ".end_states",
+        "assert_touches_only": ".end_states",
+        "assert_tower": ".end_states",
+        "built_in_situations": ".situations",
+        "contracts_of": ".contracts",
+        "play": ".situations",
+        "run_tree": ".tree_runs",
+        "trees_of": ".contracts",
+    },
+)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from bt_manip.runner import Station
-from bt_manip.testing.end_states import assert_stands_still, assert_touches_only, assert_tower
+from bt_manip.testing import assert_stands_still, assert_touches_only, assert_tower
 from bt_manip_blocks import ColouredBlock
 
 

@@ -2,9 +2,7 @@
 
 import pytest
 
-from bt_manip.testing.behaviour_contract import Example
-from bt_manip.testing.contracts import contracts_of, trees_of
-from bt_manip.testing.tree_runs import run_tree
+from bt_manip.testing import Example, contracts_of, run_tree, trees_of
 
 from .end_states import a_tower_of_four_stands, every_block_is_in_its_row
 

@@ -4,9 +4,7 @@ import pytest
 
 from bt_manip.behaviours import CloseGripper, Hover
 from bt_manip.runner import build_station as build
-from bt_manip.testing.behaviour_contract import Example
-from bt_manip.testing.contracts import contracts_of, trees_of
-from bt_manip.testing.situations import built_in_situations, play
+from bt_manip.testing import Example, built_in_situations, contracts_of, play, trees_of
 
 OVER_THE_BUTTON = "over the button"
 

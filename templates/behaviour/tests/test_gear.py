@@ -3,8 +3,7 @@
 import pytest
 from bt_manip.cell import Cube
 from bt_manip.spatial import pose
-from bt_manip.testing.behaviour_contract import Example
-from bt_manip.testing.contracts import contracts_of
+from bt_manip.testing import Example, contracts_of
 
 from bt_manip_gear.gear import Gear
 
