@@ -61,7 +61,7 @@ def register_behaviours(register: Callable[..., None]) -> None:
         "OpenGripper", "CloseGripper",
         "MoveToPose", "MoveToConfiguration", "MoveHome", "MoveLinear", "MoveThrough", "MoveArc",
         "Approach", "Retreat",
-        "FollowTarget", "Stop", "SetSpeed", "IsAt",
+        "FollowTarget", "Stop", "SetSpeed", "SwitchController", "IsAt",
     ):  # fmt: skip
         register(getattr(behaviours, name))
 

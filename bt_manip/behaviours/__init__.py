@@ -25,3 +25,4 @@ from .remove_object import RemoveObject as RemoveObject
 from .set_speed import SetSpeed as SetSpeed
 from .spawn_object import SpawnObject as SpawnObject
 from .stop import Stop as Stop
+from .switch_controller import SwitchController as SwitchController

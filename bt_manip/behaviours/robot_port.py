@@ -8,7 +8,7 @@ from bt_manip.arm import Arm
 from bt_manip.bt import Input
 from bt_manip.bt.nodes import Condition, Node
 from bt_manip.cell import CellError
-from bt_manip.control import GripperController
+from bt_manip.control import ControllerManager, GripperController
 from bt_manip.exceptions import PortError, did_you_mean
 
 ENTRY = "robot"
@@ -76,6 +76,12 @@ class RobotPort(Node):
         """The arm of the robot that is meant."""
         arm: Arm = self._robots[self._robot_name].arm
         return arm
+
+    @property
+    def controllers(self) -> ControllerManager:
+        """The controllers of the robot that is meant."""
+        controllers: ControllerManager = self._robots[self._robot_name].controllers
+        return controllers
 
     @property
     def gripper(self) -> GripperController:

@@ -145,7 +145,7 @@ class _Job:
             if options.resume is not None and resumed is not None:
                 go_on(options.resume, resumed, prepared, self._recorder)
             observers += takers(options.snapshots, self._recorder)
-        observers += extra_observers(plugins, request.controller, options.records)
+        observers += extra_observers(plugins, options.records)
         if options.watch:
             from bt_manip.runner import Reloader, known_behaviours
 

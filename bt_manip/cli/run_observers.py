@@ -10,12 +10,11 @@ from bt_manip.recording import check_writable
 from bt_manip.runner import RunObserver, Stopwatch
 
 
-def extra_observers(plugins: Plugins, controller: str, records: Iterable[str]) -> list[RunObserver]:
-    """Make the recorders that were asked for, and what lets plugins watch and watches them.
+def extra_observers(plugins: Plugins, records: Iterable[str]) -> list[RunObserver]:
+    """Make the requested recorders, the plugins' observers and the stopwatch of controllers.
 
     Args:
         plugins: All plugins.
-        controller: Name of the controller of the run.
         records: What stands behind each ``--record``.
 
     Raises:
@@ -23,10 +22,11 @@ def extra_observers(plugins: Plugins, controller: str, records: Iterable[str]) -
     """
     observers = [_recorder(plugins, text) for text in records]
     observers += plugin_observers(plugins, print_warning)
-    owner = _owner(plugins, plugins.parts.controllers.owner(controller))
-    if owner is not None:
-        who = f"controller '{controller}' of {owner.label}"
-        observers.append(Stopwatch(who, print_warning))
+    controllers = plugins.parts.controllers
+    owners = {name: _owner(plugins, controllers.owner(name)) for name in controllers.names()}
+    labels = {n: f"controller '{n}' of {owner.label}" for n, owner in owners.items() if owner}
+    if labels:
+        observers.append(Stopwatch(labels, print_warning))
     return observers
 
 

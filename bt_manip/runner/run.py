@@ -144,6 +144,8 @@ class _Loop:
             status = self._tree.tick()
             if status is not NodeStatus.RUNNING:
                 self._run.progress.cycle = cycle + 1
+                for robot in self._run.station.robots.values():
+                    robot.controllers.switch(robot.controllers.default)
             self._steps()
         succeeded = status is NodeStatus.SUCCESS
         for observer in self._observers:

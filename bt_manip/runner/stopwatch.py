@@ -1,51 +1,90 @@
-"""Find out whether a controller is slow, without changing what it does."""
+"""Measuring the computing time of controllers during a run."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from bt_manip.runner.observer import RunObserver
+from .observer import RunObserver
 
 SLOW = 0.5
-"""Share of a control step from which on a call is slow.
+"""Fraction of the control step beyond which a call is slow.
 
-A controller is slow when most of its calls are: what a busy machine does to some does not count.
+A controller is slow if most of its calls are: single calls may be slow on a busy machine.
 """
 
 WARM_UP = 10
-"""Calls that do not count: the first ones of anything take longer."""
+"""First calls of a controller, which take longer and are not counted."""
 
 
 class Stopwatch(RunObserver):
-    """Times a controller's ``compute`` through a run, and says at its end if it is slow.
+    """Measures the wall time of ``compute`` of the active controllers, and warns of slow ones."""
 
-    With several robots that is the controller of all that have the same one as the first.
-    """
-
-    def __init__(self, who: str, warn: Callable[[str], None]) -> None:
-        """Watch a controller.
+    def __init__(self, labels: Mapping[str, str], warn: Callable[[str], None]) -> None:
+        """Choose the controllers.
 
         Args:
-            who: What to call it.
-            warn: Takes the one line about one that is slow.
+            labels: The controllers to measure: how a warning calls them, by registered name.
+            warn: Takes one line for each slow controller.
         """
-        self._who, self._warn = who, warn
-        self._calls = self._slow = 0
-        self._busy = self._wall = 0.0  # [s]
-        self._timed: list[tuple[Any, Any]] = []  # controllers, and what stands before them
+        self._labels, self._warn = labels, warn
+        self._timings: dict[str, _Timing] = {}
+        self._timed: list[tuple[Any, Any]] = []  # controllers, and the replaced compute
 
     def run_started(self, run: Any) -> None:
-        """Stand between the controllers and whoever calls them."""
-        station = run.station
-        self._dt = station.cell.dt
-        for robot in station.robots.values():
-            if type(robot.controller) is type(station.controller):
-                self._watch(robot.controller)
+        """Measure the controllers that are active first."""
+        self._dt = run.station.cell.dt
+        self._managers = [robot.controllers for robot in run.station.robots.values()]
+        self.after_tick()
 
-    def _watch(self, controller: Any) -> None:
-        compute, clock = controller.compute, time.perf_counter
+    def after_tick(self) -> None:
+        """Measure the controllers that the tree has switched to."""
+        for manager in self._managers:
+            controller = manager.controller
+            if manager.active in self._labels and all(controller is not c for c, _ in self._timed):
+                timing = self._timings.setdefault(manager.active, _Timing(SLOW * self._dt))
+                controller.compute = timed = timing.around(controller.compute)
+                self._timed.append((controller, timed))
+
+    def run_ended(self) -> None:
+        """Stop measuring, and warn."""
+        for controller, timed in self._timed:
+            if vars(controller).get("compute") is timed:
+                del controller.compute
+        for name, timing in self._timings.items():
+            if timing.is_slow:
+                mean = timing.busy / timing.counted
+                self._warn(
+                    f"{self._labels[name]} is slow: it takes {1e3 * mean:.2g} ms in each control "
+                    f"step of {1e3 * self._dt:g} ms ({mean / self._dt:.0%}), which is "
+                    f"{timing.busy / timing.wall:.0%} of the time that a step takes; the results "
+                    "are the same"
+                )
+
+
+class _Timing:
+    """The calls of one controller.
+
+    Attributes:
+        counted: Number of calls after the warm-up.
+        busy: Their wall time [s].
+        wall: Wall time since the warm-up [s].
+    """
+
+    def __init__(self, slow: float) -> None:
+        """Set from which wall time on a call is slow [s]."""
+        self._limit, self._slow_calls = slow, 0
+        self.counted, self.busy, self.wall = -WARM_UP, 0.0, 0.0
+
+    @property
+    def is_slow(self) -> bool:
+        """Whether most calls were slow."""
+        return 2 * self._slow_calls > max(self.counted, 0)
+
+    def around(self, compute: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
+        """Return a function that calls another one and measures the call."""
+        clock = time.perf_counter
 
         def timed(*arguments: np.ndarray) -> np.ndarray:
             start = clock()
@@ -53,30 +92,12 @@ class Stopwatch(RunObserver):
                 return compute(*arguments)
             finally:
                 end = clock()
-                self._calls += 1
-                if self._calls == WARM_UP:
+                self.counted += 1
+                if self.counted == 0:
                     self._began = end
-                elif self._calls > WARM_UP:
-                    self._busy += end - start
-                    self._slow += end - start > SLOW * self._dt
-                    self._wall = end - self._began
+                elif self.counted > 0:
+                    self.busy += end - start
+                    self._slow_calls += end - start > self._limit
+                    self.wall = end - self._began
 
-        controller.compute = timed
-        self._timed.append((controller, timed))
-
-    def run_ended(self) -> None:
-        """Step aside, and warn."""
-        for controller, timed in self._timed:
-            if vars(controller).get("compute") is timed:
-                del controller.compute
-        if not self._timed:
-            return
-        counted = self._calls - WARM_UP
-        if 2 * self._slow <= max(counted, 0):
-            return
-        mean = self._busy / counted
-        self._warn(
-            f"{self._who} is slow: it takes {1e3 * mean:.2g} ms in each control step of "
-            f"{1e3 * self._dt:g} ms ({mean / self._dt:.0%}), which is "
-            f"{self._busy / self._wall:.0%} of the time that a step takes; the results are the same"
-        )
+        return timed

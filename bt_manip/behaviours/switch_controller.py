@@ -1,0 +1,41 @@
+"""Switch the controller of an arm."""
+
+import contextlib
+from typing import Any
+
+from bt_manip.bt import Input, Status
+from bt_manip.exceptions import PortError
+
+from .arm_behaviour import ArmBehaviour
+
+
+class SwitchController(ArmBehaviour):
+    """Make another controller the active one of the arm, without a step in torque.
+
+    An arm at rest then holds its measured configuration; a motion continues. At the end of a cycle
+    the arm gets its own controller back by itself.
+    """
+
+    controller = Input(
+        str, default="", doc="Registered name of the controller; by default the arm's own."
+    )
+
+    def setup(self, **infrastructure: Any) -> None:
+        """Make the controller, where port and robot are known already.
+
+        Raises:
+            ControlError: If there is no controller of that name.
+        """
+        super().setup(**infrastructure)
+        with contextlib.suppress(PortError):
+            if self.robot_name and self.controller:
+                self.controllers.get(self.controller)
+
+    def start(self) -> None:
+        """Switch."""
+        self.controllers.switch(self.controller or self.controllers.default)
+
+    def update(self) -> Status:
+        """Succeed: the torques are faded while the tree goes on."""
+        self.feedback_message = self.controllers.active
+        return Status.SUCCESS
