@@ -10,10 +10,10 @@ from bt_manip.cell import Cell
 from bt_manip.control import (
     TRANSFER_TIME,
     ComputedTorque,
+    ControlError,
     Controller,
     ControllerFault,
     ControllerManager,
-    ControlError,
     GravityCompensatedPD,
     Hold,
 )
