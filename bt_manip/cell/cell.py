@@ -1,6 +1,8 @@
-"""The cell: an arena whose entities come and go while the physics runs."""
+"""The cell: entities in an arena, and their simulation."""
 
-from collections.abc import Callable, Mapping, Sequence
+import contextlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import mujoco
@@ -8,23 +10,32 @@ import numpy as np
 import pinocchio as pin
 from dm_control import composer, mjcf
 
-from bt_manip.cell.altered_contents import AlteredContents
-from bt_manip.cell.contacts.contact_events import ContactEvent, ContactEventDetector
-from bt_manip.cell.contacts.contact_monitor import ContactMonitor
-from bt_manip.cell.contacts.contacts import Contacts
-from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.physics.attachment import Factory
-from bt_manip.cell.physics.state import integration_state
 from bt_manip.exceptions import did_you_mean
 from bt_manip.spatial import pose as make_pose
 
+from .arena import Arena
+from .contacts.contact_events import ContactEvent, ContactEventDetector
+from .contacts.contact_monitor import ContactMonitor
+from .contacts.contacts import Contacts
+from .exceptions import CellError, OverlapError
+from .naming import unique_name
+from .objects.cell_object import as_object
+from .physics.arena_model import ArenaModel, InitialOverrides
+from .physics.attachment import Attachment, Factory
+from .physics.compiled_physics import CompiledPhysics
+from .physics.model_properties import ENTITY
+from .physics.overrides import kind_of, nominal_value
+from .physics.placement_search import FREE_OVERLAP
+from .physics.state import integration_state
+from .region import Region
 
-class Cell(AlteredContents):
-    """Owns the arena and its compiled physics, and is the one loop that steps it.
 
-    Entities live by composer's hooks: ``after_compile`` runs for all of them after every change,
-    ``initialize_episode`` once for each that is new, ``before_substep`` and ``after_substep``
-    around each step, in the order in which ``composer.Environment`` runs them.
+class Cell:
+    """An arena with entities that are added and removed while the physics runs.
+
+    Entities work by composer's hooks: ``after_compile`` runs for all of them after every compile,
+    ``initialize_episode`` once for each new one, ``before_substep`` and ``after_substep`` around
+    each step, in the order in which ``composer.Environment`` runs them.
     """
 
     def __init__(
@@ -33,168 +44,434 @@ class Cell(AlteredContents):
         timestep: float = 1e-3,
         random_state: np.random.RandomState | None = None,
     ):
-        """Make a cell with nothing in it, or with what the arena already holds.
+        """Make an empty cell, or one with the entities of an arena.
 
         Args:
-            arena: The room; default: the project's own.
+            arena: The arena; default: the project's own.
             timestep: Step of the physics [s].
-            random_state: What composer's hooks get to draw from; default: seed 0.
+            random_state: Passed to composer's hooks; default: seed 0.
         """
-        super().__init__(arena, timestep, random_state)
+        arena = arena if arena is not None else Arena(timestep=timestep)
+        arena.mjcf_model.option.timestep = timestep
+        self.random_state = random_state or np.random.RandomState(0)
+        self._model = ArenaModel(arena, self.random_state)
+        self.before_remove: list[Callable[[str], None]] = []
+        """Called with the name of an entity before it is removed."""
         self.contact_changed: list[Callable[[ContactEvent], None]] = []
-        """Called after each step with every contact that begins or ends; costs nothing if empty."""
-        self._changes: ContactEventDetector | None = None
+        """Called after each step for every contact that begins or ends; free if empty."""
+        self._contact_events: ContactEventDetector | None = None
 
-    # How it moves
+    @property
+    def compiles_kept(self) -> int:
+        """Number of earlier physics that are kept for when the same entities are here again.
+
+        0 at first; each takes as much memory as the one in use. Returning to a kept physics takes
+        a fraction of the time of a compile, and gives the same bits.
+        """
+        return self._model.cache.limit
+
+    @compiles_kept.setter
+    def compiles_kept(self, limit: int) -> None:
+        self._model.cache.limit = limit
+
+    # Entities
+
+    @property
+    def arena(self) -> composer.Arena:
+        """Composer's arena with everything in it."""
+        return self._model.arena
+
+    @property
+    def generation(self) -> int:
+        """Number of compiles; views of the physics are outdated when it has changed."""
+        return self._model.generation
+
+    @property
+    def entities(self) -> Mapping[str, composer.Entity]:
+        """Everything that was added, robots included, by name, in order."""
+        return MappingProxyType({name: a.entity for name, a in self._model.attachments.items()})
+
+    @property
+    def objects(self) -> Mapping[str, composer.Entity]:
+        """The entities that have a ``category`` or move freely, by name, in order."""
+        things = self._model.attachments.items()
+        return MappingProxyType(
+            {n: a.entity for n, a in things if a.free or as_object(a.entity).category}
+        )
+
+    def find(self, name: str) -> composer.Entity:
+        """Return the entity of a name.
+
+        Raises:
+            CellError: If there is none; the nearest names are offered.
+        """
+        return self._model.find(name).entity
+
+    def add(
+        self,
+        entity: composer.Entity,
+        pose: pin.SE3 | None = None,
+        *,
+        name: str | None = None,
+        free: bool | None = None,
+        overlap: float = 2e-3,
+    ) -> str:
+        """Add an entity; the state of all others is kept bit for bit.
+
+        Args:
+            entity: A composer entity that is attached nowhere.
+            pose: Pose of its root in the world; default: the origin.
+            name: Its name, which must not be taken; default: its model's name, with ``_1``,
+                ``_2``, ... if that is taken.
+            free: Whether it moves freely; default: the entity's own ``free``, or fixed.
+            overlap: Largest accepted penetration with anything that it can collide with [m].
+
+        Returns:
+            Its name.
+
+        Raises:
+            OverlapError: If it would penetrate something deeper; the cell is unchanged.
+            CellError: If the name is taken or the model does not compile; the cell is unchanged.
+        """
+        model_name = entity.mjcf_model.model
+        label, attachment = self._prepare(entity, pose or pin.SE3.Identity(), name, free)
+        try:
+            with self._model.change(f"'{label}' cannot be added"):
+                self._model.attach(label, attachment, max_overlap=overlap)
+        except CellError:
+            entity.mjcf_model.model = model_name
+            raise
+        return label
+
+    def place(
+        self,
+        entity: composer.Entity,
+        region: Region,
+        rng: np.random.Generator,
+        *,
+        name: str | None = None,
+        free: bool | None = None,
+        attempts: int = 100,
+        drop: bool = False,
+    ) -> str:
+        """Add an entity at a free pose that is sampled from a region.
+
+        Args:
+            entity: A composer entity that is attached nowhere.
+            region: Where its origin may be.
+            rng: Samples the poses.
+            name: As for ``add``.
+            free: As for ``add``.
+            attempts: Number of poses to try.
+            drop: Whether it falls from there in a copy of the cell, all else standing still, and
+                is added where it comes to rest.
+
+        Returns:
+            Its name.
+
+        Raises:
+            CellError: If no pose was free, with the reason; the cell is unchanged.
+        """
+        T_wo = region.sample(rng)
+        if not drop and not self._model.editing:
+            with contextlib.suppress(OverlapError):  # usually the first pose is free
+                return self.add(entity, T_wo, name=name, free=free, overlap=FREE_OVERLAP)
+        label, attachment = self._prepare(entity, T_wo, name, free)
+        if drop and not attachment.free:
+            raise CellError(f"'{label}' is fixed: only what moves freely can be dropped")
+        with self._model.placement_search(label, attachment) as placement:
+            T_wo = placement.search(region, rng, first=T_wo, attempts=attempts, drop=drop)
+        return self.add(entity, T_wo, name=name, free=free)
+
+    def remove(self, name: str) -> composer.Entity:
+        """Remove an entity; the state of all others is kept bit for bit.
+
+        The callbacks in ``before_remove`` are called first.
+
+        Returns:
+            The entity, which can be added again.
+
+        Raises:
+            CellError: If there is none of that name; the cell is unchanged.
+        """
+        entity = self.find(name)
+        for callback in tuple(self.before_remove):
+            callback(name)
+        with self._model.change(f"'{name}' cannot be removed"):
+            self._model.detach(name)
+            self._model.overrides.remove(name)
+        return entity
+
+    def move(self, name: str, T_we: pin.SE3, *, overlap: float = 2e-3) -> None:
+        """Set the pose of an entity, at rest; what rests on it does not move with it.
+
+        Moving a fixed entity takes a compile.
+
+        Args:
+            name: The entity.
+            T_we: Its new pose in the world.
+            overlap: Largest accepted penetration with anything that it can collide with [m].
+
+        Raises:
+            OverlapError: If it would penetrate something deeper; the cell is unchanged.
+            CellError: If there is none of that name; the cell is unchanged.
+        """
+        attachment = self._model.find(name)
+        moved = Attachment.at(attachment.entity, T_we, attachment.free)
+        if attachment.free and name in self._physics.free_joints:
+            self._physics.move(name, moved, overlap)
+            return
+        with self._model.change(f"'{name}' cannot be moved"):
+            self._model.relocate(name, moved, max_overlap=overlap)
+
+    @contextlib.contextmanager
+    def editing(self) -> Iterator[None]:
+        """Compile once for all that is added and removed inside, or leave the cell as it was.
+
+        Inside, the physics is still the old one. Edits of the MJCF of the arena or of entities are
+        compiled too; assign whole values (``geom.size = ...``), because a number written into an
+        array of an attached model goes unnoticed.
+
+        Raises:
+            CellError: If the changed cell does not compile.
+        """
+        with self._model.edit():
+            yield
+
+    # Overrides
+
+    @property
+    def initial_overrides(self) -> InitialOverrides | None:
+        """Called for each new entity: returns the overrides that it begins with; None at first."""
+        return self._model.initial_overrides
+
+    @initial_overrides.setter
+    def initial_overrides(self, initial_overrides: InitialOverrides | None) -> None:
+        self._model.initial_overrides = initial_overrides
+
+    def override(self, element: str, **values: Any) -> None:
+        """Override physical properties of an entity, light or camera until it is removed.
+
+        Nothing is compiled. Overrides outlast later compiles and are part of snapshots.
+
+        Args:
+            element: An entity's name, ``light:NAME``, or ``camera:NAME``.
+            values: Values by property; None removes an override. An entity has ``mass`` [kg],
+                ``friction``, ``colour`` and the ``gain`` of its actuators, a factor each; a light
+                has ``position`` [m], ``direction``, ``colour`` and ``brightness``, a factor; a
+                camera has ``position`` [m], ``rotation`` [rad] about its own axes, and ``fovy``
+                [degrees].
+
+        Raises:
+            CellError: If there is no such element or property, or a value is impossible; nothing
+                is changed then.
+        """
+        self._check_entity(element)
+        self._model.overrides.put(element, values, self._physics.nominal)
+        self._physics.apply_overrides(self._model.overrides)
+
+    @property
+    def overrides(self) -> dict[str, dict[str, Any]]:
+        """All overrides, by element and property, as plain data."""
+        return self._model.overrides.get_state()
+
+    def nominal(self, element: str, name: str) -> Any:
+        """Return the value of a physical property without overrides.
+
+        Raises:
+            CellError: If there is no such element or property.
+        """
+        self._check_entity(element)
+        return nominal_value(self._physics.nominal, element, name)
+
+    @property
+    def nominal_model(self) -> mujoco.MjModel:
+        """MuJoCo's model without overrides: what controllers and behaviours may know.
+
+        The same object as ``model`` if there are none.
+        """
+        return self._physics.nominal
+
+    # Simulation
 
     def step(self, n: int = 1, *, then: Sequence[Callable[[], None]] = ()) -> None:
         """Make ``n`` control steps: the entities' hooks around each step of the physics.
 
         Args:
-            n: How many; many at once cost a little less than one by one.
-            then: Called after each.
+            n: Number of steps; many at once cost a little less than one by one.
+            then: Called after each step.
 
         Raises:
-            PhysicsDiverged: When MuJoCo warns, as it does of numbers that are not finite.
+            PhysicsDiverged: If MuJoCo warns, as it does of numbers that are not finite.
         """
         if not self.contact_changed:
-            self._changes = None
-            self._compiled.step(n, self.random_state, then)
+            self._contact_events = None
+            self._physics.step(n, self.random_state, then)
             return
-        changes = self._changes = self._changes or ContactEventDetector(self.contacts)
+        detector = self._contact_events = self._contact_events or ContactEventDetector(
+            self.contacts
+        )
         for _ in range(n):
-            self._compiled.step(1, self.random_state)
-            for event in changes.look(self.contacts, self.time):
-                for listener in tuple(self.contact_changed):
-                    listener(event)
-            for look in then:
-                look()
+            self._physics.step(1, self.random_state)
+            for event in detector.update(self.contacts, self.time):
+                for callback in tuple(self.contact_changed):
+                    callback(event)
+            for step_callback in then:
+                step_callback()
 
     @property
     def physics(self) -> mjcf.Physics:
-        """The compiled physics; a change of the cell makes a new one."""
-        return self._compiled.physics
+        """The compiled physics; each compile makes a new one."""
+        return self._physics.physics
 
     @property
     def model(self) -> mujoco.MjModel:
-        """MuJoCo's own model, with what has been altered; the one that is simulated."""
-        return self._compiled.model
+        """MuJoCo's model that is simulated, overrides included."""
+        return self._physics.model
 
     @property
     def data(self) -> mujoco.MjData:
-        """MuJoCo's own data."""
-        return self._compiled.data
+        """MuJoCo's data."""
+        return self._physics.data
 
     @property
     def time(self) -> float:
         """Simulated time [s]."""
-        return self._compiled.data.time
+        return self._physics.data.time
 
     @property
     def dt(self) -> float:
         """Duration of a step [s]."""
-        return self._compiled.model.opt.timestep
+        return self._physics.model.opt.timestep
 
-    # Where things are, and what touches what
+    # Poses and contacts
 
     def pose(self, name: str) -> pin.SE3:
-        """Give the pose of an entity's root in the world, ``T_we``.
+        """Return the pose of an entity's root in the world, ``T_we``.
 
         Raises:
-            CellError: When there is none of that name.
+            CellError: If there is none of that name.
         """
-        placement = self._inventory.find(name)
-        if not placement.free or name not in self._compiled.free_joints:
-            return placement.pose
-        qpos, _ = self._compiled.free_joints[name]
+        attachment = self._model.find(name)
+        if not attachment.free or name not in self._physics.free_joints:
+            return attachment.pose
+        qpos, _ = self._physics.free_joints[name]
         q = self.data.qpos[qpos : qpos + 7]
         return make_pose(q[:3], q[3:])
 
     def velocity(self, name: str) -> np.ndarray:
-        """Give the velocity of an entity's root: linear, then angular, both in the world.
+        """Return the velocity of an entity's root: linear, then angular, both in the world.
 
         Raises:
-            CellError: When there is none of that name.
+            CellError: If there is none of that name.
         """  # (6,) [m/s, rad/s]
-        if not self._inventory.find(name).free or name not in self._compiled.free_joints:
+        if not self._model.find(name).free or name not in self._physics.free_joints:
             return np.zeros(6)
-        _, dof = self._compiled.free_joints[name]
+        _, dof = self._physics.free_joints[name]
         v = self.data.qvel[dof : dof + 6].copy()
         v[3:] = self.pose(name).rotation @ v[3:]  # a free joint's angular part is local
         return v
 
     def body_id(self, name: str) -> int:
-        """Give the id of the root body of an entity, or of a body called ``entity/body``.
+        """Return the id of the root body of an entity, or of a body called ``entity/body``.
 
         Raises:
-            CellError: When nothing is called so.
+            CellError: If there is none of that name.
         """
-        labels = self._compiled.labels
+        names = self._physics.body_names
         try:
-            return labels.body_ids(name)[0]
+            return names.body_ids(name)[0]
         except KeyError:
             raise CellError(
-                f"no body or entity is called '{name}'{did_you_mean(name, labels.names())}"
+                f"no body or entity is called '{name}'{did_you_mean(name, names.names())}"
             ) from None
 
     @property
     def contacts(self) -> Contacts:
         """The contacts of the last step."""
-        return self._compiled.contacts
+        return self._physics.contacts
 
     @property
     def contact_monitor(self) -> ContactMonitor:
-        """The judge of each step's contacts."""
-        return self._compiled.contact_monitor
+        """Tells which contacts of the last step robots should not have."""
+        return self._physics.contact_monitor
 
-    # Its state
+    # State
 
     def state_bytes(self) -> bytes:
-        """Give MuJoCo's integration state as bytes, for digests and comparisons."""
+        """Return MuJoCo's integration state as bytes, for digests and comparisons."""
         return integration_state(self.model, self.data).tobytes()
 
     def snapshot(self) -> dict[str, Any]:
-        """Give all that the cell's future follows from, as plain data.
+        """Return everything that the cell's future depends on, as plain data.
 
-        The integration state, what stands in the cell with the states of those objects that have
-        one, what is altered, and what composer's hooks draw from. Robots and controllers give
-        theirs by themselves.
+        That is the integration state, the entities with the states of those objects that have
+        one, overrides, and the state of ``random_state``. Robots and controllers have a
+        ``get_state`` of their own.
         """
-        before = self._compiled.before_last_step()
+        before = self._physics.state_before_last_step()
         algorithm, keys, *rest = self.random_state.get_state()
+        states = {name: as_object(entity).get_state() for name, entity in self.objects.items()}
         return {
-            "entities": [p.describe(name) for name, p in self._inventory.placed.items()],
-            "altered": self._assembly.overrides.get_state(),
-            "states": {
-                n: e.get_state() for n, e in self.objects.items() if hasattr(e, "get_state")
-            },
+            "entities": [a.describe(name) for name, a in self._model.attachments.items()],
+            "altered": self._model.overrides.get_state(),
+            "states": {name: state for name, state in states.items() if state is not None},
             "integration": integration_state(self.model, self.data).tolist(),
             "before": None if before is None else before.tolist(),
             "random_state": [algorithm, np.asarray(keys).tolist(), *rest],
         }
 
     def restore(self, snapshot: Mapping[str, Any], factory: Factory | None = None) -> None:
-        """Come back to a moment, taking out and putting in entities where that is needed.
+        """Return to a snapshot, adding and removing entities if needed.
 
-        What already stands at its place in the order, alike in name and kind, stays what it is.
+        Entities that match the snapshot at their position in the order are kept.
 
         Args:
-            snapshot: What ``snapshot`` gave.
-            factory: Makes the entity of an entry of ``snapshot["entities"]``; needed where the
-                cell lacks one.
+            snapshot: What ``snapshot`` returned.
+            factory: Makes the entity of an entry of ``snapshot["entities"]``; needed if the cell
+                lacks one.
 
         Raises:
-            CellError: When an entity is missing and cannot be made, or the numbers do not fit;
-                the cell is unchanged but for entities that came and went.
+            CellError: If an entity is missing and cannot be made, or the numbers do not fit; then
+                only entities were added and removed.
         """
-        self._become(snapshot["entities"], snapshot["altered"], factory)
+        self._model.restore(snapshot["entities"], snapshot["altered"], factory)
         before = snapshot["before"]
         try:
-            self._compiled.restore(
+            self._physics.restore(
                 np.array(snapshot["integration"]), None if before is None else np.array(before)
             )
         except ValueError as error:
             raise CellError(f"the snapshot does not fit this cell: {error}") from error
-        for name, kept in snapshot["states"].items():
-            self.objects[name].set_state(kept)
+        for name, state in snapshot["states"].items():
+            as_object(self.objects[name]).set_state(state)
         self.random_state.set_state(tuple(snapshot["random_state"]))
+
+    # Internal
+
+    def _prepare(
+        self, entity: composer.Entity, T_we: pin.SE3, name: str | None, free: bool | None
+    ) -> tuple[str, Attachment]:
+        """Choose the name of a new entity, and whether it moves freely."""
+        model_name = entity.mjcf_model.model
+        if entity.parent is not None:
+            raise CellError(f"'{model_name}' already stands in a cell or on an entity")
+        taken = self._model.attachments
+        label = name or unique_name(model_name, taken)
+        if label in taken:
+            free_name = unique_name(label, taken)
+            raise CellError(f"there is already a '{label}' in the cell; '{free_name}' is free")
+        if "/" in label:
+            raise CellError(f"a name cannot contain '/', got '{label}'")
+        free = bool(as_object(entity).free) if free is None else free
+        return label, Attachment.at(entity, T_we, free)
+
+    def _check_entity(self, element: str) -> None:
+        """Raise an error with the nearest names if an element is an entity that is not here."""
+        kind, name = kind_of(element)
+        if kind == ENTITY:
+            self.find(name)
+
+    @property
+    def _physics(self) -> CompiledPhysics:
+        return self._model.physics

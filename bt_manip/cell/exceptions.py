@@ -1,4 +1,4 @@
-"""What can go wrong in a cell."""
+"""Errors of a cell."""
 
 from bt_manip.exceptions import BtManipError
 
@@ -8,8 +8,8 @@ class CellError(BtManipError):
 
 
 class OverlapError(CellError):
-    """An object would stand inside another one; the cell is as it was before."""
+    """An object would penetrate another one; the cell is as it was before."""
 
 
 class PhysicsDiverged(RuntimeError):
-    """The simulation left the finite numbers: a fault inside, not of what a user wrote."""
+    """The simulation became unstable: an internal fault, not a user's error."""

@@ -1,4 +1,4 @@
-"""Names of entities in a cell, and of what the compiled model makes of them."""
+"""Names of entities, and of the bodies and geoms of a compiled model."""
 
 from collections.abc import Container
 
@@ -10,7 +10,7 @@ WORLD = "world"
 
 
 def unique_name(wanted: str, taken: Container[str | None]) -> str:
-    """Give ``wanted``, or the first of ``wanted_1``, ``wanted_2``, ... that is not taken."""
+    """Return ``wanted``, or the first of ``wanted_1``, ``wanted_2``, ... that is not taken."""
     if wanted not in taken:
         return wanted
     number = 1
@@ -20,10 +20,10 @@ def unique_name(wanted: str, taken: Container[str | None]) -> str:
 
 
 def name_elements(model: mjcf.RootElement) -> None:
-    """Name the geoms, joints and sites that have no name.
+    """Name the bodies, geoms, joints and sites that have no name.
 
-    PyMJCF would number them at each compile, each by a search through the whole model: for a robot
-    with a hundred nameless geoms that is a third of the compile.
+    PyMJCF would number them at each compile, each by a search through the whole model: a third of
+    the compile for a robot with a hundred nameless geoms.
     """
     for namespace in ("body", "geom", "joint", "site"):
         elements = model.find_all(namespace, exclude_attachments=True)
@@ -34,7 +34,7 @@ def name_elements(model: mjcf.RootElement) -> None:
 
 
 def body_name(full_name: str) -> str:
-    """Shorten a compiled body's name to the way people write it.
+    """Shorten the name of a compiled body.
 
     PyMJCF calls the root body of the entity ``cube`` ``cube/``; here it is ``cube``. A body inside
     keeps its name: ``panda/left_finger``. A body that only repeats its entity's name
@@ -46,13 +46,13 @@ def body_name(full_name: str) -> str:
     return f"{entity}/{body.rstrip('/')}"
 
 
-def entity_of(label: str) -> str:
+def entity_of(body: str) -> str:
     """Give the entity's part of a body label: ``panda`` of ``panda/left_finger``."""
-    return label.partition("/")[0]
+    return body.partition("/")[0]
 
 
 class BodyNames:
-    """A table from geom and body ids to ``entity/body`` names, built once per compile."""
+    """Names ``entity/body`` of the bodies and geoms of a compiled model, by id."""
 
     def __init__(self, model: mujoco.MjModel):
         """Read the names of a compiled model."""
@@ -60,24 +60,24 @@ class BodyNames:
         kind = mujoco.mjtObj.mjOBJ_BODY
         bodies = [body_name(name(model, kind, i) or "") for i in range(model.nbody)]
         inner: dict[str, int] = {}
-        for label in bodies:
-            if "/" in label:
-                inner[entity_of(label)] = inner.get(entity_of(label), 0) + 1
-        # An entity of a single body goes by its own name, whatever that body is called inside.
+        for body in bodies:
+            if "/" in body:
+                inner[entity_of(body)] = inner.get(entity_of(body), 0) + 1
+        # An entity of a single body has its own name, whatever that body is called inside.
         self.of_body = [entity_of(b) if inner.get(entity_of(b)) == 1 else b for b in bodies]
         self.of_geom = [self.of_body[b] for b in model.geom_bodyid.tolist()]
         self._model = model
         self._masks: dict[str, np.ndarray] = {}
 
     def names(self) -> list[str]:
-        """Name all bodies and entities."""
+        """Return the names of all bodies and entities."""
         return sorted({*self.of_body, *map(entity_of, self.of_body)})
 
     def body_ids(self, name: str) -> list[int]:
-        """List the bodies that a body's or entity's name means, root first.
+        """Return the bodies of a body's or entity's name, root first.
 
         Raises:
-            KeyError: When nothing has that name.
+            KeyError: If there is none of that name.
         """
         ids = [i for i, b in enumerate(self.of_body) if name in (b, entity_of(b))]
         if not ids:
@@ -85,10 +85,10 @@ class BodyNames:
         return ids
 
     def geoms(self, name: str) -> np.ndarray:
-        """Mark the geoms that a body's or entity's name means.
+        """Mask the geoms of a body's or entity's name.
 
         Raises:
-            KeyError: When nothing has that name.
+            KeyError: If there is none of that name.
         """  # (ngeom,) bool
         mask = self._masks.get(name)
         if mask is None:

@@ -1,4 +1,4 @@
-"""Where something may be put."""
+"""A region of poses."""
 
 import math
 from dataclasses import dataclass
@@ -6,23 +6,23 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.cell.exceptions import CellError
 from bt_manip.spatial import pose
+
+from .exceptions import CellError
 
 Range = tuple[float, float]
 
 
 @dataclass(frozen=True)
 class Region:
-    """Poses in a box, turned about the vertical.
+    """Upright poses in a box, with a range of yaw.
 
     Attributes:
-        x: Lowest and highest in the world [m].
-        y: Lowest and highest in the world [m].
-        z: Lowest and highest in the world [m].
-        yaw: Least and greatest turn about the vertical [rad].
-        middle: What of the thing comes to lie there, x and y in its own frame; its origin unless
-            told otherwise [m].
+        x: Bounds in the world [m].
+        y: Bounds in the world [m].
+        z: Bounds in the world [m].
+        yaw: Bounds of the rotation about the vertical [rad].
+        middle: Point of the entity that the bounds are for, x and y in its frame [m].
     """
 
     x: Range
@@ -32,10 +32,10 @@ class Region:
     middle: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Refuse what is no range.
+        """Check the bounds.
 
         Raises:
-            CellError: When a bound is missing, not finite, or the lowest is above the highest.
+            CellError: If a bound is missing, not finite, or the lower is above the upper.
         """
         for name in ("x", "y", "z", "yaw"):
             bounds = getattr(self, name)
@@ -43,7 +43,7 @@ class Region:
                 raise CellError(f"a region's {name} goes from low to high, got {bounds}")
 
     def sample(self, rng: np.random.Generator) -> pin.SE3:
-        """Draw a pose; a range of one value draws nothing."""
+        """Sample a pose; equal bounds take no random number."""
         x, y, z, yaw = (
             low if low == high else rng.uniform(low, high)
             for low, high in (self.x, self.y, self.z, self.yaw)
@@ -55,7 +55,12 @@ class Region:
         return pose((x, y, z), (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)))
 
     def covers(self, T_wo: pin.SE3, slack: float = 1e-3) -> bool:
-        """Tell whether a thing's middle is over, under or inside the region [m]."""
+        """Tell whether an entity's middle is in the region, whatever its height.
+
+        Args:
+            T_wo: Pose of the entity.
+            slack: Distance outside that is accepted [m].
+        """
         position = T_wo.act(np.array([*self.middle, 0.0]))
         return all(
             low - slack <= value <= high + slack

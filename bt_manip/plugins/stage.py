@@ -83,10 +83,10 @@ class Stage:
         self._add_factory("objects", name, factory)
         category = getattr(factory, "category", None)
         if category is not None and not isinstance(category, property):
-            from bt_manip.cell.objects import refuse_misspelt
+            from bt_manip.cell.objects import check_spelling
 
             try:
-                refuse_misspelt(category)
+                check_spelling(category)
             except BtManipError as error:
                 raise BtManipError(f"object '{name}': {error}") from None
 

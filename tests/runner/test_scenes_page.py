@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from bt_manip.cell.physics.model_properties import CAMERA, LIGHT, QUANTITIES
+from bt_manip.cell.physics.model_properties import CAMERA, LIGHT, PROPERTIES
 from bt_manip.cell.randomization import Randomization, parse_variation
 from bt_manip.cell.randomization.variations import _MAKERS
 from bt_manip.runner import build_station
@@ -30,7 +30,7 @@ def test_the_code_of_the_page_runs(capsys):
 def test_every_quantity_and_variation_is_on_the_page():
     for kind in (LIGHT, CAMERA):
         row = next(line for line in PAGE.splitlines() if line.startswith(f"| `{kind}s` |"))
-        assert set(QUANTITIES[kind]) <= set(re.findall(r"`(\w+)`", row))
+        assert set(PROPERTIES[kind]) <= set(re.findall(r"`(\w+)`", row))
     for way in _MAKERS:
         assert f"{way} = " in PAGE
     assert parse_variation({"uniform": [0, 1]})

@@ -1,38 +1,38 @@
-"""Contacts that begin and end, from step to step."""
+"""Events of contacts that begin and end."""
 
 from typing import NamedTuple
 
-from bt_manip.cell.contacts.contacts import Contacts
+from .contacts import Contacts
 
 
 class ContactEvent(NamedTuple):
-    """Two bodies begin to press each other, or cease to."""
+    """Two bodies come into contact, or lose contact."""
 
     time: float
-    """When the step was made in which that was so [s]."""
+    """Simulated time of the step [s]."""
     first: str
     second: str
     begins: bool
 
 
 class ContactEventDetector:
-    """Compares the pairs that touch with those of the step before."""
+    """Compares the pairs in contact with those of the step before."""
 
     def __init__(self, contacts: Contacts):
-        """Begin with the pairs that touch now."""
+        """Begin with the pairs that are in contact now."""
         self._contacts = contacts
         self._pairs = set(contacts.pairs())
         self._key = contacts.fingerprint()
 
-    def look(self, contacts: Contacts, time: float) -> list[ContactEvent]:
-        """Give what has changed since the last look, by name; ends first.
+    def update(self, contacts: Contacts, time: float) -> list[ContactEvent]:
+        """Return the events since the last update, sorted by name; ends first.
 
         Args:
-            contacts: The contacts of now, of this or of another compile.
-            time: The time of now [s].
+            contacts: The present contacts, of the same or of a later compile.
+            time: The present time [s].
         """
         key = contacts.fingerprint()
-        if key == self._key and contacts is self._contacts:  # ids mean others after a compile
+        if key == self._key and contacts is self._contacts:  # a compile changes ids
             return []
         before, self._pairs = self._pairs, set(contacts.pairs())
         self._contacts, self._key = contacts, key

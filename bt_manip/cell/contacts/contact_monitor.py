@@ -6,7 +6,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from bt_manip.cell.naming import BodyNames, entity_of
+from ..naming import BodyNames, entity_of
 
 # Different contact lists seen since the compile; a run of the reference task sees some hundreds.
 _MOST_REMEMBERED = 4096

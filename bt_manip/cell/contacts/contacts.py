@@ -1,4 +1,4 @@
-"""Who touches whom, and how hard."""
+"""Contacts and contact forces, by the names of bodies and entities."""
 
 from typing import NamedTuple
 
@@ -6,20 +6,21 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.naming import BodyNames
 from bt_manip.exceptions import did_you_mean
+
+from ..exceptions import CellError
+from ..naming import BodyNames
 
 
 class Wrench(NamedTuple):
-    """A force and a torque at a named point, in a named frame."""
+    """A force and a torque about a point, in a frame."""
 
     force: np.ndarray  # (3,) [N]
     torque: np.ndarray  # (3,) [N m]
 
 
 class ContactForce(NamedTuple):
-    """What one body does to another where they touch."""
+    """The force of one body on another."""
 
     normal: float  # [N] sum over the contact points, never negative
     friction: float  # [N] length of the sum of the tangential forces
@@ -27,27 +28,27 @@ class ContactForce(NamedTuple):
 
 
 class Contacts:
-    """The contacts of the last step, asked by the names of bodies and entities.
+    """The contacts of the last step, by the names of bodies and entities.
 
-    A body is called ``entity/body``, or just ``entity`` where the entity has one body. Asking for
-    an entity means all its bodies. Forces are those of the step just made (``mj_step`` leaves
-    contacts and forces of the state it started from, and they fit each other).
+    A body is called ``entity/body``, or just ``entity`` if the entity has one body; an entity's
+    name means all its bodies. Contacts and forces are those of the state that the last step
+    started from, as ``mj_step`` leaves them.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, labels: BodyNames):
-        """Look at one compiled model; a new compile makes a new object."""
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, body_names: BodyNames):
+        """Read the contacts of one compiled model; each compile makes a new object."""
         self._model = model
         self._data = data
-        self._labels = labels
+        self._body_names = body_names
         self._force = np.zeros(6)
 
     def fingerprint(self) -> bytes:
-        """Give what changes whenever any pair of geoms begins or ceases to press."""
+        """Return bytes that change when the set of active contacts changes."""
         return self._data.contact.geom.tobytes() + self._active().tobytes()
 
     def pairs(self) -> list[tuple[str, str]]:
-        """Name the pairs of bodies that touch, each once, sorted."""
-        body = self._labels.of_geom
+        """Return the pairs of bodies in contact, each once, sorted."""
+        body = self._body_names.of_geom
         geoms = self._data.contact.geom
         found = {
             (min(body[a], body[b]), max(body[a], body[b]))
@@ -56,16 +57,16 @@ class Contacts:
         return sorted(found)
 
     def touching(self, name: str, other: str | None = None) -> bool:
-        """Tell whether a body or entity touches another one, or anything outside itself."""
+        """Tell whether a body or entity is in contact with another one, or with any other."""
         first, second = self._sides(name, other)
         geoms = self._data.contact.geom[self._active()]
         a, b = first[geoms[:, 0]], first[geoms[:, 1]]
         return bool(((a & second[geoms[:, 1]]) | (b & second[geoms[:, 0]])).any())
 
     def partners(self, name: str) -> list[str]:
-        """Name the bodies that touch a body or entity from outside."""
+        """Return the bodies of other entities in contact with a body or entity."""
         mine, others = self._sides(name, None)
-        body = self._labels.of_geom
+        body = self._body_names.of_geom
         found = set()
         for a, b in self._data.contact.geom[self._active()].tolist():
             if mine[a] and others[b]:
@@ -75,10 +76,10 @@ class Contacts:
         return sorted(found)
 
     def between(self, name: str, other: str) -> ContactForce:
-        """Give the force with which ``name`` presses on ``other``.
+        """Return the force of ``name`` on ``other``.
 
         Raises:
-            CellError: When no body or entity has such a name.
+            CellError: If no body or entity has such a name.
         """
         first, second = self._sides(name, other)
         normal = 0.0
@@ -94,20 +95,20 @@ class Contacts:
     def wrench(
         self, name: str, *, point: np.ndarray | None = None, frame: pin.SE3 | None = None
     ) -> Wrench:
-        """Sum all contact forces from outside on a body or entity.
+        """Return the sum of all external contact forces on a body or entity.
 
         Args:
             name: The body or entity that the wrench acts on.
             point: Point that the torque is taken about, in the world [m]; default: the origin of
                 ``frame``, or of the body where no frame is given.  # (3,)
-            frame: Axes that the wrench is given in; default: the world's.
+            frame: Frame of the wrench; default: the world.
 
         Raises:
-            CellError: When no body or entity has such a name.
+            CellError: If no body or entity has such a name.
         """
         mine, others = self._sides(name, None)
         if point is None:
-            origin = self._data.xpos[self._labels.body_ids(name)[0]]
+            origin = self._data.xpos[self._body_names.body_ids(name)[0]]
             point = frame.translation if frame is not None else origin
         force, torque = np.zeros(3), np.zeros(3)
         positions = self._data.contact.pos
@@ -122,13 +123,13 @@ class Contacts:
         return Wrench(force, torque)
 
     def penetration(self, name: str, other: str) -> float:
-        """Give the deepest overlap of two bodies or entities [m], 0 where they do not touch."""
+        """Return the largest penetration of two bodies or entities [m]; 0: not in contact."""
         first, second = self._sides(name, other)
         depth = self._data.contact.dist
         return max((-float(depth[i]) for i, _ in self._contacts_between(first, second)), default=0)
 
     def _active(self) -> np.ndarray:
-        """Select the contacts that press: near ones inside a margin have no address."""
+        """Mask the active contacts: those inside a margin only have no constraint address."""
         return self._data.contact.efc_address >= 0
 
     def _sides(self, name: str, other: str | None) -> tuple[np.ndarray, np.ndarray]:
@@ -137,13 +138,13 @@ class Contacts:
 
     def _geoms(self, name: str) -> np.ndarray:
         try:
-            return self._labels.geoms(name)
+            return self._body_names.geoms(name)
         except KeyError:
-            near = did_you_mean(name, self._labels.names())
+            near = did_you_mean(name, self._body_names.names())
             raise CellError(f"no body or entity of this cell is called '{name}'{near}") from None
 
     def _contacts_between(self, first: np.ndarray, second: np.ndarray) -> list[tuple[int, float]]:
-        """Index the contacts of two sets of geoms; sign +1 where the first set comes first."""
+        """Return the contacts of two sets of geoms, with sign +1 if the first set comes first."""
         geoms = self._data.contact.geom
         a, b = geoms[:, 0], geoms[:, 1]
         active = self._active()
@@ -153,6 +154,6 @@ class Contacts:
         return [(int(i), 1.0 if forth[i] else -1.0) for i in signed]
 
     def _contact_force(self, index: int) -> np.ndarray:
-        """Read a contact's force and torque into the buffer; give its axes as rows."""  # (3, 3)
+        """Read a contact's force and torque into the buffer; return its axes as rows."""  # (3, 3)
         mujoco.mj_contactForce(self._model, self._data, index, self._force)
         return self._data.contact.frame[index].reshape(3, 3)

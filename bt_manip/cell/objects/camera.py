@@ -10,8 +10,8 @@ import pinocchio as pin
 from dm_control import composer, mjcf
 from dm_control.composer.observation import observable
 
-from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.naming import BodyNames, entity_of
+from ..exceptions import CellError
+from ..naming import BodyNames, entity_of
 
 NOTHING = -1
 

@@ -4,8 +4,6 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from bt_manip.cell.objects.categories import CONTAINER, refuse_unknown
-from bt_manip.cell.objects.model_object import ModelObject
 from bt_manip.models import (
     MjcfModel,
     Progress,
@@ -16,6 +14,9 @@ from bt_manip.models import (
     terminal_progress,
 )
 from bt_manip.registry import Registry
+
+from .categories import CONTAINER, check_known
+from .model_object import ModelObject
 
 
 class Catalogue:
@@ -83,7 +84,7 @@ class Catalogue:
         """Make an object of a model; a container's meshes are hollow where that can be had."""
         category = parameters.get("category")
         if category is not None:
-            refuse_unknown(category, self._categories())
+            check_known(category, self._categories())
         if category == CONTAINER and convex is None:
             if can_decompose():
                 convex = "parts"

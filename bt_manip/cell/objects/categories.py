@@ -1,10 +1,11 @@
-"""What behaviours may do with an object, as one word."""
+"""Categories: what behaviours may do with an object."""
 
 import difflib
 from collections.abc import Iterable
 
-from bt_manip.cell.exceptions import CellError
 from bt_manip.exceptions import did_you_mean
+
+from ..exceptions import CellError
 
 CONTAINER = "container"
 """Category of objects that others are put into."""
@@ -12,14 +13,14 @@ CONTAINER = "container"
 CATEGORIES = (CONTAINER, "graspable", "obstacle", "sensor", "socket", "surface", "thing")
 """The categories that bt-manip itself knows; plugins may have more."""
 
-_MISSPELT = 0.8  # from here on two words are taken for the same
+_MISSPELT = 0.8  # [-] difflib ratio from which a word counts as a misspelt category
 
 
-def refuse_misspelt(category: object) -> None:
-    """Refuse what is a category of bt-manip but for its spelling; others may be a plugin's own.
+def check_spelling(category: object) -> None:
+    """Refuse a misspelt category of bt-manip; other words may be a plugin's own categories.
 
     Raises:
-        CellError: When it is no word, or nearly one of `CATEGORIES`.
+        CellError: If it is not a word, or nearly one of `CATEGORIES`.
     """
     if not isinstance(category, str) or not category:
         raise CellError(f"category is a word such as 'graspable', got {category!r}")
@@ -28,11 +29,11 @@ def refuse_misspelt(category: object) -> None:
         raise CellError(f"category '{category}' is none; did you mean '{near[0]}'?")
 
 
-def refuse_unknown(category: str, known: Iterable[str]) -> None:
-    """Refuse a category that no object has.
+def check_known(category: str, known: Iterable[str]) -> None:
+    """Refuse an unknown category.
 
     Raises:
-        CellError: When it is none of those of bt-manip and none of these.
+        CellError: If it is neither in `CATEGORIES` nor in ``known``.
     """
     choices = {*CATEGORIES, *known}
     if category not in choices:

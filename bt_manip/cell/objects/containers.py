@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from bt_manip.cell.objects.primitive_prop import PrimitiveProp, lengths
-from bt_manip.cell.objects.prop import positive
+from .primitive_prop import PrimitiveProp, lengths
+from .prop import positive
 
 
 class OpenBox(PrimitiveProp):

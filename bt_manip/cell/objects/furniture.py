@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.objects.primitive_prop import PrimitiveProp, lengths
-from bt_manip.cell.objects.prop import positive
+from ..exceptions import CellError
+from .primitive_prop import PrimitiveProp, lengths
+from .prop import positive
 
 
 class Shelf(PrimitiveProp):

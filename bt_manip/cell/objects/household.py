@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bt_manip.cell.objects.primitive_prop import GRIP_DEPTH, PrimitiveProp
-from bt_manip.cell.objects.prop import positive
+from .primitive_prop import GRIP_DEPTH, PrimitiveProp
+from .prop import positive
 
 
 class Vessel(PrimitiveProp):

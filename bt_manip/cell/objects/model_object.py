@@ -7,12 +7,13 @@ import mujoco
 import numpy as np
 from dm_control import mjcf
 
-from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.naming import name_elements
-from bt_manip.cell.objects.bounds import Bounds, bounds_of
-from bt_manip.cell.objects.categories import CONTAINER, refuse_misspelt
-from bt_manip.cell.objects.prop import Prop, colour_of, default_of, positive
 from bt_manip.models import MjcfModel, exact_xml, load_model
+
+from ..exceptions import CellError
+from ..naming import name_elements
+from .bounds import Bounds, bounds_of
+from .categories import CONTAINER, check_spelling
+from .prop import Prop, colour_of, default_of, positive
 
 GRIPPABLE = 0.08
 """Largest width between the fingers of common grippers [m]."""
@@ -61,7 +62,7 @@ class ModelObject(Prop):
             CellError: When MuJoCo refuses the model, or a parameter is wrong.
         """
         if category is not None:
-            refuse_misspelt(category)
+            check_spelling(category)
         if isinstance(model, str):
             model = load_model(model, convex=convex or "hull")
         self.kind = model.address

@@ -6,8 +6,8 @@ import numpy as np
 from dm_control import composer, mjcf
 from dm_control.composer.observation import observable
 
-from bt_manip.cell.contacts.contacts import Contacts
-from bt_manip.cell.naming import BodyNames, body_name
+from ..contacts.contacts import Contacts
+from ..naming import BodyNames, body_name
 
 
 class ObjectObservables(composer.Observables):

@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.objects.primitive_prop import PrimitiveProp, lengths
-from bt_manip.cell.objects.prop import positive
-from bt_manip.cell.objects.shapes import Shape
+from ..exceptions import CellError
+from .primitive_prop import PrimitiveProp, lengths
+from .prop import positive
+from .shapes import Shape
 
 
 class Peg(Shape):

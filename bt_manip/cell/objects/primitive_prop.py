@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from dm_control import mjcf
 
-from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.objects.prop import Prop, colour_of, positive
+from ..exceptions import CellError
+from .prop import Prop, colour_of, positive
 
 GRIP_DEPTH = 0.03
 """How far under its top a thing is gripped that is higher than fingers are long [m]."""

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 from dm_control import composer, mjcf
 
-from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.objects.object_observables import ObjectObservables
+from ..exceptions import CellError
+from .cell_object import CellObject
+from .object_observables import ObjectObservables
 
 
-class Prop(composer.Entity):
+class Prop(composer.Entity, CellObject):
     """A thing in the cell: a model file, and parameters that change it.
 
     Subclasses name their ``kind`` and ``category`` and load their model in ``_build``. What they

@@ -1,12 +1,13 @@
 """Single shapes to pick up; the origin is the centre."""
 
 from collections.abc import Sequence
+from typing import ClassVar
 
 import numpy as np
 
-from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.objects.primitive_prop import GRIP_DEPTH, PrimitiveProp, lengths
-from bt_manip.cell.objects.prop import positive
+from ..exceptions import CellError
+from .primitive_prop import GRIP_DEPTH, PrimitiveProp, lengths
+from .prop import positive
 
 Colour = Sequence[float]
 
@@ -206,3 +207,61 @@ class ConvexMesh(Shape):
         mesh = self._mjcf_root.asset.add("mesh", name="hull", vertex=corners.ravel())
         self._mass = positive("mass", mass, "kg")
         self._body.add("geom", type="mesh", mesh=mesh, mass=self._mass, rgba=self._rgba)
+
+
+class Block(Shape):
+    """A wooden block; subclasses are of one colour each."""
+
+    kind = "block"
+    paint: ClassVar[tuple[float, float, float]] = (0.82, 0.68, 0.48)
+
+    def _build(
+        self,
+        name: str | None = None,
+        size: float = 0.04,
+        mass: float = 0.045,
+        friction: float = 1.0,
+        colour: Sequence[float] | None = None,
+    ) -> None:
+        """Build the block.
+
+        Args:
+            name: Model name; default: its kind.
+            size: Length of an edge [m].
+            mass: Mass [kg].
+            friction: Coefficient of sliding friction [-].
+            colour: Red, green, blue, and opacity where given, from 0 to 1; default: its own.
+        """
+        colour = self.paint if colour is None else colour
+        self._begin(name or self.kind, size=size, mass=mass, friction=friction, colour=colour)
+        self._half_height = positive("size", size, "m") / 2
+        self._add("box", (self._half_height,) * 3)
+        self._weigh(mass)
+
+
+class RedBlock(Block):
+    """A red block."""
+
+    kind = "red_block"
+    paint = (0.78, 0.20, 0.18)
+
+
+class GreenBlock(Block):
+    """A green block."""
+
+    kind = "green_block"
+    paint = (0.26, 0.58, 0.30)
+
+
+class BlueBlock(Block):
+    """A blue block."""
+
+    kind = "blue_block"
+    paint = (0.20, 0.40, 0.72)
+
+
+class YellowBlock(Block):
+    """A yellow block."""
+
+    kind = "yellow_block"
+    paint = (0.92, 0.76, 0.22)

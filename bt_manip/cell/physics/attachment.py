@@ -1,4 +1,4 @@
-"""How an entity stands in a cell, also as plain data."""
+"""An entity attached to the arena at a pose."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
@@ -9,15 +9,17 @@ from dm_control import composer
 from bt_manip.spatial import pose as make_pose
 from bt_manip.spatial import quat_wxyz
 
+from ..objects.cell_object import as_object
+
 Factory = Callable[[Mapping[str, Any]], composer.Entity]
-"""Makes the entity that a description is of."""
+"""Makes the entity of a description."""
 
 
 class Attachment(NamedTuple):
-    """How an entity stands in a cell.
+    """An entity attached to the arena at a pose.
 
-    The pose is kept as the numbers that the model gets: through a rotation matrix and back they
-    would change in the last digit, and so would everything that follows.
+    The pose is kept as the numbers that the model gets: converting to a rotation matrix and back
+    would change the last digit, and with it the simulation.
     """
 
     entity: composer.Entity
@@ -26,13 +28,13 @@ class Attachment(NamedTuple):
     free: bool
 
     @classmethod
-    def of(cls, entity: composer.Entity, T_we: pin.SE3, free: bool) -> "Attachment":
-        """Place an entity at a pose."""
+    def at(cls, entity: composer.Entity, T_we: pin.SE3, free: bool) -> "Attachment":
+        """Attach an entity at a pose."""
         return cls(entity, tuple(T_we.translation.tolist()), tuple(quat_wxyz(T_we).tolist()), free)
 
     @classmethod
     def made(cls, description: Mapping[str, Any], factory: Factory) -> "Attachment":
-        """Make an entity and place it as it was described."""
+        """Make an entity and attach it as described."""
         return cls(
             factory(description),
             tuple(description["position"]),
@@ -42,15 +44,16 @@ class Attachment(NamedTuple):
 
     @property
     def pose(self) -> pin.SE3:
-        """Where it was put, ``T_we``."""
+        """Pose that it was attached at, ``T_we``."""
         return make_pose(self.position, self.quat_wxyz)
 
     def describe(self, name: str) -> dict[str, Any]:
-        """Say as plain data what it takes to place such an entity again."""
+        """Return as plain data all that is needed to make and attach such an entity again."""
+        entity = as_object(self.entity)
         return {
             "name": name,
-            "kind": getattr(self.entity, "kind", None),
-            "parameters": dict(getattr(self.entity, "parameters", {})),
+            "kind": entity.kind,
+            "parameters": dict(entity.parameters),
             "free": self.free,
             "position": list(self.position),
             "quat_wxyz": list(self.quat_wxyz),

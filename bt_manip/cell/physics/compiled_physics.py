@@ -1,4 +1,4 @@
-"""All that follows from one compile of a cell's arena."""
+"""The physics of one compile of a cell's arena."""
 
 import copy
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -8,65 +8,69 @@ import numpy as np
 from dm_control import composer, mjcf
 from dm_control.mujoco import wrapper
 
-from bt_manip.cell.contacts.contact_monitor import ContactMonitor
-from bt_manip.cell.contacts.contacts import Contacts
-from bt_manip.cell.contacts.overlap import refuse_overlap
-from bt_manip.cell.exceptions import PhysicsDiverged
-from bt_manip.cell.naming import BodyNames, body_name
-from bt_manip.cell.physics.attachment import Attachment
-from bt_manip.cell.physics.overrides import Overrides
-from bt_manip.cell.physics.state import INTEGRATION, integration_state, set_integration_state
+from ..contacts.contact_monitor import ContactMonitor
+from ..contacts.contacts import Contacts
+from ..contacts.overlap import refuse_overlap
+from ..exceptions import PhysicsDiverged
+from ..naming import BodyNames, body_name
+from .attachment import Attachment
+from .overrides import Overrides
+from .state import INTEGRATION, integration_state, set_integration_state
 
 Hook = Callable[[mjcf.Physics, np.random.RandomState], None]
 
 
 class CompiledPhysics:
-    """A physics, the hooks that its steps run, and the tables that questions are answered from.
+    """Model and data, the entities' step hooks, and tables of names and contacts.
 
-    A changed cell gets a new one; nothing in here outlives its physics.
+    Each compile makes a new one.
+
+    Attributes:
+        model: The model that is simulated, overrides included.
+        nominal: The model as it was compiled; the same object as ``model`` without overrides.
+        free_joints: Addresses in qpos and qvel of entities that move freely, by name.
     """
 
     def __init__(
-        self, model: mujoco.MjModel, arena: composer.Arena, placed: Mapping[str, Attachment]
+        self, model: mujoco.MjModel, arena: composer.Arena, attachments: Mapping[str, Attachment]
     ):
-        """Make a physics of a model.
+        """Make the physics of a model.
 
         Args:
-            model: What the arena was compiled to.
+            model: The compiled arena.
             arena: The arena.
-            placed: What stands in it.
+            attachments: The attached entities, by name.
 
         Raises:
-            ValueError: When the time step is too long for the contacts of a geom.
+            ValueError: If the time step is too long for the contacts of a geom.
         """
         self.physics = mjcf.Physics.from_model(wrapper.MjModel(model))
         self.physics.legacy_step = False
         self.model = model
         self.nominal = model
-        """As it was compiled; a model of its own as soon as the other one is altered."""
         self.data: mujoco.MjData = self.physics.data.ptr
-        self.labels = BodyNames(self.model)
+        self.body_names = BodyNames(self.model)
         _check_contact_damping(self.model)
-        self.contacts = Contacts(self.model, self.data, self.labels)
+        self.contacts = Contacts(self.model, self.data, self.body_names)
         entities = list(arena.iter_entities())
-        self.contact_monitor = ContactMonitor(self.data, self.labels, _fingers(entities))
+        self.contact_monitor = ContactMonitor(self.data, self.body_names, _fingers(entities))
         self.before_substep = _overridden("before_substep", entities)
         self.after_substep = _overridden("after_substep", entities)
         self.free_joints: dict[str, tuple[int, int]] = {}
-        for name, placement in placed.items():
-            if placement.free:
+        for name, attachment in attachments.items():
+            if attachment.free:
                 joint = self.model.joint(f"{name}/")
                 self.free_joints[name] = (int(joint.qposadr[0]), int(joint.dofadr[0]))
-        self._kept = integration_state(self.model, self.data)
-        self._remembers = False
+        self._step_start = integration_state(self.model, self.data)
+        self._step_start_valid = False
         self._warnings = self.data.warning.number
         self._warned = self._warnings.tobytes()
 
-    def renew(self) -> None:
-        """Be as just made of the model, which nobody has changed."""
+    def reset(self) -> None:
+        """Return to the state after compiling; the model must not have been changed."""
         mujoco.mj_resetData(self.model, self.data)
         self.physics.after_reset()
-        self._remembers = False
+        self._step_start_valid = False
         self._warned = self._warnings.tobytes()
 
     def step(
@@ -78,91 +82,93 @@ class CompiledPhysics:
         """Make ``n`` steps with the entities' hooks around each.
 
         Args:
-            n: How many.
-            random_state: What the hooks draw from.
-            then: Called after each.
+            n: Number of steps.
+            random_state: Passed to the hooks.
+            then: Called after each step.
 
         Raises:
-            PhysicsDiverged: When MuJoCo warned meanwhile.
+            PhysicsDiverged: If MuJoCo warned.
         """
         physics, model, data = self.physics, self.model, self.data
         before, after, mj_step = self.before_substep, self.after_substep, mujoco.mj_step
         warnings, warned = self._warnings, self._warned
-        self._remembers = False
+        self._step_start_valid = False
         for i in range(1, n + 1):
             for hook in before:
                 hook(physics, random_state)
-            if i == n:  # what the last one is made from, for a state that is taken afterwards
-                mujoco.mj_getState(model, data, self._kept, INTEGRATION)
+            if i == n:  # for state_before_last_step()
+                mujoco.mj_getState(model, data, self._step_start, INTEGRATION)
             mj_step(model, data)
             if warnings.tobytes() != warned:
                 self._raise_diverged()
             for hook in after:
                 hook(physics, random_state)
-            for look in then:
-                look()
-        self._remembers = True
+            for callback in then:
+                callback()
+        self._step_start_valid = True
 
-    def apply_overrides(self, alterations: Overrides) -> None:
-        """Let the model that is simulated differ in exactly these values from the compiled one."""
+    def apply_overrides(self, overrides: Overrides) -> None:
+        """Set the simulated model to the compiled one with these overrides."""
         if self.nominal is self.model:
-            if not alterations:
+            if not overrides:
                 return
             self.nominal = copy.copy(self.model)
-        alterations.write(self.model, self.nominal)
+        overrides.write(self.model, self.nominal)
 
-    def put(self, name: str, placement: Attachment, accepted: float) -> None:
-        """Put something that moves freely somewhere, at rest.
+    def move(self, name: str, attachment: Attachment, max_overlap: float) -> None:
+        """Set the pose of an entity that moves freely, at rest.
 
         Raises:
-            OverlapError: When it would be deeper inside something else than is accepted [m].
+            OverlapError: If it would penetrate something deeper than ``max_overlap`` [m].
         """
         model, data = self.model, self.data
         qpos, dof = self.free_joints[name]
-        there = (*placement.position, *placement.quat_wxyz)
+        pose = (*attachment.position, *attachment.quat_wxyz)
         trial = mujoco.MjData(model)
         mujoco.mj_copyData(trial, model, data)
-        trial.qpos[qpos : qpos + 7] = there
+        trial.qpos[qpos : qpos + 7] = pose
         mujoco.mj_fwdPosition(model, trial)
-        refuse_overlap(model, trial, self.labels, name, accepted, "moved")
-        data.qpos[qpos : qpos + 7] = there
+        refuse_overlap(model, trial, self.body_names, name, max_overlap, "moved")
+        data.qpos[qpos : qpos + 7] = pose
         for field in (data.qvel, data.qacc, data.qacc_warmstart):
             field[dof : dof + 6] = 0.0
         mujoco.mj_kinematics(model, data)
 
-    def before_last_step(self) -> np.ndarray | None:
-        """Give the state that the last step was made from, if the state of now follows from it.
+    def state_before_last_step(self) -> np.ndarray | None:
+        """Return the state that the last step started from, if repeating it gives this state.
 
-        A step leaves contacts, forces and poses of where it came from. Whoever wants them back
-        makes it once more.
+        ``mj_step`` leaves the contacts, forces and poses of the state that it started from.
+        Repeating the step restores them.
         """  # (nstate,)
-        if not self._remembers:
+        if not self._step_start_valid:
             return None
         trial = mujoco.MjData(self.model)
-        mujoco.mj_setState(self.model, trial, self._kept, INTEGRATION)
+        mujoco.mj_setState(self.model, trial, self._step_start, INTEGRATION)
         mujoco.mj_step(self.model, trial)
         now = integration_state(self.model, self.data)
         return (
-            self._kept if integration_state(self.model, trial).tobytes() == now.tobytes() else None
+            self._step_start
+            if integration_state(self.model, trial).tobytes() == now.tobytes()
+            else None
         )
 
     def restore(self, state: np.ndarray, before: np.ndarray | None) -> None:
-        """Put an integration state back, with contacts, forces and poses.
+        """Set an integration state, with contacts, forces and poses.
 
         Args:
             state: The state.  # (nstate,)
-            before: What ``before_last_step`` gave with it.  # (nstate,)
+            before: What ``state_before_last_step`` returned with it.  # (nstate,)
 
         Raises:
-            ValueError: When a state was taken from a model of another size.
+            ValueError: If a state was taken from a model of another size.
         """
         set_integration_state(self.model, self.data, state)
-        self._remembers = before is not None
+        self._step_start_valid = before is not None
         if before is not None:
-            self._kept[:] = before
+            self._step_start[:] = before
             mujoco.mj_setState(self.model, self.data, before, INTEGRATION)
             mujoco.mj_step(self.model, self.data)
-            # What another machine's last digits may have changed is put right.
+            # The repeated step may differ in the last digits on another machine.
             mujoco.mj_setState(self.model, self.data, state, INTEGRATION)
 
     def _raise_diverged(self) -> None:
@@ -174,7 +180,7 @@ class CompiledPhysics:
 
 
 def _overridden(hook: str, entities: Iterable[composer.Entity]) -> tuple[Hook, ...]:
-    """Collect the hooks that do something, in composer's order."""
+    """Return the hooks that entities override, in composer's order."""
     idle = getattr(composer.Entity, hook)
     hooks = (getattr(entity, hook) for entity in entities)
     return tuple(h for h in hooks if getattr(h, "__func__", h) is not idle)
@@ -190,7 +196,7 @@ def _fingers(entities: Iterable[composer.Entity]) -> list[str]:
 
 
 def _check_contact_damping(model: mujoco.MjModel) -> None:
-    """Refuse contacts that would swing up: ``solref`` as stiffness and damping is not checked.
+    """Refuse unstable contacts: MuJoCo does not check a ``solref`` of stiffness and damping.
 
     A step changes the contact velocity v by ``-b v dt``, with b the damping over ``dmax``.
     """

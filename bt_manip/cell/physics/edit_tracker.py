@@ -1,4 +1,4 @@
-"""How often models have been changed themselves, wherever they were meanwhile."""
+"""Tracking of edits to an arena's MJCF and to the models attached to it."""
 
 import contextlib
 from collections.abc import Iterator
@@ -8,53 +8,65 @@ from dm_control import mjcf
 
 
 class EditTracker:
-    """Counts the changes of models that come to an arena, go, and come again.
+    """Counts the edits of an arena's MJCF, and of models that are attached and detached over time.
 
-    A name scope counts its revisions. While its model is attached, those of the scopes around it
-    are counted too; coming and going are counted as well. What is left without them is what was
-    changed in the model itself.
+    PyMJCF counts revisions by name scope: a scope that is attached counts those of the scopes
+    around it too, and attaching and detaching count as revisions. An edit is a revision of the
+    model itself. Assigned values and added or removed elements are edits; a number written into an
+    array of an element (``geom.size[0] = 1``) goes unnoticed.
+
+    All caches of a cell (texts of models, compiled physics, removed entities) are valid as long as
+    these counts stay the same.
     """
 
     def __init__(self, root: mjcf.RootElement) -> None:
-        """Count for what is attached to a model.
+        """Track an arena.
 
         Args:
             root: The model of the arena.
         """
         self._root = root
-        self._none: WeakKeyDictionary[mjcf.RootElement, int] = WeakKeyDictionary()
+        self._ignored: WeakKeyDictionary[mjcf.RootElement, int] = WeakKeyDictionary()
         self._first: WeakKeyDictionary[mjcf.RootElement, tuple[int, ...]] = WeakKeyDictionary()
 
-    def of(self, model: mjcf.RootElement) -> tuple[int, ...]:
-        """Count the changes of a model, and of each that is attached to it."""
-        return tuple(self._count(part) - self._none.get(part, 0) for part in with_attached(model))
+    def arena_edits(self) -> int:
+        """Count the edits of the arena's own elements."""
+        return self._edits(self._root)
 
-    def none(self, model: mjcf.RootElement) -> bool:
-        """Tell whether a model is what it was when it came for the first time."""
-        return self._first.get(model) == self.of(model)
+    def edits(self, model: mjcf.RootElement) -> tuple[int, ...]:
+        """Count the edits of a model, and of each model attached to it."""
+        return tuple(self._edits(part) for part in with_attached(model))
+
+    def is_unedited(self, model: mjcf.RootElement) -> bool:
+        """Tell whether a model has been attached before, and not edited since the first time."""
+        return self._first.get(model) == self.edits(model)
 
     @contextlib.contextmanager
-    def travelling(self, model: mjcf.RootElement) -> Iterator[None]:
-        """Let a model come or go without a change."""
-        self._first.setdefault(model, self.of(model))
-        before = [(part, self._count(part)) for part in with_attached(model)]
+    def attaching(self, model: mjcf.RootElement) -> Iterator[None]:
+        """Attach, detach, move or name the elements of a model without counting edits."""
+        self._first.setdefault(model, self.edits(model))
+        before = [(part, self._revision(part)) for part in (self._root, *with_attached(model))]
         yield
-        for part, count in before:
-            self._none[part] = self._none.get(part, 0) + self._count(part) - count
+        for part, revision in before:
+            self._ignored[part] = self._ignored.get(part, 0) + self._revision(part) - revision
 
-    def _count(self, part: mjcf.RootElement) -> int:
-        around = self._root.namescope.revision if part.root_model is self._root else 0
+    def _edits(self, part: mjcf.RootElement) -> int:
+        return self._revision(part) - self._ignored.get(part, 0)
+
+    def _revision(self, part: mjcf.RootElement) -> int:
+        attached = part is not self._root and part.root_model is self._root
+        around = self._root.namescope.revision if attached else 0
         return int(part.namescope.revision - around)
 
 
 def attached_to(model: mjcf.RootElement) -> list[mjcf.RootElement]:
-    """Give the models that are attached to one, in order."""
-    # The only way that PyMJCF has to ask for them, if they may be empty.
+    """Return the models that are attached to one, in order."""
+    # PyMJCF offers no other access to attached models that are empty.
     return list(model._attachments.values())
 
 
 def with_attached(model: mjcf.RootElement) -> Iterator[mjcf.RootElement]:
-    """Give a model, and all that are attached to it or to those."""
+    """Yield a model and, recursively, all models attached to it."""
     yield model
     for part in attached_to(model):
         yield from with_attached(part)

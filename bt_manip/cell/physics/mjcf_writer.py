@@ -1,4 +1,4 @@
-"""From the MJCF of an arena to MuJoCo's model, without writing again what has not changed."""
+"""Compiling an arena's MJCF without serializing unchanged models again."""
 
 import hashlib
 import struct
@@ -11,7 +11,7 @@ import numpy as np
 from dm_control import mjcf
 from lxml import etree
 
-from bt_manip.cell.physics.edit_tracker import EditTracker, attached_to, with_attached
+from .edit_tracker import EditTracker, attached_to, with_attached
 
 _PLAIN_MESH = {
     "name", "class", "vertex", "face", "scale", "inertia", "maxhullvert",
@@ -20,54 +20,56 @@ _PLAIN_MESH = {
 
 
 class _Text(NamedTuple):
-    """What an attached model adds to the text of the whole."""
+    """The MJCF of an attached model, by section."""
 
     key: tuple[Any, ...]
-    """Changes when the model, or the frame that it stands in, is edited."""
+    """Changes when the model or its attachment frame is edited."""
     sections: dict[str, str]
     assets: dict[str, bytes]
 
 
 class MjcfWriter:
-    """Compiles an arena, and keeps the text of each model that stands in it.
+    """Compiles an arena, and caches the MJCF of each attached model.
 
     The text is PyMJCF's own, element by element, so names and ids are those of
-    ``mjcf.Physics.from_mjcf_model``. That spends most of its time on writing a text of which one
-    object is new, and on meshes that have not changed. Here models are written once, and meshes
-    that stand in the text go to MuJoCo as files in memory: for files it has a cache.
-
-    What is assigned to an element of a kept model is noticed at the next compile, as are elements
-    that come and go; what is written into an array of one (``geom.size[0] = 1``) is not.
+    ``mjcf.Physics.from_mjcf_model``, which spends most of its time on serializing models that have
+    not changed. Here each model is serialized once, and meshes with inline vertices are passed to
+    MuJoCo as files in memory, for which it has a cache.
     """
 
-    def __init__(self, root: mjcf.RootElement):
-        """Begin with nothing written."""
+    def __init__(self, root: mjcf.RootElement, tracker: EditTracker):
+        """Begin with an empty cache.
+
+        Args:
+            root: The model of the arena.
+            tracker: Tells which models were edited.
+        """
         self._root = root
         self._texts: dict[int, _Text] = {}
-        self.changes = EditTracker(root)
+        self._tracker = tracker
 
     def forget(self, model: mjcf.RootElement) -> None:
-        """Write a model anew the next time; needed when it is taken out of the arena."""
+        """Drop the text of a model; needed when it is detached."""
         self._texts.pop(id(model), None)
 
     def key(self) -> Hashable:
-        """Give what is equal for as long as no attached model comes, goes or changes."""
+        """Return a key that changes when a model is attached, detached or edited."""
         return tuple((model, self._key(model)) for model in attached_to(self._root))
 
     def compile(self, models: Iterable[mjcf.RootElement]) -> mujoco.MjModel:
         """Compile the arena.
 
         Args:
-            models: The models attached to the arena whose texts are worth keeping.
+            models: The attached models whose texts are cached.
 
         Raises:
-            ValueError: When MuJoCo or PyMJCF refuses the model.
+            ValueError: If MuJoCo or PyMJCF refuses the model.
         """
         text, assets = self.write(models)
         return mujoco.MjModel.from_xml_string(text, assets)
 
     def write(self, models: Iterable[mjcf.RootElement]) -> tuple[str, dict[str, bytes]]:
-        """Write the arena as MJCF; give the text, and the files that it names."""
+        """Return the arena as MJCF, and the contents of the files that it names."""
         kept = {id(model): model for model in models}
         frames = {id(mjcf.get_attachment_frame(model)): model for model in kept.values()}
         self._texts = texts = {i: self._text_of(model) for i, model in kept.items()}
@@ -96,7 +98,7 @@ class MjcfWriter:
         return "".join(whole), assets
 
     def _write_default(self, texts: dict[int, _Text], kept: dict[int, Any]) -> str:
-        """Write the arena's own defaults, and those of all models beside them."""
+        """Serialize the defaults of the arena and of all attached models."""
         default = self._root.default
         own = "".join(_written(child, self._root, {}) for child in default.all_children())
         name = quoteattr(default.dclass or "/")
@@ -130,24 +132,24 @@ class MjcfWriter:
         return _Text(key, sections, assets)
 
     def _key(self, model: mjcf.RootElement) -> tuple[Any, ...]:
-        """Give what changes when a model changes, or the frame that it stands in."""
+        """Return a key that changes when a model or its attachment frame is edited."""
         frame = mjcf.get_attachment_frame(model)
         joints = [child for child in frame.all_children() if child.root is self._root]
         return (
             model.full_identifier,
-            *self.changes.of(model),
+            *self._tracker.edits(model),
             *(_attributes(element) for element in (frame, *joints)),
         )
 
     def _owner(self, element: Any) -> Any:
-        """Give the model attached to the arena that an element belongs to, or the arena."""
+        """Return the model directly attached to the arena that an element is in, or the arena."""
         owner = element.root
         while owner is not self._root and owner.parent_model is not self._root:
             owner = owner.parent_model
         return owner
 
     def _files(self, kept: dict[int, Any]) -> Iterator[Any]:
-        """Give the files of the arena itself, and of attached models whose texts are not kept."""
+        """Yield the files of the arena, and of attached models whose texts are not cached."""
         models = [self._root]
         for model in attached_to(self._root):
             if id(model) not in kept:
@@ -162,18 +164,18 @@ def _attributes(element: Any) -> tuple[Any, ...]:
 
 
 def _written(element: Any, root: mjcf.RootElement, assets: dict[str, bytes]) -> str:
-    """Write an element, or nothing where PyMJCF leaves it out; add the meshes it has inside."""
+    """Serialize an element as PyMJCF does; add the contents of inline meshes to the assets."""
     xml = element.to_xml(root.namescope)
     spec = element.spec
     if not (xml.attrib or len(xml) or spec.repeated or spec.on_demand):
         return ""
     if xml.tag == "mesh":
-        _into_file(xml, assets)
+        _convert_to_file(xml, assets)
     return etree.tostring(xml, encoding="unicode")
 
 
-def _into_file(mesh: Any, assets: dict[str, bytes]) -> None:
-    """Put the vertices and faces of a mesh into a file in MuJoCo's MSH format.
+def _convert_to_file(mesh: Any, assets: dict[str, bytes]) -> None:
+    """Convert the vertices and faces of a mesh to a file in MuJoCo's MSH format.
 
     The format: numbers of vertices, normals, texture coordinates and faces as int32, then the
     arrays themselves, float32 and int32

@@ -1,4 +1,4 @@
-"""What can be altered in a compiled model, and how each of it is read and written."""
+"""The properties of a compiled model that can be overridden, read and written."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -6,35 +6,32 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
-from bt_manip.cell.exceptions import CellError
 from bt_manip.exceptions import did_you_mean
 
+from ..exceptions import CellError
+
 Ids = np.ndarray
-"""Of bodies, of a light, of a camera."""
+"""Ids of bodies, of a light or of a camera."""
 
 
 class ModelProperty(NamedTuple):
-    """Something that can be altered without compiling anew.
-
-    A change begins from the model as it was compiled: ``nominal`` is that one, ``model`` gets the
-    change.
-    """
+    """A property that can be changed without compiling again."""
 
     read: Callable[[mujoco.MjModel, Ids], Any]
-    """Gives the nominal value."""
+    """Returns the value in a model."""
     write: Callable[[mujoco.MjModel, mujoco.MjModel, Ids, np.ndarray], None]
-    """Takes ``(model, nominal, ids, value)``."""
+    """Sets the value: ``write(model, nominal, ids, value)``, from the model as compiled."""
     allowed: Callable[[np.ndarray], bool]
-    """Tells whether a value, an array of the shape of the nominal one, is possible."""
+    """Tells whether a value of the right shape is possible."""
     what: str
-    """What a value is, with its unit, to end the sentence "a ... is"."""
+    """The possible values with their unit, for messages."""
 
 
 # Bodies of an entity
 
 
 def _geoms(model: mujoco.MjModel, bodies: Ids, *, seen: bool) -> np.ndarray:
-    """List the geoms of bodies that are seen, or those that can touch something."""
+    """Return the visible geoms of bodies, or those that can collide."""
     solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
     wanted = model.geom_group <= 2 if seen else solid
     geoms = np.flatnonzero(np.isin(model.geom_bodyid, bodies) & wanted)
@@ -44,7 +41,7 @@ def _geoms(model: mujoco.MjModel, bodies: Ids, *, seen: bool) -> np.ndarray:
 
 
 def _actuators(model: mujoco.MjModel, bodies: Ids) -> np.ndarray:
-    """List the actuators whose force is that of their gain and bias, on joints of bodies."""
+    """Return the actuators on joints of bodies whose force is affine in the control."""
     joints = np.flatnonzero(np.isin(model.jnt_bodyid, bodies))
     tendons = np.flatnonzero(
         [
@@ -86,7 +83,7 @@ def _set_friction(model: mujoco.MjModel, nominal: mujoco.MjModel, bodies: Ids, v
     geoms = _geoms(nominal, bodies, seen=False)
     sliding = nominal.geom_friction[geoms, 0]
     most = sliding.max()
-    # Exactly the value where it was the largest, for which value * (most / most) is not enough.
+    # Assigned where it was the largest: value * most / most may differ in the last digit.
     model.geom_friction[geoms, 0] = np.where(
         sliding == most, value, value * sliding / (most or 1.0)
     )
@@ -181,7 +178,7 @@ def _share(value: np.ndarray) -> bool:
 
 ENTITY, LIGHT, CAMERA = "entity", "light", "camera"
 
-QUANTITIES: dict[str, dict[str, ModelProperty]] = {
+PROPERTIES: dict[str, dict[str, ModelProperty]] = {
     ENTITY: {
         "mass": ModelProperty(_mass, _set_mass, _positive, "a positive number [kg]"),
         "friction": ModelProperty(_friction, _set_friction, _positive, "a positive number"),
@@ -210,19 +207,18 @@ QUANTITIES: dict[str, dict[str, ModelProperty]] = {
         ),
     },
 }  # fmt: skip
-"""What can be altered, by kind of thing and name; written in this order."""
+"""The properties by kind of element and name; written in this order."""
 
 
-def quantity(kind: str, name: str) -> ModelProperty:
-    """Find a quantity.
+def find_property(kind: str, name: str) -> ModelProperty:
+    """Return the property of a name for a kind of element.
 
     Raises:
-        CellError: When there is none of the name for this kind of thing.
+        CellError: If there is none.
     """
-    known = QUANTITIES[kind]
+    known = PROPERTIES[kind]
     if name not in known:
-        what = {ENTITY: "of a thing", LIGHT: "of a light", CAMERA: "of a camera"}[kind]
-        raise CellError(
-            f"'{name}' {what} cannot be altered{did_you_mean(name, known)}; {', '.join(known)} can"
-        )
+        what = {ENTITY: "of an entity", LIGHT: "of a light", CAMERA: "of a camera"}[kind]
+        near = did_you_mean(name, known)
+        raise CellError(f"'{name}' {what} cannot be overridden{near}; {', '.join(known)} can")
     return known[name]

@@ -1,4 +1,4 @@
-"""How a cell's things differ from their models: kept as plain data, written to the physics."""
+"""Overrides: values of a compiled model that differ from the MJCF."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,19 +6,13 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.physics.model_properties import (
-    CAMERA,
-    ENTITY,
-    LIGHT,
-    QUANTITIES,
-    ModelProperty,
-    quantity,
-)
 from bt_manip.exceptions import did_you_mean
 
+from ..exceptions import CellError
+from .model_properties import CAMERA, ENTITY, LIGHT, PROPERTIES, ModelProperty, find_property
+
 Values = Mapping[str, Any]
-"""Values by quantity: a number or a list of numbers each."""
+"""Values by property: a number or a list of numbers each."""
 
 _OBJECT = {LIGHT: mujoco.mjtObj.mjOBJ_LIGHT, CAMERA: mujoco.mjtObj.mjOBJ_CAMERA}
 _WRITTEN = (
@@ -27,7 +21,7 @@ _WRITTEN = (
     "light_pos", "light_dir", "light_diffuse", "light_ambient", "light_specular",
     "cam_pos", "cam_quat", "cam_fovy",
 )  # fmt: skip
-# What MuJoCo derives from these (mj_setConst).
+# Derived from these by mj_setConst.
 _DERIVED = (
     "body_subtreemass", "body_invweight0", "dof_invweight0", "dof_M0", "tendon_invweight0",
     "tendon_length0", "tendon_lengthspring", "actuator_length0", "actuator_acc0",
@@ -36,105 +30,107 @@ _DERIVED = (
 
 
 class Overrides:
-    """Values by thing and quantity, of those that differ from the models.
+    """Values by element and property, for the properties that differ from the MJCF.
 
-    A thing is an entity by its name, ``light:NAME`` or ``camera:NAME``.
+    An element is an entity by its name, ``light:NAME`` or ``camera:NAME``.
     """
 
     def __init__(self) -> None:
-        """Begin with nothing altered."""
+        """Begin with no overrides."""
         self._values: dict[str, dict[str, Any]] = {}
 
     def __bool__(self) -> bool:
-        """Tell whether anything is altered."""
+        """Tell whether there are any overrides."""
         return bool(self._values)
 
     def get_state(self) -> dict[str, dict[str, Any]]:
-        """Give all values as plain data."""
-        return {thing: dict(values) for thing, values in self._values.items()}
+        """Return all values as plain data."""
+        return {element: dict(values) for element, values in self._values.items()}
 
     def set_state(self, state: Mapping[str, Values]) -> None:
-        """Take all values back."""
-        self._values = {thing: dict(values) for thing, values in state.items()}
+        """Restore all values."""
+        self._values = {element: dict(values) for element, values in state.items()}
 
-    def forget(self, thing: str) -> None:
-        """Let a thing be as its model again."""
-        self._values.pop(thing, None)
+    def remove(self, element: str) -> None:
+        """Remove the overrides of an element."""
+        self._values.pop(element, None)
 
-    def put(self, thing: str, values: Values, model: mujoco.MjModel) -> None:
-        """Take in values; None makes a quantity what the model says again.
+    def put(self, element: str, values: Values, nominal: mujoco.MjModel) -> None:
+        """Add overrides; None removes one.
 
         Args:
-            thing: What is altered.
-            values: Values by quantity.
-            model: As it was compiled.
+            element: The element.
+            values: Values by property.
+            nominal: The model as it was compiled.
 
         Raises:
-            CellError: When there is no such thing or quantity, or a value is impossible; nothing
-                has been taken in then.
+            CellError: If there is no such element or property, or a value is impossible; nothing
+                is changed then.
         """
-        kind, ids = _find(model, thing)
-        mine = dict(self._values.get(thing, {}))
+        kind, ids = _find(nominal, element)
+        merged = dict(self._values.get(element, {}))
         for name, value in values.items():
-            known = quantity(kind, name)
+            known = find_property(kind, name)
             try:
-                nominal = known.read(model, ids)
+                nominal_value = known.read(nominal, ids)
             except CellError as error:
-                raise CellError(f"the {name} of '{thing}' cannot be altered: {error}") from None
+                raise CellError(
+                    f"the {name} of '{element}' cannot be overridden: {error}"
+                ) from None
             if value is None:
-                mine.pop(name, None)
+                merged.pop(name, None)
             else:
-                mine[name] = _checked(thing, name, known, nominal, value)
-        if mine:
-            self._values[thing] = mine
+                merged[name] = _checked(element, name, known, nominal_value, value)
+        if merged:
+            self._values[element] = merged
         else:
-            self.forget(thing)
+            self.remove(element)
 
     def write(self, model: mujoco.MjModel, nominal: mujoco.MjModel) -> None:
-        """Let a model differ in exactly these values from the one that was compiled.
+        """Set a model to the nominal one with these overrides.
 
         Args:
-            model: Is changed.
-            nominal: As it was compiled.
+            model: Changed in place.
+            nominal: The model as it was compiled.
         """
         for field in (*_WRITTEN, *_DERIVED):
             getattr(model, field)[:] = getattr(nominal, field)
-        for thing, values in self._values.items():
-            kind, ids = _find(nominal, thing)
-            for name, known in QUANTITIES[kind].items():
+        for element, values in self._values.items():
+            kind, ids = _find(nominal, element)
+            for name, known in PROPERTIES[kind].items():
                 if name in values:
                     known.write(model, nominal, ids, np.asarray(values[name]))
         if any("mass" in values for values in self._values.values()):
             mujoco.mj_setConst(model, mujoco.MjData(model))
 
 
-def nominal_value(model: mujoco.MjModel, thing: str, name: str) -> Any:
-    """Give what a model says of a quantity.
+def nominal_value(model: mujoco.MjModel, element: str, name: str) -> Any:
+    """Return the value of a property in a model without overrides.
 
     Raises:
-        CellError: When there is no such thing or quantity.
+        CellError: If there is no such element or property.
     """
-    kind, ids = _find(model, thing)
-    return quantity(kind, name).read(model, ids)
+    kind, ids = _find(model, element)
+    return find_property(kind, name).read(model, ids)
 
 
-def kind_of(thing: str) -> tuple[str, str]:
-    """Split what is altered into its kind and its name."""
-    kind, colon, name = thing.partition(":")
-    return (kind, name) if colon and kind in _OBJECT else (ENTITY, thing)
+def kind_of(element: str) -> tuple[str, str]:
+    """Split an element into its kind (entity, light or camera) and its name."""
+    kind, colon, name = element.partition(":")
+    return (kind, name) if colon and kind in _OBJECT else (ENTITY, element)
 
 
-def _find(model: mujoco.MjModel, thing: str) -> tuple[str, np.ndarray]:
-    """Give the kind of a thing, and the ids of what it is made of in the model."""
-    kind, name = kind_of(thing)
+def _find(model: mujoco.MjModel, element: str) -> tuple[str, np.ndarray]:
+    """Return an element's kind, and the ids of its bodies, of the light or of the camera."""
+    kind, name = kind_of(element)
     if kind == ENTITY:
         bodies = [i for i in range(1, model.nbody) if model.body(i).name.partition("/")[0] == name]
         if not bodies:
-            raise CellError(f"there is no '{name}' in the cell that could be altered")
+            raise CellError(f"there is no '{name}' in the cell that could be overridden")
         return kind, np.array(bodies)
     count = model.nlight if kind == LIGHT else model.ncam
     names = [mujoco.mj_id2name(model, _OBJECT[kind], i) or "" for i in range(count)]
-    # A camera that is an entity goes by the entity's name.
+    # A camera entity's camera is found by the entity's name.
     short = [n.partition("/")[0] if n.endswith("/eye") else n for n in names]
     for known in (names, short):
         if name in known:
@@ -142,9 +138,9 @@ def _find(model: mujoco.MjModel, thing: str) -> tuple[str, np.ndarray]:
     raise CellError(f"there is no {kind} '{name}' in the cell{did_you_mean(name, short)}")
 
 
-def _checked(thing: str, name: str, known: ModelProperty, nominal: Any, value: Any) -> Any:
-    """Give a value as plain data, or refuse it."""
-    wrong = CellError(f"the {name} of '{thing}' is {known.what}, got {value!r}")
+def _checked(element: str, name: str, known: ModelProperty, nominal: Any, value: Any) -> Any:
+    """Return a value as plain data, or refuse it."""
+    wrong = CellError(f"the {name} of '{element}' is {known.what}, got {value!r}")
     try:
         numbers = np.array(value, dtype=float)
     except (TypeError, ValueError):

@@ -1,68 +1,84 @@
-"""Physics that have been compiled before, for when the same things stand in the arena again."""
+"""Compiled physics kept for when the same entities are in the arena again."""
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
+from dm_control import composer
 
-from bt_manip.cell.physics.compiled_physics import CompiledPhysics
+from .attachment import Attachment
+from .compiled_physics import CompiledPhysics
+
+
+class CacheKey(NamedTuple):
+    """What an arena is compiled from: equal keys give equal models."""
+
+    arena_edits: int
+    attachments: tuple[tuple[str, Attachment], ...]
+    """By name, in order."""
+    entities: tuple[composer.Entity, ...]
+    """All of them, those attached to others included."""
+    models: Hashable
+    """The attached models with their edits."""
 
 
 class PhysicsCache:
-    """Keeps those physics that were in use last, and gives them out as if they were new.
+    """Keeps the physics that were used last, and returns them as if newly compiled.
 
-    One whose model has been changed since it was compiled is not kept.
+    Edits of the MJCF are part of the key. Values written into a compiled ``MjModel`` are counted
+    nowhere, so a physics is only kept if its model equals the one that was compiled.
 
     Attributes:
-        limit: How many are kept; none at first.
+        limit: Number of physics that are kept; 0 at first.
     """
 
     def __init__(self) -> None:
-        """Begin with nothing kept."""
+        """Begin empty."""
         self.limit = 0
-        self._origins: dict[CompiledPhysics, tuple[Hashable, np.ndarray]] = {}
+        self._origins: dict[CompiledPhysics, tuple[CacheKey, np.ndarray]] = {}
         self._retired: list[CompiledPhysics] = []
 
-    def take(self, key: Hashable) -> CompiledPhysics | None:
-        """Give out what was compiled from something, if that is kept."""
-        for compiled in self._retired:
-            if self._origins[compiled][0] == key:
-                self._retired.remove(compiled)
-                compiled.renew()
-                return compiled
+    def take(self, key: CacheKey) -> CompiledPhysics | None:
+        """Return the physics compiled from a key, reset, if it is kept."""
+        for physics in self._retired:
+            if self._origins[physics][0] == key:
+                self._retired.remove(physics)
+                physics.reset()
+                return physics
         return None
 
-    def note(self, compiled: CompiledPhysics, key: Hashable) -> None:
-        """Remember what a new physics was compiled from, before anybody changes it.
+    def attachments(self) -> Iterator[tuple[str, Attachment]]:
+        """Yield the attachments that kept physics were compiled from, by name."""
+        for physics in self._retired:
+            yield from self._origins[physics][0].attachments
 
-        Args:
-            compiled: The physics.
-            key: Equal only for what compiles to the same.
-        """
+    def register(self, physics: CompiledPhysics, key: CacheKey) -> None:
+        """Remember the key of a new physics, before its model is changed."""
         if self.limit:
-            self._origins[compiled] = key, _content(compiled.model)
+            self._origins[physics] = key, _content(physics.model)
 
-    def retire(self, compiled: CompiledPhysics) -> None:
+    def retire(self, physics: CompiledPhysics) -> None:
         """Keep a physics that is no longer in use, or free it."""
-        origin = self._origins.get(compiled)
-        if origin is not None and np.array_equal(origin[1], _content(compiled.model)):
-            self._retired.append(compiled)
+        origin = self._origins.get(physics)
+        if origin is not None and np.array_equal(origin[1], _content(physics.model)):
+            self._retired.append(physics)
         else:
-            self._free(compiled)
+            self._free(physics)
         while len(self._retired) > self.limit:
             self._free(self._retired.pop(0))
 
-    def forget(self, compiled: CompiledPhysics) -> None:
-        """Let go of a physics that was never in use."""
-        self._origins.pop(compiled, None)
+    def forget(self, physics: CompiledPhysics) -> None:
+        """Drop a physics that was never in use."""
+        self._origins.pop(physics, None)
 
-    def _free(self, compiled: CompiledPhysics) -> None:
-        self.forget(compiled)
-        compiled.physics.free()
+    def _free(self, physics: CompiledPhysics) -> None:
+        self.forget(physics)
+        physics.physics.free()
 
 
 def _content(model: mujoco.MjModel) -> np.ndarray:
-    """Give all that a model says."""  # (nbyte,)
+    """Return a model as bytes."""  # (nbyte,)
     content = np.empty(mujoco.mj_sizeModel(model), dtype=np.uint8)
     mujoco.mj_saveModel(model, None, content)
     return content

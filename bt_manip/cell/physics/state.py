@@ -1,4 +1,4 @@
-"""The state of a compiled physics: whole as numbers, or carried by name to another model."""
+"""The state of a compiled physics: as a vector, or copied by name to another model."""
 
 from collections.abc import Callable, Container, Iterator
 from functools import partial
@@ -6,7 +6,7 @@ from functools import partial
 import mujoco
 import numpy as np
 
-from bt_manip.cell.naming import entity_of
+from ..naming import entity_of
 
 INTEGRATION = int(mujoco.mjtState.mjSTATE_INTEGRATION.value)  # the number is taken faster
 # Width of a joint in qpos and qvel by type: free, ball, slide, hinge.
@@ -15,17 +15,17 @@ _DOF_WIDTH = (6, 3, 1, 1)
 
 
 def integration_state(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
-    """Give all that the next step depends on, as MuJoCo defines it."""  # (nstate,)
+    """Return MuJoCo's integration state: everything that the next step depends on."""  # (nstate,)
     state = np.empty(mujoco.mj_stateSize(model, INTEGRATION))
     mujoco.mj_getState(model, data, state, INTEGRATION)
     return state
 
 
 def set_integration_state(model: mujoco.MjModel, data: mujoco.MjData, state: np.ndarray) -> None:
-    """Put an integration state back and recompute what follows from it.
+    """Set an integration state and recompute what follows from it.
 
     Raises:
-        ValueError: When the state was taken from a model of another size.
+        ValueError: If the state was taken from a model of another size.
     """
     size = mujoco.mj_stateSize(model, INTEGRATION)
     if state.shape != (size,):
@@ -40,21 +40,20 @@ def carry_state(
     new_model: mujoco.MjModel,
     new_data: mujoco.MjData,
     *,
-    strangers: Container[str] = (),
+    except_entities: Container[str] = (),
 ) -> None:
-    """Copy the state of everything that both models have, bit for bit, matched by name.
+    """Copy the state of all elements that both models have, matched by name, bit for bit.
 
-    What only the new model has keeps its initial state. Nothing is recomputed here.
+    Elements of only the new model keep their initial state. Nothing is recomputed here.
 
     Args:
-        old_model: The model that the state is of.
+        old_model: Model of the state.
         old_data: The state.
-        new_model: The model that gets it.
-        new_data: Is changed.
-        strangers: Entities of the new model that are other ones, even when they are called like
-            one of the old model.
+        new_model: Model to copy it to.
+        new_data: Changed in place.
+        except_entities: Entities that are not carried over, although both models have them.
     """
-    shared = partial(_pairs, strangers)
+    shared = partial(_pairs, except_entities)
     new_data.time = old_data.time
     for old, new in shared(old_model, new_model, mujoco.mjtObj.mjOBJ_JOINT, old_model.njnt):
         kind = int(old_model.jnt_type[old])
@@ -88,7 +87,7 @@ def carry_state(
 
 
 def _pairs(
-    strangers: Container[str],
+    except_entities: Container[str],
     old_model: mujoco.MjModel,
     new_model: mujoco.MjModel,
     kind: mujoco.mjtObj,
@@ -98,7 +97,7 @@ def _pairs(
     name: Callable[..., str | None] = mujoco.mj_id2name
     for old in range(count):
         label = name(old_model, kind, old)
-        if not label or entity_of(label) in strangers:
+        if not label or entity_of(label) in except_entities:
             continue
         new = mujoco.mj_name2id(new_model, kind, label)
         if new >= 0:

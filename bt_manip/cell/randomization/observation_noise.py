@@ -8,10 +8,11 @@ from dm_control import composer
 from dm_control.composer import variation
 from dm_control.composer.variation import noises
 
-from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.randomization.sampling import Varied
-from bt_manip.cell.randomization.variations import Within
 from bt_manip.exceptions import did_you_mean
+
+from ..exceptions import CellError
+from .sampling import Varied
+from .variations import Within
 
 
 def observe_with(

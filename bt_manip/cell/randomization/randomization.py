@@ -3,10 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.physics.model_properties import CAMERA, LIGHT, QUANTITIES
-from bt_manip.cell.randomization.sampling import Varied
 from bt_manip.exceptions import did_you_mean
+
+from ..exceptions import CellError
+from ..physics.model_properties import CAMERA, LIGHT, PROPERTIES
+from .sampling import Varied
 
 Lines = Mapping[str, Mapping[str, Varied]]
 """Variations by thing and quantity."""
@@ -58,8 +59,8 @@ class Randomization:
         """
         for where, lines, known in (
             ("robots", self.robots, _ROBOT),
-            ("lights", self.lights, tuple(QUANTITIES[LIGHT])),
-            ("cameras", self.cameras, tuple(QUANTITIES[CAMERA])),
+            ("lights", self.lights, tuple(PROPERTIES[LIGHT])),
+            ("cameras", self.cameras, tuple(PROPERTIES[CAMERA])),
             ("observations", self.observations, _OBSERVATION),
         ):
             for thing, varied in lines.items():

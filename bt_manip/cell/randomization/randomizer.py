@@ -9,22 +9,23 @@ import numpy as np
 import pinocchio as pin
 from dm_control import composer
 
-from bt_manip.cell.altered_contents import AlteredContents
-from bt_manip.cell.exceptions import CellError
-from bt_manip.cell.objects.catalogue import Catalogue
-from bt_manip.cell.physics.overrides import nominal_value
-from bt_manip.cell.randomization.observation_noise import observe_with
-from bt_manip.cell.randomization.randomization import (
+from bt_manip.exceptions import did_you_mean
+from bt_manip.models import is_address
+
+from ..cell import Cell
+from ..exceptions import CellError
+from ..objects.catalogue import Catalogue
+from ..physics.overrides import nominal_value
+from .observation_noise import observe_with
+from .randomization import (
     PHYSICAL,
     POSE,
     Lines,
     Randomization,
     unknown_quantity,
 )
-from bt_manip.cell.randomization.sampling import Varied, draw, stream
-from bt_manip.cell.randomization.scene_objects import SceneObject, SceneObjects
-from bt_manip.exceptions import did_you_mean
-from bt_manip.models import is_address
+from .sampling import Varied, draw, stream
+from .scene_objects import SceneObject, SceneObjects
 
 
 class Randomizer:
@@ -38,7 +39,7 @@ class Randomizer:
     def __init__(
         self,
         randomization: Randomization,
-        cell: AlteredContents,
+        cell: Cell,
         catalogue: Catalogue,
         *,
         seed: int,

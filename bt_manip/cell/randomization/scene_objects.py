@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.cell.contents import Contents
-from bt_manip.cell.exceptions import CellError, OverlapError
-from bt_manip.cell.objects.catalogue import Catalogue
+from ..cell import Cell
+from ..exceptions import CellError, OverlapError
+from ..objects.catalogue import Catalogue
 
 ATTEMPTS = 100
 """How often a place is drawn until it is free."""
@@ -39,9 +39,7 @@ class SceneObject:
 class SceneObjects:
     """What stands in a scene, by name; what was taken out of the cell is left out."""
 
-    def __init__(
-        self, cell: Contents, catalogue: Catalogue, stands: Mapping[str, SceneObject]
-    ) -> None:
+    def __init__(self, cell: Cell, catalogue: Catalogue, stands: Mapping[str, SceneObject]) -> None:
         """Know what stands where without variation."""
         self._cell, self._catalogue = cell, catalogue
         self._stands = dict(stands)

@@ -7,8 +7,9 @@ import numpy as np
 from dm_control.composer import variation
 from dm_control.composer.variation import distributions, noises
 
-from bt_manip.cell.exceptions import CellError
 from bt_manip.exceptions import did_you_mean
+
+from ..exceptions import CellError
 
 WAYS = (
     "a value, or a table with one of: uniform = [low, high], integer = [low, high], "
