@@ -1,4 +1,4 @@
-"""What the arm would touch, by the physics' own collision detection."""
+"""Collision checking of arms, with MuJoCo's own collision detection."""
 
 from .collision_world import PADDING as PADDING
 from .collision_world import CollisionPair as CollisionPair
@@ -8,5 +8,5 @@ from .free_space import FreeSpace as FreeSpace
 from .inter_robot_distance import INTER_ROBOT_CLEARANCE as INTER_ROBOT_CLEARANCE
 from .inter_robot_distance import INTER_ROBOT_STEP as INTER_ROBOT_STEP
 from .inter_robot_distance import InterRobotDistance as InterRobotDistance
-from .other_robot import OtherRobot as OtherRobot
+from .robot_geometry import OtherRobot as OtherRobot
 from .robot_geometry import RobotGeometry as RobotGeometry

@@ -1,99 +1,144 @@
-"""Where contacts are looked for, away from the physics."""
+"""Collision detection by MuJoCo in a scratch copy of the compiled model."""
+
+import copy
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
-import pinocchio as pin
 
-from .scratch_model import restrict_pairs, scratch_model
+_GEOM_BITS = 31  # usable bits of contype and conaffinity
+_BODY_BITS = 16  # of each body id in an exclude signature
+
+
+class GeomContacts(NamedTuple):
+    """Pairs of geoms within the padding of each other.
+
+    Attributes:
+        first: Geom ids.  # (n,)
+        second: Geom ids.  # (n,)
+        distance: Distances from where the physics starts to push, which is the model's margin;
+            negative in penetration [m].  # (n,)
+    """
+
+    first: np.ndarray
+    second: np.ndarray
+    distance: np.ndarray
 
 
 class CollisionModel:
-    """A private copy of the compiled model, in which the arm is put anywhere.
+    """A scratch copy of the compiled model for collision detection at any configuration.
 
-    MuJoCo's own collision detection answers: whatever the physics takes for a contact is one here,
-    for every kind of geom and with the model's exclusions.
+    What is a contact for the physics is one here, for every kind of geom.
 
     Attributes:
-        model: The copy.
-        data: Its data.
-        padding: How far away contacts are seen, beyond the model's own margins [m].
+        model: The copy, with larger margins.
+        data: Its data: write `qpos`, then call `collide`.
+        padding: Distance up to which contacts are detected [m].
     """
 
-    def __init__(self, source: mujoco.MjModel, padding: float, qpos_adr: np.ndarray) -> None:
-        """Copy a model.
+    def __init__(self, source: mujoco.MjModel, padding: float) -> None:
+        """Copy a compiled model.
 
         Args:
-            source: What is simulated.
-            padding: How far away contacts are seen [m].
-            qpos_adr: Where the arm's positions are.  # (nq,)
+            source: The model of the simulation.
+            padding: Distance up to which contacts are detected, beyond the model's margins [m].
         """
-        self._source, self.padding, self._adr = source, padding, qpos_adr
-        self.model = scratch_model(source, padding)
+        self._source, self.padding = source, padding
+        self.model = copy.copy(source)
+        self.model.pair_margin[:] += padding
         self.data = mujoco.MjData(self.model)
-        self.watch(np.zeros((source.ngeom, source.ngeom), dtype=bool))
+        self.inflate(np.zeros(source.nbody, dtype=bool), 0.0)
 
-    def watch(self, pairs: np.ndarray, held: int = 0) -> None:
-        """Choose what is looked at.
+    def restrict_to(self, pairs: np.ndarray) -> None:
+        """Detect contacts of some pairs of geoms only, and of the model's explicit pairs.
+
+        MuJoCo tests two geoms when the contype of one and the conaffinity of the other share a bit.
+        Each set of geoms with the same partners gets a bit of its own. Where there are more such
+        sets than bits, more pairs than these are tested: the caller filters the contacts.
 
         Args:
-            pairs: Pairs of geoms.  # (ngeom, ngeom)
-            held: Root body of what goes with the tool; 0 where nothing does.
+            pairs: Symmetric mask.  # (ngeom, ngeom)
         """
-        restrict_pairs(self.model, pairs)
-        start = int(self.model.jnt_qposadr[self.model.body_jntadr[held]]) if held else 0
-        qpos = self.data.qpos
-        self._held_pos, self._held_quat = qpos[start : start + 3], qpos[start + 3 : start + 7]
+        model = self.model
+        sets: dict[bytes, int] = {}
+        rows = (row.tobytes() for row in np.packbits(pairs, axis=1))
+        set_of = np.array([sets.setdefault(row, len(sets)) for row in rows], dtype=int)
+        if len(sets) > _GEOM_BITS:
+            model.geom_contype[:] = model.geom_conaffinity[:] = pairs.any(axis=1)
+        else:
+            bits = 1 << np.arange(len(sets))
+            representative = np.unique(set_of, return_index=True)[1]
+            partners = pairs[np.ix_(representative, representative)] @ bits
+            model.geom_contype[:] = bits[set_of]
+            model.geom_conaffinity[:] = partners[set_of]
+        model.body_contype[:] = model.body_conaffinity[:] = 0
+        np.bitwise_or.at(model.body_contype, model.geom_bodyid, model.geom_contype)
+        np.bitwise_or.at(model.body_conaffinity, model.geom_bodyid, model.geom_conaffinity)
 
-    def widen(self, bodies: np.ndarray, by: float) -> None:
-        """Take some bodies for thicker than they are.
+    def inflate(self, bodies: np.ndarray, by: float) -> None:
+        """Add a margin around some bodies, and none around the others.
 
         Args:
-            bodies: Mark them.  # (nbody,)
-            by: How much [m].
+            bodies: Mask.  # (nbody,)
+            by: Margin [m].
         """
         own, source = self.model, self._source
-        more = 0.5 * self.padding
-        own.geom_margin[:] = source.geom_margin + more + by * bodies[source.geom_bodyid]
-        own.body_margin[:] = source.body_margin + more + by * bodies
+        half = 0.5 * self.padding  # MuJoCo adds the margins of both sides
+        own.geom_margin[:] = source.geom_margin + half + by * bodies[source.geom_bodyid]
+        own.body_margin[:] = source.body_margin + half + by * bodies
 
-    def take(self, data: mujoco.MjData) -> None:
-        """Take over where everything is."""
+    def copy_state(self, data: mujoco.MjData) -> None:
+        """Copy the positions of all joints and mocap bodies from the simulation."""
         self.data.qpos[:] = data.qpos
         self.data.mocap_pos[:] = data.mocap_pos
         self.data.mocap_quat[:] = data.mocap_quat
 
-    def look(self, q: np.ndarray, T_wo: pin.SE3 | None = None) -> int:
-        """Put the arm at a configuration and find what is near.
+    def update_kinematics(self) -> None:
+        """Compute the poses of bodies and geoms at ``data.qpos``."""
+        mujoco.mj_kinematics(self.model, self.data)
 
-        Args:
-            q: Positions of the arm's joints [rad].  # (nq,)
-            T_wo: Where what is held is then.
-
-        Returns:
-            How many contacts were seen; `seen` has them.
-        """
-        self.put(q, T_wo)
+    def collide(self) -> int:
+        """Detect contacts at ``data.qpos`` and return their number."""
+        mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_collision(self.model, self.data)
         return int(self.data.ncon)
 
-    def put(self, q: np.ndarray, T_wo: pin.SE3 | None = None) -> None:
-        """Put the arm at a configuration.
-
-        Args:
-            q: Positions of the arm's joints [rad].  # (nq,)
-            T_wo: Where what is held is then.
-        """
-        self.data.qpos[self._adr] = q
-        if T_wo is not None:
-            self._held_pos[:] = T_wo.translation
-            mujoco.mju_mat2Quat(self._held_quat, T_wo.rotation.ravel())
-        mujoco.mj_kinematics(self.model, self.data)
-
     @property
-    def seen(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Geoms on both sides of each contact last seen, and their distance [m]."""
+    def contacts(self) -> GeomContacts:
+        """The contacts that `collide` detected."""
         contact = self.data.contact
         geoms = contact.geom.copy()
-        # Less than what the model has for a margin: the physics pushes from there on.
         distance = contact.dist - contact.includemargin + self.padding
-        return geoms[:, 0], geoms[:, 1], distance
+        return GeomContacts(geoms[:, 0], geoms[:, 1], distance)
+
+
+def collidable_pairs(model: mujoco.MjModel) -> np.ndarray:
+    """Return the mask of geom pairs that MuJoCo tests for contacts.
+
+    https://mujoco.readthedocs.io/en/stable/computation/index.html#selection
+    """  # (ngeom, ngeom)
+    contype, conaffinity = model.geom_contype, model.geom_conaffinity
+    bits = (contype[:, np.newaxis] & conaffinity) != 0
+    weld = model.body_weldid
+    parent = weld[model.body_parentid[weld]]
+    bodies = weld[:, np.newaxis] != weld
+    if not model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT):
+        child = (weld[:, np.newaxis] == parent) & (weld[:, np.newaxis] != 0) & (weld != 0)
+        bodies &= ~(child | child.T)
+    excluded = np.array(model.exclude_signature)
+    first, second = excluded >> _BODY_BITS, excluded & ((1 << _BODY_BITS) - 1)
+    bodies[first, second] = bodies[second, first] = False
+    of_geom = model.geom_bodyid
+    pairs = (bits | bits.T) & bodies[of_geom[:, np.newaxis], of_geom]
+    first, second = model.pair_geom1, model.pair_geom2  # tested in any case
+    pairs[first, second] = pairs[second, first] = True
+    return pairs
+
+
+def pair_margins(model: mujoco.MjModel) -> np.ndarray:
+    """Return the distance at which the physics starts to push each pair of geoms apart [m]."""
+    margin = model.geom_margin[:, np.newaxis] + model.geom_margin  # (ngeom, ngeom)
+    first, second = model.pair_geom1, model.pair_geom2
+    explicit = np.maximum(margin[first, second], model.pair_margin)
+    margin[first, second] = margin[second, first] = explicit
+    return margin

@@ -1,4 +1,4 @@
-"""The arm among everything in its world."""
+"""Collision checking of an arm among everything in its cell."""
 
 from typing import NamedTuple
 
@@ -6,190 +6,180 @@ import mujoco
 import numpy as np
 
 from bt_manip.cell import BodyNames
+from bt_manip.checks import check_number
 from bt_manip.robots import Robot, RobotModel
 
-from .arm_motion import part_of_body
-from .collision_model import CollisionModel
+from .adjacent_links import never_colliding_pairs
+from .collision_model import CollisionModel, GeomContacts, collidable_pairs
 from .conservative_advancement import ConservativeAdvancement
-from .geom_pairs import comparable
 from .inter_robot_distance import INTER_ROBOT_CLEARANCE
-from .neighbours import never_touching
-from .other_robot import OtherRobot
-from .robot_geometry import RobotGeometry
+from .motion_bounds import link_of_body
+from .robot_geometry import OtherRobot, RobotGeometry
 
-PADDING = 8e-3  # [m] how far away contacts are seen
+PADDING = 8e-3  # [m] distance up to which contacts are detected
 
 
 class CollisionPair(NamedTuple):
-    """Two bodies that are near each other, or touch."""
+    """Two bodies that touch or are near each other."""
 
     first: str  # entity/body
     second: str
-    distance: float  # [m], negative inside each other
+    distance: float  # [m], negative in penetration
 
 
 class CollisionWorld:
-    """Tells what the arm would be near to, with its gripper and what it holds.
+    """Checks configurations of an arm, its gripper and its held object for collisions.
 
-    MuJoCo's own collision detection answers, in a `CollisionModel`. Everything that the arm
-    does not move stands where it stood at the last `refresh`.
-
-    What all fingers touch is held: it goes with the tool, and fingers may touch it.
+    MuJoCo detects the contacts, in a scratch copy of the compiled model. Everything that the arm
+    does not move stands where it stood at the last `refresh`. The held object moves with the tool
+    and may touch the gripper.
 
     Attributes:
         joints: Full names of the arm's joints.
-        counts: Pairs of geoms that shall not touch.  # (ngeom, ngeom)
-        own: Pairs of geoms of the robot.  # (ngeom, ngeom)
-        others: Other robots: they stand where they will come to rest, and are taken for thicker
-            than they are by what robots keep from each other.
+        checked_pairs: Mask of the geom pairs that must not touch.  # (ngeom, ngeom)
+        self_pairs: Mask of the geom pairs within the arm.  # (ngeom, ngeom)
+        other_robots: Obstacles at their final configurations, inflated by the clearance that robots
+            keep from each other.
     """
 
     def __init__(self, robot: Robot, model: RobotModel) -> None:
-        """Look at the world that a robot is compiled into.
+        """Take the cell that a robot is compiled into.
 
         Args:
-            robot: The robot; what it is compiled into later is found by `refresh`.
-            model: Its model, for where the tool is.
+            robot: The robot.
+            model: Its kinematic model.
         """
         self._robot = robot
         self.joints = tuple(model.model.names)[1:]
-        self._figure = RobotGeometry(robot, model)
-        self._watched: np.ndarray | None = None
+        self._geometry = RobotGeometry(robot, model)
+        self._bodies: np.ndarray | None = None
         self._source: mujoco.MjModel | None = None
         self.other_robots: tuple[OtherRobot, ...] = ()
         self.refresh()
 
     def refresh(self) -> None:
-        """Take over where everything is now, and what is held."""
-        robot, figure = self._robot, self._figure
-        figure.refresh()
+        """Update the compiled model, the state of the cell and the held object."""
+        robot, geometry = self._robot, self._geometry
+        geometry.refresh()
         if robot.mj_model is not self._source:
-            self._source = robot.mj_model
-            adr = np.array(robot.qpos_adr)
-            self._near = CollisionModel(self._source, PADDING, adr)
-            self._joints = self._source.dof_jntid[np.array(robot.dof_adr)]
-            self._parts = part_of_body(self._source, self._joints)
-            self._may_touch = self._pairs_that_may_touch(self._source)
-            self._proof = ConservativeAdvancement(self._source, self._near, self._joints)
-            self._labels = BodyNames(self._source)
-        if figure.bodies is not self._watched:
-            self._watched = figure.bodies
-            self._watch()
-        self._near.take(robot.mj_data)
+            self._source = source = robot.mj_model
+            joints = source.dof_jntid[np.array(robot.dof_adr)]
+            self._scratch = CollisionModel(source, PADDING)
+            self._advancement = ConservativeAdvancement(source, self._scratch, geometry, joints)
+            self._links = link_of_body(source, joints)
+            self._collidable = collidable_pairs(source)
+            if self._links is not None:
+                self._collidable &= ~never_colliding_pairs(
+                    source, joints, self._links[source.geom_bodyid], self._collidable
+                )
+            self._labels = BodyNames(source)
+        if geometry.bodies is not self._bodies:
+            self._bodies = geometry.bodies
+            self._select_pairs(robot.mj_model)
+        self._scratch.copy_state(robot.mj_data)
         if self.other_robots:
-            self._place_others()
-        self._proof.take()
+            self._place_other_robots()
+        self._advancement.refresh()
 
-    def _place_others(self) -> None:
-        """Let the other robots be where they will come to rest, with room around them."""
-        bodies = np.zeros(self._near.model.nbody, dtype=bool)
-        for other in self.other_robots:
-            other.figure.refresh()
-            other.figure.spread(self._near.data.qpos)
-            other.figure.put(self._near.data.qpos, other.arm.target)
-            bodies |= other.figure.bodies
-        self._near.widen(bodies, INTER_ROBOT_CLEARANCE)
+    def collisions(self, q: np.ndarray, within: float = 0.0) -> list[CollisionPair]:
+        """Return the pairs of bodies in collision at a configuration, the deepest first.
 
-    def other_robot(self, body: str) -> str:
-        """Name the other robot whose arm moves a body, or holds it; empty where none does."""
-        label = self._labels.of_body
-        for other in self.other_robots:
-            if any(label[i] == body for i in np.flatnonzero(other.figure.bodies)):
-                return other.name
-        return ""
+        Args:
+            q: Configuration of the arm [rad].  # (nq,)
+            within: Distance below which bodies count [m], at most `PADDING`.
 
-    @property
-    def held(self) -> str | None:
-        """Name of the object that was held at the last `refresh`; None where there was none."""
-        return self._figure.held or None
-
-    def _watch(self) -> None:
-        """Look at what moves, and at what of it may touch."""
-        model, figure = self._source, self._figure
-        assert model is not None
-        of_geom = model.geom_bodyid
-        fingers = np.isin(of_geom, self._robot.finger_body_ids)
-        moving, own = figure.bodies[of_geom], figure.arm[of_geom]
-        self._moving, carried = moving, moving & ~own
-        # Fingers that have closed on nothing touch each other, however the arm moves.
-        gripping = fingers | carried
-        allowed = gripping[:, np.newaxis] & gripping
-        self.counts = (moving[:, np.newaxis] | moving) & ~allowed & self._may_touch
-        self.own = own[:, np.newaxis] & own
-        part = self._part_of_geom()
-        if part is not None:
-            self.counts &= (part != part[:, np.newaxis]) | ~(moving[:, np.newaxis] & moving)
-        self._near.watch(self.counts, figure.held_root)
-        self._proof.watch(self.counts, part)
-
-    def _pairs_that_may_touch(self, model: mujoco.MjModel) -> np.ndarray:
-        """Mark the pairs of geoms that MuJoCo compares, but for neighbours that never touch."""
-        pairs = comparable(model)  # (ngeom, ngeom)
-        if self._parts is None:
-            return pairs
-        return pairs & ~never_touching(model, self._joints, self._parts[model.geom_bodyid], pairs)
-
-    def _part_of_geom(self) -> np.ndarray | None:
-        """Number the geoms by how many of the arm's joints move them."""  # (ngeom,)
-        model, held = self._source, self._figure.held_root
-        if model is None or self._parts is None:
-            return None
-        last = (model.body_rootid == held) & (held > 0)
-        return np.where(last, len(self._joints), self._parts)[model.geom_bodyid]
-
-    def look(self, q: np.ndarray) -> int:
-        """Put the arm at a configuration and find what is near.
-
-        Returns:
-            How many contacts were seen; `seen` has them.
+        Raises:
+            MotionError: When `within` is larger: contacts are not detected beyond `PADDING`.
         """
-        return self._near.look(q, self._figure.carried(q))
+        check_number(within, "within", "m", at_most=PADDING)
+        found: dict[tuple[str, str], float] = {}
+        if self.collide(q):
+            for first, second, distance in zip(*(x.tolist() for x in self.contacts), strict=True):
+                if self.checked_pairs[first, second] and distance < within:
+                    pair = self._body_names(first, second)
+                    found[pair] = min(distance, found.get(pair, distance))
+        pairs = (CollisionPair(*pair, distance) for pair, distance in found.items())
+        return sorted(pairs, key=lambda pair: pair.distance)
+
+    def collide(self, q: np.ndarray) -> int:
+        """Detect contacts at a configuration and return their number.
+
+        Args:
+            q: Configuration of the arm [rad].  # (nq,)
+        """
+        self._geometry.write(self._scratch.data.qpos, q)
+        return self._scratch.collide()
 
     @property
-    def seen(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Geoms on both sides of each contact last seen, and their distance [m]."""
-        return self._near.seen
+    def contacts(self) -> GeomContacts:
+        """The contacts that `collide` detected last."""
+        return self._scratch.contacts
 
-    def proven(self, path: np.ndarray, needed: np.ndarray) -> np.ndarray:
-        """Tell which configurations of a path keep their distances, without a look at all of them.
+    def known_free(self, path: np.ndarray, clearance: np.ndarray) -> np.ndarray:
+        """Tell which configurations of a path are free, by conservative advancement.
 
         Args:
             path: Configurations [rad].  # (n, nq)
-            needed: Distance of each pair of geoms that is asked for [m], -inf where none.
+            clearance: Required distance of each pair of geoms [m], -inf for none.
                 # (ngeom, ngeom)
 
         Returns:
-            Where this is False, nothing is known.  # (n,)
+            True where the configuration is free, False where it is unknown.  # (n,)
         """
-        return self._proof.proven(path, needed, self._figure.carried)
-
-    def collisions(self, q: np.ndarray, within: float = 0.0) -> list[CollisionPair]:
-        """Name what the arm would touch at a configuration, or be near to; the nearest first.
-
-        Args:
-            q: Positions of the arm's joints [rad].  # (nq,)
-            within: Distance up to which bodies are near [m], up to `PADDING`.
-        """
-        found: dict[tuple[str, str], float] = {}
-        if self.look(q):
-            for first, second, distance in zip(*(x.tolist() for x in self.seen), strict=True):
-                if self.counts[first, second] and distance < within:
-                    pair = self.names(first, second)
-                    found[pair] = min(distance, found.get(pair, distance))
-        return sorted(
-            (CollisionPair(*pair, d) for pair, d in found.items()), key=lambda near: near.distance
-        )
+        return self._advancement.known_free(path, clearance)
 
     def describe_contacts(self) -> str:
-        """Say what the arm touches in the physics, that it should not; empty when nothing."""
+        """Say what the arm touches in the simulation that it must not; empty without contacts."""
         self.refresh()
         contact = self._robot.mj_data.contact
         pressing = contact.geom[contact.efc_address >= 0].tolist()
-        pairs = sorted({self.names(a, b) for a, b in pressing if self.counts[a, b]})
+        pairs = sorted({self._body_names(a, b) for a, b in pressing if self.checked_pairs[a, b]})
         return " and ".join(f"'{first}' touches '{second}'" for first, second in pairs)
 
-    def names(self, first: int, second: int) -> tuple[str, str]:
-        """Name the bodies of two geoms, that which the arm moves first."""
+    @property
+    def held(self) -> str | None:
+        """Name of the object that was held at the last `refresh`; None without one."""
+        return self._geometry.held or None
+
+    def other_robot(self, body: str) -> str:
+        """Return the name of the other robot that moves or holds a body; empty without one."""
+        label = self._labels.of_body
+        for other in self.other_robots:
+            if any(label[i] == body for i in np.flatnonzero(other.geometry.bodies)):
+                return other.name
+        return ""
+
+    def _place_other_robots(self) -> None:
+        """Place the other robots at their final configurations and inflate them."""
+        bodies = np.zeros(self._scratch.model.nbody, dtype=bool)
+        for other in self.other_robots:
+            other.geometry.refresh()
+            other.geometry.write_open_gripper(self._scratch.data.qpos)
+            other.geometry.write(self._scratch.data.qpos, other.arm.target)
+            bodies |= other.geometry.bodies
+        self._scratch.inflate(bodies, INTER_ROBOT_CLEARANCE)
+
+    def _select_pairs(self, model: mujoco.MjModel) -> None:
+        """Select the pairs of geoms to check."""
+        geometry, of_geom = self._geometry, model.geom_bodyid
+        moving, own = geometry.bodies[of_geom], geometry.arm[of_geom]
+        self._moving = moving
+        # The gripper may touch the held object, and itself when it has closed on nothing.
+        gripping = np.isin(of_geom, geometry.gripper.bodies) | (moving & ~own)
+        allowed = gripping[:, np.newaxis] & gripping
+        self.checked_pairs = (moving[:, np.newaxis] | moving) & ~allowed & self._collidable
+        self.self_pairs = own[:, np.newaxis] & own
+        link = None
+        if self._links is not None:
+            held = (model.body_rootid == geometry.held_root) & (geometry.held_root > 0)
+            link = np.where(held, len(self.joints), self._links)[of_geom]
+            same_link = (link == link[:, np.newaxis]) & moving[:, np.newaxis] & moving
+            self.checked_pairs &= ~same_link
+        self._scratch.restrict_to(self.checked_pairs)
+        self._advancement.select(self.checked_pairs, link)
+
+    def _body_names(self, first: int, second: int) -> tuple[str, str]:
+        """Return the names of two geoms' bodies, that of the arm first."""
         label = self._labels.of_geom
         if not self._moving[first]:
             first, second = second, first

@@ -1,228 +1,275 @@
-"""Prove configurations free that nobody looks at, by how far the arm is from what is nearby."""
+"""Conservative advancement: configurations that are free because nothing is near enough."""
 
-from collections.abc import Callable
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
-import pinocchio as pin
 
-from .arm_motion import ArmMotion
-from .collision_model import CollisionModel
-from .enclosing_boxes import Boxes, apart
-from .geom_pairs import distance_unknown, margins, scaled
+from .collision_model import CollisionModel, pair_margins
+from .motion_bounds import MotionBounds, norms
+from .robot_geometry import RobotGeometry
 
-WINDOWS = (24, 6)  # configurations around one that is measured; the latter where the first fails
-DOUBT = 4e-4  # [m] by which distances may be off: contacts at corners are nearer for MuJoCo
-CORNER = float(np.sqrt(3.0))  # boxes that are corner to corner are nearer for it by up to that
-_PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
-
-Carried = Callable[[np.ndarray], pin.SE3 | None]
-"""Gives the pose of what is held at a configuration; None where nothing is held."""
+WINDOWS = (24, 6)  # configurations per distance query; the latter where the first is not enough
+CONTACT_ERROR = 4e-4  # [m] by which contacts at corners are nearer than distance queries tell
+BOX_FACTOR = float(np.sqrt(3.0))
+"""Largest ratio of the distance of two boxes, corner to corner, to that of MuJoCo's contact, which
+is the gap along an axis of one of them."""
+_GEOM = mujoco.mjtGeom
+_PLANE, _BOX = int(_GEOM.mjGEOM_PLANE), int(_GEOM.mjGEOM_BOX)
+_FIELDS = [int(_GEOM.mjGEOM_HFIELD), int(_GEOM.mjGEOM_SDF)]  # no distance queries for these
 
 
 class ConservativeAdvancement:
-    """Measures distances at some configurations of a path, and tells which others need no look.
+    """Measures distances at some configurations of a path to skip the checks of those around.
 
-    Where the arm is measured, each pair of geoms has a distance. At another configuration it is
-    smaller by no more than the way that a point of the one has come meanwhile, seen from the other.
-    As long as more is left than is asked for, there is no contact.
+    At a measured configuration each pair of geoms has a distance. At another configuration it is
+    smaller by at most the displacement of one geom relative to the other (`MotionBounds`). While
+    the remainder exceeds the required clearance, there is no contact (Mirtich 1996; Schwarzer,
+    Saha and Latombe 2005).
 
-    Most pairs are far enough apart by the spheres around them, of the others most by the boxes
-    around them, and of the rest MuJoCo gives the distance. For arms that do more than turn about
-    axes in a row nothing is proven.
+    Most pairs are far enough apart by their bounding spheres, most others by their bounding boxes;
+    MuJoCo measures the rest. All is unknown for arms that are not a chain of hinges.
     """
 
-    def __init__(self, source: mujoco.MjModel, near: CollisionModel, joints: np.ndarray) -> None:
-        """Prepare for a model.
+    def __init__(
+        self,
+        source: mujoco.MjModel,
+        scratch: CollisionModel,
+        geometry: RobotGeometry,
+        joints: np.ndarray,
+    ) -> None:
+        """Take a compiled model.
 
         Args:
-            source: What is simulated.
-            near: Whose verdict it is that is foreseen here.
+            source: The model of the simulation.
+            scratch: The model whose collision detection is skipped; its data are changed.
+            geometry: The robot.
             joints: Ids of the arm's joints, from the base on.  # (nq,)
         """
-        self._source, self._near, self._joints = source, near, joints
-        self._scaled = scaled(source)
-        self._unknown = distance_unknown(source)
-        self._blind = True
+        self._source, self._scratch = source, scratch
+        self._geometry, self._joints = geometry, joints
+        self._enabled = False
 
-    def watch(self, pairs: np.ndarray, part: np.ndarray | None) -> None:
-        """Choose what is measured.
+    def select(self, pairs: np.ndarray, link: np.ndarray | None) -> None:
+        """Select the pairs of geoms to measure.
 
         Args:
-            pairs: Pairs of geoms that shall not touch, and may.  # (ngeom, ngeom)
-            part: By how many of the joints each geom is moved; None where these do more than turn
-                about axes in a row.  # (ngeom,)
+            pairs: Mask of the pairs that are checked for collisions.  # (ngeom, ngeom)
+            link: Link of each geom; None where the arm is not a chain of hinges.  # (ngeom,)
         """
         model = self._source
-        if part is None or model.nflex or (pairs & self._unknown).any():
-            self._blind = True
+        field = np.isin(model.geom_type, _FIELDS)
+        unknown = pairs & (field[:, np.newaxis] | field)
+        self._enabled = False
+        if link is None or model.nflex or unknown.any():
             return
-        self._blind = False
-        self._part = np.where(pairs.any(axis=1), part, 0)
+        self._enabled = True
+        self._link = np.where(pairs.any(axis=1), link, 0)
         first, second = np.nonzero(np.triu(pairs))
-        swap = self._part[first] > self._part[second]
+        swap = self._link[first] > self._link[second]
         self._pairs = np.where(swap, (second, first), (first, second))  # (2, npair)
-        self._sides = self._part[self._pairs]
-        self._corner = np.where(self._scaled[first, second], CORNER, 1.0)
-        self._geoms, seen = np.unique(self._pairs, return_inverse=True)
-        self._seen = seen.reshape(2, -1)  # the pairs, by places in _geoms
+        self._pair_links = self._link[self._pairs]
+        kind = model.geom_type[self._pairs]
+        self._factor = np.where((kind == _BOX).all(axis=0), BOX_FACTOR, 1.0)
+        self._geoms, index = np.unique(self._pairs, return_inverse=True)
+        self._index = index.reshape(2, -1)  # of the pairs in _geoms
         self._radii = model.geom_rbound[self._pairs].sum(axis=0)
-        flat = model.geom_type[self._pairs] == _PLANE
-        self._flat = np.flatnonzero(flat.any(axis=0))
-        self._flat_side = flat[1, self._flat].astype(int)
+        is_plane = kind == _PLANE
+        self._planes = np.flatnonzero(is_plane.any(axis=0))
+        self._plane_side = is_plane[1, self._planes].astype(int)
 
-    def take(self) -> None:
-        """Take over how thick everything is."""
-        self._motion: ArmMotion | None = None  # fingers and what they hold may be elsewhere
-        self._thick: np.ndarray | None = None
+    def refresh(self) -> None:
+        """Forget bounds and margins: gripper, held object and inflation may have changed."""
+        self._bounds: MotionBounds | None = None
+        self._margins: np.ndarray | None = None
 
-    def proven(self, path: np.ndarray, needed: np.ndarray, carried: Carried) -> np.ndarray:
-        """Tell which of many configurations are free, without any doubt.
+    def known_free(self, path: np.ndarray, clearance: np.ndarray) -> np.ndarray:
+        """Tell which configurations of a path are free.
 
         Args:
             path: Configurations [rad].  # (n, nq)
-            needed: Distance of each pair of geoms that is asked for [m], -inf where none.
+            clearance: Required distance of each pair of geoms [m], -inf for none.
                 # (ngeom, ngeom)
-            carried: Where what is held goes.
 
         Returns:
-            Where this is False, nothing is known.  # (n,)
+            True where the configuration is free, False where it is unknown.  # (n,)
         """
         n, nq = path.shape
-        if self._blind or n <= WINDOWS[-1]:
+        if not self._enabled or n <= WINDOWS[-1]:
             return np.zeros(n, dtype=bool)
-        if self._thick is None:
-            thick = margins(self._near.model)[tuple(self._pairs)]
-            self._thick = thick - self._near.padding
-        asked = needed[tuple(self._pairs)]
-        asked = np.where(asked > 0.0, self._corner * asked, asked) + self._thick + DOUBT
-        filled = np.concatenate([path, np.repeat(path[-1:], -n % WINDOWS[0], axis=0)])
-        proven = np.zeros(len(filled), dtype=bool)
-        worth = ~proven
+        if self._margins is None:
+            margins = pair_margins(self._scratch.model)[tuple(self._pairs)]
+            self._margins = margins - self._scratch.padding
+        least = clearance[tuple(self._pairs)]
+        least = np.where(least > 0.0, self._factor * least, least) + self._margins + CONTACT_ERROR
+        padded = np.concatenate([path, np.repeat(path[-1:], -n % WINDOWS[0], axis=0)])
+        free = np.zeros(len(padded), dtype=bool)
+        candidate = ~free
         for size in WINDOWS:
-            rows = np.flatnonzero((worth & ~proven).reshape(-1, size)[:, 0])
+            rows = np.flatnonzero((candidate & ~free).reshape(-1, size)[:, 0])
             if not len(rows):
                 break
-            free, near = self._windows(filled.reshape(-1, size, nq)[rows], asked, carried)
-            proven.reshape(-1, size)[rows] = free[:, np.newaxis]
-            worth.reshape(-1, size)[rows] = ~near[:, np.newaxis]
-        return proven[:n]
+            window_free, blocked = self._check_windows(padded.reshape(-1, size, nq)[rows], least)
+            free.reshape(-1, size)[rows] = window_free[:, np.newaxis]
+            candidate.reshape(-1, size)[rows] = ~blocked[:, np.newaxis]
+        return free[:n]
 
-    def _windows(
-        self, windows: np.ndarray, asked: np.ndarray, carried: Carried
+    def _check_windows(
+        self, windows: np.ndarray, least: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Measure at the middles of windows.
+        """Measure distances at the middles of windows.
 
         Args:
             windows: Configurations [rad].  # (m, size, nq)
-            asked: Least distance of each pair [m].  # (npair,)
-            carried: As for `proven`.
+            least: Required distance of each pair [m].  # (npair,)
 
         Returns:
-            Which windows are free, and in which of them the arm is too near to something already in
-            the middle.  # (m,), (m,)
+            Whether a window is free, and whether its middle is known not to be.  # (m,), (m,)
         """
         middles = windows[:, windows.shape[1] // 2]
-        turned = windows - middles[:, np.newaxis]
-        near, geoms = self._near, self._geoms
-        data, motion = near.data, self._motion
-        stands, positions, matrices = [], [], []
+        dq = windows - middles[:, np.newaxis]
+        scratch, geoms, bounds = self._scratch, self._geoms, self._bounds
+        data = scratch.data
+        frames, positions, matrices = [], [], []
         for q in middles:
-            near.put(q, carried(q))
-            if motion is None:
-                motion = self._motion = ArmMotion(near.model, data, self._joints, self._part)
-            stands.append(motion.stand(data))
+            self._geometry.write(data.qpos, q)
+            scratch.update_kinematics()
+            if bounds is None:
+                bounds = self._bounds = MotionBounds(scratch.model, data, self._joints, self._link)
+            frames.append(bounds.frames(data))
             positions.append(data.geom_xpos[geoms])
             matrices.append(data.geom_xmat[geoms])
-        assert motion is not None
+        assert bounds is not None
         m, nq = middles.shape
-        ways = np.zeros((m, nq + 1, nq + 1))
-        ways[:, 0, 1:] = motion.ways(motion.stands(stands), turned).max(axis=1)
-        ways[:, 1:, 1:] = motion.ways_apart(np.abs(turned).max(axis=1))
-        enough = asked + ways[:, self._sides[0], self._sides[1]]
-        return self._measured(np.array(positions), np.array(matrices), asked, enough)
+        displacement = np.zeros((m, nq + 1, nq + 1))
+        states = bounds.kinematic_states(frames)
+        displacement[:, 0, 1:] = bounds.displacement(states, dq).max(axis=1)
+        displacement[:, 1:, 1:] = bounds.relative_displacement(np.abs(dq).max(axis=1))
+        needed = least + displacement[:, self._pair_links[0], self._pair_links[1]]
+        return self._measure(np.array(positions), np.array(matrices), least, needed)
 
-    def _measured(
-        self, positions: np.ndarray, matrices: np.ndarray, asked: np.ndarray, enough: np.ndarray
+    def _measure(
+        self, positions: np.ndarray, matrices: np.ndarray, least: np.ndarray, needed: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Tell where all pairs are farther apart than is enough, and where one is too near.
+        """Tell where all pairs have the distance needed, and where one has less than the least.
 
         Args:
-            positions: Of the geoms [m].  # (m, ngeom, 3)
-            matrices: Their axes.  # (m, ngeom, 9)
-            asked: Least distance of each pair [m].  # (npair,)
-            enough: Distance that is enough [m].  # (m, npair)
+            positions: Positions of the geoms [m].  # (m, ngeom, 3)
+            matrices: Rotation matrices of the geoms.  # (m, ngeom, 9)
+            least: Required distance of each pair [m].  # (npair,)
+            needed: The same plus the displacement in the window [m].  # (m, npair)
         """
-        free, near = np.ones(len(enough), dtype=bool), np.zeros(len(enough), dtype=bool)
-        rows, columns = np.nonzero(self._near_by_spheres(positions, matrices, enough))
-        bounds = self._boxes_apart(positions, matrices, rows, columns, enough[rows, columns])
-        left = bounds - enough[rows, columns]
-        model, data = self._near.model, self._near.data
-        at, turned = data.geom_xpos, data.geom_xmat
-        for i in np.argsort(left, kind="stable").tolist():
-            if left[i] >= 0.0:
+        free, blocked = np.ones(len(needed), dtype=bool), np.zeros(len(needed), dtype=bool)
+        rows, columns = np.nonzero(self._close_by_spheres(positions, matrices, needed))
+        lower = self._box_distances(positions, matrices, rows, columns, needed[rows, columns])
+        excess = lower - needed[rows, columns]
+        model, data = self._scratch.model, self._scratch.data
+        for i in np.argsort(excess, kind="stable").tolist():
+            if excess[i] >= 0.0:
                 break
             row, column = rows[i], columns[i]
             if not free[row]:
                 continue
-            for k, geom in zip(self._seen[:, column], self._pairs[:, column], strict=True):
-                at[geom], turned[geom] = positions[row, k], matrices[row, k]
             pair = self._pairs[:, column]
+            for k, geom in zip(self._index[:, column], pair, strict=True):
+                data.geom_xpos[geom], data.geom_xmat[geom] = positions[row, k], matrices[row, k]
             distance = mujoco.mj_geomDistance(
-                model, data, pair[0], pair[1], enough[row, column], None
+                model, data, pair[0], pair[1], needed[row, column], None
             )
-            if distance < enough[row, column]:
-                free[row], near[row] = False, distance < asked[column]
-        return free, near
+            if distance < needed[row, column]:
+                free[row], blocked[row] = False, distance < least[column]
+        return free, blocked
 
-    def _near_by_spheres(
-        self, positions: np.ndarray, matrices: np.ndarray, enough: np.ndarray
+    def _close_by_spheres(
+        self, positions: np.ndarray, matrices: np.ndarray, needed: np.ndarray
     ) -> np.ndarray:
-        """Mark the pairs that the spheres around them do not show to be as far apart as is enough.
+        """Return the mask of pairs whose bounding spheres are closer than needed.
 
-        Args:
-            positions: As for `_measured`.
-            matrices: As for `_measured`.
-            enough: As for `_measured`.
+        For planes, the distance from the sphere to the plane counts.
         """  # (m, npair)
-        first, second = self._seen
-        reach = np.maximum(enough + self._radii, 0.0)
+        first, second = self._index
+        reach = np.maximum(needed + self._radii, 0.0)
         square = np.einsum("mgi,mgi->mg", positions, positions)
         product = (positions @ np.swapaxes(positions, 1, 2))[:, first, second]
         close: np.ndarray = square[:, first] + square[:, second] - 2.0 * product < reach * reach
-        for column, side in zip(self._flat.tolist(), self._flat_side.tolist(), strict=True):
-            pair = self._seen[:, column]
+        for column, side in zip(self._planes.tolist(), self._plane_side.tolist(), strict=True):
+            pair = self._index[:, column]
             plane, other = pair[side], pair[1 - side]
             normal = matrices[:, plane, 2::3]
             height = np.einsum("mi,mi->m", positions[:, other] - positions[:, plane], normal)
             close[:, column] = height < reach[:, column]
         return close
 
-    def _boxes_apart(
+    def _box_distances(
         self,
         positions: np.ndarray,
         matrices: np.ndarray,
         rows: np.ndarray,
         columns: np.ndarray,
-        enough: np.ndarray,
+        needed: np.ndarray,
     ) -> np.ndarray:
-        """Give how far the boxes around pairs of geoms are apart at least [m].
+        """Return lower bounds of the distances of pairs by their bounding boxes [m].
 
         Args:
-            positions: As for `_measured`.
-            matrices: As for `_measured`.
-            rows: Which configurations.  # (n,)
-            columns: Which pairs.  # (n,)
-            enough: Where it is more than that, it matters no more by how much [m].  # (n,)
+            positions: Positions of the geoms [m].  # (m, ngeom, 3)
+            matrices: Rotation matrices of the geoms.  # (m, ngeom, 9)
+            rows: Configurations.  # (n,)
+            columns: Pairs.  # (n,)
+            needed: Distance beyond which the bound need not be tight [m].  # (n,)
         """  # (n,)
         aabb = self._source.geom_aabb
         sides = []
-        for seen, geoms in zip(self._seen, self._pairs, strict=True):
+        for index, geoms in zip(self._index, self._pairs, strict=True):
             box = aabb[geoms[columns]]
-            rotation = matrices[rows, seen[columns]].reshape(-1, 3, 3)
-            centre = positions[rows, seen[columns]]
+            rotation = matrices[rows, index[columns]].reshape(-1, 3, 3)
+            centre = positions[rows, index[columns]]
             centre = centre + (rotation @ box[:, :3, np.newaxis])[..., 0]
             sides.append(Boxes(centre, rotation, box[:, 3:]))
-        bound = apart(sides[0], sides[1], enough)
-        bound[np.isin(columns, self._flat)] = -np.inf
-        return bound
+        distance = box_distance(sides[0], sides[1], needed)
+        distance[np.isin(columns, self._planes)] = -np.inf
+        return distance
+
+
+class Boxes(NamedTuple):
+    """Oriented boxes.
+
+    Attributes:
+        centre: Centres [m].  # (n, 3)
+        rotation: Axes, as columns.  # (n, 3, 3)
+        half: Half sizes [m].  # (n, 3)
+    """
+
+    centre: np.ndarray
+    rotation: np.ndarray
+    half: np.ndarray
+
+
+def box_distance(first: Boxes, second: Boxes, needed: np.ndarray) -> np.ndarray:
+    """Return a lower bound of the distance of oriented boxes [m], negative where they may overlap.
+
+    The larger of the gap along the face normals of both boxes (separating axes without the cross
+    products of edges), and the distance between one box and the bounding sphere of the other.
+
+    Args:
+        first: n boxes.
+        second: n boxes.
+        needed: Distance beyond which the bound need not be tight [m].  # (n,)
+    """  # (n,)
+    between = second.centre - first.centre
+    beyond_first = np.abs(_in_box_frame(first, between)) - first.half
+    beyond_second = np.abs(_in_box_frame(second, between)) - second.half
+    bound = np.maximum(
+        norms(np.maximum(beyond_first, 0.0)) - norms(second.half),
+        norms(np.maximum(beyond_second, 0.0)) - norms(first.half),
+    )
+    rows = np.flatnonzero(bound < needed)
+    overlap = np.abs(np.swapaxes(first.rotation[rows], -1, -2) @ second.rotation[rows])
+    gaps_first = beyond_first[rows] - (overlap @ second.half[rows, :, np.newaxis])[..., 0]
+    gaps_second = beyond_second[rows] - (first.half[rows, np.newaxis] @ overlap)[:, 0]
+    gaps = np.maximum(gaps_first.max(axis=-1), gaps_second.max(axis=-1))
+    bound[rows] = np.maximum(bound[rows], gaps)
+    return bound
+
+
+def _in_box_frame(boxes: Boxes, vectors: np.ndarray) -> np.ndarray:
+    return (vectors[..., np.newaxis, :] @ boxes.rotation)[..., 0, :]

@@ -1,24 +1,26 @@
-"""Where the arm may be during one motion."""
+"""The collision-free configurations of one motion."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
+from bt_manip.checks import check_number
+
 from .collision_world import PADDING, CollisionPair, CollisionWorld
 
 CLEARANCE = 4e-3  # [m] from everything else, where start and end allow that
-OWN_CLEARANCE = 1e-3  # [m] between links, which a controller moves together
-SLACK = 1e-4  # [m] nearer than at the start or at the end is no matter
-LEAVING = 0.05  # [rad] within which what touches at the start has to be left
-PATH_STEP = 2e-3  # [rad] between the configurations that are looked at on a final path
+SELF_CLEARANCE = 1e-3  # [m] between links of the arm, whose relative position is certain
+DISTANCE_TOLERANCE = 1e-4  # [m] by which distances at start and end may be undercut
+ESCAPE_RANGE = 0.05  # [rad] around the start within which contacts there must be left
+PATH_STEP = 2e-3  # [rad] between the configurations that are checked on a final path
 
 
 class FreeSpace:
-    """Tells of configurations whether they are free, for one motion from a start to an end.
+    """Tells whether configurations are collision-free, for one motion from a start to an end.
 
-    The arm keeps a clearance, except from what it is nearer to at the start or at the end: from
-    that it keeps what it has there. What it touches at the start it may back out of: it may not get
-    deeper into it, and has to be free of it within `LEAVING`.
+    The arm keeps a clearance, except from bodies that are nearer at the start or at the end: there
+    it keeps the distance of these configurations. From bodies that it touches at the start it may
+    escape: penetration must not increase, and has to end within `ESCAPE_RANGE`.
     """
 
     def __init__(
@@ -29,73 +31,81 @@ class FreeSpace:
         *,
         clearance: float = CLEARANCE,
     ) -> None:
-        """Look at start and end, with everything else where it is now.
+        """Measure the distances at start and ends, with everything else where it is now.
 
         Args:
-            world: What there is; it is refreshed.
-            start: Where the motion starts.  # (nq,)
-            ends: Further configurations that it is known to pass.  # (nq,) each
-            clearance: Distance from everything else [m].
+            world: The collision world; it is refreshed.
+            start: Configuration at the start [rad].  # (nq,)
+            ends: Possible final configurations [rad].  # (nq,) each
+            clearance: Distance to keep from everything else [m], at most `PADDING`.
+
+        Raises:
+            MotionError: When the clearance is larger.
         """
+        check_number(clearance, "clearance", "m", at_most=PADDING)
         world.refresh()
         self.world, self.start = world, np.array(start)
-        clearance = min(clearance, PADDING)
-        asked = np.where(world.own, min(OWN_CLEARANCE, clearance), clearance)
-        self._needed = np.where(world.counts, asked, -np.inf)  # (ngeom, ngeom)
+        clearances = np.where(world.self_pairs, min(SELF_CLEARANCE, clearance), clearance)
+        self._clearance = np.where(world.checked_pairs, clearances, -np.inf)  # (ngeom, ngeom)
         for q in ends:
-            self._relax(q, self._needed, 0.0)
-        leaving = self._needed.copy()
-        self._touching = self._relax(start, leaving, -np.inf)
-        self._relax(start, self._needed, 0.0)
-        self._leaving = leaving
-
-    def _relax(self, q: np.ndarray, needed: np.ndarray, least: float) -> bool:
-        """Ask no more of what is near than there is; tell whether anything touches."""
-        if not self.world.look(q):
-            return False
-        first, second, distance = self.world.seen
-        counts = self.world.counts[first, second]
-        lowered = np.maximum(distance - SLACK, least)
-        np.minimum.at(needed, (first[counts], second[counts]), lowered[counts])
-        np.minimum.at(needed, (second[counts], first[counts]), lowered[counts])
-        return bool((distance[counts] < 0.0).any())
+            self._relax(q, self._clearance, 0.0)
+        self._escape_clearance = self._clearance.copy()
+        self._in_contact = self._relax(start, self._escape_clearance, -np.inf)
+        self._relax(start, self._clearance, 0.0)
 
     def is_free(self, q: np.ndarray) -> bool:
-        """Tell whether the arm may be at a configuration."""
-        leaving = self._touching and np.abs(q - self.start).max() < LEAVING
-        return self._keeps(q, self._leaving if leaving else self._needed)
+        """Tell whether a configuration is collision-free."""
+        escaping = self._in_contact and np.abs(q - self.start).max() < ESCAPE_RANGE
+        return self._keeps(q, self._escape_clearance if escaping else self._clearance)
 
     def keeps_distance(self, q: np.ndarray) -> bool:
-        """Tell whether a configuration is free, whatever it touches at the start."""
-        return self._keeps(q, self._needed)
+        """Tell whether a configuration is collision-free, without exceptions near the start."""
+        return self._keeps(q, self._clearance)
 
-    def _keeps(self, q: np.ndarray, needed: np.ndarray) -> bool:
-        if not self.world.look(q):
-            return True
-        first, second, distance = self.world.seen
-        return not (distance < needed[first, second]).any()
-
-    def proven(self, path: np.ndarray) -> np.ndarray:
-        """Tell which of many configurations keep their distance, with few looks.
+    def known_free(self, path: np.ndarray) -> np.ndarray:
+        """Tell which configurations of a path keep their distance, by conservative advancement.
 
         Args:
             path: Configurations [rad].  # (n, nq)
 
         Returns:
-            Where this is False, nothing is known.  # (n,)
+            True where the configuration is free, False where it is unknown.  # (n,)
         """
-        return self.world.proven(path, self._needed)
+        return self.world.known_free(path, self._clearance)
 
     def path_is_free(self, path: np.ndarray) -> bool:
-        """Tell whether all of many configurations are free."""  # (n, nq)
+        """Tell whether all configurations of a path are collision-free."""  # (n, nq)
         return self.first_blocked(path) is None
 
     def first_blocked(self, path: np.ndarray) -> int | None:
-        """Give the index of the first configuration that is not free."""
-        unknown = np.flatnonzero(~self.proven(path)).tolist()
+        """Return the index of the first configuration of a path in collision; None without one."""
+        unknown = np.flatnonzero(~self.known_free(path)).tolist()
         return next((i for i in unknown if not self.is_free(path[i])), None)
 
     def nearest_pair(self, q: np.ndarray) -> CollisionPair | None:
-        """Name what is nearest to the arm at a configuration that is not free."""
-        near = self.world.collisions(q, PADDING)
-        return near[0] if near else None
+        """Return the nearest pair of bodies at a configuration; None where none is near."""
+        return next(iter(self.world.collisions(q, PADDING)), None)
+
+    def _relax(self, q: np.ndarray, clearance: np.ndarray, least: float) -> bool:
+        """Reduce the clearance to the distances at a configuration; tell whether any is negative.
+
+        Args:
+            q: Configuration [rad].  # (nq,)
+            clearance: Required distances, which are changed [m].  # (ngeom, ngeom)
+            least: Lower bound of the result [m].
+        """
+        if not self.world.collide(q):
+            return False
+        first, second, distance = self.world.contacts
+        checked = self.world.checked_pairs[first, second]
+        first, second, distance = first[checked], second[checked], distance[checked]
+        reduced = np.maximum(distance - DISTANCE_TOLERANCE, least)
+        np.minimum.at(clearance, (first, second), reduced)
+        np.minimum.at(clearance, (second, first), reduced)
+        return bool((distance < 0.0).any())
+
+    def _keeps(self, q: np.ndarray, clearance: np.ndarray) -> bool:
+        if not self.world.collide(q):
+            return True
+        first, second, distance = self.world.contacts
+        return not (distance < clearance[first, second]).any()

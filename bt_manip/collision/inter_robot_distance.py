@@ -1,104 +1,82 @@
-"""Whether two robots come too near to each other."""
+"""The distance between two robots, at configurations and along motions."""
 
 import mujoco
 import numpy as np
 
+from .collision_model import CollisionModel
 from .robot_geometry import RobotGeometry
-from .scratch_model import restrict_pairs, scratch_model
 
-INTER_ROBOT_CLEARANCE = 10e-3
-"""Distance that robots keep from each other [m]: what both may be off, and a little more."""
+INTER_ROBOT_CLEARANCE = 10e-3  # [m] that robots keep: the tracking errors of both, and a reserve
+INTER_ROBOT_STEP = 2e-3  # [s] between the samples of two motions
+MAX_DISTANCE = 70e-3
+"""Distance beyond which only every `_STRIDE`-th sample is checked [m].
 
-INTER_ROBOT_STEP = 2e-3
-"""Time between the moments that are looked at where two robots are near [s]."""
-
-FAR = 70e-3
-"""Distance beyond which only each tenth moment is looked at [m].
-
-In the half of these 20 ms two robots at 2.5 m/s, which the tools of fast arms reach, come nearer by
-50 mm.
+In half of these 20 ms, two robots whose tools move at 2.5 m/s approach by 50 mm.
 """
-
-_STRIDE = 10
+_STRIDE = 10  # samples
 
 
 class InterRobotDistance:
-    """Measures how near two robots, with what they hold, are to each other."""
+    """Measures the distance between two robots, with the objects that they hold."""
 
     def __init__(self, first: RobotGeometry, second: RobotGeometry) -> None:
-        """Look at two robots.
-
-        Args:
-            first: The one.
-            second: The other, of the same physics.
-        """
-        self._figures = first, second
-        self._robot = first.robot
+        """Take two robots of the same cell."""
+        self._robots = first, second
         self._source: mujoco.MjModel | None = None
-        self._seen: tuple[np.ndarray, np.ndarray] | None = None
+        self._bodies: tuple[np.ndarray, ...] = ()
         self.refresh()
 
     def refresh(self) -> None:
-        """Take over what both hold, and where everything else is."""
-        first, second = self._figures
-        for figure in self._figures:
-            figure.refresh()
-        seen = first.bodies, second.bodies
-        if self._robot.mj_model is not self._source:
-            self._source = self._robot.mj_model
-            self._model = scratch_model(self._source, FAR)
-            self._data = mujoco.MjData(self._model)
-            self._seen = None
-        if self._seen is None or any(a is not b for a, b in zip(seen, self._seen, strict=True)):
-            self._seen = seen
+        """Update the state of the cell and the objects that both robots hold."""
+        robot = self._robots[0].robot
+        for geometry in self._robots:
+            geometry.refresh()
+        bodies = tuple(geometry.bodies for geometry in self._robots)
+        if robot.mj_model is not self._source:
+            self._source, self._bodies = robot.mj_model, ()
+            self._model = CollisionModel(self._source, MAX_DISTANCE)
+        if not self._bodies or any(a is not b for a, b in zip(bodies, self._bodies, strict=True)):
+            self._bodies = bodies
             solid = (self._source.geom_contype | self._source.geom_conaffinity) != 0
-            of_geom = self._source.geom_bodyid
-            one, other = (figure.bodies[of_geom] & solid for figure in self._figures)
-            self._between = (one[:, np.newaxis] & other) | (other[:, np.newaxis] & one)
-            restrict_pairs(self._model, self._between)
-        self._data.qpos[:] = self._robot.mj_data.qpos
-        for figure in self._figures:
-            figure.spread(self._data.qpos)
+            first, second = (mask[self._source.geom_bodyid] & solid for mask in bodies)
+            self._between = (first[:, np.newaxis] & second) | (second[:, np.newaxis] & first)
+            self._model.restrict_to(self._between)
+        self._model.copy_state(robot.mj_data)
+        for geometry in self._robots:
+            geometry.write_open_gripper(self._model.data.qpos)
 
     def distance(self, q_first: np.ndarray, q_second: np.ndarray) -> float:
-        """Give the distance between both robots [m], `FAR` where it is not less.
+        """Return the distance between both robots [m], at most `MAX_DISTANCE`.
 
         Args:
-            q_first: Positions of the joints of the one [rad].  # (nq,)
-            q_second: And of the other.  # (nq,)
+            q_first: Configuration of the first robot [rad].  # (nq,)
+            q_second: Configuration of the second robot [rad].  # (nq,)
         """
-        first, second = self._figures
-        first.put(self._data.qpos, q_first)
-        second.put(self._data.qpos, q_second)
-        mujoco.mj_kinematics(self._model, self._data)
-        mujoco.mj_collision(self._model, self._data)
-        if not self._data.ncon:
-            return FAR
-        contact = self._data.contact
-        geoms = contact.geom
-        between = self._between[geoms[:, 0], geoms[:, 1]]
-        # Less than what the model has for a margin: the physics pushes from there on.
-        distance = (contact.dist - contact.includemargin)[between]
-        return float(distance.min(initial=0.0)) + FAR
+        for geometry, q in zip(self._robots, (q_first, q_second), strict=True):
+            geometry.write(self._model.data.qpos, q)
+        if not self._model.collide():
+            return MAX_DISTANCE
+        first, second, distance = self._model.contacts
+        return float(distance[self._between[first, second]].min(initial=MAX_DISTANCE))
 
-    def too_close(self, first: np.ndarray, second: np.ndarray, needed: float) -> bool:
-        """Tell whether two robots come too near to each other on their ways.
+    def too_close(self, first: np.ndarray, second: np.ndarray, clearance: float) -> bool:
+        """Tell whether two motions come closer to each other than a clearance.
 
         Args:
-            first: Positions of the joints of the one, every `INTER_ROBOT_STEP` [rad].  # (n, nq)
-            second: Those of the other, at the same times.  # (n, nq)
-            needed: Distance that is near enough [m].
+            first: Configurations of the first robot, every `INTER_ROBOT_STEP` [rad].  # (n, nq)
+            second: Configurations of the second robot at the same times [rad].  # (n, nq)
+            clearance: Least distance [m].
         """
         n = len(first)
         for middle in range(0, n + _STRIDE - 1, _STRIDE):
             middle = min(middle, n - 1)
             distance = self.distance(first[middle], second[middle])
-            if distance < needed:
+            if distance < clearance:
                 return True
-            if distance >= FAR:
+            if distance >= MAX_DISTANCE:
                 continue
             half = _STRIDE // 2
             for i in range(max(0, middle - half), min(n, middle + half + 1)):
-                if i != middle and self.distance(first[i], second[i]) < needed:
+                if i != middle and self.distance(first[i], second[i]) < clearance:
                     return True
         return False

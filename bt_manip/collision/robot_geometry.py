@@ -1,4 +1,6 @@
-"""A robot with what it holds, to be put anywhere in a copy of the physics."""
+"""The bodies of a robot and its held object at any configuration."""
+
+from typing import NamedTuple, Protocol
 
 import mujoco
 import numpy as np
@@ -8,81 +10,108 @@ from bt_manip import spatial
 from bt_manip.cell import BodyNames, entity_of
 from bt_manip.robots import Robot, RobotModel
 
-from .held import held_root
-from .scratch_model import moved_bodies
+from .gripper_contacts import GripperContacts
 
 
 class RobotGeometry:
-    """Where the bodies of a robot, and of what its fingers hold, come to be with its arm.
+    """Places the bodies of a robot, and of the object that it holds, at a configuration.
 
-    Fingers that hold nothing may open at any time, and count as open.
+    An empty gripper may open at any time and counts as open for other robots.
 
     Attributes:
         robot: The robot.
-        arm: Marks the bodies that its arm moves.  # (nbody,)
-        held_root: Root body of what it holds; 0 where that is nothing.
-        bodies: Marks both; a new array where they are others than before.  # (nbody,)
+        gripper: Its gripper.
+        arm: Mask of the bodies that the arm moves.  # (nbody,)
+        held_root: Root body of the held object; 0 without one.
+        bodies: Mask of the arm's bodies and those of the held object; a new array whenever it
+            changes.  # (nbody,)
     """
 
     def __init__(self, robot: Robot, model: RobotModel) -> None:
-        """Look at a robot.
+        """Take a robot as it is now.
 
         Args:
-            robot: The robot, compiled into a world.
-            model: Its model, for where the tool is.
+            robot: The robot, compiled into a cell.
+            model: Its kinematic model, which is copied.
         """
-        self.robot = robot
+        self.robot, self.gripper = robot, GripperContacts(robot)
         self._kinematics = model.copy()
         self._source: mujoco.MjModel | None = None
         self.held_root = 0
         self.refresh()
 
     def refresh(self) -> None:
-        """Take over what is held, and how."""
-        robot = self.robot
-        model, data = robot.mj_model, robot.mj_data
-        held = held_root(model, data, robot.finger_body_ids)
+        """Update the held object and its pose in the tool frame."""
+        model, data = self.robot.mj_model, self.robot.mj_data
+        held = self.gripper.held_root()
         if model is not self._source or held != self.held_root:
             self._source, self.held_root = model, held
-            self._adr = np.array(robot.qpos_adr)
-            self.arm = moved_bodies(model, robot.dof_adr)
+            self._adr = np.array(self.robot.qpos_adr)
+            self.arm = moved_bodies(model, self.robot.dof_adr)
             self.bodies = self.arm | ((model.body_rootid == held) & (held > 0))
-        self._start = 0
         if held:
-            self._start = int(model.jnt_qposadr[model.body_jntadr[held]])
-            q = data.qpos[self._start : self._start + 7]
-            T_wt = self._kinematics.pose(data.qpos[self._adr])
-            self._T_to = T_wt.actInv(spatial.pose(q[:3], q[3:]))
+            start = int(model.jnt_qposadr[model.body_jntadr[held]])
+            self._held_position = slice(start, start + 3)
+            self._held_quaternion = slice(start + 3, start + 7)
+            T_wo = spatial.pose(data.qpos[self._held_position], data.qpos[self._held_quaternion])
+            self._T_to = self._kinematics.pose(data.qpos[self._adr]).actInv(T_wo)
 
     @property
     def held(self) -> str:
-        """Name of what it holds; empty where that is nothing."""
+        """Name of the held object; empty without one."""
         if not self.held_root:
             return ""
         return entity_of(BodyNames(self.robot.mj_model).of_body[self.held_root])
 
-    def carried(self, q: np.ndarray) -> pin.SE3 | None:
-        """Give where what is held comes to be, with the arm at a configuration; None for nothing.
+    def held_pose(self, q: np.ndarray) -> pin.SE3:
+        """Return the pose T_wo of the held object with the arm at a configuration [rad]."""
+        return self._kinematics.pose(q) * self._T_to
+
+    def write(self, qpos: np.ndarray, q: np.ndarray) -> None:
+        """Write the positions of the arm and of the held object into a ``qpos``.
 
         Args:
-            q: Positions of the arm's joints [rad].  # (nq,)
-        """
-        return self._kinematics.pose(q) * self._T_to if self.held_root else None
-
-    def put(self, qpos: np.ndarray, q: np.ndarray) -> None:
-        """Write where it is, with its arm at a configuration, into positions of the physics.
-
-        Args:
-            qpos: All positions, which are changed.
-            q: Positions of the arm's joints [rad].  # (nq,)
+            qpos: Positions of all joints of the compiled model.
+            q: Configuration of the arm [rad].  # (nq,)
         """
         qpos[self._adr] = q
-        T_wo, start = self.carried(q), self._start
-        if T_wo is not None:
-            qpos[start : start + 3] = T_wo.translation
-            mujoco.mju_mat2Quat(qpos[start + 3 : start + 7], T_wo.rotation.ravel())
+        if self.held_root:
+            T_wo = self.held_pose(q)
+            qpos[self._held_position] = T_wo.translation
+            mujoco.mju_mat2Quat(qpos[self._held_quaternion], T_wo.rotation.ravel())
 
-    def spread(self, qpos: np.ndarray) -> None:
-        """Open the fingers in positions of the physics, where they hold nothing."""
-        if not self.held_root and self.robot.description.gripper is not None:
-            self.robot.set_opening(qpos, self.robot.gripper_travel.open_width)
+    def write_open_gripper(self, qpos: np.ndarray) -> None:
+        """Write the positions of the opened gripper into a ``qpos``, unless it holds an object."""
+        if not self.held_root:
+            self.gripper.write_open(qpos)
+
+
+class HasTarget(Protocol):
+    """Knows the configuration at which a robot will come to rest."""
+
+    @property
+    def target(self) -> np.ndarray:
+        """Final configuration of the present motion [rad]."""  # (nq,)
+
+
+class OtherRobot(NamedTuple):
+    """Another robot of the cell, as an obstacle.
+
+    Attributes:
+        name: Its name in the cell.
+        geometry: Its bodies and held object.
+        arm: Tells its final configuration.
+    """
+
+    name: str
+    geometry: RobotGeometry
+    arm: HasTarget
+
+
+def moved_bodies(model: mujoco.MjModel, dofs: np.ndarray) -> np.ndarray:
+    """Return the mask of the bodies that degrees of freedom move, with their descendants."""
+    moved = np.zeros(model.nbody, dtype=bool)
+    moved[model.dof_bodyid[dofs]] = True
+    for body in range(1, model.nbody):  # a parent always comes before its children
+        moved[body] |= moved[model.body_parentid[body]]
+    return moved  # (nbody,)

@@ -86,7 +86,7 @@ def _solvable(planned: Planned, start: np.ndarray, goal: np.ndarray, seed: int) 
     """Tell whether a long search finds a way."""
     world, limits = planned.arm.world, planned.arm.model.limits
     assert world is not None
-    free = FreeSpace(world, start, [goal], clearance=0.0).free
+    free = FreeSpace(world, start, [goal], clearance=0.0).is_free
     rng = np.random.default_rng(seed)
     problem = PlanningProblem(start, goal[np.newaxis], free, limits, rng)
     return len(RRTConnect(samples=LONG).plan(problem).path) > 0

@@ -1,4 +1,4 @@
-"""What the arm would touch, held against the physics itself."""
+"""Collision checking of an arm, compared with the contacts of the simulation."""
 
 import mujoco
 import numpy as np
@@ -6,16 +6,17 @@ import pytest
 
 from bt_manip import spatial
 from bt_manip.cell import Cell, objects
-from bt_manip.collision import CollisionWorld, FreeSpace
-from bt_manip.collision.scratch_model import moved_bodies
+from bt_manip.collision import PADDING, CollisionWorld
+from bt_manip.collision.robot_geometry import moved_bodies
+from bt_manip.exceptions import MotionError
 from bt_manip.robots import Robot, panda
 from tests.robot_fixtures import Box
 
 HOME = np.array(panda().home)
 
 
-def in_hand(open_by: float = 0.025) -> tuple[Cell, Robot]:
-    """A cube between the fingers, in the air, and a plate under the cube."""
+def with_cube(open_by: float = 0.025) -> tuple[Cell, Robot]:
+    """Return a robot in the air with a cube between its fingers."""
     cell, robot = Cell(), Robot(panda())
     cell.add(robot, spatial.pose((0.0, 0.0, 1.0)), free=False)
     robot.set_configuration(HOME)
@@ -26,7 +27,7 @@ def in_hand(open_by: float = 0.025) -> tuple[Cell, Robot]:
     return cell, robot
 
 
-def test_its_verdict_is_that_of_the_physics(walled, rng):
+def test_it_finds_a_collision_where_the_simulation_finds_a_contact(walled, rng):
     model, data = walled.cell.model, mujoco.MjData(walled.cell.model)
     data.qpos[:] = walled.cell.data.qpos
     limits, world = walled.robot.limits, walled.world
@@ -42,15 +43,15 @@ def test_its_verdict_is_that_of_the_physics(walled, rng):
     assert 50 < touching < 350
 
 
-def test_it_names_the_bodies_and_how_deep_they_are_in_each_other(walled):
+def test_collisions_name_the_bodies_and_their_penetration(walled):
     q = walled.ik.solve(spatial.pointing_down((0.5, 0.0, 0.3), 0.0), HOME).q
-    pairs = {(near.first, near.second) for near in walled.world.collisions(q)}
+    pairs = {(pair.first, pair.second) for pair in walled.world.collisions(q)}
     assert ("panda/hand", "wall") in pairs
     nearest = walled.world.collisions(q)[0]
     assert nearest.distance < -0.02
 
 
-def test_nearness_is_the_distance_in_the_world(walled):
+def test_bodies_within_a_distance_are_listed_with_their_distance(walled):
     gap = 5e-3  # [m] between the finger tips, 9.5 mm below the tool, and the table
     q = walled.ik.solve(spatial.pointing_down((0.5, 0.3, 0.0095 + gap), 0.0), HOME).q
     assert not walled.world.collisions(q)
@@ -59,53 +60,53 @@ def test_nearness_is_the_distance_in_the_world(walled):
     assert first.distance == pytest.approx(gap, abs=2e-4)
 
 
-def test_looking_leaves_the_physics_as_it_is(walled):
+def test_collision_checks_leave_the_simulation_unchanged(walled):
     before = walled.cell.state_bytes()
     walled.world.collisions(HOME + 0.1)
     assert walled.cell.state_bytes() == before
 
 
-def test_what_the_fingers_hold_goes_with_the_tool():
-    cell, robot = in_hand()
+def test_the_held_object_moves_with_the_tool():
+    cell, robot = with_cube()
     world = CollisionWorld(robot, robot.make_model())
     assert world.held == "cube"
     assert not world.collisions(HOME)
-    # 30 mm under the tool there is nothing of the hand, but the cube is in the way there.
+    # 30 mm under the tool there is nothing of the hand, but there is the cube.
     tool = robot.tool_pose.translation
     cell.add(Box((0.3, 0.3, 0.02)), spatial.pose(tool - [0.0, 0.0, 0.05]), name="plate")
     world.refresh()
     assert not world.collisions(HOME)
     lower = HOME.copy()
     lower[1] += 0.07  # leans forward: the tool sinks by about 35 mm
-    assert ("cube", "plate") in {(near.first, near.second) for near in world.collisions(lower)}
+    assert ("cube", "plate") in {(pair.first, pair.second) for pair in world.collisions(lower)}
 
 
-def test_what_lies_between_open_fingers_is_not_held_and_is_in_the_way():
-    cell, robot = in_hand(open_by=0.04)
+def test_an_object_between_open_fingers_is_not_held_and_is_an_obstacle():
+    cell, robot = with_cube(open_by=0.04)
     world = CollisionWorld(robot, robot.make_model())
     assert world.held is None
     sideways = HOME.copy()
     sideways[0] += 0.05
-    assert "cube" in {near.second for near in world.collisions(sideways)}
+    assert "cube" in {pair.second for pair in world.collisions(sideways)}
 
 
 AWAY = HOME + np.array([0.6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
-def test_things_that_come_and_go_are_seen_after_a_refresh():
+def test_objects_added_and_removed_are_known_after_a_refresh():
     cell, robot = Cell(), Robot(panda())
     cell.add(robot, spatial.pose((0.0, 0.0, 1.0)), free=False)
     world = CollisionWorld(robot, robot.make_model())
     cell.add(Box((0.1, 0.1, 0.1)), robot.make_model().pose(AWAY), name="box")
     assert not world.collisions(AWAY)
     world.refresh()
-    assert {near.second for near in world.collisions(AWAY)} == {"box"}
+    assert {pair.second for pair in world.collisions(AWAY)} == {"box"}
     cell.remove("box")
     world.refresh()
     assert not world.collisions(AWAY)
 
 
-def test_geoms_that_collide_with_some_only_keep_doing_so():
+def test_contact_types_of_the_model_are_respected():
     cell, robot = Cell(), Robot(panda())
     cell.add(robot, spatial.pose((0.0, 0.0, 1.0)), free=False)
     ghost, wall = Box((0.1, 0.1, 0.1)), Box((0.1, 0.1, 0.1))
@@ -117,28 +118,21 @@ def test_geoms_that_collide_with_some_only_keep_doing_so():
     cell.add(ghost, tool, name="ghost")
     cell.add(wall, tool, name="wall")
     world = CollisionWorld(robot, robot.make_model())
-    assert {near.second for near in world.collisions(AWAY)} == {"wall"}
+    assert {pair.second for pair in world.collisions(AWAY)} == {"wall"}
 
 
-def test_free_space_keeps_a_clearance_but_not_from_what_is_nearer_at_the_end(walled):
-    def at(gap):
-        T = spatial.pointing_down((0.5, 0.3, 0.0095 + gap), 0.0)
-        return walled.ik.solve(T, HOME).q
-
-    space = FreeSpace(walled.world, HOME, clearance=5e-3)
-    assert space.is_free(at(6e-3)) and not space.is_free(at(3e-3))
-    space = FreeSpace(walled.world, HOME, [at(2e-3)], clearance=5e-3)
-    assert space.is_free(at(3e-3)) and not space.is_free(at(1e-3))
+def test_a_distance_beyond_the_padding_is_refused(walled):
+    with pytest.raises(MotionError, match=r"within must be at most 0\.008 \[m\], got 0\.02"):
+        walled.world.collisions(HOME, 0.02)
+    assert not walled.world.collisions(HOME, PADDING)
 
 
-def test_what_touches_at_the_start_may_be_left_but_not_entered(walled):
-    def at(height):
-        T = spatial.pointing_down((0.5, 0.3, 0.0095 + height), 0.0)
-        return walled.ik.solve(T, walled.ik.solve(walled.left, HOME).q).q
-
-    space = FreeSpace(walled.world, at(-3e-3))
-    assert space.is_free(at(-2e-3)) and space.is_free(at(20e-3))
-    assert not space.is_free(at(-6e-3))
-    beside = walled.ik.solve(spatial.pointing_down((0.5, 0.4, 0.0075), 0.0), at(-3e-3)).q
-    assert np.abs(beside - at(-3e-3)).max() > 0.05
-    assert not space.is_free(beside)  # still inside, too far from the start
+def test_geoms_that_move_as_one_are_not_checked():
+    cell, robot = Cell(), Robot(panda())
+    cell.add(robot, free=False)
+    world = CollisionWorld(robot, robot.make_model())
+    of_geom = cell.model.geom_bodyid
+    hand, finger = (of_geom == cell.body_id(f"panda/{name}") for name in ("hand", "left_finger"))
+    link5 = of_geom == cell.body_id("panda/link5")
+    assert not world.checked_pairs[hand][:, finger].any()
+    assert world.checked_pairs[link5][:, finger].any()

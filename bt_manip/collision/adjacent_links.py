@@ -1,0 +1,126 @@
+"""Pairs of geoms on adjacent links that never collide, whatever the angle of the joint between."""
+
+from collections import deque
+
+import mujoco
+import numpy as np
+
+from .collision_model import pair_margins
+
+QUERY_ERROR = 2e-5  # [m] of distance queries
+MAX_INTERVALS = 8000  # of a joint's range
+_QUERY_RANGE = 1.0  # [m] up to which distances are measured
+_MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
+_BOX_CORNERS = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
+_DIGITS = 9  # [m] to which poses count as equal
+
+_results: dict[bytes, bool] = {}  # by all that a result depends on: robots are compiled many times
+
+
+def never_colliding_pairs(
+    model: mujoco.MjModel, joints: np.ndarray, link: np.ndarray, pairs: np.ndarray
+) -> np.ndarray:
+    """Return the mask of geom pairs on adjacent links that never collide.
+
+    The distance of such a pair depends on one joint angle. From an angle with a known distance, the
+    joint may turn by that distance over the largest lever of a point of the outer geom before the
+    two can touch. The range is bisected until these turns cover every interval from its ends.
+
+    Args:
+        model: The compiled model.
+        joints: Ids of the arm's joints, which are hinges, from the base on.  # (nq,)
+        link: Link of each geom: the number of joints that move it.  # (ngeom,)
+        pairs: Mask of the pairs to examine.  # (ngeom, ngeom)
+    """  # (ngeom, ngeom)
+    weld, body = model.body_weldid, model.jnt_bodyid[joints]
+    links = np.concatenate([[weld[model.body_parentid[body[0]]]], weld[body]])
+    rigid = weld[model.geom_bodyid] == links[link]  # not moved by the gripper
+    rigid &= (link > 0) | (model.body_rootid[model.geom_bodyid] == model.body_rootid[body[0]])
+    adjacent = pairs & rigid & rigid[:, np.newaxis] & (link[:, np.newaxis] + 1 == link)
+    data, least = mujoco.MjData(model), pair_margins(model) + QUERY_ERROR
+    found = np.zeros_like(pairs)
+    for inner, outer in np.argwhere(adjacent).tolist():
+        mujoco.mj_kinematics(model, data)
+        pair = _AdjacentPair(
+            model, data, int(joints[link[inner]]), inner, outer, least[inner, outer]
+        )
+        key = pair.key()
+        if key not in _results:
+            _results[key] = pair.never_collides()
+        found[inner, outer] = found[outer, inner] = _results[key]
+    return found
+
+
+class _AdjacentPair:
+    """Two geoms with one joint between them."""
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        joint: int,
+        inner: int,
+        outer: int,
+        least: float,
+    ) -> None:
+        self._model, self._data, self._joint = model, data, joint
+        self._geoms, self._least = (inner, outer), float(least)
+        lower, upper = model.jnt_range[joint] if model.jnt_limited[joint] else (-np.pi, np.pi)
+        self._range = float(lower), float(min(upper, lower + 2.0 * np.pi))
+        self._offset = data.geom_xpos[outer] - data.xanchor[joint]
+        self._rotation = data.geom_xmat[outer].reshape(3, 3)
+
+    def key(self) -> bytes:
+        """Return all that the result depends on, in the frame of the inner geom."""
+        model, data = self._model, self._data
+        R = data.geom_xmat[self._geoms[0]].reshape(3, 3)
+        inner_offset = data.geom_xpos[self._geoms[0]] - data.xanchor[self._joint]
+        vectors = (data.xaxis[self._joint], self._offset, inner_offset, *self._rotation.T)
+        q = data.qpos[model.jnt_qposadr[self._joint]]
+        numbers = [(np.array(vectors) @ R).ravel(), self._range, (q, self._least)]
+        parts = [np.round(np.concatenate(numbers), _DIGITS)]
+        for geom in self._geoms:
+            parts += [model.geom_type[geom], model.geom_size[geom], _hull_points(model, geom)]
+        return b"".join(part.tobytes() for part in parts)
+
+    def never_collides(self) -> bool:
+        """Tell whether the two keep apart in the whole range of the joint."""
+        lever = self._lever()
+        ends = [(angle, self._clearance(angle)) for angle in self._range]
+        intervals = deque([(ends[0], ends[1])])
+        for _ in range(MAX_INTERVALS):
+            if not intervals:
+                return True
+            first, last = intervals.popleft()
+            if min(first[1], last[1]) <= 0.0:
+                return False
+            if first[1] + last[1] < lever * (last[0] - first[0]):
+                angle = 0.5 * (first[0] + last[0])
+                middle = angle, self._clearance(angle)
+                intervals += [(first, middle), (middle, last)]
+        return False
+
+    def _clearance(self, angle: float) -> float:
+        """Return the distance at a joint angle [rad] minus the least allowed one [m]."""
+        model, data = self._model, self._data
+        adr = model.jnt_qposadr[self._joint]
+        before, data.qpos[adr] = float(data.qpos[adr]), angle
+        mujoco.mj_kinematics(model, data)
+        distance = mujoco.mj_geomDistance(model, data, *self._geoms, _QUERY_RANGE, None)
+        data.qpos[adr] = before
+        return float(distance) - self._least
+
+    def _lever(self) -> float:
+        """Return the largest distance of the outer geom's points from the joint axis [m]."""
+        points = self._offset + _hull_points(self._model, self._geoms[1]) @ self._rotation.T
+        perpendicular = np.cross(points, self._data.xaxis[self._joint])
+        return float(np.linalg.norm(perpendicular, axis=1).max())
+
+
+def _hull_points(model: mujoco.MjModel, geom: int) -> np.ndarray:
+    """Return points in a geom's frame whose convex hull contains the geom [m]."""  # (n, 3)
+    if model.geom_type[geom] == _MESH:
+        mesh = model.geom_dataid[geom]
+        start = model.mesh_vertadr[mesh]
+        return np.asarray(model.mesh_vert[start : start + model.mesh_vertnum[mesh]])
+    return np.asarray(model.geom_aabb[geom, :3] + _BOX_CORNERS * model.geom_aabb[geom, 3:])

@@ -1,0 +1,156 @@
+"""Upper bounds of the displacement of an arm's links between configurations."""
+
+from functools import cache
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+_HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
+
+
+def link_of_body(model: mujoco.MjModel, joints: np.ndarray) -> np.ndarray | None:
+    """Return the link of an arm that each body belongs to: the number of joints that move it.
+
+    Args:
+        model: The compiled model.
+        joints: Ids of the arm's joints, from the base on.  # (nq,)
+
+    Returns:
+        0 for bodies that no joint moves; None where the joints are not a chain of hinges.
+        # (nbody,)
+    """
+    link = np.zeros(model.nbody, dtype=int)
+    bodies = model.jnt_bodyid[joints].tolist()
+    for body in range(1, model.nbody):  # a parent always comes before its children
+        link[body] = link[model.body_parentid[body]]
+        while link[body] < len(bodies) and bodies[link[body]] == body:
+            link[body] += 1
+    is_chain = bool(link.max() == len(bodies)) and bool((np.diff(link[bodies]) > 0).all())
+    return link if is_chain and (model.jnt_type[joints] == _HINGE).all() else None
+
+
+class KinematicStates(NamedTuple):
+    """Joint axes and link spheres at m configurations, in the world.
+
+    Attributes:
+        axes: Unit vectors of the joint axes.  # (m, nq, 3)
+        anchors: Points on these axes [m].  # (m, nq, 3)
+        centres: Centres of the spheres around the links [m].  # (m, nq, 3)
+    """
+
+    axes: np.ndarray
+    anchors: np.ndarray
+    centres: np.ndarray
+
+
+Frames = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+"""Joint axes and anchors, body positions and orientations of an arm at a configuration."""
+
+
+class MotionBounds:
+    """Bounds the displacement of every point of an arm whose links are enclosed in spheres.
+
+    Let the joints move by dq along a straight segment. A point x is displaced by at most the norm
+    of its first-order displacement J dq, plus half of the largest second derivative along the
+    segment: the sum of |axis_j x (axis_k x (x - p_k))| |dq_j| |dq_k|, with k the joint nearer to
+    the tip. The distance of x from p_k is at most that along the links.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        joints: np.ndarray,
+        link_of_geom: np.ndarray,
+    ) -> None:
+        """Enclose the links in spheres.
+
+        Args:
+            model: The compiled model.
+            data: Kinematics at any configuration.
+            joints: Ids of the arm's joints, from the base on.  # (nq,)
+            link_of_geom: Link of each geom to enclose; 0 for all others.  # (ngeom,)
+        """
+        self._joints, nq = joints, len(joints)
+        self._bodies = model.jnt_bodyid[joints]
+        anchors = data.xanchor[joints]
+        centres, self._radii = anchors.copy(), np.zeros(nq)
+        position, radius = data.geom_xpos, model.geom_rbound
+        lowest, highest = position - radius[:, np.newaxis], position + radius[:, np.newaxis]
+        for k in range(nq):
+            geoms = np.flatnonzero(link_of_geom == k + 1)
+            if len(geoms):
+                centres[k] = 0.5 * (lowest[geoms].min(axis=0) + highest[geoms].max(axis=0))
+                self._radii[k] = (norms(position[geoms] - centres[k]) + radius[geoms]).max()
+        rotations = data.xmat[self._bodies].reshape(-1, 3, 3)
+        self._local = np.einsum("kji,kj->ki", rotations, centres - data.xpos[self._bodies])
+        along = np.concatenate([[0.0], np.cumsum(norms(anchors[1:] - anchors[:-1]))])
+        outermost = norms(centres - anchors) + self._radii
+        self._moves, between, outer = _joint_order(nq)
+        levers = np.where(self._moves, along - along[:, np.newaxis] + outermost, 0.0)
+        self._relative = (between * levers[:, np.newaxis]).reshape(nq, nq * nq)
+        self._second = 0.5 * levers[outer].reshape(nq * nq, nq)
+
+    def frames(self, data: mujoco.MjData) -> Frames:
+        """Return a copy of the arm's frames, for `kinematic_states`."""
+        bodies, joints = self._bodies, self._joints
+        return data.xaxis[joints], data.xanchor[joints], data.xpos[bodies], data.xmat[bodies]
+
+    def kinematic_states(self, frames: list[Frames]) -> KinematicStates:
+        """Return axes and spheres at the configurations of m `frames`."""
+        axes, anchors, positions, matrices = map(np.array, zip(*frames, strict=True))
+        rotations = matrices.reshape(*positions.shape, 3)
+        centres = positions + (rotations @ self._local[..., None])[..., 0]
+        return KinematicStates(axes, anchors, centres)
+
+    def displacement(self, states: KinematicStates, dq: np.ndarray) -> np.ndarray:
+        """Return an upper bound of the displacement of each link's points in the world [m].
+
+        Args:
+            states: Kinematic states that the motions start from, m of them.
+            dq: Joint displacements, w for each state [rad].  # (m, w, nq)
+        """  # (m, w, nq)
+        m, w, nq = dq.shape
+        arms = states.centres[:, np.newaxis] - states.anchors[:, :, np.newaxis]
+        moves = self._moves[..., np.newaxis]
+        axes = np.where(moves, states.axes[:, :, np.newaxis], 0.0)  # (m, joint, link, 3)
+        linear = np.cross(axes, arms).reshape(m, nq, 3 * nq)
+        translation = (dq @ linear).reshape(m, w, nq, 3)
+        rotation = (dq @ axes.reshape(m, nq, 3 * nq)).reshape(m, w, nq, 3)
+        size = np.abs(dq)
+        products = (size[..., np.newaxis] * size[..., np.newaxis, :]).reshape(m, w, nq * nq)
+        return norms(translation) + self._radii * norms(rotation) + products @ self._second
+
+    def relative_displacement(self, dq: np.ndarray) -> np.ndarray:
+        """Return an upper bound of the displacement of each link's points in each link before [m].
+
+        Each joint between the two links displaces a point by at most its angle times the largest
+        distance of the point from its axis.
+
+        Args:
+            dq: Largest absolute joint displacements [rad].  # (m, nq)
+
+        Returns:
+            Indexed by the link of the frame, then by the link of the points.  # (m, nq, nq)
+        """
+        nq = len(self._joints)
+        return (dq @ self._relative).reshape(-1, nq, nq)
+
+
+@cache
+def _joint_order(nq: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the order of joints and links in a chain.
+
+    Returns:
+        Whether a joint moves a link (joint, link); whether it is between two links (joint, link
+        before, link); the outer one of two joints.  # (nq, nq), (nq, nq, nq), (nq, nq)
+    """
+    joint, before, link = np.ogrid[:nq, :nq, :nq]
+    outer = np.maximum(*np.ogrid[:nq, :nq])
+    return (joint <= link)[:, 0], (before < joint) & (joint <= link), outer
+
+
+def norms(vectors: np.ndarray) -> np.ndarray:
+    """Return the norms of vectors along the last axis."""
+    return np.sqrt(np.einsum("...i,...i->...", vectors, vectors))

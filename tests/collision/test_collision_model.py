@@ -1,0 +1,67 @@
+"""Collision detection in a scratch copy of the model."""
+
+import mujoco
+import numpy as np
+
+from bt_manip.cell import Cell
+from bt_manip.collision.collision_model import CollisionModel, collidable_pairs
+from bt_manip.robots import Robot, panda
+from tests.collision.scenes import arm_among_obstacles
+
+
+def test_collidable_pairs_are_those_that_mujoco_finds_contacts_of(rng):
+    _, cell = arm_among_obstacles(rng, holding=True)
+    model = cell.model
+    pairs = collidable_pairs(model)
+    model.geom_margin[:] = model.body_margin[:] = 5.0  # [m] everything is near
+    data = mujoco.MjData(model)
+    data.qpos[:] = cell.data.qpos
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_collision(model, data)
+    found = np.zeros_like(pairs)
+    found[data.contact.geom[:, 0], data.contact.geom[:, 1]] = True
+    found |= found.T
+    assert not (found & ~pairs).any()
+    plane = model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE)
+    box = model.geom_type == int(mujoco.mjtGeom.mjGEOM_BOX)
+    missing = pairs & ~found & ~(box[:, np.newaxis] & box)  # none of boxes far apart
+    fixed = model.body_dofnum[model.body_weldid[model.geom_bodyid]] == 0
+    both_fixed = fixed[:, np.newaxis] & fixed  # not relevant
+    assert not (missing & ~both_fixed & ~plane & ~plane[:, np.newaxis]).any()
+    assert found.sum() > 100
+
+
+def test_restricted_to_some_pairs_it_finds_contacts_of_these_only(rng):
+    cell = Cell()
+    cell.add(Robot(panda()), free=False)
+    model = cell.model
+    scratch = CollisionModel(model, 5.0)  # [m] everything is near
+
+    def touching() -> np.ndarray:
+        scratch.collide()
+        found = np.zeros((model.ngeom,) * 2, dtype=bool)
+        found[scratch.contacts.first, scratch.contacts.second] = True
+        return found | found.T
+
+    everything = touching()
+    one, other = rng.random((2, 3, model.ngeom)) < 0.2
+    wanted = (one[:, :, None] & other[:, None, :]).any(axis=0)
+    wanted |= wanted.T
+    scratch.restrict_to(collidable_pairs(model) & wanted)
+    assert np.array_equal(touching(), everything & wanted)
+    assert 10 < (everything & wanted).sum() < everything.sum()
+
+
+def test_with_more_sets_of_partners_than_bits_no_pair_is_missed():
+    spheres = "".join(
+        f'<body pos="{0.01 * i} 0 0"><freejoint/><geom size=".01"/></body>' for i in range(40)
+    )
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{spheres}</worldbody></mujoco>")
+    chain = np.eye(40, k=1, dtype=bool) | np.eye(40, k=-1, dtype=bool)
+    scratch = CollisionModel(model, 0.0)
+    scratch.restrict_to(np.zeros_like(chain))
+    scratch.restrict_to(chain)
+    scratch.collide()
+    first, second, _ = scratch.contacts
+    found = set(zip(first.tolist(), second.tolist(), strict=True))
+    assert found >= {(i, i + 1) for i in range(39)}

@@ -1,0 +1,41 @@
+"""Free space of one motion: clearances, and escaping from contacts at the start."""
+
+import numpy as np
+import pytest
+
+from bt_manip import spatial
+from bt_manip.collision import PADDING, FreeSpace
+from bt_manip.exceptions import MotionError
+from bt_manip.robots import panda
+
+HOME = np.array(panda().home)
+
+
+def test_it_keeps_a_clearance_except_from_bodies_nearer_at_the_end(walled):
+    def at(gap):
+        T = spatial.pointing_down((0.5, 0.3, 0.0095 + gap), 0.0)
+        return walled.ik.solve(T, HOME).q
+
+    space = FreeSpace(walled.world, HOME, clearance=5e-3)
+    assert space.is_free(at(6e-3)) and not space.is_free(at(3e-3))
+    space = FreeSpace(walled.world, HOME, [at(2e-3)], clearance=5e-3)
+    assert space.is_free(at(3e-3)) and not space.is_free(at(1e-3))
+
+
+def test_a_contact_at_the_start_may_be_left_but_not_deepened(walled):
+    def at(height):
+        T = spatial.pointing_down((0.5, 0.3, 0.0095 + height), 0.0)
+        return walled.ik.solve(T, walled.ik.solve(walled.left, HOME).q).q
+
+    space = FreeSpace(walled.world, at(-3e-3))
+    assert space.is_free(at(-2e-3)) and space.is_free(at(20e-3))
+    assert not space.is_free(at(-6e-3))
+    beside = walled.ik.solve(spatial.pointing_down((0.5, 0.4, 0.0075), 0.0), at(-3e-3)).q
+    assert np.abs(beside - at(-3e-3)).max() > 0.05
+    assert not space.is_free(beside)  # still in contact, too far from the start
+
+
+def test_a_clearance_beyond_the_padding_is_refused(walled):
+    with pytest.raises(MotionError, match=r"clearance must be at most 0\.008 \[m\], got 0\.01"):
+        FreeSpace(walled.world, HOME, clearance=0.01)
+    FreeSpace(walled.world, HOME, clearance=PADDING)
