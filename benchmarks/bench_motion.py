@@ -1,7 +1,7 @@
 """Motion: inverse kinematics and planning of the Panda, processor time in ms.
 
 ``python -m benchmarks motion``, or ``python -m benchmarks.bench_motion 10000`` for more poses. The
-column beside it holds what is asked for, or what the same measurement gave for others.
+last column holds the requirement, or the same measurement of another implementation.
 """
 
 import sys
@@ -27,7 +27,7 @@ def rows(poses: int = POSES) -> list[Row]:
     """Measure everything.
 
     Args:
-        poses: How many of them inverse kinematics is asked for.
+        poses: Number of poses for inverse kinematics.
     """
     robot = Robot(panda())
     compile_alone(robot)
@@ -54,7 +54,7 @@ def inverse_kinematics_rows(model: RobotModel, poses: int) -> Iterable[Row]:
     found, times = timed(lambda T: ik.solve(T, model.home), targets)
     yield _solved("IK from home", model, found, times, "100 %, 0.30 / 3; prototype 0.41 / 3.5")
     found, times = timed(ik.solve, targets, starts)
-    yield _solved("IK from random starts", model, found, times, "100 %")
+    yield _solved("IK from random initial guesses", model, found, times, "100 %")
 
     near = np.clip(goals + rng.uniform(-0.1, 0.1, goals.shape), lower, upper)
     found, times = timed(ik.follow, [model.pose(q) for q in near], goals)
@@ -84,7 +84,7 @@ def inverse_kinematics_rows(model: RobotModel, poses: int) -> Iterable[Row]:
 
 
 def problem_rows(model: RobotModel, poses: int = 200) -> Iterable[Row]:
-    """Measure problems that one states, from home."""
+    """Measure problems, from home."""
     ik, rng = InverseKinematics(model), np.random.default_rng(78)
     goals = rng.uniform(model.limits.lower, model.limits.upper, (poses, model.nq))
     elbow = model.model.getFrameId("link4")
@@ -121,7 +121,7 @@ def problem_rows(model: RobotModel, poses: int = 200) -> Iterable[Row]:
 
 
 def peer_rows(robot: Robot, poses: int = 200) -> Iterable[Row]:
-    """Measure other packages, where they are installed, from home on the same poses."""
+    """Measure other packages where they are installed, from home, with the same poses."""
     model = robot.make_model()
     rng = np.random.default_rng(77)
     goals = rng.uniform(model.limits.lower, model.limits.upper, (poses, model.nq))
@@ -213,7 +213,7 @@ def planning_rows(arm: Arm, moves: int = 100) -> Iterable[Row]:
 
 
 def timed(ask: Callable[..., IKResult], *inputs: Iterable) -> tuple[list[IKResult], np.ndarray]:
-    """Ask for each input; give the answers and the times [ms]."""
+    """Return the results for all inputs and their times [ms]."""
     found, times = [], []
     for arguments in zip(*inputs, strict=True):
         begun = time.thread_time()

@@ -1,8 +1,8 @@
-"""Inverse kinematics by other packages, where they are installed, on the same poses.
+"""Inverse kinematics by other packages, where they are installed, with the same poses.
 
-Pink and mink are differential: iterated with full steps until the pose is met or `STEPS` are
-spent. Robotics Toolbox's `ik_LM` restarts by itself; it gets our model joint by joint.
-The extra ``peers`` installs them all.
+Pink and mink solve differential inverse kinematics: they are iterated with full steps until the
+pose is reached, at most `STEPS` times. Robotics Toolbox's `ik_LM` restarts by itself; the model is
+converted joint by joint. The extra ``peers`` installs them all.
 """
 
 import importlib.util
@@ -21,7 +21,7 @@ Solver = Callable[[pin.SE3, np.ndarray], np.ndarray]
 
 
 def peers(robot: Robot) -> Iterable[tuple[str, Solver | None]]:
-    """Give the solvers by name; None for what cannot be imported."""
+    """Yield the solvers by name; None for a package that is not installed."""
     for name, modules, make in (
         ("pin-pink, iterated", ("pink", "qpsolvers", "daqp"), pink_solver),
         ("mink, iterated", ("mink", "qpsolvers", "daqp"), mink_solver),
@@ -34,7 +34,7 @@ def peers(robot: Robot) -> Iterable[tuple[str, Solver | None]]:
 def measure(
     robot: Robot, solve: Solver, targets: list[pin.SE3], starts: Iterable[np.ndarray]
 ) -> tuple[int, np.ndarray]:
-    """Count what is solved inside the limits, by our forward kinematics, and take times [ms]."""
+    """Return the number of poses solved inside the limits, and the times [ms]."""
     model, solved, times = robot.make_model(), 0, []
     for T, q0 in zip(targets, starts, strict=True):
         begun = time.thread_time()
@@ -45,13 +45,13 @@ def measure(
 
 
 def error(T: pin.SE3, target: pin.SE3) -> float:
-    """Give the larger of distance [m] and angle [rad]."""
+    """Return the larger of distance [m] and angle [rad]."""
     T_td = T.actInv(target)
     return float(max(np.linalg.norm(T_td.translation), np.linalg.norm(pin.log3(T_td.rotation))))
 
 
 def pink_solver(robot: Robot) -> Solver:
-    """Iterate Pink."""
+    """Return a solver that iterates Pink."""
     import pink
 
     model = robot.make_model()
@@ -76,7 +76,7 @@ def pink_solver(robot: Robot) -> Solver:
 
 
 def mink_solver(robot: Robot) -> Solver:
-    """Iterate Mink."""
+    """Return a solver that iterates mink."""
     import mink
 
     mj_model, site = robot.mj_model, robot.tool_site.full_identifier
@@ -103,7 +103,7 @@ def mink_solver(robot: Robot) -> Solver:
 
 
 def toolbox_solver(robot: Robot) -> Solver:
-    """Let Robotics Toolbox's C++ Levenberg-Marquardt search, with restarts of its own."""
+    """Return Robotics Toolbox's Levenberg-Marquardt in C++, with its own restarts."""
     import roboticstoolbox as rtb
     from spatialmath import SE3
 
@@ -123,7 +123,7 @@ def toolbox_solver(robot: Robot) -> Solver:
     chain = rtb.ETS([*parts, rtb.ET.SE3(SE3(tool.homogeneous, check=False))])
 
     def solve(T: pin.SE3, q0: np.ndarray) -> np.ndarray:
-        # What it calls the error is half the squared norm of position and angle.
+        # Its error is half the squared norm of position and angle.
         found = chain.ik_LM(
             T.homogeneous, q0=q0, tol=0.1 * TOLERANCE**2, joint_limits=True, method="chan"
         )

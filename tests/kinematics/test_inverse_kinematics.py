@@ -1,29 +1,225 @@
-"""The oracle is forward kinematics: MuJoCo's where a solution is judged."""
+"""Inverse kinematics; the oracle is forward kinematics, MuJoCo's where a solution is judged."""
 
-import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
 
 from bt_manip import spatial
 from bt_manip.exceptions import MotionError
-from bt_manip.kinematics import IKProblem, InverseKinematics, PositionTarget
-from bt_manip.kinematics.initial_guesses import InitialGuesses
-from bt_manip.kinematics.levenberg_marquardt import levenberg_marquardt
+from bt_manip.kinematics import (
+    IKProblem,
+    InverseKinematics,
+    PoseTarget,
+    PositionTarget,
+    RotationTarget,
+)
 from bt_manip.robots import Robot, RobotDescription, compile_alone
+from tests.measuring.kinematics import (
+    error_in_mujoco,
+    frame_pose,
+    position_error,
+    random_configurations,
+    refused,
+)
+
+DOWN = spatial.pointing_down([0.45, 0.1, 0.3], 0.4)
+GRIP = PoseTarget("tool", DOWN)
 
 
-def error_in_mujoco(robot, q, T):
-    """Distance [m] and angle [rad] between the simulated tool and a pose."""
-    robot.set_configuration(q)
-    mujoco.mj_kinematics(robot.mj_model, robot.mj_data)
-    found = robot.tool_pose
-    angle = np.linalg.norm(pin.log3(found.rotation.T @ T.rotation))
-    return np.linalg.norm(found.translation - T.translation), angle
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({"restarts": -1}, "restarts must be an integer of at least 0, got -1"),
+        ({"restarts": 2.5}, "restarts must be an integer of at least 0, got 2.5"),
+        ({"restarts": "many"}, "restarts must be an integer of at least 0, got 'many'"),
+        ({"restarts": True}, "restarts must be an integer of at least 0, got True"),
+        ({"rng": 3}, "rng must be a numpy.random.Generator, got 3"),
+        ({"rng": 0}, "rng must be a numpy.random.Generator, got 0"),
+        ({"rng": np.random.RandomState(0)}, "rng must be a numpy.random.Generator"),
+    ],
+)
+def test_solve_refuses_invalid_arguments(model, ik, asked, message):
+    refused(lambda: ik.solve(DOWN, model.home, **asked), message)
+    refused(lambda: ik.solve(IKProblem(targets=GRIP), model.home, **asked), message)
 
 
-def random_configurations(model, rng, n):
-    return rng.uniform(model.limits.lower, model.limits.upper, (n, model.nq))
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({"restarts": -1}, "restarts must be an integer of at least 0, got -1"),
+        ({"restarts": 1.5}, "restarts must be an integer of at least 0, got 1.5"),
+        ({"distinct": -0.1}, "distinct must be at least 0 .rad., got -0.1"),
+        ({"distinct": np.nan}, "distinct must be at least 0 .rad., got nan"),
+        ({"distinct": "0.1"}, "distinct must be at least 0 .rad., got '0.1'"),
+        ({"rng": "seed"}, "rng must be a numpy.random.Generator, got 'seed'"),
+        ({"margin": -0.1}, "margin must be at least 0 .rad., got -0.1"),
+        ({"margin": np.nan}, "margin must be at least 0 .rad., got nan"),
+    ],
+)
+def test_solutions_refuses_invalid_arguments(model, ik, asked, message):
+    refused(lambda: ik.solutions(DOWN, model.home, **asked), message)
+    refused(lambda: ik.solutions(IKProblem(targets=GRIP), model.home, **asked), message)
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({"max_step": 0.0}, "max_step must be above 0 .rad., got 0.0"),
+        ({"max_step": -0.2}, "max_step must be above 0 .rad., got -0.2"),
+        ({"max_step": np.nan}, "max_step must be above 0 .rad., got nan"),
+        ({"max_step": "0.2"}, "max_step must be above 0 .rad., got '0.2'"),
+        ({"max_step": np.full(7, 0.2)}, "max_step must be above 0 .rad., got array"),
+        ({"margin": -0.1}, "margin must be at least 0 .rad., got -0.1"),
+        ({"margin": np.nan}, "margin must be at least 0 .rad., got nan"),
+        ({"margin": np.full(7, 0.1)}, "margin must be at least 0 .rad., got array"),
+        ({"tolerance": 0.0}, "tolerance must be above 0 .m, rad., got 0.0"),
+        ({"tolerance": (1e-3, 1e-3)}, "tolerance must be above 0 .m, rad., got"),
+        ({"tolerance": np.nan}, "tolerance must be above 0 .m, rad., got nan"),
+        ({"retry": "no"}, "retry must be True or False, got 'no'"),
+        ({"retry": np.zeros(2)}, "retry must be True or False, got array"),
+    ],
+)
+def test_follow_refuses_invalid_arguments(model, ik, asked, message):
+    refused(lambda: ik.follow(model.pose(model.home), model.home, **asked), message)
+    refused(lambda: ik.follow(IKProblem(targets=GRIP), model.home, **asked), message)
+
+
+def test_integers_serve_as_angles_too(model, ik):
+    T = model.pose(model.home + 0.02)
+    plain = ik.follow(T, model.home, max_step=1.0, margin=0.0)
+    whole = ik.follow(T, model.home, max_step=1, margin=0)
+    assert plain.solved and np.array_equal(plain.q, whole.q)
+
+
+def test_a_margin_or_a_tolerance_beside_a_problem_is_refused(model, ik):
+    problem = IKProblem(targets=GRIP)
+    own = "a problem has its own margin: ask for IKProblem.margin=....*got margin=0.1"
+    refused(lambda: ik.follow(problem, model.home, margin=0.1), own)
+    refused(lambda: ik.solutions(problem, model.home, margin=0.1), own)
+    each = "each target of a problem has its own tolerance: ask for PoseTarget"
+    refused(lambda: ik.follow(problem, model.home, tolerance=1e-3), each)
+
+
+def test_a_target_without_a_problem_is_refused_with_how_to_ask_for_it(model, ik):
+    for ask in (ik.solve, ik.follow, ik.solutions):
+        refused(
+            lambda ask=ask: ask(GRIP, model.home),
+            r"a pose or a problem, got the target of frame 'tool': ask for IKProblem",
+        )
+
+
+def test_nearest_refuses_an_invalid_margin_and_ignores_one_that_leaves_no_range(model, ik):
+    for margin in (-0.1, np.nan, "wide"):
+        refused(lambda margin=margin: ik.nearest(DOWN, model.home, margin=margin), "margin must be")
+    found = ik.nearest(DOWN, model.home, margin=3.0)
+    assert np.array_equal(found.q, ik.nearest(DOWN, model.home).q)
+    assert ik.solutions(DOWN, model.home, margin=3.0) == []
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"restarts": -1}, "restarts must be an integer of at least 0, got -1"),
+        ({"iterations": 1.5}, "iterations must be an integer of at least 0, got 1.5"),
+        (
+            {"max_failed_iterations": -1},
+            "max_failed_iterations must be an integer .*, got -1",
+        ),
+        (
+            {"max_failed_iterations": np.nan},
+            "max_failed_iterations must be an integer .*, got nan",
+        ),
+        (
+            {"max_failed_iterations": "600"},
+            "max_failed_iterations must be an integer .*, got '600'",
+        ),
+        ({"seed": -1}, "seed must be an integer of at least 0, got -1"),
+        ({"seed": "one"}, "seed must be an integer of at least 0, got 'one'"),
+        ({"position_tolerance": 0.0}, "position_tolerance must be above 0 .m., got 0.0"),
+        ({"rotation_tolerance": np.nan}, "rotation_tolerance must be above 0 .rad., got nan"),
+    ],
+)
+def test_invalid_bounds_are_refused_by_the_constructor(model, given, message):
+    refused(lambda: InverseKinematics(model, **given), message)
+
+
+def test_only_a_robot_model_is_accepted(robot):
+    message = "model must be a RobotModel .Robot.make_model., got Robot"
+    refused(lambda: InverseKinematics(robot), message)
+
+
+def test_a_distance_is_between_configurations(model, ik):
+    refused(lambda: ik.distance(np.zeros(6), model.home), "configuration must be 7 finite numbers")
+    refused(lambda: ik.distance(model.home, None), "configuration must be 7 finite numbers")
+    assert ik.distance([0.0] * 7, [0.0] * 7) == 0.0
+
+
+def test_solutions_of_a_problem_are_distinct_and_the_cheapest_comes_first(model, ik, goal, rng):
+    T, elbow = model.pose(goal), PositionTarget("link4", [0.0, 0.4, 0.6], weight=1.0)
+    problem = IKProblem(targets=[PoseTarget("tool", T), elbow])
+    found = ik.solutions(problem, model.home, restarts=30, rng=rng)
+    assert len(found) >= 2
+    costs = [result.cost for result in found]
+    assert costs == sorted(costs)
+    for i, result in enumerate(found):
+        assert result.solved and position_error(model, result.q, "tool", T.translation) <= 1e-6
+        assert all(np.abs(result.q - other.q).max() > 0.1 for other in found[:i])
+
+
+def test_without_costs_the_solution_nearest_to_the_present_configuration_comes_first(model, ik):
+    elbow = RotationTarget("link6", frame_pose(model, model.home, "link6").rotation)
+    problem = IKProblem(targets=[PositionTarget("tool", [0.4, 0.3, 0.4]), elbow])
+    found = ik.solutions(problem, model.home, restarts=40)
+    distances = [ik.distance(result.q, model.home) for result in found]
+    assert len(found) >= 2 and distances == sorted(distances)
+    assert all(result.cost == 0.0 for result in found)
+
+
+def test_the_same_problem_and_seed_give_the_same_bits(model, ik, goal):
+    problem = IKProblem(
+        targets=[
+            PositionTarget("link4", frame_pose(model, goal, "link4").translation),
+            PositionTarget("tool", model.pose(goal).translation),
+        ]
+    )
+    first = ik.solve(problem, model.home, rng=np.random.default_rng(5))
+    ik.solve(DOWN, model.home)
+    second = ik.solve(problem, model.home, rng=np.random.default_rng(5))
+    assert np.array_equal(first.q, second.q) and first.iterations == second.iterations
+
+
+def test_problems_of_an_arm_with_six_joints_are_solved(menagerie, rng):
+    joints = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+    robot = Robot(
+        RobotDescription(
+            name="ur5e",
+            model=str(menagerie / "universal_robots_ur5e" / "ur5e.xml"),
+            arm_joints=tuple(f"{joint}_joint" for joint in joints),
+            tool_frame="attachment_site",
+            home=(0.0, -1.5, 1.5, -1.5, -1.5, 0.0),
+            velocity=(2.0,) * 6,
+            acceleration=(5.0,) * 6,
+            jerk=(1000.0,) * 6,
+            effort=(50.0,) * 6,
+        )
+    )
+    compile_alone(robot)
+    model = robot.make_model()
+    ik = InverseKinematics(model)
+    for _ in range(10):
+        T = model.pose(rng.uniform(-2.5, 2.5, 6))
+        position = PositionTarget("attachment_site", T.translation)
+        elbow = PositionTarget("forearm_link", [0.0, 0.0, 0.9], weight=1.0)
+        found = ik.solve(IKProblem(targets=[position, elbow], manipulability=0.1), model.home)
+        assert found.solved
+        assert position_error(model, found.q, "attachment_site", T.translation) <= 1e-6
+        posed = IKProblem(targets=PoseTarget("attachment_site", T), posture=model.home)
+        assert ik.solve(posed, model.home).solved
+
+
+def test_following_from_an_invalid_configuration_is_refused(ik):
+    with pytest.raises(MotionError, match="7 finite numbers"):
+        ik.follow(DOWN, np.full(7, np.nan))
 
 
 def test_every_reachable_pose_is_solved_from_home_and_from_anywhere(robot, model, ik, rng):
@@ -45,98 +241,11 @@ def test_the_same_request_gives_the_same_bits(model, rng):
     assert first.iterations == second.iterations
 
 
-def test_what_was_asked_before_does_not_change_the_answer(model, ik, rng):
+def test_earlier_requests_do_not_change_the_result(model, ik, rng):
     q, other, q0 = random_configurations(model, rng, 3)
     first = ik.solve(model.pose(q), q0)
     ik.solve(model.pose(other), other)
     assert np.array_equal(ik.solve(model.pose(q), q0).q, first.q)
-
-
-def test_a_pose_beyond_the_reach_is_refused_without_a_search(model, ik):
-    found = ik.solve(spatial.pointing_down([2.0, 0.0, 0.3]), model.home)
-    assert not found.solved and found.iterations == 0
-    assert "m out of reach" in found.reason
-    assert found.position_error == pytest.approx(1.7, abs=0.02)
-
-
-def test_no_configuration_reaches_farther_than_the_reach(model, ik, rng):
-    farthest = 0.0
-    for q in random_configurations(model, rng, 3000):
-        assert ik.solve(model.pose(q), q, restarts=0).solved
-        farthest = max(farthest, ik._reach.distance_at(q))
-    assert 0.97 * ik._reach.distance < farthest <= ik._reach.distance + 1e-9
-
-
-def test_a_pose_that_the_limits_forbid_ends_at_the_bound(model):
-    ik = InverseKinematics(model, restarts=5)
-    inside_the_base = spatial.pointing_down([0.0, 0.0, 0.05])
-    found = ik.solve(inside_the_base, model.home)
-    assert not found.solved and found.restarts == 5
-    assert found.reason == "no solution from 6 initial guesses"
-    assert model.limits.contain(found.q)
-
-
-def test_a_search_in_vain_begins_no_other_start_after_so_many_steps(model):
-    ik = InverseKinematics(model, max_failed_iterations=100)
-    found = ik.solve(spatial.pointing_down([0.0, 0.0, 0.05]), model.home)
-    assert not found.solved and found.restarts < ik.restarts
-    assert 100 <= found.iterations < 100 + ik.iterations
-
-
-def test_a_descent_to_no_solution_ends_sooner_where_its_steps_have_to_promise_something(model, ik):
-    in_vain, near = spatial.pointing_down([0.0, 0.0, 0.05]), model.pose(model.home + 0.1)
-
-    def descent(T, min_decrease):
-        task = ik._compile(T, model.home)
-        limits = task.lower, task.upper
-        return levenberg_marquardt(
-            task.constraints, model.home, *limits, iterations=50, min_decrease=min_decrease
-        )
-
-    assert not descent(in_vain, 0.2).solved and not descent(in_vain, 0.0).solved
-    assert 1 <= descent(in_vain, 0.2).iterations < descent(in_vain, 0.0).iterations
-    assert np.array_equal(descent(near, 0.2).q, descent(near, 0.0).q) and descent(near, 0.2).solved
-
-
-def test_starts_that_lie_within_rounding_of_each_other_are_all_given(model, ik):
-    room = model.limits.upper - model.limits.lower
-    fixed = IKProblem(targets=PositionTarget("tool", np.ones(3)), margin=(0.5 - 1e-15) * room)
-    assert len(list(ik._initial_guesses.spread(ik._compile(fixed, model.home), 400))) == 400
-
-
-def test_searches_start_again_far_from_where_they_started_before(model, ik, rng):
-    starts = InitialGuesses(model, 2000, np.random.default_rng(0))
-    task = ik._compile(model.pose(rng.uniform(model.limits.lower, model.limits.upper)), model.home)
-    given = np.array(list(starts.spread(task, 90)))
-    assert len(np.unique(given, axis=0)) == 90
-    assert np.array_equal(given[0], starts.nearest(task, 1)[0])
-    apart = [np.sqrt(((q - given[:i]) ** 2).mean(axis=1)).min() for i, q in enumerate(given) if i]
-    assert min(apart[:5]) > 1.0 and min(apart) > 0.3
-
-
-def test_following_never_steps_far(model, ik, rng):
-    limits = model.limits
-    for q in random_configurations(model, rng, 300):
-        near = np.clip(q + rng.uniform(-0.1, 0.1, 7), limits.lower, limits.upper)
-        found = ik.follow(model.pose(near), q)
-        assert found.solved
-        assert np.abs(found.q - q).max() <= 0.2 + 1e-12
-        assert limits.contain(found.q)
-
-
-def test_following_says_that_a_joint_would_have_to_jump(model, ik):
-    found = ik.follow(spatial.pointing_down([0.3, 0.5, 0.3], 2.0), model.home)
-    assert not found.solved
-    assert "jump" in found.reason
-
-
-def test_following_names_the_joint_at_its_limit(model, ik):
-    q = np.array(model.home)
-    q[6] = model.limits.upper[6]
-    turned = model.pose(q) * pin.SE3(pin.exp3(np.array([0.0, 0.0, 0.1])), np.zeros(3))
-    found = ik.follow(turned, q, max_step=0.05)
-    assert not found.solved
-    assert "joint7 at the limit" in found.reason
 
 
 def test_solutions_are_distinct_and_the_nearest_comes_first(robot, model, ik, rng):
@@ -151,7 +260,7 @@ def test_solutions_are_distinct_and_the_nearest_comes_first(robot, model, ik, rn
         assert all(np.abs(solution.q - other.q).max() > 0.1 for other in found[:i])
 
 
-def test_the_nearest_solution_is_mostly_nearer_than_what_random_starts_find(model, ik, rng):
+def test_the_nearest_solution_is_usually_nearer_than_those_from_random_guesses(model, ik, rng):
     nearer = 0
     for _ in range(20):
         q, q0 = random_configurations(model, rng, 2)
@@ -160,17 +269,6 @@ def test_the_nearest_solution_is_mostly_nearer_than_what_random_starts_find(mode
         others = [ik.solve(T, start).q for start in random_configurations(model, rng, 20)]
         nearer += nearest <= min(ik.distance(other, q0) for other in (q, *others)) + 1e-3
     assert nearer >= 18
-
-
-def test_a_solution_cannot_be_moved_nearer_along_its_self_motion(model, ik, rng):
-    q0 = model.home + rng.uniform(-0.3, 0.3, 7)
-    found = ik.nearest(spatial.pointing_down([0.4, 0.2, 0.4], 0.5), q0).q
-    weight = model.limits.velocity**2
-    *_, rows = np.linalg.svd(model.jacobian(found))
-    self_motion = rows[6]
-    # The gradient of the weighted squared distance has no part along the self-motion.
-    slope = (found - q0) / weight @ self_motion / np.linalg.norm((found - q0) / weight)
-    assert abs(slope) < 0.02
 
 
 def test_among_equivalent_poses_the_nearest_is_chosen(model, ik):
@@ -206,19 +304,19 @@ def test_a_margin_from_the_limits_is_kept_where_that_is_possible(model, ik):
         ),
     ],
 )
-def test_what_is_not_a_pose_is_refused(model, ik, pose, message):
+def test_an_invalid_pose_is_refused(model, ik, pose, message):
     with pytest.raises(MotionError, match=message) as raised:
         ik.solve(pose, model.home)
     assert raised.value.reason == "target"
 
 
 @pytest.mark.parametrize("start", [np.zeros(6), np.full(7, np.nan), 3.0])
-def test_what_is_not_a_configuration_is_refused(model, ik, start):
+def test_an_invalid_configuration_is_refused(model, ik, start):
     with pytest.raises(MotionError, match="7 finite numbers"):
         ik.solve(model.pose(model.home), start)
 
 
-def test_no_pose_at_all_is_refused(model, ik):
+def test_an_empty_list_of_poses_is_refused(model, ik):
     with pytest.raises(MotionError, match="no target pose"):
         ik.nearest([], model.home)
 
@@ -232,7 +330,7 @@ def test_no_pose_at_all_is_refused(model, ik):
         ("ufactory_xarm7", "xarm7.xml", "joint{}", "link_tcp"),
     ],
 )
-def test_other_arms_reach_what_they_can(menagerie, rng, folder, file, joints, site):
+def test_other_arms_solve_reachable_poses(menagerie, rng, folder, file, joints, site):
     ur = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
     names = tuple(joints.format(i) for i in (ur if "ur5e" in file else range(1, 8)))
     n = len(names)

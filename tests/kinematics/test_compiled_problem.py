@@ -1,0 +1,158 @@
+"""Problems compiled for an arm; the oracle is forward kinematics."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip import spatial
+from bt_manip.exceptions import MotionError
+from bt_manip.kinematics import IKProblem, PoseTarget, PositionTarget, RotationTarget
+from tests.measuring.kinematics import frame_pose, position_error, refused, rotation_error
+
+DOWN = spatial.pointing_down([0.45, 0.1, 0.3], 0.4)
+GRIP = PoseTarget("tool", DOWN)
+
+
+@pytest.mark.parametrize("margin", [np.nan, "0.1", None, [], [0.1] * 6, [["0.1"]], np.full(7, -1)])
+def test_a_margin_is_one_number_or_one_for_each_joint(model, ik, margin):
+    problem = IKProblem(targets=GRIP, margin=margin)
+    refused(
+        lambda: ik.solve(problem, model.home), "margin must be at least 0 .rad., one number or 7"
+    )
+
+
+@pytest.mark.parametrize("posture", ["up", 0.0, ["0"] * 7, np.full(7, np.inf)])
+def test_a_posture_is_a_configuration(model, ik, posture):
+    problem = IKProblem(targets=GRIP, posture=posture)
+    refused(lambda: ik.solve(problem, model.home), "posture must be 7 finite")
+
+
+def test_names_from_a_generator_serve_every_time(model, ik):
+    moving = ("joint1", "joint2", "joint4", "joint6")
+    position = PositionTarget("tool", DOWN.translation)
+    problem = IKProblem(targets=position, joints=(name for name in moving))
+    first, second = (ik.solve(problem, model.home) for _ in range(2))
+    assert first.solved and np.array_equal(first.q, second.q)
+    assert problem.joints == moving
+
+
+def test_a_world_of_another_arm_is_refused(model, ik, walled):
+    problem = IKProblem(targets=GRIP, world=walled.world)
+    message = "the CollisionWorld is that of an arm with panda/joint1, .* this one has joint1,"
+    refused(lambda: ik.solve(problem, model.home), message)
+    refused(lambda: ik.follow(problem, model.home), message)
+
+
+def test_a_position_alone_leaves_the_rotation_free(model, ik, goal):
+    position = model.pose(goal).translation
+    found = ik.solve(IKProblem(targets=[PositionTarget("tool", position)]), model.home)
+    assert found.solved and position_error(model, found.q, "tool", position) <= 1e-6
+    assert rotation_error(model, found.q, "tool", model.pose(goal).rotation) > 0.01
+
+
+def test_a_rotation_alone_leaves_the_position_free(model, ik, goal):
+    rotation = model.pose(goal).rotation
+    found = ik.solve(IKProblem(targets=[RotationTarget("tool", rotation)]), model.home)
+    assert found.solved and rotation_error(model, found.q, "tool", rotation) <= 1e-6
+    assert position_error(model, found.q, "tool", model.pose(goal).translation) > 0.01
+
+
+def test_several_frames_reach_their_targets_at_once(model, ik, rng):
+    for _ in range(20):
+        q = rng.uniform(model.limits.lower, model.limits.upper)
+        elbow, tool = frame_pose(model, q, "link4").translation, model.pose(q).translation
+        problem = IKProblem(targets=[PositionTarget("link4", elbow), PositionTarget("tool", tool)])
+        found = ik.solve(problem, model.home, rng=rng)
+        assert found.solved and model.limits.contain(found.q)
+        assert position_error(model, found.q, "link4", elbow) <= 1e-6
+        assert position_error(model, found.q, "tool", tool) <= 1e-6
+
+
+def test_a_pose_target_of_the_tool_has_the_same_solution_as_the_pose(model, ik, rng):
+    for _ in range(30):
+        T = model.pose(rng.uniform(model.limits.lower, model.limits.upper))
+        alone = ik.solve(T, model.home)
+        stated = ik.solve(IKProblem(targets=PoseTarget("tool", T)), model.home)
+        assert alone.solved and stated.solved
+        assert np.array_equal(alone.q, stated.q)
+
+
+def test_a_wide_tolerance_is_freedom_for_the_other_targets(model, ik):
+    high = pin.SE3(DOWN.rotation, np.array([0.68, 0.0, 0.62]))
+    strict = IKProblem(targets=[PoseTarget("tool", high)])
+    assert not ik.solve(strict, model.home, restarts=5).solved
+    tilted = IKProblem(targets=[PoseTarget("tool", high, tolerance=(1e-6, 0.8))])
+    found = ik.solve(tilted, model.home)
+    assert found.solved
+    assert position_error(model, found.q, "tool", high.translation) <= 1e-6
+    assert 0.1 < rotation_error(model, found.q, "tool", high.rotation) <= 0.8
+
+
+def test_residuals_have_the_order_of_the_targets(model, ik):
+    elbow = np.array([0.0, 0.4, 0.6])
+    targets = [PoseTarget("tool", DOWN), PositionTarget("link4", elbow, weight=0.1)]
+    found = ik.solve(IKProblem(targets=targets), model.home)
+    tool, other = found.residuals
+    assert (tool.frame, other.frame) == ("tool", "link4")
+    assert tool.met and max(tool.position, tool.rotation) <= 1e-6
+    assert other.position == pytest.approx(
+        position_error(model, found.q, "link4", elbow), abs=1e-12
+    )
+    assert other.rotation == 0.0
+
+
+def test_only_the_chosen_joints_move(model, ik, rng):
+    q0 = model.home.copy()
+    goal = q0.copy()
+    goal[[1, 3, 5]] += [0.2, -0.3, 0.25]
+    problem = IKProblem(
+        targets=PositionTarget("tool", model.pose(goal).translation),
+        joints=["joint2", "joint4", "joint6"],
+    )
+    found = ik.solve(problem, q0, rng=rng)
+    assert found.solved
+    assert np.array_equal(found.q[[0, 2, 4, 6]], q0[[0, 2, 4, 6]])
+
+
+def test_a_moved_base_moves_the_targets_the_opposite_way(model, ik):
+    T_wb = pin.SE3(pin.exp3(np.array([0.0, 0.0, 0.7])), np.array([1.0, -2.0, 0.3]))
+    stands = frame_pose(model, model.home, "link0")
+    T = T_wb * stands.inverse() * DOWN  # the same, seen from the base
+    found = ik.solve(IKProblem(targets=PoseTarget("tool", T), base=T_wb), model.home)
+    assert found.solved
+    assert max(np.abs(pin.log6(model.pose(found.q).actInv(DOWN)).np)) <= 1e-6
+    position = PositionTarget("tool", T.translation)
+    rotation = RotationTarget("tool", T.rotation)
+    found = ik.solve(IKProblem(targets=[position, rotation], base=T_wb), model.home)
+    assert max(np.abs(pin.log6(model.pose(found.q).actInv(DOWN)).np)) <= 2e-6
+
+
+def test_one_margin_or_one_for_each_joint_is_kept(model, ik, rng):
+    limits = model.limits
+    for margin in (0.2, np.linspace(0.0, 0.3, 7)):
+        goal = rng.uniform(limits.lower + margin, limits.upper - margin)
+        found = ik.solve(
+            IKProblem(targets=PoseTarget("tool", model.pose(goal)), margin=margin), model.home
+        )
+        assert found.solved
+        assert (found.q >= limits.lower + margin).all() and (found.q <= limits.upper - margin).all()
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"targets": PositionTarget("tol", np.zeros(3))}, "no frame 'tol'; did you mean 'tool'"),
+        ({"joints": ["joint9"]}, "no joint 'joint9'; did you mean 'joint"),
+        ({"joints": []}, "at least one joint that may move"),
+        ({"margin": -0.1}, "margin must be at least 0"),
+        ({"margin": [0.1, 0.2]}, "one number or 7"),
+        ({"margin": 2.0}, "a margin of 2 rad leaves joint2 no range"),
+        ({"posture": np.zeros(6)}, "posture must be 7 finite numbers"),
+    ],
+)
+def test_what_does_not_fit_the_arm_is_refused_by_name(model, ik, changed, message):
+    problem = IKProblem(**{"targets": PoseTarget("tool", DOWN), **changed})
+    with pytest.raises(MotionError, match=message):
+        ik.solve(problem, model.home)
+    with pytest.raises(MotionError, match=message):
+        ik.follow(problem, model.home)

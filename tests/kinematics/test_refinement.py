@@ -1,0 +1,81 @@
+"""Refinement of solutions: costs are lowest nearby, and constraints stay met."""
+
+import numpy as np
+import pytest
+
+from bt_manip import spatial
+from bt_manip.kinematics import (
+    IKProblem,
+    PoseTarget,
+    PositionTarget,
+    RotationTarget,
+    manipulability,
+)
+from tests.measuring.kinematics import position_error, rotation_error
+
+DOWN = spatial.pointing_down([0.45, 0.1, 0.3], 0.4)
+
+
+def test_a_cost_is_met_as_far_as_the_constraints_allow(model, ik):
+    elbow = np.array([0.1, 0.5, 0.6])
+    pose = PoseTarget("tool", DOWN)
+    without = ik.solve(IKProblem(targets=[pose]), model.home)
+    cost = PositionTarget("link4", elbow, weight=1.0)
+    with_it = ik.solve(IKProblem(targets=[pose, cost]), model.home)
+    assert with_it.solved
+    assert position_error(model, with_it.q, "tool", DOWN.translation) <= 1e-6
+    near, far = (position_error(model, r.q, "link4", elbow) for r in (with_it, without))
+    assert near < far - 0.05
+    assert with_it.cost == pytest.approx(0.5 * near**2, rel=1e-6)
+    # Along the self-motion, the only way that the constraint leaves, the cost does not fall.
+    *_, rows = np.linalg.svd(model.jacobian(with_it.q))
+    costs = [
+        position_error(model, with_it.q + step * rows[6], "link4", elbow) ** 2
+        for step in (-2e-2, 0.0, 2e-2)
+    ]
+    assert costs[1] <= min(costs) + 1e-5
+
+
+def test_costs_without_constraints_end_at_a_local_minimum(model, ik):
+    beyond = np.array([1.5, 0.0, 0.333])
+    found = ik.solve(IKProblem(targets=PositionTarget("tool", beyond, weight=1.0)), model.home)
+    assert found.solved
+    assert model.pose(found.q).translation[0] > 0.8
+    # Nothing near it reaches nearer.
+    here = position_error(model, found.q, "tool", beyond)
+    rng = np.random.default_rng(0)
+    for _ in range(300):
+        q = np.clip(found.q + rng.normal(0.0, 0.05, 7), model.limits.lower, model.limits.upper)
+        assert position_error(model, q, "tool", beyond) > here - 1e-4
+
+
+def test_a_posture_is_approached_in_the_null_space(model, ik):
+    posture = model.home + np.array([0.5, 0.0, -0.4, 0.0, 0.3, 0.0, 0.0])
+    plain = ik.solve(DOWN, model.home)
+    found = ik.solve(IKProblem(targets=PoseTarget("tool", DOWN), posture=posture), model.home)
+    assert found.solved and ik.distance(found.q, posture) < ik.distance(plain.q, posture) - 1e-3
+    *_, rows = np.linalg.svd(model.jacobian(found.q))
+    slope = (found.q - posture) / model.limits.velocity**2 @ rows[6]
+    assert abs(slope) < 0.02 * np.linalg.norm((found.q - posture) / model.limits.velocity**2)
+
+
+def test_manipulability_is_raised_where_the_target_leaves_freedom(model, ik):
+    rotation = RotationTarget("tool", DOWN.rotation)
+    start = model.home + np.array([0.0, 0.6, 0.0, 1.6, 0.0, -1.0, 0.0])
+    plain = ik.solve(IKProblem(targets=rotation), start)
+    able = ik.solve(IKProblem(targets=rotation, manipulability=1.0), start)
+    assert able.solved and rotation_error(model, able.q, "tool", DOWN.rotation) <= 1e-6
+    before, after = (manipulability(model.jacobian(r.q)) for r in (plain, able))
+    assert after > 1.2 * before
+    assert able.cost == pytest.approx(-np.log(after), rel=1e-6)
+
+
+def test_the_nearest_solution_is_a_minimum_in_the_null_space(model, ik, rng):
+    q0 = model.home + rng.uniform(-0.3, 0.3, 7)
+    found = ik.nearest(spatial.pointing_down([0.4, 0.2, 0.4], 0.5), q0).q
+    weight = model.limits.velocity**2
+    *_, rows = np.linalg.svd(model.jacobian(found))
+    null_space = rows[6]
+    # The gradient of the weighted squared distance has no part along the self-motion.
+    slope = (found - q0) / weight @ null_space / np.linalg.norm((found - q0) / weight)
+    assert abs(slope) < 0.02

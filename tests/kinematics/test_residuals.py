@@ -1,0 +1,49 @@
+"""Residuals and their Jacobians; the oracle is numerical differentiation."""
+
+import numpy as np
+import pytest
+
+from bt_manip.kinematics.residuals import (
+    PoseResidual,
+    PositionResidual,
+    RotationResidual,
+    StackedResidual,
+)
+from tests.measuring.kinematics import differentiate, frame_pose
+
+
+def residual_of(model, goal, kind):
+    frame = model.model.getFrameId("link6")
+    T = frame_pose(model, goal, "link6")
+    return {
+        "position": lambda: PositionResidual(model, frame, T.translation, 1e-6),
+        "rotation": lambda: RotationResidual(model, frame, T.rotation, 1e-6),
+        "wide position": lambda: PositionResidual(model, frame, T.translation, 0.1),
+        "wide rotation": lambda: RotationResidual(model, frame, T.rotation, 0.02),
+        "weighted position": lambda: PositionResidual(model, frame, T.translation, np.inf, 3.0),
+    }[kind]()
+
+
+@pytest.mark.parametrize(
+    "kind",
+    ["position", "rotation", "wide position", "wide rotation", "weighted position"],
+)
+def test_the_jacobian_of_each_residual_is_its_derivative(model, goal, kind):
+    residual = StackedResidual(model, [residual_of(model, goal, kind)])
+    q = goal + 0.3 * np.sin(np.arange(7.0))
+
+    expected = differentiate(residual.evaluate, q)
+    assert np.abs(residual.evaluate(q)).max() > 0.01
+    assert residual.jacobian() == pytest.approx(expected, abs=1e-7)
+
+
+def test_the_jacobian_of_a_pose_residual_approaches_its_derivative_at_the_pose(model, goal):
+    frame = model.model.getFrameId("link6")
+    residual = StackedResidual(
+        model, [PoseResidual(model, frame, frame_pose(model, goal, "link6"), (1e-6, 1e-6))]
+    )
+    for offset in (0.1, 1e-3, 1e-5):
+        q = goal + offset * np.sin(np.arange(7.0))
+        expected = differentiate(residual.evaluate, q)
+        error = np.linalg.norm(residual.evaluate(q))
+        assert np.abs(residual.jacobian() - expected).max() <= error + 1e-8

@@ -1,0 +1,210 @@
+"""Searches: collisions, clearance, restarts, and following."""
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip import spatial
+from bt_manip.kinematics import (
+    IKProblem,
+    InverseKinematics,
+    PoseTarget,
+    PositionTarget,
+    RotationTarget,
+)
+from tests.measuring.kinematics import random_configurations
+
+DOWN = spatial.pointing_down([0.45, 0.1, 0.3], 0.4)
+
+
+def wall_distance(walled, q):
+    """Give the distance of the arm from the wall, by MuJoCo's own search for nearest points."""
+    model, data = walled.robot.mj_model, mujoco.MjData(walled.robot.mj_model)
+    data.qpos[:] = walled.robot.mj_data.qpos
+    data.qpos[np.array(walled.robot.qpos_adr)] = q
+    mujoco.mj_kinematics(model, data)
+    wall = next(i for i in range(model.ngeom) if "wall" in model.geom(i).name)
+    arm = [
+        i
+        for i in range(model.ngeom)
+        if model.geom(i).contype and model.body(model.geom_bodyid[i]).name.startswith("panda")
+    ]
+    return min(mujoco.mj_geomDistance(model, data, i, wall, 1.0, None) for i in arm)
+
+
+def test_the_widest_clearance_is_kept(walled):
+    ik, world = walled.ik, walled.world
+    rng = np.random.default_rng(4)
+    nearer = 0
+    for _ in range(12):
+        target = PositionTarget("panda/tool", rng.uniform([0.3, -0.09, 0.1], [0.6, -0.05, 0.35]))
+        plain = ik.solve(IKProblem(targets=target, world=world), ik.model.home)
+        free = ik.solve(IKProblem(targets=target, world=world, clearance=0.008), ik.model.home)
+        if free.solved:
+            assert wall_distance(walled, free.q) >= 0.008 - 1e-6
+            nearer += wall_distance(walled, plain.q) < 0.008
+    assert nearer > 0
+
+
+def step_aside(T, metres):
+    return pin.SE3(T.rotation, T.translation + [0.0, metres, 0.0])
+
+
+def tool_in_mujoco(walled, q):
+    model, data = walled.robot.mj_model, mujoco.MjData(walled.robot.mj_model)
+    data.qpos[np.array(walled.robot.qpos_adr)] = q
+    mujoco.mj_kinematics(model, data)
+    site = data.site("panda/tool")
+    return pin.SE3(site.xmat.reshape(3, 3), site.xpos)
+
+
+def test_a_problem_is_followed_in_small_steps(walled):
+    ik, world = walled.ik, walled.world
+    q = ik.solve(walled.left, ik.model.home).q
+    low = q - 0.5
+    for i in range(1, 21):
+        T = step_aside(walled.left, 0.004 * i)
+        problem = IKProblem(
+            targets=PoseTarget("panda/tool", T),
+            joints=[f"joint{j}" for j in range(1, 8)],
+            margin=0.05,
+            posture=low,
+            world=world,
+            clearance=0.008,
+        )
+        found = ik.follow(problem, q)
+        assert found.solved and found.reason == "" and found.restarts == 0
+        assert np.abs(found.q - q).max() <= 0.2 + 1e-12
+        assert np.linalg.norm(pin.log6(tool_in_mujoco(walled, found.q).actInv(T)).np) <= 2e-6
+        assert found.residuals[0].met
+        q = found.q
+
+
+@pytest.mark.parametrize(
+    "target",
+    [
+        PoseTarget("tool", spatial.pointing_down([0.3, 0.5, 0.3], 2.0)),
+        PositionTarget("tool", [0.1, 0.6, 0.3]),
+        RotationTarget("tool", spatial.pointing_down([0.0, 0.0, 0.0], 2.5).rotation),
+    ],
+)
+def test_a_problem_is_not_followed_to_a_target_far_away(model, ik, target):
+    problem = IKProblem(targets=target)
+    assert ik.solve(problem, model.home).solved
+    found = ik.follow(problem, model.home)
+    assert not found.solved and not found.residuals[0].met
+    assert found.reason == "a joint would have to jump by more than 0.2 rad"
+    assert np.abs(found.q - model.home).max() <= 0.2 + 1e-12
+    wide = ik.follow(problem, model.home, max_step=3.0)
+    assert wide.solved
+
+
+def test_the_smallest_residual_of_all_initial_guesses_is_returned(model, ik, rng):
+    detoured = 0
+    for _ in range(30):
+        T = model.pose(rng.uniform(model.limits.lower, model.limits.upper))
+        straight, found = (ik.follow(T, model.home, retry=retry) for retry in (False, True))
+        if not found.solved:
+            error, first = (
+                np.linalg.norm(pin.log6(T.actInv(model.pose(result.q))).np)
+                for result in (found, straight)
+            )
+            assert error <= first + 1e-12
+            detoured += 1
+    assert detoured > 20
+
+
+def test_solutions_are_collision_free_where_they_would_collide_otherwise(walled):
+    ik, world = walled.ik, walled.world
+    # Behind the wall: from home the elbow or the hand would go through it.
+    rng = np.random.default_rng(4)
+    touching = 0
+    for _ in range(12):
+        position = rng.uniform([0.3, -0.12, 0.1], [0.6, -0.06, 0.35])
+        target = PositionTarget("panda/tool", position)
+        plain = ik.solve(IKProblem(targets=target), ik.model.home, rng=np.random.default_rng(1))
+        free = ik.solve(
+            IKProblem(targets=target, world=world), ik.model.home, rng=np.random.default_rng(1)
+        )
+        touching += bool(world.collisions(plain.q))
+        assert free.solved and not world.collisions(free.q)
+    assert touching > 3
+
+
+def test_where_no_solution_is_collision_free_the_reason_names_the_obstacle(walled):
+    inside = spatial.pointing_down((0.5, 0.0, 0.2))
+    problem = IKProblem(targets=PoseTarget("panda/tool", inside), world=walled.world)
+    found = walled.ik.solve(problem, walled.ik.model.home)
+    assert not found.solved
+    assert "no collision-free solution from 81 initial guesses: 'panda/" in found.reason
+    assert "would touch 'wall'" in found.reason
+
+
+def test_following_a_problem_drifts_to_the_posture_in_small_steps(model, ik):
+    posture = model.home + np.array([0.4, 0.0, -0.3, 0.0, 0.0, 0.0, 0.0])
+    q = ik.solve(DOWN, model.home).q
+    began = ik.distance(q, posture)
+    for i in range(1, 31):
+        T = pin.SE3(DOWN.rotation, DOWN.translation + [0.0, 0.004 * i, 0.0])
+        problem = IKProblem(targets=PoseTarget("tool", T), posture=posture)
+        found = ik.follow(problem, q)
+        assert found.solved and np.abs(found.q - q).max() <= 0.2 + 1e-12
+        q = found.q
+    assert ik.distance(q, posture) < began
+
+
+def test_following_into_an_obstacle_names_it(walled):
+    q = walled.ik.solve(walled.left, walled.ik.model.home).q
+    reason = ""
+    for y in np.arange(0.25, 0.0, -0.02):
+        T = pin.SE3(walled.left.rotation, np.array([0.5, y, 0.12]))
+        found = walled.ik.follow(
+            IKProblem(targets=PoseTarget("panda/tool", T), world=walled.world), q
+        )
+        if not found.solved:
+            reason = found.reason
+            break
+        q = found.q
+    assert "'panda/" in reason and "would touch 'wall'" in reason
+
+
+def test_a_pose_that_the_limits_forbid_ends_after_the_restarts(model):
+    ik = InverseKinematics(model, restarts=5)
+    inside_the_base = spatial.pointing_down([0.0, 0.0, 0.05])
+    found = ik.solve(inside_the_base, model.home)
+    assert not found.solved and found.restarts == 5
+    assert found.reason == "no solution from 6 initial guesses"
+    assert model.limits.contain(found.q)
+
+
+def test_a_search_does_not_restart_after_so_many_failed_iterations(model):
+    ik = InverseKinematics(model, max_failed_iterations=100)
+    found = ik.solve(spatial.pointing_down([0.0, 0.0, 0.05]), model.home)
+    assert not found.solved and found.restarts < ik.restarts
+    assert 100 <= found.iterations < 100 + ik.iterations
+
+
+def test_following_never_steps_farther_than_allowed(model, ik, rng):
+    limits = model.limits
+    for q in random_configurations(model, rng, 300):
+        near = np.clip(q + rng.uniform(-0.1, 0.1, 7), limits.lower, limits.upper)
+        found = ik.follow(model.pose(near), q)
+        assert found.solved
+        assert np.abs(found.q - q).max() <= 0.2 + 1e-12
+        assert limits.contain(found.q)
+
+
+def test_following_says_that_a_joint_would_have_to_jump(model, ik):
+    found = ik.follow(spatial.pointing_down([0.3, 0.5, 0.3], 2.0), model.home)
+    assert not found.solved
+    assert "jump" in found.reason
+
+
+def test_following_names_the_joint_at_its_limit(model, ik):
+    q = np.array(model.home)
+    q[6] = model.limits.upper[6]
+    turned = model.pose(q) * pin.SE3(pin.exp3(np.array([0.0, 0.0, 0.1])), np.zeros(3))
+    found = ik.follow(turned, q, max_step=0.05)
+    assert not found.solved
+    assert "joint7 at the limit" in found.reason

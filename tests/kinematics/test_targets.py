@@ -1,0 +1,111 @@
+"""Targets of inverse kinematics: what they accept and keep."""
+
+import numpy as np
+import pytest
+
+from bt_manip import spatial
+from bt_manip.kinematics import PoseTarget, PositionTarget, RotationTarget
+from tests.measuring.kinematics import refused
+
+DOWN = spatial.pointing_down([0.45, 0.1, 0.3], 0.4)
+
+
+@pytest.mark.parametrize(
+    "tolerance",
+    [
+        (1e-3,),
+        (),
+        [],
+        (1e-3, 1e-3, 1e-3),
+        np.full((2, 1), 1e-3),
+        ([1e-3], [1e-3, 1e-3]),
+        (1e-3, -1e-3),
+        (1e-3, 0.0),
+        (1e-3, "wide"),
+        (1e-3, None),
+        -1e-3,
+        0.0,
+        np.nan,
+        np.array(np.nan),
+        np.inf,
+        10**400,
+        True,
+        "0.001",
+        np.array("0.001"),
+        {"position": 1e-3},
+    ],
+)
+def test_a_tolerance_of_a_pose_that_is_neither_a_number_nor_a_pair_is_refused(tolerance):
+    refused(
+        lambda: PoseTarget("tool", DOWN, tolerance=tolerance),
+        "target of frame 'tool': tolerance must be above 0, or a pair of position and rotation",
+    )
+
+
+@pytest.mark.parametrize("tolerance", [(1e-3,), (1e-3, 1e-3), [1e-3], "0.001", np.nan, -1.0])
+def test_a_tolerance_of_a_position_or_a_rotation_is_one_number(tolerance):
+    message = "frame 'tool': tolerance must be above 0, got"
+    refused(lambda: PositionTarget("tool", np.zeros(3), tolerance=tolerance), message)
+    refused(lambda: RotationTarget("tool", np.eye(3), tolerance=tolerance), message)
+
+
+@pytest.mark.parametrize("pair", [(1e-3, 1e-2), [1e-3, 1e-2], np.array([1e-3, 1e-2])])
+def test_a_pair_of_tolerances_may_be_any_kind_of_list(pair):
+    assert PoseTarget("tool", DOWN, tolerance=pair).tolerances == (1e-3, 1e-2)
+
+
+@pytest.mark.parametrize("weight", [0.0, -1.0, np.nan, "1.0", [1.0], True])
+def test_a_weight_is_a_number_above_zero(weight):
+    refused(lambda: PoseTarget("tool", DOWN, weight=weight), "'tool': weight must be above 0, got")
+
+
+def test_numbers_written_as_text_are_refused(model, ik):
+    refused(lambda: PositionTarget("tool", ["0.1", "0.2", "0.3"]), "3 finite numbers .m., got")
+    refused(lambda: ik.solve(DOWN, ["0.1"] * 7), "configuration must be 7 finite numbers")
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (
+            lambda: PositionTarget("tool", [0.0, np.nan, 0.0]),
+            "'tool': position must be 3 finite numbers .m.",
+        ),
+        (lambda: PositionTarget("tool", "here"), "must be 3 finite numbers"),
+        (
+            lambda: RotationTarget("tool", 2.0 * np.eye(3)),
+            "frame 'tool': rotation must be a 3 by 3",
+        ),
+        (lambda: RotationTarget("tool", np.full((3, 3), np.nan)), "3 by 3"),
+        (
+            lambda: PoseTarget("tool", np.eye(4)),
+            "frame 'tool': pose must be a pin.SE3, got ndarray",
+        ),
+        (lambda: PositionTarget(3, [0.0, 0.0, 0.0]), "frame of a target must be a name, got 3"),
+        (
+            lambda: PositionTarget("tool", np.zeros(3), weight=-1.0),
+            "weight must be above 0, got -1.0",
+        ),
+        (
+            lambda: PositionTarget("tool", np.zeros(3), tolerance=0.0),
+            "tolerance must be above 0, got 0",
+        ),
+        (lambda: PositionTarget("tool", np.zeros(3), tolerance=(1.0, 1.0)), "above 0, got"),
+        (lambda: PoseTarget("tool", DOWN, tolerance=(1.0, np.nan)), "or a pair of position and"),
+        (
+            lambda: PositionTarget("tool", np.zeros(3), weight=1.0, tolerance=1.0),
+            "must be a cost with",
+        ),
+    ],
+)
+def test_invalid_targets_are_refused_by_name(make, message):
+    refused(make, message)
+
+
+def test_a_target_is_a_copy(model):
+    position = np.zeros(3)
+    target = PositionTarget("tool", position)
+    position[0] = 1.0
+    assert target.position[0] == 0.0
+    with pytest.raises(ValueError):
+        target.position[0] = 2.0
