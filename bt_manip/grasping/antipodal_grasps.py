@@ -6,10 +6,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .antipodal_sampling import FINGER_CLEARANCE, AntipodalPairs, face_extents
-from .grasp_candidate import GraspTable
+from bt_manip.exceptions import MotionError
+
+from .antipodal_sampling import (
+    FINGER_CLEARANCE,
+    AntipodalPairs,
+    best_antipodal_pairs,
+    face_extents,
+)
+from .grasp_candidates import GraspCandidates
 from .hand import Hand
-from .solids import Solid
+from .solids import Solid, least_width
 
 GRIP_DEPTH = 0.010
 """Depth of the tool centre point below the upper edge of the gripped faces [m].
@@ -17,6 +24,24 @@ GRIP_DEPTH = 0.010
 A cube is gripped this far below its top. Round sides are gripped at their widest point. The palm
 or the support surface may demand a smaller depth.
 """
+
+CONTACT_WEIGHT = 0.3
+"""Cost of pads that touch nothing beside the two contact points."""
+
+ANGLE_WEIGHT = 1.0
+"""Cost of surfaces inclined to the closing direction by `_MAX_ANGLE`, or more."""
+
+SLACK_WEIGHT = 0.3
+"""Cost of fingers that open no wider than the object; none from `_MIN_SLACK` on."""
+
+DEPTH_WEIGHT = 0.5
+"""Cost of a tool that palm or fingertips keep a finger's length short of the preferred depth."""
+
+_MAX_ANGLE = 0.25 * math.pi  # [rad]
+_MIN_SLACK = 5e-3  # [m] on each side
+_CLOSING_MARGIN = 3e-3  # [m] on each side of the contacts, before which fingers touch nothing
+
+MAX_PRIMITIVES = 8  # solids of an object that are gripped one by one
 
 _PALM_CLEARANCE = 3e-3  # [m] between the palm and the object
 _TIP_CLEARANCE = (5e-3, 1e-3)  # [m] of the tips above the object's far side: preferred, least
@@ -186,8 +211,10 @@ def sampled_grasps(
                     )  # fmt: skip
 
 
-def set_depth(grasps: Sequence[AntipodalGrasp], hand: Hand, solids: Sequence[Solid]) -> GraspTable:
-    """Set how deep the tool goes in each grasp; drop those without a feasible depth.
+def grasp_candidates(
+    grasps: Sequence[AntipodalGrasp], hand: Hand, solids: Sequence[Solid], clear: bool
+) -> GraspCandidates:
+    """Set the depth of the tool in each grasp; drop those without a feasible depth.
 
     The preferred depth is `GRIP_DEPTH`. The palm has to stay clear of the object, the fingertips
     above what the object lies on, and the fingers have to overlap the contacts.
@@ -196,6 +223,7 @@ def set_depth(grasps: Sequence[AntipodalGrasp], hand: Hand, solids: Sequence[Sol
         grasps: At least one.
         hand: The gripper.
         solids: All solids of the object.
+        clear: Whether the fingers touch the object at the contacts only, by its geometry.
     """
     centre, closing, approach = (np.array(c) for c in list(zip(*grasps, strict=True))[:3])
     width, extent, contact, angle, radius, part = np.array([grasp[3:] for grasp in grasps]).T
@@ -212,19 +240,109 @@ def set_depth(grasps: Sequence[AntipodalGrasp], hand: Hand, solids: Sequence[Sol
     # Round sides: the tips end short of the widest point, where the normals are inclined.
     off_centre = np.clip((back - hand.tip) / np.maximum(radius, 1e-9), 0.0, _MAX_OFF_CENTRE)
     angle = np.where(radius > 0.0, np.arcsin(off_centre), angle)
-    k = np.flatnonzero(enough <= largest)
     object_axes = np.stack([closing, np.cross(approach, closing), approach], axis=2)
     z = np.array([0.0, 0.0, 1.0])
     tool_axes = np.stack([hand.closing, np.cross(z, hand.closing), z], axis=1)
-    return GraspTable(
+    margin = _CLOSING_MARGIN + hand.pad * np.tan(angle)
+    depth_loss = (back - preferred) / max(hand.tip + hand.palm, 1e-3)
+    costs = {
+        "contact": CONTACT_WEIGHT * np.clip(1.0 - contact, 0.0, 1.0),
+        "angle": ANGLE_WEIGHT * np.clip(angle / _MAX_ANGLE, 0.0, 1.0),
+        "slack": SLACK_WEIGHT * np.clip(1.0 - 0.5 * (hand.stroke - width) / _MIN_SLACK, 0.0, 1.0),
+        "depth": DEPTH_WEIGHT * np.clip(depth_loss, 0.0, 1.0),
+    }
+    k = np.flatnonzero(enough <= largest)
+    return GraspCandidates(
         object_axes[k] @ tool_axes.T,
-        centre[k] - back[k, None] * approach[k],
+        (centre - back[:, None] * approach)[k],
         width[k],
-        closing[k],
-        contact[k],
-        angle[k],
-        (back - preferred)[k],
+        np.minimum(width + 2.0 * margin, hand.stroke)[k],
+        {name: cost[k] for name, cost in costs.items()},
+        clear,
     )
+
+
+_PRIMITIVES = {
+    "box": box_grasps,
+    "cylinder": cylinder_grasps,
+    "capsule": cylinder_grasps,
+    "sphere": sphere_grasps,
+}
+
+
+class AntipodalGraspGenerator:
+    """Generates the grasp candidates of one object, in whatever orientation it lies.
+
+    Boxes, cylinders, capsules and spheres are gripped by their geometry, up to `MAX_PRIMITIVES` of
+    them in one object. For any other object antipodal pairs are sampled, once.
+
+    Attributes:
+        name: Name of the object, for messages.
+        solids: Its convex solids.
+        hand: The gripper.
+        com: Its centre of mass, in its frame [m].  # (3,)
+    """
+
+    def __init__(
+        self,
+        name: str,
+        solids: Sequence[Solid],
+        hand: Hand,
+        com: np.ndarray,
+        rng: np.random.Generator,
+    ) -> None:
+        """Sample the object where its geometry is not made of primitives.
+
+        Args:
+            name: Name of the object.
+            solids: Its convex solids.
+            hand: The gripper.
+            com: Its centre of mass, in its frame [m].  # (3,)
+            rng: Random generator for points on its surface.
+        """
+        self.name, self.solids, self.hand, self.com = name, list(solids), hand, np.array(com)
+        few = len(self.solids) <= MAX_PRIMITIVES
+        self._primitives = [
+            (i, s) for i, s in enumerate(self.solids) if few and s.kind in _PRIMITIVES
+        ]
+        all_primitive = len(self._primitives) == len(self.solids)
+        self._single = all_primitive and len(self.solids) == 1
+        self._sampled = (
+            None if all_primitive else best_antipodal_pairs(self.solids, hand, self.com, rng)
+        )
+
+    def candidates(self, down: np.ndarray) -> GraspCandidates:
+        """List the grasps that do not come from below.
+
+        Args:
+            down: Straight down in the object's frame; unit.  # (3,)
+
+        Raises:
+            MotionError: When the object is too wide or too thin for the gripper.
+        """
+        grasps: list[AntipodalGrasp] = []
+        if self._sampled is not None:
+            grasps += sampled_grasps(self.solids, *self._sampled, down)
+        for i, solid in self._primitives:
+            listed = _PRIMITIVES[solid.kind](solid, self.hand, down)
+            grasps += [grasp._replace(part=i) for grasp in listed]
+        if not grasps:
+            raise MotionError(self._no_fit(), reason="grasp")
+        found = grasp_candidates(grasps, self.hand, self.solids, self._single)
+        if not len(found):
+            raise MotionError(
+                f"'{self.name}' cannot be gripped deep enough: the fingers extend "
+                f"{1e3 * (self.hand.tip + self.hand.palm):.0f} mm beyond the palm",
+                reason="grasp",
+            )
+        return found
+
+    def _no_fit(self) -> str:
+        width = least_width(self.solids)
+        stroke = f"the fingers open to {1e3 * self.hand.stroke:.0f} mm"
+        if self.hand.least + 5e-4 < width <= self.hand.stroke:
+            return f"'{self.name}' has no antipodal pair of contact points; {stroke}"
+        return f"'{self.name}' is at least {1e3 * width:.0f} mm wide; {stroke}"
 
 
 def _support(solids: Sequence[Solid], directions: np.ndarray, part: np.ndarray) -> np.ndarray:

@@ -15,6 +15,9 @@ from .hand import hand_geoms
 SUFFICIENT_CLEARANCE = 4e-3
 """Clearance that the gripper needs on its approach [m]: twice the arm's position error."""
 
+MAX_PENETRATION = 3e-3
+"""Penetration of the gripper that is accepted [m]: its collision shapes are a little too thick."""
+
 _MAX_DISTANCE = 0.1  # [m] beyond which distances are not measured
 _MAX_LIFT_DISTANCE = 0.02  # [m] the same for a lifted object
 _MIN_QUERY = 1e-3  # [m] least distance limit that MuJoCo is asked with

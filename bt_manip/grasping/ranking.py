@@ -1,54 +1,26 @@
 """Rank grasp candidates by cost."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
-from .grasp_candidate import GraspCandidate, GraspTable
-from .hand import Hand
+from .grasp_candidates import GraspCandidate, GraspCandidates
 
 COST_TOLERANCE = 0.03
 """Difference of costs below which two grasps are equally good: the arm takes the nearer one."""
 
+TILT_WEIGHT = 1.0
+"""Cost of an approach from the side; it falls with the angle to straight down."""
+
+BALANCE_WEIGHT = 0.5
+"""Cost of a grasp whose centre of mass is `_MAX_LEVER` beside the tool, or more."""
+
+_MAX_LEVER = 0.05  # [m]
 _TRANSLATION_WEIGHT = 10.0  # [rad/m] of the tool's distance beside the approach axis
 _COST_WEIGHT = 0.3  # [rad] per cost where grasps are ranked by distance
-_MAX_LEVER = 0.05  # [m] of the centre of mass at which balance costs its whole weight
-_MIN_SLACK = 5e-3  # [m] opening beside the object, on each side, below which slack costs
-
-
-class GraspCost(NamedTuple):
-    """Cost of a grasp by criterion, each from 0 to its weight."""
-
-    tilt: float
-    """Angle between the approach direction and straight down."""
-    balance: float
-    """Horizontal distance of the centre of mass from the fingers."""
-    contact: float
-    """Fraction of the pads that is not in contact."""
-    angle: float
-    """Angle between the closing direction and the surface normals."""
-    slack: float
-    """How little wider than the object the fingers open."""
-    depth: float
-    """How far the tool is kept short of the preferred depth."""
-
-    @property
-    def total(self) -> float:
-        """Sum over the criteria."""
-        return sum(self)
-
-    def __str__(self) -> str:
-        """Return the total and the criteria that contribute, largest first."""
-        parts = sorted(self._asdict().items(), key=lambda item: -item[1])
-        named = ", ".join(f"{name} {cost:.2f}" for name, cost in parts if cost >= 0.005)
-        return f"{self.total:.2f} ({named})" if named else "0"
-
-
-WEIGHTS = GraspCost(tilt=1.0, balance=0.5, contact=0.3, angle=1.0, slack=0.3, depth=0.5)
-"""Largest cost of each criterion."""
 
 
 class RankedGrasp(NamedTuple):
@@ -56,43 +28,55 @@ class RankedGrasp(NamedTuple):
 
     grasp: GraspCandidate
     T_wt: pin.SE3
-    cost: GraspCost
+    """Pose of the tool at the grasp."""
+    opening: float
+    """Opening of the gripper just before contact."""
+    costs: Mapping[str, float]
+    """Cost by criterion."""
+    cost: float
+    """Sum of the costs."""
     tool_distance: float
     """Rotation and weighted sideways translation of the tool to its approach axis [rad]."""
 
+    def describe(self) -> str:
+        """Return approach direction, width and costs as text, the largest cost first."""
+        tilt = math.degrees(math.acos(float(np.clip(-self.T_wt.rotation[2, 2], -1.0, 1.0))))
+        approach = "from above" if tilt < 5.0 else f"{tilt:.0f} degrees from vertical"
+        parts = sorted(self.costs.items(), key=lambda item: -item[1])
+        named = ", ".join(f"{name} {cost:.2f}" for name, cost in parts if cost >= 0.005)
+        cost = f"{self.cost:.2f} ({named})" if named else "0"
+        return f"{approach}, {1e3 * self.grasp.width:.0f} mm wide; cost {cost}"
+
 
 class GraspRanking:
-    """The grasp candidates of one object in its present pose, compared without moving the arm."""
+    """The grasp candidates of one object in its present pose, compared without moving the arm.
+
+    Attributes:
+        candidates: The grasp candidates.
+    """
 
     def __init__(
-        self, grasps: GraspTable, T_wo: pin.SE3, com: np.ndarray, hand: Hand, T_now: pin.SE3
+        self, candidates: GraspCandidates, T_wo: pin.SE3, com: np.ndarray, T_now: pin.SE3
     ) -> None:
         """Compute the cost of each candidate.
 
         Args:
-            grasps: Grasp candidates of the object.
+            candidates: Grasp candidates of the object.
             T_wo: Pose of the object.
             com: Its centre of mass, in its frame [m].  # (3,)
-            hand: The gripper.
             T_now: Present pose of the tool.
         """
-        self._grasps, self._T_wo = grasps, T_wo
-        R = T_wo.rotation @ grasps.rotation
-        position = grasps.position @ T_wo.rotation.T + T_wo.translation
+        self.candidates, self._T_wo = candidates, T_wo
+        R = T_wo.rotation @ candidates.rotation
+        position = candidates.position @ T_wo.rotation.T + T_wo.translation
         lever = np.linalg.norm((T_wo.act(com) - position)[:, :2], axis=1)
-        shares = dict(
-            tilt=np.arccos(np.clip(-R[:, 2, 2], -1.0, 1.0)) / (0.5 * math.pi),
-            balance=lever / _MAX_LEVER,
-            contact=1.0 - grasps.contact,
-            angle=grasps.normal_angle / (0.25 * math.pi),
-            slack=1.0 - 0.5 * (hand.stroke - grasps.width) / _MIN_SLACK,
-            depth=grasps.depth_loss / max(hand.tip + hand.palm, 1e-3),
-        )
-        self._costs = (
-            np.clip(np.stack([shares[name] for name in GraspCost._fields], axis=1), 0.0, 1.0)
-            * WEIGHTS
-        )
-        self._total = self._costs.sum(axis=1)
+        tilt = np.arccos(np.clip(-R[:, 2, 2], -1.0, 1.0)) / (0.5 * math.pi)
+        self._costs = {
+            "tilt": TILT_WEIGHT * np.clip(tilt, 0.0, 1.0),
+            "balance": BALANCE_WEIGHT * np.clip(lever / _MAX_LEVER, 0.0, 1.0),
+            **candidates.costs,
+        }
+        self._total = np.stack(list(self._costs.values()), axis=1).sum(axis=1)
         cosine = 0.5 * (np.einsum("nij,ij->n", R, T_now.rotation) - 1.0)
         self._rotation = np.arccos(np.clip(cosine, -1.0, 1.0))
         offset, approach = T_now.translation - position, R[:, :, 2]
@@ -118,6 +102,12 @@ class GraspRanking:
             yield self._ranked(int(i))
 
     def _ranked(self, i: int) -> RankedGrasp:
-        grasp = self._grasps[i]
-        cost = GraspCost(*self._costs[i].tolist())
-        return RankedGrasp(grasp, self._T_wo * grasp.T_ot, cost, float(self._tool_distance[i]))
+        grasp = self.candidates[i]
+        return RankedGrasp(
+            grasp,
+            self._T_wo * grasp.T_ot,
+            float(self.candidates.opening[i]),
+            {name: float(column[i]) for name, column in self._costs.items()},
+            float(self._total[i]),
+            float(self._tool_distance[i]),
+        )

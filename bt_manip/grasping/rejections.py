@@ -10,7 +10,11 @@ class Rejections:
     """Counts why grasps of one object were rejected, for the message when none is feasible.
 
     Attributes:
-        approaches: Number of straight approaches that were not feasible.
+        no_clearance: Grasps at which an entity leaves the gripper no clearance, by entity.
+        collisions: Grasps at which the arm or the lifted object would collide, by entity.
+        self_obstructed: Grasps that another part of the object obstructs.
+        approaches: Straight approaches that cannot be followed or are blocked.
+        unreachable: Grasps that the arm cannot reach.
     """
 
     def __init__(self, name: str, robots: Collection[str] = ()) -> None:
@@ -21,65 +25,44 @@ class Rejections:
             robots: Names of the robots: obstacles that may move away.
         """
         self._name, self._robots = name, robots
-        self._blocking_robot = ""
-        self._no_clearance: Counter[str] = Counter()  # by entity, that of the best grasp first
-        self._collisions: Counter[str] = Counter()
+        self.no_clearance: Counter[str] = Counter()  # the entity at the best grasp first
+        self.collisions: Counter[str] = Counter()
+        self.self_obstructed = self.approaches = self.unreachable = 0
         self._approach_error: MotionError | None = None  # the first
-        self._self_obstructed = self._unreachable = self.approaches = 0
 
-    def no_clearance(self, entity: str) -> None:
-        """Count a grasp at which an entity leaves the gripper no clearance."""
-        self._no_clearance[entity] += 1
-
-    def self_obstructed(self) -> None:
-        """Count a grasp that another part of the object obstructs."""
-        self._self_obstructed += 1
-
-    def unreachable(self, count: int) -> None:
-        """Count grasps that the arm cannot reach."""
-        self._unreachable += count
-
-    def collision(self, entity: str) -> None:
-        """Count a grasp at which the arm or the lifted object would collide with an entity."""
-        self._collisions[entity] += 1
-        if entity in self._robots:
-            self._blocking_robot = self._blocking_robot or entity
-
-    def no_approach(self, error: MotionError | None) -> None:
-        """Count a straight approach that cannot be followed or is blocked."""
+    def reject_approach(self, error: MotionError | None) -> None:
+        """Count a straight approach, and keep the first error."""
         self.approaches += 1
         self._approach_error = self._approach_error or error
 
     @property
     def total(self) -> int:
         """Number of rejected grasps."""
-        counted = self._no_clearance.total() + self._collisions.total()
-        return counted + self._self_obstructed + self._unreachable + self.approaches
+        by_entity = self.no_clearance.total() + self.collisions.total()
+        return by_entity + self.self_obstructed + self.approaches + self.unreachable
 
     def error(self) -> MotionError:
         """Return the error that says why no grasp is feasible."""
         name, error = self._name, self._approach_error
         if error is not None and error.reason == "robot":
             return error
-        if self._blocking_robot:
-            return MotionError(f"'{self._blocking_robot}' blocks '{name}'", reason="robot")
+        for robot in self.collisions:
+            if robot in self._robots:
+                return MotionError(f"'{robot}' blocks '{name}'", reason="robot")
         reasons = []
-        if self._no_clearance:
-            first, *others = self._no_clearance
+        if self.no_clearance:
+            first, *others = self.no_clearance
             reasons.append(f"'{first}' leaves the gripper no clearance at '{name}'")
-            if others:
-                reasons.append(f"'{others[0]}' leaves none at other grasps")
-        if self._self_obstructed:
-            reasons.append(f"other parts of '{name}' obstruct {self._self_obstructed} grasps")
-        if self._collisions:
-            entities = " and ".join(repr(entity) for entity in self._collisions)
+            reasons += [f"'{other}' leaves none at other grasps" for other in others[:1]]
+        if self.self_obstructed:
+            reasons.append(f"other parts of '{name}' obstruct {self.self_obstructed} grasps")
+        if self.collisions:
+            entities = " and ".join(repr(entity) for entity in self.collisions)
             reasons.append(f"the arm would collide with {entities}")
         if self.approaches:
             reasons.append(f"{self.approaches} straight approaches are not feasible ({error})")
-        tried = bool(reasons)
-        if self._unreachable:
-            reasons.append(f"{self._unreachable} grasps are unreachable")
-        return MotionError(
-            f"no feasible grasp of '{name}': {'; '.join(reasons) or 'there are no candidates'}",
-            reason="grasp" if tried else "unreachable",
-        )
+        reason = "grasp" if reasons else "unreachable"
+        if self.unreachable:
+            reasons.append(f"{self.unreachable} grasps are unreachable")
+        listed = "; ".join(reasons) or "there are no candidates"
+        return MotionError(f"no feasible grasp of '{name}': {listed}", reason=reason)

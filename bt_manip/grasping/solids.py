@@ -137,16 +137,8 @@ def solids_of(cell: Cell, name: str) -> list[Solid]:
 def least_width(solids: Sequence[Solid]) -> float:
     """Return the least distance between two parallel planes that enclose an object [m].
 
-    Exact for a single box, cylinder, capsule or sphere; otherwise over the face normals.
+    Over the face normals: exact for polyhedra, and for a single cylinder, capsule or sphere.
     """
-    only = solids[0]
-    if len(solids) == 1 and only.kind == "box":
-        return 2.0 * float(only.size.min())
-    if len(solids) == 1 and only.kind == "sphere":
-        return 2.0 * float(only.size[0])
-    if len(solids) == 1 and only.kind in ("cylinder", "capsule"):
-        end = only.size[1] + (only.size[0] if only.kind == "capsule" else 0.0)
-        return 2.0 * float(min(only.size[0], end))
     normals = np.concatenate([solid.polyhedron.normals for solid in solids])
     upper, lower = (np.max([s.support(d) for s in solids], axis=0) for d in (normals, -normals))
     return float((upper + lower).min())

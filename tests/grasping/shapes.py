@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 import trimesh
 
-from bt_manip.grasping import CandidateGenerator, Hand, Solid
+from bt_manip.grasping import AntipodalGraspGenerator, Hand, Solid
 
 DOWN = np.array([0.0, 0.0, -1.0])
 # Similar to the Panda's.
@@ -23,7 +23,8 @@ def convex(mesh):
 
 
 def candidates(*solids, seed=0):
-    generator = CandidateGenerator("it", solids, HAND, np.zeros(3), np.random.default_rng(seed))
+    rng = np.random.default_rng(seed)
+    generator = AntipodalGraspGenerator("it", solids, HAND, np.zeros(3), rng)
     return generator.candidates(DOWN)
 
 

@@ -12,12 +12,12 @@ def test_without_candidates_the_object_is_unreachable():
 
 def test_the_message_lists_the_reasons_and_the_entities():
     rejections = Rejections("cube")
-    rejections.no_clearance("wall")
-    rejections.no_clearance("wall")
-    rejections.no_clearance("roof")
-    rejections.collision("table")
-    rejections.no_approach(MotionError("joint limit", reason="unreachable"))
-    rejections.unreachable(4)
+    rejections.no_clearance["wall"] += 1
+    rejections.no_clearance["wall"] += 1
+    rejections.no_clearance["roof"] += 1
+    rejections.collisions["table"] += 1
+    rejections.reject_approach(MotionError("joint limit", reason="unreachable"))
+    rejections.unreachable += 4
     assert rejections.total == 9
     assert rejections.error().reason == "grasp"
     assert str(rejections.error()) == (
@@ -29,6 +29,6 @@ def test_the_message_lists_the_reasons_and_the_entities():
 
 def test_a_robot_that_blocks_the_object_is_a_reason_to_wait():
     rejections = Rejections("cube", ["left"])
-    rejections.collision("left")
+    rejections.collisions["left"] += 1
     assert rejections.error().reason == "robot"
     assert str(rejections.error()) == "'left' blocks 'cube'"

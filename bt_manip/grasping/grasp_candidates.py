@@ -1,0 +1,80 @@
+"""Grasp candidates: tool poses relative to an object, with what they cost."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip import spatial
+
+
+@dataclass(frozen=True, eq=False)
+class GraspCandidate:
+    """Pose of the tool relative to an object when the gripper closes on it.
+
+    Attributes:
+        T_ot: Pose of the tool in the object's frame; its z axis is the approach direction.
+        width: Width of what is gripped [m].
+        costs: Cost of each criterion that depends on gripper and object alone [-].
+    """
+
+    T_ot: pin.SE3
+    width: float
+    costs: Mapping[str, float] = field(default_factory=dict)
+
+    def to_text(self) -> str:
+        """Return it as ``x;y;z;qw;qx;qy;qz;width``, the pose being `T_ot`."""
+        numbers = (*self.T_ot.translation, *spatial.quat_wxyz(self.T_ot), self.width)
+        return ";".join(repr(float(x)) for x in numbers)
+
+    @classmethod
+    def from_text(cls, text: str) -> "GraspCandidate":
+        """Parse the text that `to_text` returns; the costs are not part of it.
+
+        Raises:
+            ValueError: When it is not eight finite numbers, the last not negative.
+        """
+        try:
+            numbers = [float(part) for part in text.split(";")]
+        except ValueError:
+            numbers = []
+        if len(numbers) != 8 or not np.isfinite(numbers).all() or numbers[7] < 0.0:
+            raise ValueError(f"a grasp is 'x;y;z;qw;qx;qy;qz;width' in metres, got '{text}'")
+        return cls(spatial.pose(numbers[:3], numbers[3:7]), numbers[7])
+
+
+@dataclass(frozen=True, eq=False)
+class GraspCandidates:
+    """The grasp candidates of one object as arrays, one row per candidate.
+
+    Attributes:
+        rotation: Of the tool in the object's frame.  # (n, 3, 3)
+        position: Of the tool in the object's frame [m].  # (n, 3)
+        width: Width of what is gripped [m].  # (n,)
+        opening: Opening of the gripper just before contact.  # (n,)
+        costs: Cost of each criterion, from 0 to its weight [-].  # {criterion: (n,)}
+        clear: Whether the gripper is known to touch the object at the contacts only; otherwise it
+            is checked from fully open to `opening`.
+    """
+
+    rotation: np.ndarray
+    position: np.ndarray
+    width: np.ndarray
+    opening: np.ndarray
+    costs: Mapping[str, np.ndarray]
+    clear: bool = False
+
+    def __getitem__(self, i: int) -> GraspCandidate:
+        """Return one candidate."""
+        T_ot = pin.SE3(self.rotation[i].copy(), self.position[i].copy())
+        costs = {name: float(column[i]) for name, column in self.costs.items()}
+        return GraspCandidate(T_ot, float(self.width[i]), costs)
+
+    def __len__(self) -> int:
+        """Return the number of candidates."""
+        return len(self.width)
+
+    def __iter__(self) -> Iterator[GraspCandidate]:
+        """Iterate over the candidates."""
+        return (self[i] for i in range(len(self)))

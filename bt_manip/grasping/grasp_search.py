@@ -1,0 +1,248 @@
+"""Search the grasps of one object for a feasible one."""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.arm import MARGIN, Arm
+from bt_manip.cell import entity_of
+from bt_manip.exceptions import MotionError
+from bt_manip.planning import plan_straight_approach, translate_along_tool_z
+
+from .grasp_candidates import GraspCandidate
+from .gripper_clearance import MAX_PENETRATION, SUFFICIENT_CLEARANCE, GripperClearance
+from .ranking import COST_TOLERANCE, GraspRanking, RankedGrasp
+from .rejections import Rejections
+
+MAX_SIDE_STANDOFF = 0.12
+"""Largest distance of the pre-grasp pose from a grasp that is not approached from above [m]."""
+
+LIFT_HEIGHT = 0.05
+"""Height through which the object must be free to be lifted [m]."""
+
+MAX_CLEARANCE_CHECKS = 128  # grasps whose clearance is measured
+MAX_APPROACHES = 24  # infeasible straight approaches
+MAX_BATCHES = 6
+BATCH_SIZE = 4  # equally good grasps that are solved together
+
+_SEARCHES = ((0, MARGIN), (1, MARGIN), (8, MARGIN), (8, 0.0))
+"""Random restarts and joint limit margin [rad] of each IK search: usually the first succeeds."""
+
+_FROM_ABOVE = math.cos(math.radians(30.0))
+_AT_PREGRASP = 0.05  # [rad] of tool distance up to which the tool is already at the pre-grasp pose
+_CLOSING_STEP = 0.024  # [m] of the opening between checks: two fingers of 12 mm thickness
+_MAX_CLOSING_PENETRATION = 0.5e-3  # [m]
+_MAX_LIFT_PENETRATION = 1e-3  # [m] of the lifted object in what it touches
+
+
+class GraspPlan(NamedTuple):
+    """A feasible grasp, with the configuration from which it is approached."""
+
+    grasp: GraspCandidate
+    T_wt: pin.SE3
+    """Pose of the tool at the grasp."""
+    q_pregrasp: np.ndarray
+    """Configuration at the pre-grasp pose, a straight line along the tool's axis away."""  # (nq,)
+    reason: str
+    """Cost of the grasp, distance to it, and how many were rejected before it."""
+
+
+class GraspSearch:
+    """Searches the grasps of one object in the present situation.
+
+    Attributes:
+        rejections: The reasons why grasps were rejected so far.
+    """
+
+    def __init__(
+        self,
+        arm: Arm,
+        name: str,
+        ranking: GraspRanking,
+        clearance: GripperClearance,
+        rejections: Rejections,
+    ) -> None:
+        """Search for an arm.
+
+        Args:
+            arm: The arm.
+            name: The object.
+            ranking: Its grasp candidates.
+            clearance: Measures the gripper's clearance at the object.
+            rejections: Counts the grasps that are not feasible.
+        """
+        self._arm, self._name, self._ranking = arm, name, ranking
+        self._clearance, self.rejections = clearance, rejections
+
+    def nearest(self) -> RankedGrasp | None:
+        """Return the grasp with clearance whose approach axis is nearest to the tool."""
+        return next(self._with_clearance(self._ranking.by_distance()), None)
+
+    def best(self, height: float, centre: np.ndarray) -> GraspPlan | None:
+        """Return the plan of the feasible grasp of lowest cost.
+
+        Args:
+            height: Height of the pre-grasp pose over the object's centre, along its axis [m].
+            centre: The object's centre in the world [m].  # (3,)
+
+        Raises:
+            MotionError: When the arm reaches a grasp but not its pre-grasp pose.
+        """
+        grasps = self._with_clearance(self._ranking.by_cost())
+        for batch in islice(_batches(grasps), MAX_BATCHES):
+            if self.rejections.approaches >= MAX_APPROACHES:
+                break
+            plan = self._plan(batch, height, centre)
+            if plan is not None:
+                return plan
+        return None
+
+    def _with_clearance(self, ranked: Iterable[RankedGrasp]) -> Iterator[RankedGrasp]:
+        """Iterate over the grasps with sufficient clearance in their order, then the tight ones.
+
+        A tight one is not postponed when the tool is already at its pre-grasp pose.
+        """
+        tight = []
+        for one in islice(ranked, MAX_CLEARANCE_CHECKS):
+            found = self._clearance.at_pose(one.T_wt)
+            if found.distance < -MAX_PENETRATION:
+                self.rejections.no_clearance[found.entity] += 1
+            elif not self._can_close(one):
+                self.rejections.self_obstructed += 1
+            elif found.distance < SUFFICIENT_CLEARANCE and one.tool_distance > _AT_PREGRASP:
+                tight.append(one)
+            else:
+                yield one
+        yield from tight
+
+    def _can_close(self, one: RankedGrasp) -> bool:
+        """Return whether the gripper reaches the contacts before it touches another part."""
+        clearance, name = self._clearance, self._name
+        if self._ranking.candidates.clear:
+            return True
+        if clearance.to_entity(name, one.T_wt) < 0.0:
+            return False
+        widest = self._arm.robot.gripper_travel.open_width
+        steps = max(1, math.ceil((widest - one.opening) / _CLOSING_STEP))
+        try:
+            for k in range(1, steps + 1):
+                clearance.open(widest + (one.opening - widest) * k / steps)
+                if clearance.to_entity(name, one.T_wt) < -_MAX_CLOSING_PENETRATION:
+                    return False
+        finally:
+            clearance.open()
+        return True
+
+    def _plan(
+        self, batch: Sequence[RankedGrasp], height: float, centre: np.ndarray
+    ) -> GraspPlan | None:
+        """Return the plan with the nearest pre-grasp configuration, of equally good grasps."""
+        arm, rejections = self._arm, self.rejections
+        poses = [
+            translate_along_tool_z(one.T_wt, -_standoff(one.T_wt, height, centre)) for one in batch
+        ]
+        if arm.world is not None:
+            arm.world.refresh()
+        best: tuple[float, GraspPlan] | None = None
+        solved = False
+        for starts, margin in _SEARCHES:
+            if best is not None:
+                break
+            for found in arm.ik.solutions(poses, arm.q, restarts=starts, margin=margin):
+                solved = True
+                if rejections.approaches >= MAX_APPROACHES:
+                    break
+                planned = self._plan_from(batch[found.target], found.q)
+                if planned is not None and planned[0] >= MARGIN:
+                    return planned[1]
+                if planned is not None and (best is None or planned[0] > best[0]):
+                    best = planned
+        if best is not None:
+            return best[1]
+        if not solved:
+            self._check_pregrasp(batch, height)
+            rejections.unreachable += len(batch)
+        return None
+
+    def _plan_from(self, one: RankedGrasp, q: np.ndarray) -> tuple[float, GraspPlan] | None:
+        """Return the approach from a configuration, with its joint limit margin [rad]."""
+        arm, rejections = self._arm, self.rejections
+        collisions = arm.world.collisions(q) if arm.world is not None else []
+        if collisions:
+            rejections.collisions[entity_of(collisions[0].second)] += 1
+            return None
+        margin, end, error = plan_straight_approach(arm.ik, q, one.T_wt, arm.world)
+        if margin <= 0.0:
+            rejections.reject_approach(error)
+            return None
+        if not self._can_lift(one, end):
+            return None
+        reason = (
+            f"{one.describe()}; joint limit margin {margin:.2f} rad, "
+            f"{arm.ik.distance(q, arm.q):.2f} s away"
+        )
+        if rejections.total:
+            reason += f"; {rejections.total} rejected before"
+        return margin, GraspPlan(one.grasp, one.T_wt, q, reason)
+
+    def _check_pregrasp(self, batch: Sequence[RankedGrasp], height: float) -> None:
+        """Raise a `MotionError` when only the pre-grasp poses are unreachable."""
+        arm, name = self._arm, self._name
+        above = height > 0.0 and all(_from_above(one.T_wt) for one in batch)
+        if above and arm.ik.nearest([one.T_wt for one in batch], arm.q).solved:
+            raise MotionError(
+                f"{height:g} m over '{name}' is unreachable, though '{name}' is not",
+                reason="unreachable",
+            )
+
+    def _can_lift(self, one: RankedGrasp, q: np.ndarray) -> bool:
+        """Return whether gripper and object can move straight up from the grasp."""
+        clearance, rejections = self._clearance, self.rejections
+        steps = [np.array([0.0, 0.0, part * LIFT_HEIGHT]) for part in (0.5, 1.0)]
+        lifted = clearance.of_displaced(self._name, steps)
+        if lifted.distance < -_MAX_LIFT_PENETRATION:
+            rejections.collisions[lifted.entity] += 1
+            return False
+        if _from_above(one.T_wt):
+            return True  # nearly the approach, reversed
+        T = one.T_wt
+        poses = [pin.SE3(T.rotation, T.translation + step) for step in steps]
+        for pose in poses:
+            found = clearance.at_pose(pose)
+            if found.distance < 0.0:
+                rejections.collisions[found.entity] += 1
+                return False
+        error = plan_straight_approach(self._arm.ik, q, poses[-1], None).error
+        if error is not None:
+            rejections.reject_approach(error)
+        return error is None
+
+
+def _batches(grasps: Iterable[RankedGrasp]) -> Iterator[list[RankedGrasp]]:
+    """Group consecutive grasps that are equally good."""
+    batch: list[RankedGrasp] = []
+    for one in grasps:
+        if batch and abs(one.cost - batch[0].cost) >= COST_TOLERANCE:
+            yield batch
+            batch = []
+        batch.append(one)
+        if len(batch) == BATCH_SIZE:
+            yield batch
+            batch = []
+    if batch:
+        yield batch
+
+
+def _standoff(T_wt: pin.SE3, height: float, centre: np.ndarray) -> float:
+    """Return the distance from the pre-grasp pose to the grasp [m]."""
+    a = T_wt.rotation[:, 2]
+    standoff = max(height + float(a @ (T_wt.translation - centre)), 0.0)
+    return standoff if _from_above(T_wt) else min(standoff, MAX_SIDE_STANDOFF)
+
+
+def _from_above(T_wt: pin.SE3) -> bool:
+    return bool(-T_wt.rotation[2, 2] > _FROM_ABOVE)
