@@ -1,0 +1,124 @@
+"""Write docs/api.md: what users and plugin authors may import, with the first lines of docstrings.
+
+``python tools/api_page.py`` writes the page; a test fails where it is out of date.
+"""
+
+import importlib
+import inspect
+from pathlib import Path
+
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "api.md"
+
+STABLE = {
+    "bt_manip": "__version__ build_station hookimpl load_plugins load_tree",
+    "bt_manip.exceptions": (
+        "BtManipError TreeError UnknownBehaviourError PortError BlackboardError ScriptError "
+        "MotionError NodeError did_you_mean"
+    ),
+    "bt_manip.spatial": "pose pointing_down",
+    "bt_manip.bt": (
+        "Tree load_tree parse_tree tree_to_xml BehaviourRegistry Blackboard Status NodeStatus "
+        "Action SyncAction Condition Control Decorator SubTree Input Output InOut "
+        "Sequence SequenceWithMemory AsyncSequence ReactiveSequence "
+        "Fallback AsyncFallback ReactiveFallback Parallel ParallelAll IfThenElse WhileDoElse "
+        "Switch2 Switch3 Switch4 Switch5 Switch6 TryCatch "
+        "Inverter ForceSuccess ForceFailure KeepRunningUntilFailure Repeat RetryUntilSuccessful "
+        "RunOnce Delay Timeout Precondition SkipUnlessUpdated WaitValueUpdate "
+        "LoopBool LoopDouble LoopInt LoopString "
+        "AlwaysSuccess AlwaysFailure Script ScriptCondition SetBlackboard UnsetBlackboard "
+        "WasEntryUpdated Sleep Comment as_written TreeWatch"
+    ),
+    "bt_manip.behaviours": (
+        "CellBehaviour ArmBehaviour MotionBehaviour RobotCondition "
+        "SpawnObject RemoveObject ObjectExists Hover Reach Grasp Lift Drop PlaceOn PlaceAt "
+        "IsHolding IsAt OpenGripper CloseGripper MoveToPose MoveToConfiguration MoveHome "
+        "MoveLinear MoveThrough MoveArc Approach Retreat FollowTarget Stop SetSpeed"
+    ),
+    "bt_manip.cell": "Cell CellError OverlapError PhysicsDiverged Region Camera looking_at",
+    "bt_manip.cell.objects": (
+        "Prop ModelObject Cube Box Cylinder Sphere Capsule ConvexMesh Block Bottle Can Mug Peg "
+        "HoleBoard Basket Bin Tray Table Shelf Wall"
+    ),
+    "bt_manip.robots": (
+        "Robot RobotDescription GripperDescription PadDescription ToolLimits JointLimits Payload "
+        "RobotModel RobotError panda read_description verify"
+    ),
+    "bt_manip.kinematics": (
+        "InverseKinematics IKProblem IKResult PoseTarget PositionTarget RotationTarget "
+        "manipulability"
+    ),
+    "bt_manip.planning": (
+        "Planner PlanningProblem PlanningResult RRTConnect LineTo ArcTo TurnAbout"
+    ),
+    "bt_manip.arm": "Arm",
+    "bt_manip.control": "Controller ControlError ComputedTorque GravityCompensatedPD Reference",
+    "bt_manip.models": "ModelError load_model find_model",
+    "bt_manip.plugins": "load_plugins Plugins",
+    "bt_manip.runner": (
+        "Station build_station Scene SceneRobot Fixture RunObserver RunRequest Run prepare "
+        "find_tree table_and_basket two_arms save_snapshot load_snapshot"
+    ),
+    "bt_manip.testing": (
+        "Trial Stub Example contracts_of trees_of run_tree Situations built_in_situations play "
+        "AT_REST assert_stands_still assert_touches_only assert_tower"
+    ),
+}
+"""Names that keep their meaning until the next major version."""
+
+EXPERIMENTAL = {
+    "bt_manip.cell.randomization": "Randomization",
+    "bt_manip.collision": "CollisionWorld FreeSpace CollisionPair",
+    "bt_manip.trajectories": (
+        "Trajectory PathTrajectory SplinePath StraightPath time_parameterize plan_stop limit_use"
+    ),
+    "bt_manip.planning": "edge_is_free shortcut",
+    "bt_manip.grasping": "GraspPlanner GripperClearance with_clearance",
+    "bt_manip.control": "ControllerManager",
+    "bt_manip.recording": "Recorder RunReport Trace",
+}
+"""Names that may still change in a minor version; the changelog says so."""
+
+HEAD = """# Public API
+
+What is on this page may be imported by users and plugins. *Stable* names keep their meaning until the next major version;
+*experimental* ones may change in a minor version, and the changelog says so. Everything else in `bt_manip` is internal,
+even where Python lets you import it. The hooks of plugins are on [a page of their own](plugins/README.md).
+
+The first lines below are those of the docstrings, which give arguments, shapes, units, frames and errors: `help(name)`.
+"""
+
+
+def names() -> dict[str, dict[str, str]]:
+    """Give the documented names of each package, with their stability."""
+    found: dict[str, dict[str, str]] = {}
+    for stability, packages in (("stable", STABLE), ("experimental", EXPERIMENTAL)):
+        for package, text in packages.items():
+            found.setdefault(package, {}).update(dict.fromkeys(text.split(), stability))
+    return found
+
+
+def page() -> str:
+    """Give the text of the page.
+
+    Raises:
+        AttributeError: When a documented name does not exist.
+    """
+    parts = [HEAD]
+    for package, known in names().items():
+        module = importlib.import_module(package)
+        parts.append(f"\n## `{package}`\n\n| name | | |\n|---|---|---|\n")
+        for name, stability in known.items():
+            parts.append(f"| `{name}` | {stability} | {first_line(getattr(module, name))} |\n")
+    return "".join(parts)
+
+
+def first_line(thing: object) -> str:
+    """Give the first line of a docstring; nothing for plain values, whose class has one."""
+    if not (inspect.isclass(thing) or callable(thing)):
+        return ""
+    text = (inspect.getdoc(thing) or "").partition("\n\n")[0].replace("\n", " ")
+    return text.replace("|", "\\|")
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page())
