@@ -15,6 +15,8 @@ import bt_manip
 REPOSITORY = Path(__file__).resolve().parent.parent
 TOOL = REPOSITORY / "tools" / "api_page.py"
 
+BLOCK = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
+
 _spec = importlib.util.spec_from_file_location("api_page", TOOL)
 api_page = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(api_page)
@@ -43,7 +45,9 @@ def shown_code() -> list[tuple[str, str]]:
         if path.suffix == ".py":
             found.append((name, path.read_text()))
         elif path.suffix == ".md":
-            blocks = re.findall(r"^```python\n(.*?)^```", path.read_text(), re.DOTALL | re.MULTILINE)
+            blocks = re.findall(
+                r"^```python\n(.*?)^```", path.read_text(), re.DOTALL | re.MULTILINE
+            )
             found += [(name, block) for block in blocks]
     return found
 

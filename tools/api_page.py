@@ -80,11 +80,13 @@ EXPERIMENTAL = {
 
 HEAD = """# Public API
 
-What is on this page may be imported by users and plugins. *Stable* names keep their meaning until the next major version;
-*experimental* ones may change in a minor version, and the changelog says so. Everything else in `bt_manip` is internal,
-even where Python lets you import it. The hooks of plugins are on [a page of their own](plugins/README.md).
+What is on this page may be imported by users and plugins. *Stable* names keep their meaning until
+the next major version; *experimental* ones may change in a minor version, and the changelog says
+so. Everything else in `bt_manip` is internal, even where Python lets you import it. The hooks of
+plugins are on [a page of their own](plugins/README.md).
 
-The first lines below are those of the docstrings, which give arguments, shapes, units, frames and errors: `help(name)`.
+The text is the first line of each docstring; `help(name)` gives arguments, shapes, units, frames
+and errors.
 """
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from bt_manip.bt import BehaviourRegistry, Tree, parse_tree
-from bt_manip.bt.conformance.leaves import corpus_registry
+from tests.conformance.leaves import corpus_registry
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 

@@ -4,10 +4,10 @@ import json
 
 import pytest
 
-from bt_manip.bt.conformance.__main__ import cases, main
-from bt_manip.bt.conformance.compare import differences, same
-from bt_manip.bt.conformance.options import options_in, parse_options
-from bt_manip.bt.conformance.runner import run
+from tests.conformance.__main__ import cases, main
+from tests.conformance.compare import differences, same
+from tests.conformance.options import options_in, parse_options
+from tests.conformance.runner import run
 
 
 @pytest.mark.parametrize(

@@ -5,10 +5,10 @@ The expected traces are what the engine did with the very same text.
 
 import pytest
 
-from bt_manip.bt.conformance.compare import differences
-from bt_manip.bt.conformance.options import options_in, parse_options
-from bt_manip.bt.conformance.runner import run
 from bt_manip.bt.loading import read_tree_text
+from tests.conformance.compare import differences
+from tests.conformance.options import options_in, parse_options
+from tests.conformance.runner import run
 
 REJECTED = {"error": "rejected"}
 MAIN = ' main_tree_to_execute="Main"'

@@ -7,9 +7,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from bt_manip.bt import BehaviourRegistry
-from bt_manip.bt.conformance.leaves import corpus_registry
 from bt_manip.bt.loading import read_tree_text
 from bt_manip.exceptions import BtManipError
+from tests.conformance.leaves import corpus_registry
 
 SEEDS = [
     '<root BTCPP_format="4" main_tree_to_execute="Main"><BehaviorTree ID="Main"><Sequence name="s">'

@@ -32,7 +32,6 @@ from bt_manip.bt import (
     parse_tree,
     tree_to_xml,
 )
-from bt_manip.bt.conformance.leaves import corpus_registry
 from bt_manip.bt.loading import read_tree, read_tree_text
 from bt_manip.bt.xml.model import models_document
 from bt_manip.bt.xml.python_source import to_python
@@ -40,6 +39,7 @@ from bt_manip.bt.xml.schema import tree_schema
 from bt_manip.bt.xml.source import Source, parse_source
 from bt_manip.bt.xml.writer import write_source
 from bt_manip.exceptions import TreeError
+from tests.conformance.leaves import corpus_registry
 
 
 class Hover(Action):

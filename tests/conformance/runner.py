@@ -4,12 +4,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bt_manip.bt.conformance.leaves import Event, corpus_registry
-from bt_manip.bt.conformance.options import Options
 from bt_manip.bt.loading import load_tree, parse_tree
 from bt_manip.bt.status import RUNNING
 from bt_manip.bt.tree import Tree
 from bt_manip.exceptions import NodeError, TreeError
+from tests.conformance.leaves import Event, corpus_registry
+from tests.conformance.options import Options
 
 
 @dataclass

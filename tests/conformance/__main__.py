@@ -1,4 +1,4 @@
-"""Compare with the engine: ``python -m bt_manip.bt.conformance PATH...``.
+"""Compare with the engine: ``python -m tests.conformance PATH...``.
 
 A path is a folder with trees and their traces, one such tree, or a ``.jsonl`` file of trees.
 """
@@ -8,9 +8,9 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from bt_manip.bt.conformance.compare import differences
-from bt_manip.bt.conformance.options import options_in, parse_options
-from bt_manip.bt.conformance.runner import run
+from tests.conformance.compare import differences
+from tests.conformance.options import options_in, parse_options
+from tests.conformance.runner import run
 
 
 def cases(path: Path) -> Iterator[tuple[str, list[str]]]:

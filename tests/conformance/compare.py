@@ -6,8 +6,8 @@ from enum import Enum
 from typing import Any
 
 from bt_manip.bt.blackboard import EMPTY
-from bt_manip.bt.conformance.leaves import Event
-from bt_manip.bt.conformance.runner import EngineTrace
+from tests.conformance.leaves import Event
+from tests.conformance.runner import EngineTrace
 
 _TEXTS = ("input_error", "output_error")
 _NOT_COMPARED = ("uid",)
