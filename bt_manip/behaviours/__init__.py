@@ -1,9 +1,13 @@
-"""Leaves of trees: hover, reach, grasp, lift, drop and their kin."""
+"""Leaves of behaviour trees, and the base classes and helpers to write more."""
 
 from .approach import Approach as Approach
 from .approach import Retreat as Retreat
+from .arm_behaviour import ArmBehaviour as ArmBehaviour
+from .arm_behaviour import CellBehaviour as CellBehaviour
+from .arm_behaviour import MotionBehaviour as MotionBehaviour
 from .close_gripper import CloseGripper as CloseGripper
 from .drop import Drop as Drop
+from .extent import extent as extent
 from .follow_target import FollowTarget as FollowTarget
 from .grasp import Grasp as Grasp
 from .hover import Hover as Hover
@@ -18,10 +22,22 @@ from .move_to_configuration import MoveToConfiguration as MoveToConfiguration
 from .move_to_pose import MoveToPose as MoveToPose
 from .object_exists import ObjectExists as ObjectExists
 from .open_gripper import OpenGripper as OpenGripper
+from .payload import payload_of as payload_of
 from .place import PlaceAt as PlaceAt
 from .place import PlaceOn as PlaceOn
+from .poses import bottom_pose as bottom_pose
+from .poses import centre_pose as centre_pose
+from .poses import downward_poses as downward_poses
+from .poses import nearest_orientation as nearest_orientation
+from .poses import pose_from_text as pose_from_text
+from .poses import pose_input as pose_input
+from .poses import pose_to_text as pose_to_text
+from .poses import poses_input as poses_input
+from .poses import top_grasp_poses as top_grasp_poses
+from .poses import yaw_of as yaw_of
 from .reach import Reach as Reach
 from .remove_object import RemoveObject as RemoveObject
+from .robot_port import RobotCondition as RobotCondition
 from .set_speed import SetSpeed as SetSpeed
 from .spawn_object import SpawnObject as SpawnObject
 from .stop import Stop as Stop

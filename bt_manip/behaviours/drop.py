@@ -5,7 +5,7 @@ import numpy as np
 from bt_manip.bt import Input, Status
 
 from .letting_go import LettingGoBehaviour
-from .poses import bottom_pose, turned
+from .poses import bottom_pose, downward_poses
 
 
 class Drop(LettingGoBehaviour):
@@ -20,7 +20,7 @@ class Drop(LettingGoBehaviour):
         above = bottom_pose(self.cell, self.container).translation + np.array(
             [0.0, 0.0, self.height]
         )
-        self.arm.move_to_pose(turned(above), speed=self.speed)
+        self.arm.move_to_pose(downward_poses(above), speed=self.speed)
 
     def arrived(self) -> Status:
         """Open, and wait until the fingers are free."""

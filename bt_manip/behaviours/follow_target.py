@@ -3,7 +3,7 @@
 from bt_manip.bt import Input, Status
 
 from .arm_behaviour import MotionBehaviour
-from .poses import centre_pose, grips_from_above, nearest_turn
+from .poses import centre_pose, nearest_orientation, top_grasp_poses
 
 
 class FollowTarget(MotionBehaviour):
@@ -22,9 +22,9 @@ class FollowTarget(MotionBehaviour):
 
     def start(self) -> None:
         """Turn towards the object."""
-        poses = grips_from_above(centre_pose(self.cell, self.object), self.height)
+        poses = top_grasp_poses(centre_pose(self.cell, self.object), self.height)
         T_wt = self.arm.model.pose(self.arm.target)
-        self.arm.follow(nearest_turn(poses, T_wt), speed=self.speed)
+        self.arm.follow(nearest_orientation(poses, T_wt), speed=self.speed)
 
     def update(self) -> Status:
         """Turn towards where the object is now, and say how far away that is."""

@@ -3,7 +3,7 @@
 from bt_manip.bt import Input, Output, Status
 
 from .gripping import GrippingBehaviour
-from .poses import centre_pose, grips_from_above
+from .poses import centre_pose, top_grasp_poses
 
 
 class Hover(GrippingBehaviour):
@@ -30,7 +30,7 @@ class Hover(GrippingBehaviour):
         self._reason = ""
         T_wo = centre_pose(self.cell, self.object)
         if self._stands_fixed():
-            self.arm.move_to_pose(grips_from_above(T_wo, self.height), speed=self.speed)
+            self.arm.move_to_pose(top_grasp_poses(T_wo, self.height), speed=self.speed)
             return
         plan = self.grasp_planner.plan(self.object, self.height, T_wo.translation)
         self.grasp, self._reason = plan.grasp.to_text(), plan.reason

@@ -12,7 +12,7 @@ from bt_manip.grasping import GripperClearance, with_clearance
 
 from .extent import extent
 from .letting_go import LettingGoBehaviour
-from .poses import nearest_turn, pose_input, yaw_of
+from .poses import nearest_orientation, pose_input, yaw_of
 
 _QUARTER_TURN = math.pi / 2
 OVER, DOWN = "over", "down"
@@ -74,7 +74,7 @@ class PlacingBehaviour(LettingGoBehaviour):
         return self.begin_motion(self._lower if self._phase == DOWN else self.start)
 
     def _lower(self) -> None:
-        self.arm.move_linear(nearest_turn(self._grips(), self.T_wt), speed=self.speed)
+        self.arm.move_linear(nearest_orientation(self._grips(), self.T_wt), speed=self.speed)
 
     def _grips(self) -> list[pin.SE3]:
         """List the tool poses at which the object, held as it is, is where it shall be let go.

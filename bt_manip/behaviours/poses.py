@@ -119,7 +119,7 @@ def yaw_of(T: pin.SE3) -> float:
     return math.atan2(axis[1], axis[0])
 
 
-def grips_from_above(T_wo: pin.SE3, height: float) -> list[pin.SE3]:
+def top_grasp_poses(T_wo: pin.SE3, height: float) -> list[pin.SE3]:
     """List the tool poses that grip a box-like object by its side faces from above.
 
     Args:
@@ -135,11 +135,11 @@ def grips_from_above(T_wo: pin.SE3, height: float) -> list[pin.SE3]:
     return [spatial.pointing_down(position, yaw + k * _QUARTER_TURN) for k in range(4)]
 
 
-def turned(position: Sequence[float], yaws: int = 8) -> list[pin.SE3]:
+def downward_poses(position: Sequence[float], yaws: int = 8) -> list[pin.SE3]:
     """List tool poses pointing straight down at a place where the yaw does not matter."""
     return [spatial.pointing_down(position, 2 * math.pi * k / yaws) for k in range(yaws)]
 
 
-def nearest_turn(poses: Sequence[pin.SE3], T: pin.SE3) -> pin.SE3:
+def nearest_orientation(poses: Sequence[pin.SE3], T: pin.SE3) -> pin.SE3:
     """Choose the pose whose orientation is nearest to that of another pose."""
     return max(poses, key=lambda pose: float(np.trace(pose.rotation.T @ T.rotation)))

@@ -5,8 +5,16 @@ import pinocchio as pin
 import pytest
 
 from bt_manip import spatial
-from bt_manip.behaviours import Hover, IsAt, Lift, MoveHome, MoveToConfiguration, MoveToPose, Reach
-from bt_manip.behaviours.poses import pose_to_text
+from bt_manip.behaviours import (
+    Hover,
+    IsAt,
+    Lift,
+    MoveHome,
+    MoveToConfiguration,
+    MoveToPose,
+    Reach,
+    pose_to_text,
+)
 from bt_manip.bt import NodeStatus
 
 RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE

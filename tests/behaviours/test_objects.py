@@ -6,8 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from bt_manip.behaviours import ObjectExists, RemoveObject, SpawnObject
-from bt_manip.behaviours.poses import yaw_of
+from bt_manip.behaviours import ObjectExists, RemoveObject, SpawnObject, yaw_of
 from bt_manip.bt import NodeStatus
 from bt_manip.exceptions import NodeError
 

@@ -22,8 +22,8 @@ from bt_manip.behaviours import (
     Retreat,
     SetSpeed,
     Stop,
+    pose_to_text,
 )
-from bt_manip.behaviours.poses import pose_to_text
 from bt_manip.bt import NodeStatus
 from bt_manip.planning import RRTConnect
 

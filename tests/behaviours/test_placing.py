@@ -5,9 +5,17 @@ import pinocchio as pin
 import pytest
 
 from bt_manip import spatial
-from bt_manip.behaviours import Hover, Lift, PlaceAt, PlaceOn, Reach
-from bt_manip.behaviours.extent import extent
-from bt_manip.behaviours.poses import centre_pose, grips_from_above, yaw_of
+from bt_manip.behaviours import (
+    Hover,
+    Lift,
+    PlaceAt,
+    PlaceOn,
+    Reach,
+    centre_pose,
+    extent,
+    top_grasp_poses,
+    yaw_of,
+)
 from bt_manip.bt import NodeStatus
 from bt_manip.cell import CellError, Cube
 from bt_manip.grasping import GRIP_DEPTH, GripperClearance, with_clearance
@@ -133,7 +141,7 @@ def test_reaching_for_an_enclosed_cube_fails_with_the_name_of_an_obstacle(statio
     trial(Hover(object="cube", height=0.15)).tick_until("SUCCESS")
     for i, offset in enumerate([(0.07, 0, 0), (0, 0.07, 0), (-0.07, 0, 0), (0, -0.07, 0)]):
         neighbour(station, offset, f"n{i}")
-    grips = grips_from_above(centre_pose(station.cell, "cube"), 0.025 - GRIP_DEPTH)
+    grips = top_grasp_poses(centre_pose(station.cell, "cube"), 0.025 - GRIP_DEPTH)
     _, largest = with_clearance(grips, GripperClearance(station.cell, station.robot, ["cube"]))
     assert largest.distance < 0.0
     assert trial(Reach(object="cube")).fails_with("leaves the gripper no clearance at 'cube'")

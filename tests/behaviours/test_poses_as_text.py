@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from bt_manip.behaviours.poses import pose_from_text, pose_to_text
+from bt_manip.behaviours import pose_from_text, pose_to_text
 from bt_manip.spatial import pose
 
 

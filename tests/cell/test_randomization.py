@@ -7,7 +7,7 @@ import pytest
 from dm_control.composer.observation import updater
 from dm_control.composer.variation import distributions, noises
 
-from bt_manip.behaviours.payload import payload_of
+from bt_manip.behaviours import payload_of
 from bt_manip.cell import Cell, CellError
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomization, Randomizer, SceneObject, parse_variation

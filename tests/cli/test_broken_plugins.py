@@ -210,7 +210,7 @@ def test_a_behaviour_that_fails_in_code_of_ours_is_named_too(
     bt_manip, folder, tmp_path, body, reason
 ):
     source = f"""
-                from bt_manip.behaviours.arm_behaviour import CellBehaviour
+                from bt_manip.behaviours import CellBehaviour
 
 
                 class Odd(CellBehaviour):

@@ -3,14 +3,14 @@
 import pinocchio as pin
 import pytest
 
-from bt_manip.behaviours.poses import centre_pose, grips_from_above
+from bt_manip.behaviours import centre_pose, top_grasp_poses
 from bt_manip.cell import Cube
 from bt_manip.grasping import GripperClearance, with_clearance
 
 
 @pytest.fixture
 def grips(station):
-    return grips_from_above(centre_pose(station.cell, "cube"), 0.015)
+    return top_grasp_poses(centre_pose(station.cell, "cube"), 0.015)
 
 
 def test_the_clearance_is_the_distance_to_the_nearest_entity(station, grips):

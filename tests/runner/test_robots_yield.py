@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from bt_manip import spatial
-from bt_manip.behaviours import Grasp, Hover, MoveToPose, Reach
-from bt_manip.behaviours.poses import pose_to_text
+from bt_manip.behaviours import Grasp, Hover, MoveToPose, Reach, pose_to_text
 from bt_manip.bt import NodeStatus, Sequence
 from bt_manip.collision import INTER_ROBOT_CLEARANCE
 from bt_manip.exceptions import MotionError

@@ -6,8 +6,16 @@ import numpy as np
 import pytest
 
 from bt_manip import spatial
-from bt_manip.behaviours import Grasp, Hover, IsHolding, MoveHome, MoveToPose, OpenGripper, Reach
-from bt_manip.behaviours.poses import pose_to_text
+from bt_manip.behaviours import (
+    Grasp,
+    Hover,
+    IsHolding,
+    MoveHome,
+    MoveToPose,
+    OpenGripper,
+    Reach,
+    pose_to_text,
+)
 from bt_manip.bt import Action, NodeStatus, Sequence, SubTree
 from bt_manip.exceptions import BtManipError, NodeError
 from bt_manip.runner import Scene, SceneRobot, build_station

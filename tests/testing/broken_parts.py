@@ -6,8 +6,7 @@ from typing import ClassVar
 import numpy as np
 from dm_control import composer, mjcf
 
-from bt_manip.behaviours import Hover, MoveHome
-from bt_manip.behaviours.arm_behaviour import ArmBehaviour, CellBehaviour
+from bt_manip.behaviours import ArmBehaviour, CellBehaviour, Hover, MoveHome
 from bt_manip.bt import Action, Condition, Input, Status
 from bt_manip.control import ComputedTorque
 

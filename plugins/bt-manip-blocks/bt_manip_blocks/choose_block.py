@@ -6,11 +6,11 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.arm import Arm
-from bt_manip.behaviours.poses import (
+from bt_manip.behaviours import (
     centre_pose,
-    grips_from_above,
     pose_from_text,
     pose_to_text,
+    top_grasp_poses,
 )
 from bt_manip.bt import Input, Output, Status, SyncAction
 from bt_manip.cell import Cell, CellError
@@ -65,7 +65,7 @@ class ChooseBlock(SyncAction):
 
     def _clearance(self, name: str) -> float:
         height = self.cell.find(name).rest_height - GRIP_DEPTH
-        grips = grips_from_above(centre_pose(self.cell, name), height)
+        grips = top_grasp_poses(centre_pose(self.cell, name), height)
         clearance = GripperClearance(self.cell, self.arm.robot, [name])
         return with_clearance(grips, clearance)[1].distance
 

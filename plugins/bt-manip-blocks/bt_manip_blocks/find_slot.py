@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.behaviours.poses import pose_from_text, pose_to_text
+from bt_manip.behaviours import pose_from_text, pose_to_text
 from bt_manip.bt import Input, Output, Status, SyncAction
 from bt_manip.cell import Cell, CellError
 from bt_manip_blocks.blocks import blocks_in, find_tray

@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.behaviours.arm_behaviour import MotionBehaviour
+from bt_manip.behaviours import MotionBehaviour
 from bt_manip.bt import Input, Status
 from bt_manip.cell import CellError
 

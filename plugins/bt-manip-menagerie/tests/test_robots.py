@@ -5,8 +5,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from bt_manip.behaviours.payload import payload_of
-from bt_manip.behaviours.poses import grips_from_above, nearest_turn
+from bt_manip.behaviours import nearest_orientation, payload_of, top_grasp_poses
 from bt_manip.cell import Cube
 from bt_manip.robots import verify
 from bt_manip.spatial import pose
@@ -75,9 +74,9 @@ def test_it_picks_a_cube_and_holds_it_by_friction(station):
     equalities = cell.model.neq
     cell.add(Cube(), pose(CUBE), name="cube")
     cell.step(100)
-    arm.move_to_pose(grips_from_above(cell.pose("cube"), 0.25), approach=0.235)
+    arm.move_to_pose(top_grasp_poses(cell.pose("cube"), 0.25), approach=0.235)
     station.step_until(lambda: not arm.moving)
-    grip = nearest_turn(grips_from_above(cell.pose("cube"), 0.015), arm.model.pose(arm.q))
+    grip = nearest_orientation(top_grasp_poses(cell.pose("cube"), 0.015), arm.model.pose(arm.q))
     arm.move_linear(grip)
     station.step_until(lambda: not arm.moving)
     gripper.close(50.0)

@@ -1,7 +1,7 @@
 """The behaviour."""
 
 import numpy as np
-from bt_manip.behaviours.arm_behaviour import CellBehaviour
+from bt_manip.behaviours import CellBehaviour
 from bt_manip.bt import Input, Status
 
 
