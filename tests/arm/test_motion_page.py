@@ -14,5 +14,5 @@ def test_what_the_page_shows_whole_runs(capsys):
         names: dict = {}
         exec(compile(block, str(PAGE), "exec"), names)
     said = capsys.readouterr().out
-    assert "tool: 0.000 mm beside its target" in said
+    assert "tool: 0.000 mm from its target" in said
     assert re.search(r"^\d\d %: the line can be followed only for \d\d %", said, re.M)
