@@ -49,17 +49,17 @@ def halt_rows(count: int, description: RobotDescription | None = None) -> Iterat
 def disturbance_rows(count: int, description: RobotDescription | None = None) -> Iterator[Row]:
     """Push the hand, drive into what was not there, and do neither, with any robot."""
     for what, measure in (
-        (f"pushes of {disturbances.PUSH:.0f} N", disturbances.pushes),
-        (f"unmeant contacts over {disturbances.UNMEANT:.0f} N", disturbances.contacts),
+        (f"pushes of {disturbances.FORCE:.0f} N", disturbances.pushes),
+        (f"unplanned contacts over {disturbances.CONTACT_FORCE:.0f} N", disturbances.contacts),
     ):
-        noticed = measure(count, description)
+        detected = measure(count, description)
         yield (
-            f"{what}: noticed within {disturbances.SOON} ms",
-            f"{noticed.soon} of {count}, latest {noticed.latest:.0f} ms, {noticed.false} false",
+            f"{what}: detected within {disturbances.DETECTION_LIMIT} ms",
+            f"{detected.in_time} of {count}, slowest {detected.slowest:.0f} ms, {detected.false} false",
             "all, none false",
         )
     cycles = max(1, count // 2)
-    false = disturbances.nominal(cycles, description)
+    false = disturbances.undisturbed(cycles, description)
     yield "motions with neither: stopped for nothing", f"{false} of {cycles}", "0 of 100"
 
 

@@ -1,4 +1,4 @@
-"""What the arm promises is watched from outside, step by step, as a controller sees it."""
+"""Motions of the arm, checked at every control step as a controller sees them."""
 
 import json
 
@@ -17,7 +17,7 @@ EPS = 1e-6  # relative
 
 
 class Watch:
-    """Advance an arm and check every step against its limits."""
+    """Advances an arm and checks every step against its limits."""
 
     def __init__(self, arm: Arm):
         self.arm = arm
@@ -39,8 +39,8 @@ class Watch:
         assert (np.abs(v) <= limits.velocity * (1 + EPS)).all()
         assert (np.abs(a) <= limits.acceleration * (1 + EPS)).all()
         assert (np.abs(np.diff(a, axis=0)) / DT <= limits.jerk * (1 + EPS)).all()
-        # Nothing jumps: the position goes on by the mean velocity, the velocity by the mean
-        # acceleration, but for a jerk that changes inside a step.
+        # No jumps: the position changes by the mean velocity, the velocity by the mean
+        # acceleration, except for a jerk that changes within a step.
         off_v = np.diff(q, axis=0) / DT - 0.5 * (v[1:] + v[:-1])
         off_a = np.diff(v, axis=0) / DT - 0.5 * (a[1:] + a[:-1])
         assert (np.abs(off_v) <= limits.jerk * DT**2 / 3).all()
@@ -60,7 +60,7 @@ def down(x, y, z, yaw=0.0):
     return spatial.pointing_down([x, y, z], yaw)
 
 
-def test_it_begins_where_the_robot_is_and_at_rest(robot, arm):
+def test_arm_starts_at_rest_at_the_measured_configuration(robot, arm):
     assert np.array_equal(arm.q, robot.q)
     assert not arm.v.any() and not arm.a.any()
     assert not arm.moving and arm.remaining == 0.0
@@ -68,12 +68,12 @@ def test_it_begins_where_the_robot_is_and_at_rest(robot, arm):
     assert np.array_equal(arm.q, robot.q)
 
 
-def test_the_reference_cannot_be_written_by_who_follows_it(arm):
+def test_reference_is_read_only(arm):
     with pytest.raises(ValueError):
         arm.q[0] = 1.0
 
 
-def test_between_configurations_it_moves_on_the_straight_line(arm, watch, rng):
+def test_motion_between_configurations_is_a_straight_joint_space_segment(arm, watch, rng):
     limits = arm.model.limits
     for _ in range(4):
         start, target = arm.q.copy(), rng.uniform(limits.lower, limits.upper)
@@ -82,12 +82,12 @@ def test_between_configurations_it_moves_on_the_straight_line(arm, watch, rng):
         watch.run()
         watch.check()
         assert np.array_equal(arm.q, target)
-        way = (target - start) / np.linalg.norm(target - start)
+        direction = (target - start) / np.linalg.norm(target - start)
         from_start = np.array([row[0] for row in watch.rows]) - start
-        assert np.abs(from_start - np.outer(from_start @ way, way)).max() < 1e-12
+        assert np.abs(from_start - np.outer(from_start @ direction, direction)).max() < 1e-12
 
 
-def test_at_full_speed_one_limit_is_used_up(arm, watch):
+def test_motion_at_full_speed_reaches_one_limit(arm, watch):
     target = arm.q.copy()
     target[0] += 2.5
     arm.move_to_configuration(target)
@@ -96,7 +96,7 @@ def test_at_full_speed_one_limit_is_used_up(arm, watch):
     assert fastest == pytest.approx(arm.model.limits.velocity[0])
 
 
-def test_at_half_the_speed_it_takes_twice_the_time(arm):
+def test_motion_at_half_speed_takes_twice_the_time(arm):
     target = arm.model.home + 0.3
     arm.move_to_configuration(target)
     full = arm.remaining
@@ -105,7 +105,7 @@ def test_at_half_the_speed_it_takes_twice_the_time(arm):
     assert arm.remaining == pytest.approx(2 * full)
 
 
-def test_remaining_counts_down_and_target_is_where_it_ends(arm):
+def test_remaining_time_decreases_and_target_is_the_final_configuration(arm):
     target = arm.model.home + 0.2
     arm.move_to_configuration(target)
     before = arm.remaining
@@ -115,7 +115,7 @@ def test_remaining_counts_down_and_target_is_where_it_ends(arm):
     assert arm.remaining == pytest.approx(before - 0.1)
 
 
-def test_no_motion_is_needed_to_where_it_is(arm):
+def test_no_motion_is_planned_to_the_present_configuration(arm):
     arm.move_to_configuration(arm.q.copy())
     assert not arm.moving
     arm.move_linear(arm.model.pose(arm.q))
@@ -123,12 +123,12 @@ def test_no_motion_is_needed_to_where_it_is(arm):
 
 
 @pytest.mark.parametrize("distance", [1e-16, 1e-13, 1e-11])  # [rad]
-def test_next_to_nothing_is_no_motion_either(arm, distance):
+def test_negligible_distance_is_no_motion(arm, distance):
     arm.move_to_configuration(arm.q + distance)
     assert not arm.moving
 
 
-def test_a_pose_is_reached_at_the_tool(arm, watch):
+def test_move_to_pose_brings_the_tool_to_the_pose(arm, watch):
     T = down(0.45, -0.2, 0.25, 0.7)
     arm.move_to_pose(T)
     watch.run()
@@ -136,14 +136,14 @@ def test_a_pose_is_reached_at_the_tool(arm, watch):
     assert pin.log6(arm.model.pose(arm.q).actInv(T)).np == pytest.approx(np.zeros(6), abs=2e-6)
 
 
-def test_of_equivalent_poses_it_goes_to_the_nearest(arm, watch):
+def test_move_to_pose_chooses_the_nearest_of_equivalent_poses(arm, watch):
     poses = [down(0.4, 0.0, 0.3, yaw) for yaw in (np.pi, 0.1, -0.5 * np.pi)]
     arm.move_to_pose(poses)
     watch.run()
     assert pin.log6(arm.model.pose(arm.q).actInv(poses[1])).np == pytest.approx(0, abs=2e-6)
 
 
-def test_from_a_pose_with_an_approach_the_line_can_be_followed(arm, watch):
+def test_straight_approach_is_possible_from_a_pose_with_approach(arm, watch):
     for x, y, yaw in ((0.32, 0.1, 1.1), (0.3, -0.28, 2.9), (0.5, 0.3, -2.0)):
         arm.move_to_pose([down(x, y, 0.43, yaw + k * np.pi / 2) for k in range(4)], approach=0.38)
         watch.run()
@@ -153,7 +153,7 @@ def test_from_a_pose_with_an_approach_the_line_can_be_followed(arm, watch):
     watch.check()
 
 
-def test_a_linear_move_keeps_the_tool_on_its_line(arm, watch):
+def test_linear_motion_keeps_the_tool_on_its_line(arm, watch):
     arm.move_to_pose(down(0.4, 0.1, 0.4))
     watch.run()
     start, end = arm.model.pose(arm.q), down(0.5, -0.1, 0.15, 0.4)
@@ -171,7 +171,7 @@ def test_a_linear_move_keeps_the_tool_on_its_line(arm, watch):
     assert np.abs(pin.log6(end.actInv(arm.model.pose(arm.q))).np).max() < 1e-5
 
 
-def test_a_linear_move_keeps_the_tool_inside_its_own_limits(arm, watch):
+def test_linear_motion_keeps_the_tool_within_its_limits(arm, watch):
     arm.move_to_pose(down(0.5, -0.4, 0.4))
     watch.run()
     watch.rows = [watch.now()]
@@ -183,14 +183,14 @@ def test_a_linear_move_keeps_the_tool_inside_its_own_limits(arm, watch):
     assert np.linalg.norm(velocities[:, 3:], axis=1).max() <= tool.angular_velocity * 1.001
 
 
-def test_a_line_that_leaves_the_reach_says_how_far_it_goes(arm):
+def test_line_out_of_reach_raises_with_the_reachable_fraction(arm):
     with pytest.raises(MotionError, match=r"only for \d+ %") as raised:
         arm.move_linear(down(1.4, 0.0, 0.4))
     assert raised.value.reason == "line"
     assert not arm.moving
 
 
-def test_a_linear_move_in_the_middle_of_another_brakes_first(arm, watch):
+def test_linear_motion_requested_while_moving_stops_first(arm, watch):
     arm.move_to_configuration(arm.model.home + 0.4)
     watch.run(150)
     T = down(0.45, 0.0, 0.3)
@@ -200,7 +200,7 @@ def test_a_linear_move_in_the_middle_of_another_brakes_first(arm, watch):
     assert np.abs(pin.log6(T.actInv(arm.model.pose(arm.q))).np).max() < 1e-5
 
 
-def test_a_stop_comes_to_rest_on_the_path_in_the_shortest_time(arm, watch):
+def test_stop_is_on_the_path_and_as_short_as_the_limits_allow(arm, watch):
     start, target = arm.q.copy(), arm.model.home + np.array([1.5, 0, 0, 0, 0, 0, 0])
     arm.move_to_configuration(target)
     watch.run(400)
@@ -213,7 +213,7 @@ def test_a_stop_comes_to_rest_on_the_path_in_the_shortest_time(arm, watch):
     assert np.array_equal(arm.q[1:], start[1:])
 
 
-def test_a_stop_on_a_line_stays_on_the_line(arm, watch):
+def test_stop_on_a_line_stays_on_the_line(arm, watch):
     arm.move_to_pose(down(0.4, 0.2, 0.4))
     watch.run()
     watch.rows = [watch.now()]
@@ -227,7 +227,7 @@ def test_a_stop_on_a_line_stays_on_the_line(arm, watch):
     assert -0.19 < T.translation[1] < 0.19
 
 
-def test_a_stop_at_rest_and_a_stop_while_stopping_are_allowed(arm, watch):
+def test_stop_at_rest_or_while_stopping_is_allowed(arm, watch):
     arm.stop()
     assert not arm.moving
     arm.move_to_configuration(arm.model.home + 0.4)
@@ -240,7 +240,7 @@ def test_a_stop_at_rest_and_a_stop_while_stopping_are_allowed(arm, watch):
     assert not arm.moving
 
 
-def test_redirected_at_random_moments_it_stays_inside_all_limits(arm, watch, rng):
+def test_requests_at_random_times_stay_within_all_limits(arm, watch, rng):
     limits = arm.model.limits
     for _ in range(25):
         kind = rng.integers(4)
@@ -258,7 +258,7 @@ def test_redirected_at_random_moments_it_stays_inside_all_limits(arm, watch, rng
     assert watch.worst_effort() <= 0.9501
 
 
-def test_a_heavy_payload_makes_it_slower_and_keeps_the_efforts(arm, watch):
+def test_heavy_payload_slows_motions_and_efforts_stay_within_limits(arm, watch):
     def swing():
         arm.reset()
         watch.rows = [watch.now()]
@@ -275,7 +275,7 @@ def test_a_heavy_payload_makes_it_slower_and_keeps_the_efforts(arm, watch):
     assert heavy > 1.02 * light
 
 
-def test_a_payload_that_cannot_be_held_is_refused(arm):
+def test_motion_with_a_payload_beyond_the_effort_limits_is_refused(arm):
     arm.payload = Payload(40.0)
     with pytest.raises(MotionError, match="joint") as raised:
         arm.move_to_configuration(arm.model.home + 0.3)
@@ -283,7 +283,7 @@ def test_a_payload_that_cannot_be_held_is_refused(arm):
     assert not arm.moving
 
 
-def test_other_control_steps_give_the_same_motion(robot):
+def test_motion_does_not_depend_on_the_control_step(robot):
     fine, coarse = Arm(robot), Arm(robot)
     for arm in (fine, coarse):
         arm.move_to_configuration(arm.model.home + 0.3)
@@ -292,14 +292,14 @@ def test_other_control_steps_give_the_same_motion(robot):
             fine.advance(0.5e-3)
         coarse.advance(2e-3)
         assert np.abs(fine.q - coarse.q).max() < 1e-12
-    coarse.advance(1e-3)  # and it may change on the way
+    coarse.advance(1e-3)  # and it may change during a motion
     for _ in range(2):
         fine.advance(0.5e-3)
     assert np.abs(fine.q - coarse.q).max() < 1e-12
 
 
 @pytest.mark.parametrize("kind", ["straight", "line", "braked line", "turned", "stopped", "rest"])
-def test_restored_from_plain_data_it_goes_on_bit_for_bit(robot, kind):
+def test_restored_arm_continues_bit_for_bit(robot, kind):
     arm = Arm(robot)
     watch = Watch(arm)
     arm.payload = Payload(0.3, [0.0, 0.0, 0.02], 1e-4 * np.eye(3))
@@ -375,7 +375,7 @@ HERE = down(0.4, 0.0, 0.3)
     ],
 )
 @pytest.mark.parametrize("moving", [False, True])
-def test_bad_input_is_named_and_changes_nothing(arm, ask, message, moving):
+def test_invalid_input_raises_and_changes_nothing(arm, ask, message, moving):
     if moving:
         arm.move_to_configuration(arm.model.home + 0.3)
         for _ in range(100):

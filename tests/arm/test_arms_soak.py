@@ -1,4 +1,4 @@
-"""Other arms keep what the Panda keeps; it takes minutes."""
+"""Other arms than the Panda: planning, stops and external forces; it takes minutes."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def arm(request, menagerie, monkeypatch) -> RobotDescription:
     return load_plugins().parts.robots.get(request.param)
 
 
-def test_it_goes_around_a_wall_for_every_seed(arm):
+def test_path_around_a_wall_is_found_for_every_seed(arm):
     planned, left, right = wall(arm, SCALES[arm.name])
     planned.arm.guard = None  # the reference moves alone
     start = free_start(planned, left)
@@ -33,23 +33,23 @@ def test_it_goes_around_a_wall_for_every_seed(arm):
             assert not planned.arm.world.collisions(planned.arm.q)
 
 
-def test_it_drives_through_random_scenes_about_as_fast_as_its_paths_allow(arm):
+def test_motions_in_random_scenes_are_nearly_time_optimal(arm):
     pytest.importorskip("toppra")
     found = drives(COUNT, arm)
     driven = [scene for scene in found if not scene.refused]
-    assert len(driven) == COUNT  # refused where there is no way, and nowhere else
+    assert len(driven) == COUNT  # refused only where there is no path
     for scene in driven:
         assert scene.reached and not scene.touched and not scene.saturated, scene
         assert scene.error <= 2e-3 and scene.ratio <= 1.4, scene
     assert np.median([scene.ratio for scene in driven]) <= 1.15
 
 
-def test_it_halts_on_its_path_inside_its_limits_and_about_as_fast_as_they_allow(arm):
+def test_stops_stay_on_the_path_within_limits_and_are_nearly_time_optimal(arm):
     for halt in halts(COUNT, arm):
         assert halt.off <= 1e-3 and halt.used <= 1.0 + 1e-6 and halt.ratio <= 1.1, halt
 
 
-def test_it_notices_pushes_and_contacts_and_nothing_else(arm):
-    for noticed in (disturbances.pushes(COUNT, arm), disturbances.contacts(COUNT, arm)):
-        assert noticed.soon == COUNT and noticed.false == 0
-    assert disturbances.nominal(COUNT // 2, arm) == 0
+def test_pushes_and_contacts_are_detected_and_nothing_else(arm):
+    for detected in (disturbances.pushes(COUNT, arm), disturbances.contacts(COUNT, arm)):
+        assert detected.in_time == COUNT and detected.false == 0
+    assert disturbances.undisturbed(COUNT // 2, arm) == 0

@@ -1,4 +1,4 @@
-"""Halts, pushes and contacts in hundreds; it takes minutes."""
+"""Hundreds of stops, pushes and contacts; it takes minutes."""
 
 import numpy as np
 import pytest
@@ -10,32 +10,32 @@ from tests.measuring.stops import halts
 pytestmark = pytest.mark.soak
 
 
-def test_500_halts_stay_on_their_paths_and_inside_all_limits_and_are_about_the_fastest_there_are():
+def test_500_stops_stay_on_their_paths_within_limits_and_are_nearly_time_optimal():
     found = halts(500)
     for halt in found:
         assert halt.off <= 1e-3 and halt.used <= 1.0 + 1e-6, halt
         assert halt.ratio <= 1.1, halt
 
 
-def test_200_pushes_are_noticed_within_20_milliseconds():
-    noticed = disturbances.pushes(200)
-    assert noticed.soon == 200 and noticed.false == 0
+def test_200_pushes_are_detected_within_20_milliseconds():
+    detected = disturbances.pushes(200)
+    assert detected.in_time == 200 and detected.false == 0
 
 
-def test_200_contacts_that_nobody_planned_are_noticed_within_20_milliseconds():
-    noticed = disturbances.contacts(200)
-    assert noticed.soon == 200 and noticed.false == 0
+def test_200_contacts_with_unknown_obstacles_are_detected_within_20_milliseconds():
+    detected = disturbances.contacts(200)
+    assert detected.in_time == 200 and detected.false == 0
 
 
-def test_100_motions_that_nothing_disturbs_are_not_stopped():
-    assert disturbances.nominal(100) == 0
+def test_100_undisturbed_motions_are_not_stopped():
+    assert disturbances.undisturbed(100) == 0
 
 
-def test_200_random_scenes_are_driven_through_about_as_fast_as_their_paths_allow():
+def test_motions_in_200_random_scenes_are_nearly_time_optimal():
     pytest.importorskip("toppra")
     found = drives(200)
     driven = [scene for scene in found if not scene.refused]
-    assert sum(scene.reached for scene in driven) == 200  # of those that have a way
+    assert sum(scene.reached for scene in driven) == 200  # all that have a path
     assert not any(scene.touched or scene.saturated for scene in driven)
     assert max(scene.error for scene in driven) <= 2e-3
     ratios = [scene.ratio for scene in driven]

@@ -1,4 +1,4 @@
-"""A push is noticed at once, and what belongs to a motion is not taken for one."""
+"""External forces are detected within milliseconds, and motions alone cause no detection."""
 
 import json
 
@@ -39,8 +39,8 @@ class Bench:
         self.arm.robot.mj_data.xfrc_applied[:] = 0.0
         return self
 
-    def until_noticed(self, steps: int) -> int | None:
-        """Step until the arm says that something is wrong; give how long that took [steps]."""
+    def until_detected(self, steps: int) -> int | None:
+        """Step until the arm reports a fault; return after how many steps."""
         for step in range(1, steps + 1):
             self.cell.step()
             if self.arm.fault:
@@ -58,89 +58,91 @@ def bench(built) -> Bench:
     return built.reset()
 
 
-def test_a_push_of_50_newtons_in_any_direction_is_noticed_within_20_milliseconds(bench, rng):
+def test_force_of_50_newtons_in_any_direction_is_detected_within_20_milliseconds(bench, rng):
     for _ in range(12):
         bench.reset()
         bench.arm.move_to_configuration(THERE)
-        assert bench.until_noticed(int(rng.integers(20, 400))) is None
+        assert bench.until_detected(int(rng.integers(20, 400))) is None
         direction = rng.normal(size=3)
         push = 50.0 * direction / np.linalg.norm(direction)
         bench.cell.data.xfrc_applied[bench.hand][:3] = push
-        noticed = bench.until_noticed(50)
-        assert noticed is not None and noticed <= 20
+        detected = bench.until_detected(50)
+        assert detected is not None and detected <= 20
         assert bench.arm.fault.startswith("external force on the arm:")
         assert " at joint " in bench.arm.fault
 
 
-def test_it_brakes_then_and_the_next_motion_forgets_it(bench):
+def test_arm_stops_on_detection_and_the_next_motion_clears_the_fault(bench):
     bench.arm.move_to_configuration(THERE)
     bench.cell.step(150)
     bench.cell.data.xfrc_applied[bench.hand][:3] = [0.0, 60.0, 0.0]
-    assert bench.until_noticed(20)
+    assert bench.until_detected(20)
     bench.cell.data.xfrc_applied[bench.hand][:3] = 0.0
     bench.cell.step(400)
     assert not bench.arm.busy and np.abs(bench.arm.q - THERE).max() > 0.05
     bench.arm.move_to_configuration(THERE)
-    assert bench.arm.fault == "" and bench.until_noticed(1500) is None
+    assert bench.arm.fault == "" and bench.until_detected(1500) is None
     assert np.array_equal(bench.arm.q, THERE)
 
 
-def test_nothing_is_noticed_where_there_is_nothing(bench, rng):
+def test_free_motions_cause_no_detection(bench, rng):
     limits = bench.arm.model.limits
     moved = 0
     while moved < 8:
         try:
             bench.arm.move_to_configuration(rng.uniform(limits.lower, limits.upper))
-        except MotionError:  # some are inside the floor, or the arm itself
+        except MotionError:  # some are in collision with the floor or the arm itself
             continue
         moved += 1
-        assert bench.until_noticed(int(rng.integers(200, 900))) is None, bench.arm.fault
+        assert bench.until_detected(int(rng.integers(200, 900))) is None, bench.arm.fault
 
 
-@pytest.mark.parametrize("wait", range(4))  # where between two looks the course turns
-def test_a_stretched_arm_may_turn_from_speeding_up_to_braking_at_once(bench, wait):
+@pytest.mark.parametrize(
+    "wait", range(4)
+)  # at which step between two checks the acceleration changes
+def test_sudden_deceleration_of_a_stretched_arm_causes_no_detection(bench, wait):
     arm = bench.arm
     arm.move_to_configuration(np.array([-0.4, 0.9, 0.0, -1.0, 0.0, 1.8, 0.4]))
-    assert bench.until_noticed(2500) is None
+    assert bench.until_detected(2500) is None
     bench.cell.step(2 * wait)
-    for way in (0.25, -0.25):  # so short that it brakes as soon as it has sped up
-        arm.move_to_configuration(arm.q + way * np.array([1.0, 0.0, 0.62, 0.0, 0.0, 0.0, 1.2]))
-        assert bench.until_noticed(900) is None, arm.fault
+    for sign in (0.25, -0.25):  # so short that it decelerates right after accelerating
+        arm.move_to_configuration(arm.q + sign * np.array([1.0, 0.0, 0.62, 0.0, 0.0, 0.0, 1.2]))
+        assert bench.until_detected(900) is None, arm.fault
         assert not arm.moving
 
 
-def test_an_obstacle_that_came_unseen_stops_it_and_is_named(bench):
+def test_contact_with_an_unknown_obstacle_stops_the_arm_and_names_it(bench):
     bench.arm.move_to_configuration(THERE)
     bench.cell.step(50)
     tool = bench.arm.model.pose(0.5 * (THERE + bench.arm.model.home))
     bench.cell.add(Box((0.06, 0.06, 0.3)), tool, name="post")
     try:
-        assert bench.until_noticed(800) is not None
+        assert bench.until_detected(800) is not None
         assert "touches 'post'" in bench.arm.fault
     finally:
         bench.cell.remove("post")
 
 
-def test_a_blow_that_is_over_in_a_millisecond_is_noticed_too(bench, rng):
+def test_impact_of_a_millisecond_is_detected_too(bench, rng):
     for _ in range(5):
         bench.reset()
         bench.arm.move_to_configuration(THERE)
-        assert bench.until_noticed(int(rng.integers(20, 400))) is None
+        assert bench.until_detected(int(rng.integers(20, 400))) is None
         direction = rng.normal(size=3)
-        blow = 1000.0 * direction / np.linalg.norm(direction)
-        bench.cell.data.xfrc_applied[bench.hand][:3] = blow
-        assert bench.until_noticed(1) is None
+        impact = 1000.0 * direction / np.linalg.norm(direction)
+        bench.cell.data.xfrc_applied[bench.hand][:3] = impact
+        assert bench.until_detected(1) is None
         bench.cell.data.xfrc_applied[bench.hand][:3] = 0.0
-        noticed = bench.until_noticed(19)
-        assert noticed is not None and "an impulse of" in bench.arm.fault
+        detected = bench.until_detected(19)
+        assert detected is not None and "an impulse of" in bench.arm.fault
 
 
-def test_what_it_drives_into_is_noticed_anywhere_on_the_arm_and_from_any_side():
-    noticed = contacts(8)
-    assert noticed.soon == 8 and noticed.false == 0
+def test_contacts_are_detected_anywhere_on_the_arm_and_from_any_side():
+    detected = contacts(8)
+    assert detected.in_time == 8 and detected.false == 0
 
 
-def test_a_line_that_shall_touch_something_is_driven_on(bench):
+def test_line_with_intended_contact_continues(bench):
     tool = bench.arm.model.pose(bench.arm.q)
     below = tool * spatial.pose((0.0, 0.0, 0.06))
     bench.cell.add(Box((0.2, 0.2, 0.04)), below, name="block")
@@ -149,27 +151,25 @@ def test_a_line_that_shall_touch_something_is_driven_on(bench):
         with pytest.raises(MotionError, match="blocked .* touch 'block'"):
             bench.arm.move_linear(goal, speed=0.1)
         bench.arm.move_linear(goal, speed=0.1, contact=True)
-        assert bench.until_noticed(2500) is None
+        assert bench.until_detected(2500) is None
         assert bench.cell.contacts.touching("panda", "block")
     finally:
         bench.cell.remove("block")
 
 
-def test_it_goes_on_from_its_state(bench):
+def test_restored_guard_detects_at_the_same_step(bench):
     bench.arm.move_to_configuration(THERE)
     bench.cell.step(103)
     bench.cell.data.xfrc_applied[bench.hand][:3] = [0.0, 50.0, 0.0]
     bench.cell.step(6)
     states = bench.cell.snapshot(), json.loads(json.dumps(bench.arm.get_state()))
-    first = bench.until_noticed(30)
+    first = bench.until_detected(30)
     bench.cell.restore(states[0])
     bench.arm.set_state(states[1])
-    assert bench.until_noticed(30) == first
+    assert bench.until_detected(30) == first
 
 
-def test_what_dry_friction_may_explain_when_a_motion_begins_is_not_tolerated_twice(
-    bench, monkeypatch
-):
+def test_torque_within_dry_friction_at_the_start_is_not_tolerated_twice(bench, monkeypatch):
     arm = bench.arm
     monkeypatch.setattr(arm.model, "friction", np.full(arm.model.nq, 0.5))
     guard = ExternalForceGuard(arm.robot, arm.model)

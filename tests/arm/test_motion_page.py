@@ -1,4 +1,4 @@
-"""The page about motion says what is so: what it shows whole runs."""
+"""The complete examples of the page about motion run."""
 
 import re
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "motion.md"
 
 
-def test_what_the_page_shows_whole_runs(capsys):
+def test_complete_examples_run(capsys):
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
     whole = [block for block in blocks if block.startswith("import")]
     assert whole

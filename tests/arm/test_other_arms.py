@@ -1,4 +1,4 @@
-"""Nothing here knows that an arm is a Panda."""
+"""Other arms than the Panda, with and without a gripper."""
 
 from dataclasses import replace
 
@@ -6,10 +6,15 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from bt_manip.arm import Arm
+from bt_manip import spatial
+from bt_manip.arm import Arm, ExternalForceGuard
+from bt_manip.cell import Cell
+from bt_manip.collision import CollisionWorld
+from bt_manip.control import ComputedTorque
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import Robot, RobotDescription, compile_alone, panda
 from bt_manip.trajectories import limit_use
+from tests.robot_fixtures import Box
 
 UR = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 ARMS = {
@@ -21,7 +26,7 @@ ARMS = {
 
 
 @pytest.mark.parametrize("file", ARMS)
-def test_another_arm_moves_and_stays_inside_its_limits(menagerie, rng, file):
+def test_another_arm_moves_within_its_limits(menagerie, rng, file):
     pattern, numbers, site = ARMS[file]
     names = tuple(pattern.format(i) for i in numbers)
     n = len(names)
@@ -64,7 +69,45 @@ def test_another_arm_moves_and_stays_inside_its_limits(menagerie, rng, file):
     assert lines >= 4
 
 
-def test_an_arm_whose_jerk_is_scarce_goes_on_after_any_pause(rng):
+def test_arm_without_a_gripper_checks_collisions_and_external_forces(menagerie):
+    n = len(UR)
+    robot = Robot(
+        RobotDescription(
+            name="bare",
+            model=str(menagerie / "universal_robots_ur5e" / "ur5e.xml"),
+            arm_joints=tuple(f"{joint}_joint" for joint in UR),
+            tool_frame="attachment_site",
+            home=(0.1, -1.2, 1.2, -1.5, -1.5, 0.1),
+            velocity=(2.0,) * n,
+            acceleration=(6.0,) * n,
+            jerk=(3000.0,) * n,
+            effort=(200.0,) * n,
+        )
+    )
+    control = ComputedTorque(robot)
+    robot.attach(control)
+    cell = Cell()
+    cell.add(robot, spatial.pose((0.0, 0.0, 1.0)), free=False)
+    model = robot.make_model()
+    world, guard = CollisionWorld(robot, model), ExternalForceGuard(robot, model)
+    arm = control.reference = Arm(robot, model=model, world=world, guard=guard)
+    ahead = model.pose(arm.q) * spatial.pose((0.0, 0.0, 0.1))
+    cell.add(Box((0.04, 0.04, 0.04)), ahead, name="block")
+    with pytest.raises(MotionError, match="'block'"):
+        arm.move_linear(ahead)
+    cell.remove("block")
+    arm.move_linear(model.pose(arm.q) * spatial.pose((0.0, 0.0, -0.1)))
+    while arm.moving:
+        cell.step()
+    arm.move_to_configuration(arm.q + 0.3)
+    cell.step(200)
+    assert arm.moving and not arm.fault
+    cell.data.xfrc_applied[robot.wrist_body_id][:3] = (0.0, 60.0, 0.0)
+    cell.step(20)
+    assert arm.fault.startswith("external force on the arm:")
+
+
+def test_arm_with_low_jerk_limits_continues_after_any_pause(rng):
     robot = Robot(replace(panda(), jerk=(60.0,) * 7))
     compile_alone(robot)
     arm = Arm(robot)

@@ -1,4 +1,4 @@
-"""Pushes, and obstacles that nobody planned for, in the middle of motions; and neither of them."""
+"""Motions disturbed by forces or unknown obstacles, and undisturbed ones."""
 
 from typing import NamedTuple
 
@@ -10,54 +10,54 @@ from bt_manip.exceptions import MotionError
 from bt_manip.robots import RobotDescription
 from tests.measuring.scenes import Fixed, Planned, put, random_scene
 
-PUSH = 50.0  # [N]
-LASTS = 50  # control steps that a push lasts
-UNMEANT = 20.0  # [N] of a contact that has to be noticed
-SOON = 20  # control steps in which it has to be
-EACH = 10  # cases in one scene
-_LONGEST = 60  # control steps after which nothing is noticed any more
+FORCE = 50.0  # [N] of a push
+DURATION = 50  # control steps that a push lasts
+CONTACT_FORCE = 20.0  # [N] of a contact from which it has to be detected
+DETECTION_LIMIT = 20  # control steps within which a disturbance has to be detected
+CASES_PER_SCENE = 10
+_LONGEST = 60  # control steps after which a disturbance counts as not detected
 
 
-class Noticed(NamedTuple):
-    """What came of some disturbances.
+class Detections(NamedTuple):
+    """Detections of some disturbances.
 
     Attributes:
-        steps: Control steps until each was noticed, from when it had to be; negative when it was
-            noticed before; None where it never was.
-        false: How many motions were stopped for nothing before.
+        steps: Control steps until each detection, from when it was due; negative when it came
+            before; None where there was none.
+        false: Number of motions stopped before any disturbance.
     """
 
     steps: list[int | None]
     false: int
 
     @property
-    def soon(self) -> int:
-        """How many were noticed in time."""
-        return sum(step is not None and step <= SOON for step in self.steps)
+    def in_time(self) -> int:
+        """Number of detections in time."""
+        return sum(step is not None and step <= DETECTION_LIMIT for step in self.steps)
 
     @property
-    def latest(self) -> float:
-        """The longest that one took [control steps]."""
+    def slowest(self) -> float:
+        """The slowest detection [control steps]."""
         return max(np.inf if step is None else step for step in self.steps)
 
 
-def pushes(count: int, description: RobotDescription | None = None) -> Noticed:
-    """Push the hand in random directions, at random moments of motions."""
+def pushes(count: int, description: RobotDescription | None = None) -> Detections:
+    """Push the hand in random directions at random times of motions."""
     rng = np.random.default_rng(4)
     steps: list[int | None] = []
     false = 0
     for number in range(count):
-        if number % EACH == 0:
-            planned, start, goal = random_scene(number // EACH, description)
+        if number % CASES_PER_SCENE == 0:
+            planned, start, goal = random_scene(number // CASES_PER_SCENE, description)
         _begin(planned, start, goal, number)
         planned.cell.step(int(rng.uniform(0.05, 0.85) * planned.arm.remaining / 1e-3))
         false += bool(planned.arm.fault)
         direction = rng.normal(size=3)
         force = planned.cell.data.xfrc_applied[planned.robot.wrist_body_id]
-        force[:3] = PUSH * direction / np.linalg.norm(direction)
-        steps.append(_until_fault(planned, LASTS))
+        force[:3] = FORCE * direction / np.linalg.norm(direction)
+        steps.append(_until_fault(planned, DURATION))
         force[:] = 0.0
-    return Noticed(steps, false)
+    return Detections(steps, false)
 
 
 def _until_fault(planned: Planned, most: int) -> int | None:
@@ -68,33 +68,33 @@ def _until_fault(planned: Planned, most: int) -> int | None:
     return None
 
 
-def contacts(count: int, description: RobotDescription | None = None) -> Noticed:
-    """Let an obstacle appear in the way of a motion, anywhere on the arm and from any side.
+def contacts(count: int, description: RobotDescription | None = None) -> Detections:
+    """Put an unknown obstacle on the path of any part of the arm.
 
-    A case counts once the contact's force exceeds `UNMEANT`, or was noticed before.
+    A case counts if the contact force exceeds `CONTACT_FORCE` or is detected before.
     """
     rng = np.random.default_rng(5)
     steps: list[int | None] = []
     false = drawn = 0
     while len(steps) < count:
-        if drawn % EACH == 0:
-            planned, start, goal = random_scene(drawn // EACH, description)
+        if drawn % CASES_PER_SCENE == 0:
+            planned, start, goal = random_scene(drawn // CASES_PER_SCENE, description)
         _begin(planned, start, goal, drawn)
         drawn += 1
         planned.cell.step(int(rng.uniform(0.05, 0.5) * planned.arm.remaining / 1e-3))
         if planned.arm.fault:
             false += 1
             continue
-        if _put_in_the_way(planned, rng):
-            found = _drive_into(planned)
+        if _put_obstacle(planned, rng):
+            found = _collide(planned)
             if found is not None:
                 steps.append(found if found <= _LONGEST else None)
             planned.cell.remove("unseen")
-    return Noticed(steps, false)
+    return Detections(steps, false)
 
 
-def _put_in_the_way(planned: Planned, rng: np.random.Generator) -> bool:
-    """Put a box where some part of the arm will be; False where it would touch something now."""
+def _put_obstacle(planned: Planned, rng: np.random.Generator) -> bool:
+    """Put a box where some part of the arm will be; False where it touches something now."""
     cell, arm, robot = planned.cell, planned.arm, planned.robot
     q = arm.ahead(rng.uniform(0.1, 0.9, 1) * arm.remaining)[0]
     model, data = cell.model, mujoco.MjData(cell.model)
@@ -107,7 +107,7 @@ def _put_in_the_way(planned: Planned, rng: np.random.Generator) -> bool:
     turn = rng.normal(size=4)
     near = data.geom_xpos[geom] + rng.uniform(-0.05, 0.05, 3)
     pose = spatial.pose(near, turn / np.linalg.norm(turn))
-    # What the arm touches already, or is about to in no time, is no obstacle that it drives into.
+    # Contact right now would be no collision of a moving arm.
     cell.add(Fixed("box", half, "unseen"), pose, name="unseen", free=False, overlap=np.inf)
     mujoco.mj_forward(cell.model, cell.data)
     if cell.contacts.pairs() or cell.data.ncon:
@@ -117,7 +117,7 @@ def _put_in_the_way(planned: Planned, rng: np.random.Generator) -> bool:
 
 
 def _of_arm(planned: Planned) -> np.ndarray:
-    """Tell which geoms move with the arm."""
+    """Mark the geoms that move with the arm."""
     model = planned.cell.model
     first = model.dof_bodyid[planned.robot.dof_adr[0]]
     mine = np.zeros(model.nbody, dtype=bool)
@@ -127,16 +127,16 @@ def _of_arm(planned: Planned) -> np.ndarray:
     return mine[model.geom_bodyid]
 
 
-def _drive_into(planned: Planned) -> int | None:
-    """Step on; give how long after the force was too great the arm noticed, None where it was not.
+def _collide(planned: Planned) -> int | None:
+    """Return how many steps after the force exceeded its limit it was detected; None if it did not.
 
-    What nobody noticed while the force was too great for `_LONGEST` steps counts as longer.
+    No detection within `_LONGEST` steps counts as more.
     """
     cell, arm = planned.cell, planned.arm
     over = None
     for step in range(int(arm.remaining / 1e-3) + _LONGEST):
         cell.step()
-        if over is None and _force(planned) > UNMEANT:
+        if over is None and _force(planned) > CONTACT_FORCE:
             over = step
         if arm.fault:
             return -1 if over is None else step - over
@@ -155,8 +155,8 @@ def _force(planned: Planned) -> float:
     return total
 
 
-def nominal(count: int, description: RobotDescription | None = None) -> int:
-    """Drive motions that nothing disturbs; give how many were stopped."""
+def undisturbed(count: int, description: RobotDescription | None = None) -> int:
+    """Make undisturbed motions; return how many were stopped."""
     stopped = 0
     for number in range(count):
         planned, start, goal = random_scene(number, description)
@@ -169,7 +169,7 @@ def nominal(count: int, description: RobotDescription | None = None) -> int:
 
 
 def _begin(planned: Planned, start: np.ndarray, goal: np.ndarray, seed: int) -> bool:
-    """Begin a motion from a start to a goal; where there is no way, back to home or near it."""
+    """Start a motion to a goal or, where there is no path, to a random configuration nearby."""
     put(planned, start)
     rng = np.random.default_rng(seed)
     for target in (goal, *(start + rng.uniform(-0.5, 0.5, (20, len(start))))):

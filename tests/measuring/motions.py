@@ -1,4 +1,4 @@
-"""Motions of every kind that an arm makes, asked for at random, for those who halt or push it."""
+"""Random motions of every kind, to be stopped or disturbed."""
 
 import numpy as np
 import pinocchio as pin
@@ -6,29 +6,30 @@ import pinocchio as pin
 from bt_manip.exceptions import MotionError
 from tests.measuring.scenes import Planned
 
-KINDS = ("way", "joints", "line", "redirected", "paced")
+KINDS = ("planned", "segment", "line", "redirected", "scaled")
 STEP = 1e-3  # [s]
 _TRIES = 50
 
 
 def begin(planned: Planned, kind: str, start: np.ndarray, goal: np.ndarray, seed: int) -> None:
-    """Begin a motion from rest; those that are redirected or paced are so when this returns.
+    """Start a motion from rest; redirections and changes of the speed scale have been made then.
 
     Args:
         planned: The arm among obstacles.
-        kind: ``way`` goes around what is in the way, ``joints`` somewhere near, as does ``way``
-            where there is none; ``line`` moves the tool on a straight line, ``redirected`` and
-            ``paced`` change another one on its way.
-        start: Where from [rad].  # (nq,)
-        goal: Where the way goes [rad].  # (nq,)
-        seed: Of all that is random.
+        kind: ``planned`` is a collision-free motion to the goal, ``segment`` one to a random
+            configuration nearby, as is ``planned`` where the goal is unreachable; ``line`` moves
+            the tool on a straight line, ``redirected`` replaces a motion by another one and
+            ``scaled`` changes its speed scale.
+        start: The start [rad].  # (nq,)
+        goal: The goal of ``planned`` [rad].  # (nq,)
+        seed: Seed of everything random.
     """
     arm, rng = planned.arm, np.random.default_rng(seed)
     for tried in range(_TRIES):
-        far = 1.0 - tried / _TRIES  # where there is little room, motions are shorter
+        far = 1.0 - tried / _TRIES  # motions become shorter where few are free
         arm.reset(start)
         try:
-            if kind == "way" and not tried:
+            if kind == "planned" and not tried:
                 arm.move_to_configuration(goal, rng=rng)
             elif kind == "line":
                 arm.move_linear(_beside(arm.model.pose(start), rng, far))
@@ -36,21 +37,21 @@ def begin(planned: Planned, kind: str, start: np.ndarray, goal: np.ndarray, seed
                 arm.move_to_configuration(_near(planned, start, rng, far), rng=rng)
             if not arm.moving:
                 continue
-            if kind in ("redirected", "paced"):
+            if kind in ("redirected", "scaled"):
                 advance(planned, rng.uniform(0.1, 0.6))
             if kind == "redirected":
                 arm.move_to_configuration(_near(planned, start, rng, far), rng=rng)
-            elif kind == "paced":
+            elif kind == "scaled":
                 arm.speed_scale = float(rng.uniform(0.2, 0.9))
         except MotionError:
             continue
         return
-    raise RuntimeError(f"no motion of the kind '{kind}' was found in {_TRIES} tries")
+    raise RuntimeError(f"no motion of kind '{kind}' was found in {_TRIES} tries")
 
 
-def advance(planned: Planned, share: float) -> None:
-    """Move the reference on by a share of what is left of its motion."""
-    for _ in range(int(share * planned.arm.remaining / STEP)):
+def advance(planned: Planned, fraction: float) -> None:
+    """Advance the reference by a fraction of its remaining time."""
+    for _ in range(int(fraction * planned.arm.remaining / STEP)):
         planned.arm.advance(STEP)
 
 

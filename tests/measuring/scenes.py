@@ -1,4 +1,4 @@
-"""Scenes to plan in: a wall between two places, and obstacles drawn from a seed."""
+"""Planning scenes: a wall between two poses, and random obstacles."""
 
 import contextlib
 from collections.abc import Sequence
@@ -52,7 +52,7 @@ class Planned(NamedTuple):
         gripper: Keeps the fingers where they are.
         arm: Moves the arm.
         open: Positions of all joints with the gripper open.
-        name: Of the robot in the cell.
+        name: Name of the robot in the cell.
     """
 
     cell: Cell
@@ -64,7 +64,7 @@ class Planned(NamedTuple):
     name: str
 
 
-TURNS = (0.0, 0.5 * np.pi, -0.5 * np.pi)  # of the hand: not every arm reaches a place with each
+YAWS = (0.0, 0.5 * np.pi, -0.5 * np.pi)  # [rad] of the hand; not every arm reaches with each
 
 
 def build(
@@ -86,7 +86,7 @@ def build(
     arena.mjcf_model.option.cone = "elliptic"
     cell = Cell(arena)
     with cell.editing():
-        name = cell.add(robot, free=False, overlap=np.inf)  # at home it may be inside something
+        name = cell.add(robot, free=False, overlap=np.inf)  # home may be in collision
         for i, (kind, size, pose) in enumerate(obstacles):
             cell.add(Fixed(kind, size), pose, name=f"obstacle_{i}", free=False, overlap=np.inf)
     model = robot.make_model()
@@ -103,11 +103,11 @@ def build(
 def wall(
     description: RobotDescription | None = None, scale: float = 1.0
 ) -> tuple[Planned, pin.SE3, pin.SE3]:
-    """Give the wall between two places over a table, and the two places.
+    """Return a scene with a wall over a table, and a tool pose on either side of it.
 
     Args:
         description: The robot; by default the Panda.
-        scale: Of all lengths, for arms with another reach.
+        scale: Scale of all lengths, for arms with another reach.
     """
     boxes = [
         ("box", 0.5 * scale * np.array(size), spatial.pose(scale * np.array(at)))
@@ -118,9 +118,9 @@ def wall(
     return planned, left, right
 
 
-def _downwards(planned: Planned, place: np.ndarray) -> pin.SE3:
-    """Point the tool down at a place, with the first turn of the hand that touches nothing."""
-    turned = [spatial.pointing_down(place, turn) for turn in TURNS]
+def _downwards(planned: Planned, position: np.ndarray) -> pin.SE3:
+    """Return the first collision-free tool pose that points down at a position."""
+    turned = [spatial.pointing_down(position, yaw) for yaw in YAWS]
     for pose in turned:
         with contextlib.suppress(MotionError):
             free_start(planned, pose)
@@ -129,7 +129,7 @@ def _downwards(planned: Planned, place: np.ndarray) -> pin.SE3:
 
 
 def free_start(planned: Planned, T_wt: pin.SE3) -> np.ndarray:
-    """Give a configuration with the tool at a pose that touches nothing, near home.
+    """Return a collision-free configuration near home with the tool at a pose.
 
     Raises:
         MotionError: When none was found.
@@ -145,7 +145,7 @@ def free_start(planned: Planned, T_wt: pin.SE3) -> np.ndarray:
 def random_scene(
     seed: int, description: RobotDescription | None = None
 ) -> tuple[Planned, np.ndarray, np.ndarray]:
-    """Draw five to ten obstacles, and start and goal clear of them, tool in front of the robot."""
+    """Draw five to ten obstacles and two free configurations with the tool before the robot."""
     rng = np.random.default_rng(seed)
     obstacles = [("box", (1.0, 1.0, 0.05), spatial.pose((0.0, 0.0, -0.07)))]
     for _ in range(int(rng.integers(5, 11))):
@@ -161,7 +161,7 @@ def random_scene(
     ends = []
     ik = planned.arm.ik
     while len(ends) < 2:
-        q = _somewhere(rng, ik)
+        q = _random_configuration(rng, ik)
         apart = not ends or np.abs(q - ends[0]).max() > 1.0
         if apart and _clear(planned, q):
             ends.append(q)
@@ -169,7 +169,7 @@ def random_scene(
 
 
 def _clear(planned: Planned, q: np.ndarray) -> bool:
-    """Tell whether a configuration is free, and as far from all obstacles as is planned with."""
+    """Tell whether a configuration has the clearance from all obstacles that planners use."""
     world = planned.arm.world
     own = planned.name
     return not world.collisions(q) and all(
@@ -178,8 +178,8 @@ def _clear(planned: Planned, q: np.ndarray) -> bool:
     )
 
 
-def _somewhere(rng: np.random.Generator, ik: InverseKinematics) -> np.ndarray:
-    """Draw a configuration whose tool is in front of the robot and not under it."""
+def _random_configuration(rng: np.random.Generator, ik: InverseKinematics) -> np.ndarray:
+    """Draw a configuration with the tool before the robot and not under it."""
     limits = ik.model.limits
     lower, upper = np.maximum(limits.lower + 0.1, -np.pi), np.minimum(limits.upper - 0.1, np.pi)
     while True:
@@ -190,7 +190,7 @@ def _somewhere(rng: np.random.Generator, ik: InverseKinematics) -> np.ndarray:
 
 
 def put(planned: Planned, q: np.ndarray) -> None:
-    """Put the arm somewhere, at rest, its gripper open and held so."""
+    """Put the arm at rest at a configuration, the gripper held open."""
     data = planned.cell.data
     data.qpos[:] = planned.open
     data.qvel[:] = data.qacc[:] = 0.0

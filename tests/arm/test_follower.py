@@ -1,4 +1,4 @@
-"""The pace of a motion changes while it goes on, and the arm stays on its path."""
+"""Time scaling, pause and stop: a motion changes its speed and stays on its path."""
 
 import json
 
@@ -19,8 +19,8 @@ def watch(arm):
     return Watch(arm)
 
 
-def way_of(arm, ask) -> np.ndarray:
-    """Drive a motion at full pace on a copy of the arm; give its configurations."""
+def path_of(arm, ask) -> np.ndarray:
+    """Return the configurations of a requested motion at full speed, made by a copy of the arm."""
     other = Arm(arm.robot, ik=arm.ik)
     other.set_state(arm.get_state())
     ask(other)
@@ -29,12 +29,12 @@ def way_of(arm, ask) -> np.ndarray:
     return np.array([row[0] for row in watched.rows])
 
 
-def off_the_way(watch, way: np.ndarray) -> float:
-    """Give how far configurations are from a finely sampled way, at the most [rad]."""
+def distance_from_path(watch, path: np.ndarray) -> float:
+    """Return the greatest distance of the configurations from a finely sampled path [rad]."""
     worst = 0.0
     for q, *_ in watch.rows:
-        i = int(np.abs(way - q).max(axis=1).argmin())
-        near = way[max(0, i - 1) : i + 2]
+        i = int(np.abs(path - q).max(axis=1).argmin())
+        near = path[max(0, i - 1) : i + 2]
         for a, b in zip(near, near[1:], strict=False):
             along = b - a
             part = np.clip((q - a) @ along / max(along @ along, 1e-30), 0.0, 1.0)
@@ -52,8 +52,8 @@ def straight(arm):
 
 
 @pytest.mark.parametrize("ask", [joints, straight])
-def test_paused_it_rests_on_its_path_and_resumed_it_arrives(arm, watch, ask):
-    way = way_of(arm, ask)
+def test_paused_arm_rests_on_its_path_and_arrives_when_resumed(arm, watch, ask):
+    path = path_of(arm, ask)
     ask(arm)
     target = arm.target
     watch.run(250)
@@ -66,10 +66,10 @@ def test_paused_it_rests_on_its_path_and_resumed_it_arrives(arm, watch, ask):
     watch.run()
     watch.check()
     assert np.array_equal(arm.q, target) and not arm.busy
-    assert off_the_way(watch, way) < 1e-4
+    assert distance_from_path(watch, path) < 1e-4
 
 
-def test_at_half_the_pace_the_rest_takes_twice_the_time(arm, watch):
+def test_half_speed_scale_doubles_the_remaining_time(arm, watch):
     joints(arm)
     watch.run(200)
     remaining = arm.remaining
@@ -81,7 +81,7 @@ def test_at_half_the_pace_the_rest_takes_twice_the_time(arm, watch):
     assert np.array_equal(arm.q, GOAL)
 
 
-def test_the_pace_holds_for_motions_to_come_too(arm, watch):
+def test_speed_scale_applies_to_later_motions_too(arm, watch):
     joints(arm)
     full = arm.remaining
     arm.reset()
@@ -93,7 +93,7 @@ def test_the_pace_holds_for_motions_to_come_too(arm, watch):
     assert np.array_equal(arm.q, GOAL)
 
 
-def test_at_no_pace_a_motion_waits_until_there_is_one(arm, watch):
+def test_motion_requested_at_speed_scale_zero_is_paused(arm, watch):
     arm.speed_scale = 0.0
     joints(arm)
     assert arm.paused and not arm.moving
@@ -103,8 +103,8 @@ def test_at_no_pace_a_motion_waits_until_there_is_one(arm, watch):
     assert np.array_equal(arm.q, GOAL)
 
 
-def test_changed_at_random_moments_it_keeps_to_limits_and_path(arm, watch, rng):
-    way = way_of(arm, joints)
+def test_changes_at_random_times_stay_within_limits_and_on_the_path(arm, watch, rng):
+    path = path_of(arm, joints)
     joints(arm)
     for _ in range(30):
         watch.run(int(rng.integers(1, 120)))
@@ -115,11 +115,11 @@ def test_changed_at_random_moments_it_keeps_to_limits_and_path(arm, watch, rng):
     watch.run()
     watch.check()
     assert np.array_equal(arm.q, GOAL)
-    assert off_the_way(watch, way) < 1e-4
+    assert distance_from_path(watch, path) < 1e-4
     assert watch.worst_effort() <= 0.9501
 
 
-def test_a_stop_in_a_pause_gives_the_motion_up(arm, watch):
+def test_stop_discards_a_paused_motion(arm, watch):
     joints(arm)
     watch.run(200)
     arm.pause()
@@ -129,52 +129,52 @@ def test_a_stop_in_a_pause_gives_the_motion_up(arm, watch):
     assert not arm.busy
 
 
-def test_a_stop_at_a_lower_pace_stays_on_the_path(arm, watch):
-    way = way_of(arm, joints)
+def test_stop_at_a_lower_speed_scale_stays_on_the_path(arm, watch):
+    path = path_of(arm, joints)
     arm.speed_scale = 0.6
     joints(arm)
     watch.run(300)
     arm.stop()
     watch.run()
     watch.check()
-    assert not arm.busy and off_the_way(watch, way) < 1e-4
+    assert not arm.busy and distance_from_path(watch, path) < 1e-4
 
 
-def test_a_motion_that_was_redirected_stops_on_its_way(arm, watch):
+def test_stop_after_a_redirection_stays_on_the_path(arm, watch):
     joints(arm)
     watch.run(150)
     home = arm.model.home
-    way = way_of(arm, lambda other: other.move_to_configuration(home))
+    path = path_of(arm, lambda other: other.move_to_configuration(home))
     arm.move_to_configuration(home)
     watch.rows = [watch.now()]
     watch.run(120)
     arm.stop()
     watch.run()
     watch.check()
-    assert off_the_way(watch, way) < 1e-3
+    assert distance_from_path(watch, path) < 1e-3
 
 
-def test_a_new_motion_replaces_a_paused_one(arm, watch):
+def test_new_motion_replaces_a_paused_one(arm, watch):
     joints(arm)
     watch.run(200)
     arm.pause()
     watch.run()
     arm.move_to_configuration(arm.model.home)
-    assert arm.paused  # the pace is still nought
+    assert arm.paused  # the speed scale is still 0
     arm.resume()
     watch.run()
     assert np.array_equal(arm.q, arm.model.home)
 
 
-@pytest.mark.parametrize("pace", [-0.1, 1.1, np.nan, "fast", "0.5", True])
-def test_a_pace_that_is_none_is_refused(arm, pace):
+@pytest.mark.parametrize("scale", [-0.1, 1.1, np.nan, "fast", "0.5", True])
+def test_invalid_speed_scale_is_refused(arm, scale):
     with pytest.raises(MotionError, match="speed scale must be at least 0 and at most 1"):
-        arm.speed_scale = pace
+        arm.speed_scale = scale
     assert arm.speed_scale == 1.0
 
 
-@pytest.mark.parametrize("steps", [20, 400])  # on the way to rest, and at rest
-def test_paused_it_is_restored_bit_for_bit(arm, robot, watch, steps):
+@pytest.mark.parametrize("steps", [20, 400])  # while coming to rest, and at rest
+def test_paused_arm_is_restored_bit_for_bit(arm, robot, watch, steps):
     joints(arm)
     watch.run(250)
     arm.pause()
@@ -192,18 +192,18 @@ def test_paused_it_is_restored_bit_for_bit(arm, robot, watch, steps):
     assert np.array_equal(arm.q, GOAL) and np.array_equal(other.q, GOAL)
 
 
-def test_turned_down_and_up_again_within_milliseconds_it_reaches_the_last_pace(arm, watch):
+def test_last_of_several_changes_within_milliseconds_is_reached(arm, watch):
     joints(arm)
     full = arm.remaining
-    for pace in (0.1, 0.01, 1.0):
-        arm.speed_scale = pace
+    for scale in (0.1, 0.01, 1.0):
+        arm.speed_scale = scale
         watch.run(5)
     watch.run(int(1.5 * full / DT))
     watch.check()
     assert np.array_equal(arm.q, GOAL) and not arm.busy
 
 
-def test_a_change_that_the_limits_do_not_allow_yet_is_made_as_soon_as_they_do(arm, watch, rng):
+def test_change_that_the_limits_do_not_allow_yet_is_made_later(arm, watch, rng):
     lower, upper = arm.model.limits.lower + 0.1, arm.model.limits.upper - 0.1
     waited = 0
     for _ in range(12):
@@ -225,7 +225,7 @@ def test_a_change_that_the_limits_do_not_allow_yet_is_made_as_soon_as_they_do(ar
 
 
 @pytest.mark.parametrize("steps", range(1, 9))
-def test_paused_as_soon_as_it_sets_out_it_rests(arm, watch, steps):
+def test_arm_paused_right_after_the_start_comes_to_rest(arm, watch, steps):
     arm.pause()
     joints(arm)
     arm.resume()
@@ -240,7 +240,7 @@ def test_paused_as_soon_as_it_sets_out_it_rests(arm, watch, steps):
     assert np.array_equal(arm.q, GOAL)
 
 
-def test_paused_and_resumed_in_the_same_step_it_goes_on(arm, watch):
+def test_arm_resumed_and_paused_in_one_step_can_be_resumed_again(arm, watch):
     arm.pause()
     joints(arm)
     arm.resume()
@@ -252,38 +252,38 @@ def test_paused_and_resumed_in_the_same_step_it_goes_on(arm, watch):
     assert np.array_equal(arm.q, GOAL)
 
 
-@pytest.mark.parametrize("pace", [0.5, 0.1])
-def test_following_at_a_lower_pace_is_slower(arm, watch, pace):
+@pytest.mark.parametrize("scale", [0.5, 0.1])
+def test_following_at_a_lower_speed_scale_is_slower(arm, watch, scale):
     T = arm.model.pose(arm.q)
     there = spatial.pointing_down(T.translation + [0.0, 0.3, -0.1])
-    arm.speed_scale = pace
+    arm.speed_scale = scale
     for _ in range(60):
         arm.follow(there)
         watch.run(10)
     watch.check()
     fastest = np.max([np.abs(v) / arm.model.limits.velocity for _, v, _ in watch.rows])
-    assert 0.3 * pace < fastest <= pace + 1e-9
+    assert 0.3 * scale < fastest <= scale + 1e-9
 
 
-def test_a_motion_is_redirected_on_the_same_way_at_any_pace(arm, watch):
-    ways = []
-    for pace in (1.0, 0.4):
+def test_redirection_takes_the_same_path_at_any_speed_scale(arm, watch):
+    paths = []
+    for scale in (1.0, 0.4):
         arm.reset(arm.model.home)
-        arm.speed_scale = pace
+        arm.speed_scale = scale
         joints(arm)
-        watch.run(round(200 / pace))
+        watch.run(round(200 / scale))
         watch.rows = [watch.now()]
         arm.move_to_configuration(arm.model.home)
         watch.run()
         watch.check()
-        ways.append(np.array([row[0] for row in watch.rows]))
-    assert off_the_way(watch, ways[0]) < 1e-4
-    assert len(ways[1]) == pytest.approx(len(ways[0]) / 0.4, abs=3)
+        paths.append(np.array([row[0] for row in watch.rows]))
+    assert distance_from_path(watch, paths[0]) < 1e-4
+    assert len(paths[1]) == pytest.approx(len(paths[0]) / 0.4, abs=3)
 
 
 @pytest.mark.parametrize("slow", [1e-4, 1e-9, 5e-324])
 @pytest.mark.parametrize("moving", [False, True])
-def test_what_would_take_for_ever_is_refused(arm, slow, moving):
+def test_motion_that_takes_too_long_is_refused(arm, slow, moving):
     if moving:
         joints(arm)
         Watch(arm).run(100)
@@ -297,7 +297,7 @@ def test_what_would_take_for_ever_is_refused(arm, slow, moving):
         assert arm.get_state() == before
 
 
-def test_a_pace_that_is_waited_for_is_restored_bit_for_bit(arm, robot, watch, rng):
+def test_lagging_speed_scale_is_restored_bit_for_bit(arm, robot, watch, rng):
     lower, upper = arm.model.limits.lower + 0.1, arm.model.limits.upper - 0.1
     while not arm.get_state()["lagging"]:
         arm.reset(arm.model.home)

@@ -1,0 +1,143 @@
+"""Coordination of two arms in one cell: they wait or stop for each other and never collide."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from bt_manip import spatial
+from bt_manip.collision import INTER_ROBOT_CLEARANCE
+from bt_manip.exceptions import MotionError
+
+MIDDLE = spatial.pointing_down((0.0, 0.0, 1.2))
+
+
+def geoms_of(station, robot) -> list[int]:
+    model = station.cell.model
+    root = model.body_rootid[model.site_bodyid[robot.robot.tool_site_id]]
+    own = model.body_rootid[model.geom_bodyid] == root
+    return np.flatnonzero(own & (model.geom_contype != 0)).tolist()
+
+
+def distance(station) -> float:
+    """Measure the distance of the two robots with MuJoCo's distance query, geom by geom [m]."""
+    model, data, most = station.cell.model, station.cell.data, 0.2
+    geoms = [geoms_of(station, robot) for robot in station.robots.values()]
+    nearest = most
+    for a in geoms[0]:
+        for b in geoms[1]:
+            centres = np.linalg.norm(data.geom_xpos[a] - data.geom_xpos[b])
+            if centres - model.geom_rbound[a] - model.geom_rbound[b] < nearest:
+                nearest = min(nearest, mujoco.mj_geomDistance(model, data, a, b, most, None))
+    return nearest
+
+
+def smallest_distance(station, timeout: float = 6.0) -> float:
+    """Step until all motions have ended; return the smallest distance of the robots [m]."""
+    arms = [robot.arm for robot in station.robots.values()]
+    nearest, end = distance(station), station.cell.time + timeout
+    while any(arm.moving for arm in arms):
+        assert station.cell.time < end
+        station.cell.step(5)
+        nearest = min(nearest, distance(station))
+    return nearest
+
+
+def test_target_occupied_by_another_robot_is_refused_with_its_name(station, left, right):
+    left.arm.move_to_pose(MIDDLE)
+    station.step_until(lambda: not left.arm.moving)
+    with pytest.raises(MotionError, match="'left' blocks") as refused:
+        right.arm.move_to_pose(MIDDLE)
+    assert refused.value.reason == "robot" and not right.arm.moving
+
+
+def test_the_base_of_another_robot_is_an_obstacle_and_not_that_robot(left):
+    bodies = {left.arm.world.other_robot(f"right/{body}") for body in ("link1", "hand")}
+    assert bodies == {"right"}
+    assert left.arm.world.other_robot("right/link0") == ""  # it will not move away
+    assert left.arm.world.other_robot("left/hand") == left.arm.world.other_robot("table") == ""
+
+
+def test_target_at_the_final_configuration_of_another_robot_is_refused(left, right):
+    left.arm.move_to_pose(MIDDLE)
+    with pytest.raises(MotionError, match="'left' blocks"):
+        right.arm.move_to_pose(MIDDLE)
+
+
+def test_motion_to_a_pose_that_another_robot_is_leaving_starts_later(station, left, right):
+    left.arm.move_to_pose(MIDDLE)
+    station.step_until(lambda: not left.arm.moving)
+    left.arm.move_to_configuration(left.robot.description.home, speed=0.3)
+    right.arm.move_to_pose(MIDDLE)
+    assert right.arm.remaining > 0.8  # alone it takes 0.6 s
+    assert smallest_distance(station) > 0.8 * INTER_ROBOT_CLEARANCE
+    assert np.linalg.norm(right.robot.tool_pose.translation - MIDDLE.translation) < 2e-3
+
+
+def at_random(station, rng, moves: int) -> tuple[float, int]:
+    """Move both arms at random; return their smallest distance [m] and the number of motions."""
+    nearest, made = distance(station), 0
+    for _ in range(moves):
+        robot = station.robots[("left", "right")[int(rng.integers(2))]]
+        place = rng.uniform((-0.2, -0.25, 1.1), (0.2, 0.25, 1.35))
+        try:
+            robot.arm.move_to_pose(spatial.pointing_down(place, rng.uniform(-1.5, 1.5)))
+            made += 1
+        except MotionError as error:
+            assert error.reason in ("robot", "unreachable", "collision")
+        for _ in range(int(rng.integers(2, 40))):  # so that many start during other motions
+            station.cell.step(10)
+            nearest = min(nearest, distance(station))
+    return nearest, made
+
+
+def test_random_motions_of_two_arms_come_near_but_never_collide(station):
+    nearest, made = at_random(station, np.random.default_rng(0), 25)
+    assert made >= 12 and 0.6 * INTER_ROBOT_CLEARANCE < nearest < 5.0 * INTER_ROBOT_CLEARANCE
+    assert not any(robot.arm.fault for robot in station.robots.values())
+
+
+@pytest.mark.soak
+def test_many_random_motions_of_two_arms_never_collide(station):
+    nearest, made = at_random(station, np.random.default_rng(1), 600)
+    assert made >= 250 and nearest > 0.5 * INTER_ROBOT_CLEARANCE
+    assert not any(robot.arm.fault for robot in station.robots.values())
+
+
+def test_arm_stops_when_another_one_stops_on_its_path(station, left, right):
+    left.arm.move_to_pose(MIDDLE)
+    station.step_until(lambda: not left.arm.moving)
+    left.arm.move_to_configuration(left.robot.description.home, speed=0.3)
+    right.arm.move_to_pose(MIDDLE)
+    station.cell.step(100)
+    left.arm.stop()
+    assert "'left' blocks" in right.arm.fault
+    assert smallest_distance(station) > 0.5 * INTER_ROBOT_CLEARANCE
+    assert np.linalg.norm(right.robot.tool_pose.translation - MIDDLE.translation) > 0.05
+
+
+def test_arm_continues_when_another_one_stops_elsewhere(station, left, right):
+    left.arm.move_to_pose(spatial.pointing_down((-0.2, 0.2, 1.2)))
+    right.arm.move_to_pose(MIDDLE * spatial.pose((0.2, 0.0, 0.0)))
+    station.cell.step(100)
+    left.arm.stop()
+    assert not right.arm.fault and smallest_distance(station) > INTER_ROBOT_CLEARANCE
+
+
+def test_resumed_arm_stops_when_another_one_blocks_its_path_by_now(station, left, right):
+    left.arm.move_to_pose(spatial.pointing_down((-0.25, 0.0, 1.2)))
+    station.step_until(lambda: not left.arm.moving)
+    left.arm.move_linear(spatial.pointing_down((0.1, 0.0, 1.2)), speed=0.3)
+    station.cell.step(100)
+    left.arm.pause()
+    station.step_until(lambda: left.arm.paused)
+    right.arm.move_to_pose(spatial.pointing_down((0.15, 0.0, 1.2)))  # around where it rests
+    station.step_until(lambda: not right.arm.moving)
+    left.arm.resume()
+    assert "'right' blocks" in left.arm.fault
+    assert smallest_distance(station) > 0.5 * INTER_ROBOT_CLEARANCE
+
+
+def test_random_motions_at_a_lower_speed_scale_never_collide(station, left, right):
+    left.arm.speed_scale = right.arm.speed_scale = 0.4
+    nearest, made = at_random(station, np.random.default_rng(5), 15)
+    assert made >= 5 and nearest > 0.5 * INTER_ROBOT_CLEARANCE

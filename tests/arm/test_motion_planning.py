@@ -1,0 +1,81 @@
+"""Planning is a function of its arguments: it repeats bit for bit and changes no arm."""
+
+import numpy as np
+import pytest
+
+from bt_manip import spatial
+from bt_manip.arm.motion_planning import (
+    Follow,
+    MoveAlongToolPath,
+    MoveToConfiguration,
+    MoveToPose,
+    PlanningScene,
+    plan,
+)
+from bt_manip.planning import LineTo
+from tests.measuring.scenes import free_start, wall
+
+
+@pytest.fixture(scope="module")
+def walled():
+    planned, left, right = wall()
+    return planned.arm, free_start(planned, left), right
+
+
+def request_of(kind, arm, start, right):
+    here = arm.model.pose(arm.q)
+    above = spatial.pose((0.0, 0.0, 0.05)) * here
+    return {
+        "configuration": MoveToConfiguration(start + [0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 0.8),
+        "pose": MoveToPose(right, 1.0, 0.05, 0.0),
+        "tool path": MoveAlongToolPath([LineTo(above)], 1.0, 0.0, False),
+        "follow": Follow(above, 1.0),
+    }[kind]
+
+
+def as_data(motion):
+    return None if motion is None else (motion.trajectory.get_state(), *motion[1:])
+
+
+@pytest.mark.parametrize("speed_scale", [1.0, 0.5, 0.0])
+@pytest.mark.parametrize("moving", [False, True])
+@pytest.mark.parametrize("kind", ["configuration", "pose", "tool path", "follow"])
+def test_equal_arguments_give_the_same_trajectory(walled, kind, moving, speed_scale):
+    arm, start, right = walled
+    arm.reset(start)
+    if moving:
+        arm.move_to_pose(right)
+        for _ in range(150):
+            arm.advance(1e-3)
+    arm.speed_scale = speed_scale
+    for _ in range(20):
+        arm.advance(1e-3)
+    request = request_of(kind, arm, start, right)
+    scene = PlanningScene(arm.model, arm.ik, arm.world, arm.planner)
+    state = arm._follower.state
+    before = arm.get_state()
+    first = plan(request, state, scene, np.random.default_rng(3))
+    assert arm.get_state() == before
+    other = state._replace(q=state.q.copy(), v=state.v.copy(), a=state.a.copy())
+    second = plan(request, other, scene, np.random.default_rng(3))
+    assert arm.get_state() == before
+    assert as_data(first) == as_data(second)
+
+
+def test_requests_of_the_arm_are_planned_by_that_function(walled):
+    arm, start, right = walled
+    arm.reset(start)
+    scene = PlanningScene(arm.model, arm.ik, arm.world, arm.planner)
+    motion = plan(
+        MoveToPose(right, 1.0, 0.05, 0.0), arm._follower.state, scene, np.random.default_rng(0)
+    )
+    arm.move_to_pose(right)
+    assert arm.trajectory.get_state() == motion.trajectory.get_state()
+
+
+def test_no_motion_is_planned_to_the_present_configuration(walled):
+    arm, start, _ = walled
+    arm.reset(start)
+    scene = PlanningScene(arm.model, arm.ik, arm.world, arm.planner)
+    request = MoveToConfiguration(start.copy(), 1.0)
+    assert plan(request, arm._follower.state, scene, np.random.default_rng(0)) is None
