@@ -55,7 +55,8 @@ def disturbance_rows(count: int, description: RobotDescription | None = None) ->
         detected = measure(count, description)
         yield (
             f"{what}: detected within {disturbances.DETECTION_LIMIT} ms",
-            f"{detected.in_time} of {count}, slowest {detected.slowest:.0f} ms, {detected.false} false",
+            f"{detected.in_time} of {count}, slowest {detected.slowest:.0f} ms, "
+            f"{detected.false} false",
             "all, none false",
         )
     cycles = max(1, count // 2)
