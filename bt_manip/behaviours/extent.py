@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 
-from bt_manip.cell import Cell, CellError
+from bt_manip.cell import Cell, CellError, as_object
 
 
 def extent(cell: Cell, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -61,7 +61,7 @@ def nearest_free(cell: Cell, name: str, within: float) -> float:
     mine = solid_geoms(cell, name)
     nearest = within
     for other, entity in cell.objects.items():
-        if other == name or not getattr(entity, "free", False):
+        if other == name or not as_object(entity).free:
             continue
         for a in mine:
             for b in solid_geoms(cell, other):

@@ -8,7 +8,7 @@ import pinocchio as pin
 
 from bt_manip import spatial
 from bt_manip.bt import Input
-from bt_manip.cell import Cell
+from bt_manip.cell import Cell, as_object, bottom_of
 
 _QUARTER_TURN = math.pi / 2
 
@@ -89,9 +89,9 @@ def centre_pose(cell: Cell, name: str) -> pin.SE3:
     Raises:
         CellError: When there is no such object.
     """
-    offset = getattr(cell.find(name), "centre_offset", None)
+    offset = as_object(cell.find(name)).centre_offset
     T_wo = cell.pose(name)
-    if offset is None or not np.any(offset):
+    if not np.any(offset):
         return T_wo
     return T_wo * pin.SE3(np.eye(3), np.asarray(offset, dtype=float))
 
@@ -102,11 +102,9 @@ def bottom_pose(cell: Cell, name: str) -> pin.SE3:
     Raises:
         CellError: When there is no such object.
     """
-    entity = cell.find(name)
-    x, y, _ = getattr(entity, "centre_offset", (0.0, 0.0, 0.0))
-    z = -getattr(entity, "rest_height", 0.0)
+    T_ob = bottom_of(cell.find(name))
     T_wo = cell.pose(name)
-    return T_wo * pin.SE3(np.eye(3), np.array([x, y, z])) if x or y or z else T_wo
+    return T_wo * T_ob if T_ob.translation.any() else T_wo
 
 
 def yaw_of(T: pin.SE3) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 from dm_control import composer
 
 from bt_manip.bt import Input, Output, Status
-from bt_manip.cell import CellError, Region, unique_name
+from bt_manip.cell import CellError, Region, as_object, unique_name
 from bt_manip.cell.objects import Catalogue
 from bt_manip.exceptions import PortError
 from bt_manip.models import is_address
@@ -53,13 +53,11 @@ class SpawnObject(CellBehaviour):
     def start(self) -> None:
         """Make the object and insert it."""
         x_min, x_max, y_min, y_max = self._bounds()
-        support = self.cell.find(self.on)
-        surface = getattr(support, "surface_height", None)
-        if surface is None:
-            raise CellError(f"'{self.on}' has no surface to put something on")
+        surface = self.cell.surface_height(self.on)
         entity = self.models.get(self.model)()
-        z = self.cell.pose(self.on).translation[2] + surface + getattr(entity, "rest_height", 0.0)
-        middle_x, middle_y, _ = getattr(entity, "centre_offset", (0.0, 0.0, 0.0))
+        declared = as_object(entity)
+        z = surface + declared.rest_height
+        middle_x, middle_y, _ = declared.centre_offset
         region = Region((x_min, x_max), (y_min, y_max), (z, z), middle=(middle_x, middle_y))
         hint = self.name_hint or ("" if is_address(self.model) else self.model)
         self.object = name = self._place(entity, region, hint or None)

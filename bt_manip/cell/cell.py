@@ -359,6 +359,17 @@ class Cell:
         q = self.data.qpos[qpos : qpos + 7]
         return make_pose(q[:3], q[3:])
 
+    def surface_height(self, name: str) -> float:
+        """Return the height in the world at which objects are put on an entity [m].
+
+        Raises:
+            CellError: If there is none of that name, or nothing can be put on it.
+        """
+        height = as_object(self.find(name)).surface_height
+        if height is None:
+            raise CellError(f"'{name}' has no surface to put something on")
+        return float(self.pose(name).translation[2]) + height
+
     def velocity(self, name: str) -> np.ndarray:
         """Return the velocity of an entity's root: linear, then angular, both in the world.
 

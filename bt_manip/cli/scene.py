@@ -117,10 +117,12 @@ def _lines(found: "Scene", station: "Station") -> Iterator[str]:
 
 
 def _facts(entity: Any) -> str:
-    facts = [str(getattr(entity, "category", ""))]
-    mass = getattr(entity, "mass", 0.0)
-    if mass:
-        facts.append(f"{mass:.3g} kg")
+    from bt_manip.cell import as_object
+
+    declared = as_object(entity)
+    facts = [declared.category]
+    if declared.mass:
+        facts.append(f"{declared.mass:.3g} kg")
     return f" ({', '.join(fact for fact in facts if fact)})"
 
 

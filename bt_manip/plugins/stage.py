@@ -81,10 +81,11 @@ class Stage:
 
     def _register_objects(self, name: str, factory: Callable[..., Any]) -> None:
         self._add_factory("objects", name, factory)
-        category = getattr(factory, "category", None)
-        if category is not None and not isinstance(category, property):
-            from bt_manip.cell.objects import check_spelling
+        from bt_manip.cell import as_object
+        from bt_manip.cell.objects import check_spelling
 
+        category: Any = as_object(factory).category
+        if category != "" and not isinstance(category, property):
             try:
                 check_spelling(category)
             except BtManipError as error:
@@ -93,8 +94,12 @@ class Stage:
     def _check_kinds(self) -> None:
         """Refuse an object that a snapshot could not make again by its ``kind``."""
         known = {*self._parts["objects"], *self._items["objects"]}
+        if not self._items["objects"]:
+            return
+        from bt_manip.cell import as_object
+
         for name, factory in self._items["objects"].items():
-            kind = getattr(factory, "kind", name)
+            kind: Any = as_object(factory).kind
             if isinstance(kind, str) and kind not in known:
                 raise BtManipError(
                     f"object '{name}' calls its kind '{kind}', by which a snapshot could not make "

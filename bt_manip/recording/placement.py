@@ -5,8 +5,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-CONTAINER = "container"
-"""Category of the objects that others are placed in."""
+from bt_manip.cell import as_object
+from bt_manip.cell.objects import CONTAINER
 
 STILL = 5e-3  # [m/s]
 STILL_TURNING = 0.2  # [rad/s], a corner of a 50 mm cube at 9 mm/s
@@ -28,7 +28,7 @@ class PlacementCheck:
         self._boxes = {
             name: _box(cell, name)
             for name, entity in cell.objects.items()
-            if getattr(entity, "category", "") == CONTAINER
+            if as_object(entity).category == CONTAINER
         }
         self._middles: dict[str, np.ndarray] = {}
 

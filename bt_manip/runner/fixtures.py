@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 from dm_control import composer
 
-from bt_manip.cell import Cell, CellError
+from bt_manip.cell import Cell, CellError, as_object
 from bt_manip.cell.randomization import generator
 from bt_manip.runner.scene import Fixture, Scene
 
@@ -35,18 +35,17 @@ def put_fixture(cell: Cell, fixture: Fixture, entity: composer.Entity, seed: int
         CellError: When it would be inside something else, or there is no free place.
     """
     height = 0.0
+    declared = as_object(entity)
     if fixture.on:
-        support = cell.find(fixture.on)
-        surface = getattr(support, "surface_height", None)
-        if surface is None:
-            raise CellError(f"'{fixture.name}' cannot be put on '{fixture.on}': it has no surface")
-        rest = getattr(entity, "rest_height", 0.0)
-        height = float(cell.pose(fixture.on).translation[2]) + surface + rest
+        try:
+            height = cell.surface_height(fixture.on) + declared.rest_height
+        except CellError as error:
+            raise CellError(f"'{fixture.name}' cannot be put there: {error}") from error
     if fixture.region is None:
         rise = pin.SE3(np.eye(3), np.array([0.0, 0.0, height]))
         cell.add(entity, rise * fixture.T_wo, name=fixture.name, free=fixture.free)
         return
-    x, y, _ = getattr(entity, "centre_offset", (0.0, 0.0, 0.0))
+    x, y, _ = declared.centre_offset
     region = replace(fixture.region, middle=(float(x), float(y)))
     if fixture.on:
         region = replace(region, z=(height, height))

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from bt_manip.cell import as_object, bottom_of
 from bt_manip.cell.objects import Catalogue
 from bt_manip.models import is_address
 from bt_manip.runner.scene import Fixture, Scene, SceneRobot
@@ -45,11 +46,11 @@ def furnished(scene: Scene, models: Mapping[str, str], catalogue: Catalogue) -> 
             fixtures.append(fixture)
             continue
         before = catalogue.create(fixture.model, **fixture.parameters)
-        parameters = {"category": getattr(before, "category", None)}
+        parameters = {"category": as_object(before).category or None}
         after = catalogue.create(models[fixture.name], **parameters)
         T_wo = fixture.T_wo
         if not fixture.on:
-            T_wo = T_wo * _bottom(before) * _bottom(after).inverse()
+            T_wo = T_wo * bottom_of(before) * bottom_of(after).inverse()
         model = models[fixture.name]
         fixtures.append(replace(fixture, model=model, T_wo=T_wo, parameters=parameters))
         carried = _carried(before, fixture, scene)
@@ -73,15 +74,9 @@ def furnished(scene: Scene, models: Mapping[str, str], catalogue: Catalogue) -> 
     return replace(scene, robots=tuple(robots), fixtures=tuple(lifted))
 
 
-def _bottom(entity: Any) -> pin.SE3:
-    """Give the middle of an object's bottom, seen from its origin."""
-    x, y, _ = getattr(entity, "centre_offset", (0.0, 0.0, 0.0))
-    return pin.SE3(np.eye(3), np.array([x, y, -getattr(entity, "rest_height", 0.0)]))
-
-
 def _carried(entity: Any, fixture: Fixture, scene: Scene) -> SceneRobot | None:
     """Give the first robot that stands on a fixture, to a millimetre; None where none does."""
-    surface = getattr(entity, "surface_height", None)
+    surface = as_object(entity).surface_height
     if surface is None:
         return None
     height = fixture.T_wo.translation[2] + surface

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bt_manip.cell import Cell
+from bt_manip.cell import Cell, as_object
 
 STILL = 5e-3  # [m/s]
 STILL_TURNING = 0.2  # [rad/s]
@@ -60,4 +60,4 @@ def assert_tower(cell: Cell, names: list[str], on: str) -> None:
 
 def rest_height(cell: Cell, name: str) -> float:
     """Give the height of an object's origin above what it stands on [m]."""
-    return float(getattr(cell.find(name), "rest_height", 0.0))
+    return as_object(cell.find(name)).rest_height

@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip import spatial
-from bt_manip.cell import Cell
+from bt_manip.cell import Cell, as_object
 
 FALL = 0.02  # [m]
 MOST_SINKING = 1.5e-3  # [m]
@@ -33,7 +33,7 @@ class ObjectCase:
     def alone(self, height: float = 0.0) -> tuple[Cell, str]:
         """Put a new one on the floor of an empty cell, or above it."""
         cell, entity = Cell(), self.make()
-        at = height + float(getattr(entity, "rest_height", 0.0))
+        at = height + as_object(entity).rest_height
         return cell, cell.add(entity, spatial.pose((0.3, 0.2, at)))
 
 
@@ -74,7 +74,7 @@ def survives_a_fall(case: ObjectCase) -> None:
     rest = cell.pose(name).translation[2] - FALL
     cell.step(2000)
     assert np.isfinite(cell.data.qpos).all()
-    if name in cell.objects and getattr(cell.find(name), "free", False):
+    if name in cell.objects and as_object(cell.find(name)).free:
         sunk = rest - cell.pose(name).translation[2]
         assert sunk < MOST_SINKING, f"'{case.name}' is {1000 * sunk:.1f} mm inside the floor"
 
@@ -82,9 +82,10 @@ def survives_a_fall(case: ObjectCase) -> None:
 def is_made_again_from_its_parameters(case: ObjectCase) -> None:
     """A snapshot can make the same again: its kind and its parameters say all."""
     entity = case.make()
-    kind = getattr(entity, "kind", None)
+    declared = as_object(entity)
+    kind = declared.kind
     assert kind == case.name, f"'{case.name}' calls its kind {kind!r}: a snapshot makes that"
-    parameters = json.loads(json.dumps(dict(getattr(entity, "parameters", {}))))
+    parameters = json.loads(json.dumps(dict(declared.parameters)))
     again = case.factory(**parameters)
     assert again.mjcf_model.to_xml_string() == entity.mjcf_model.to_xml_string(), (
         f"'{case.name}' made again from {parameters} is another"

@@ -265,7 +265,7 @@ def test_what_is_wrong_is_said_with_file_line_and_key(write, parts, text, messag
         (
             TABLE + '[[objects]]\nmodel = "cube"\nposition = [0.5, 0, 2]\n'
             '[[objects]]\nmodel = "can"\non = "cube"\nposition = [0.5, 0]\n',
-            "'can' cannot be put on 'cube': it has no surface",
+            "'can' cannot be put there: 'cube' has no surface",
         ),
         (
             TABLE + '[[objects]]\nmodel = "bin"\non = "table"\n'

@@ -11,6 +11,8 @@ from .categories import CONTAINER as CONTAINER
 from .categories import check_spelling as check_spelling
 from .cell_object import CellObject as CellObject
 from .cell_object import as_object as as_object
+from .cell_object import bottom_of as bottom_of
+from .cell_object import declares as declares
 from .containers import Bin as Bin
 from .containers import Tray as Tray
 from .furniture import Shelf as Shelf

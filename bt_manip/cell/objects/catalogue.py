@@ -16,6 +16,7 @@ from bt_manip.models import (
 from bt_manip.registry import Registry
 
 from .categories import CONTAINER, check_known
+from .cell_object import as_object
 from .model_object import ModelObject
 
 
@@ -97,7 +98,7 @@ class Catalogue:
 
     def _categories(self) -> set[str]:
         """Collect the categories of the registered objects, those of plugins among them."""
-        found = (getattr(self._registered.get(n), "category", None) for n in self._registered)
+        found = (as_object(self._registered.get(name)).category for name in self._registered)
         return {category for category in found if isinstance(category, str)}
 
     def _load(self, address: str, convex: str) -> MjcfModel:

@@ -1,10 +1,11 @@
 """The attributes that bt-manip reads from an object."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 from dm_control import composer
 
 _NO_PARAMETERS: Mapping[str, Any] = MappingProxyType({})
@@ -83,6 +84,18 @@ class _ForeignObject(CellObject):
             return object.__getattribute__(self, name)
 
 
-def as_object(entity: composer.Entity) -> CellObject:
+def as_object(entity: composer.Entity | Callable[..., Any]) -> CellObject:
     """Return an entity, or a class of entities, with defaults for undeclared attributes."""
     return entity if isinstance(entity, CellObject) else _ForeignObject(entity)
+
+
+def declares(entity: composer.Entity, attribute: str) -> bool:
+    """Tell whether an entity declares an attribute of `CellObject` itself."""
+    return hasattr(entity, attribute)
+
+
+def bottom_of(entity: composer.Entity) -> pin.SE3:
+    """Return the middle of an object's bottom in the object's frame."""
+    declared = as_object(entity)
+    x, y, _ = declared.centre_offset
+    return pin.SE3(np.eye(3), np.array([x, y, -declared.rest_height]))

@@ -15,6 +15,7 @@ from bt_manip.models import is_address
 from ..cell import Cell
 from ..exceptions import CellError
 from ..objects.catalogue import Catalogue
+from ..objects.cell_object import as_object
 from ..physics.overrides import nominal_value
 from .observation_noise import observe_with
 from .randomization import (
@@ -199,7 +200,7 @@ class Randomizer:
         lines: Lines = getattr(self._randomization, where)
         merged: dict[str, Varied] = {}
         for key, varied in lines.items():
-            if _meant(key, name, getattr(entity, "kind", None)):
+            if _meant(key, name, as_object(entity).kind):
                 merged.update(varied)
         yield from merged.items()
 

@@ -46,13 +46,9 @@ class ScatterBlocks(Action):
 
     def _scatter(self) -> None:
         cell = self.cell
-        support = cell.find(self.on)
-        surface = getattr(support, "surface_height", None)
-        if surface is None:
-            raise CellError(f"'{self.on}' has no surface to put something on")
+        height = cell.surface_height(self.on)
         blocks = [ColouredBlock(colour=colour) for _ in range(self.each) for colour in self.colours]
         places = self._places(len(blocks))
-        height = cell.pose(self.on).translation[2] + surface
         names = []
         with cell.editing():
             for name in blocks_in(cell):
