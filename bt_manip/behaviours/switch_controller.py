@@ -12,8 +12,8 @@ from .arm_behaviour import ArmBehaviour
 class SwitchController(ArmBehaviour):
     """Make another controller the active one of the arm, without a step in torque.
 
-    An arm at rest then holds its measured configuration; a motion continues. At the end of a cycle
-    the arm gets its own controller back by itself.
+    An arm at rest then holds its measured configuration; a motion continues. After a cycle the arm
+    returns to its own controller by itself, once it is at rest.
     """
 
     controller = Input(

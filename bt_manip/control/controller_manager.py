@@ -43,7 +43,7 @@ class ControllerManager(composer.Entity):
         self._robot, self._factories, self._default = robot, factories, default
         self._made: dict[str, Controller] = {}
         self._compiled: tuple[mjcf.Physics, np.random.RandomState] | None = None
-        self._active = default
+        self._active, self._returning = default, False
         self.controller: Controller = self.get(default)
 
     @property
@@ -100,9 +100,18 @@ class ControllerManager(composer.Entity):
             ControllerFault: If it cannot compute torques for the present state.
         """
         controller = self.get(name)
+        self._returning = False
         if controller is not self.controller:
             controller.take_over(self.controller)
             self._active, self.controller = name, controller
+
+    def return_to_default(self) -> None:
+        """Switch to the default controller as soon as the reference is at rest.
+
+        An arm that is pressed against something may be far off a moving reference: another
+        controller would pull it there. At rest the new controller holds the measured configuration.
+        """
+        self._returning = self._active != self._default
 
     # Composer's hooks
 
@@ -118,11 +127,14 @@ class ControllerManager(composer.Entity):
         """Activate the default controller, without a transfer."""
         reference = self.controller.reference
         self._active, self.controller = self._default, self.get(self._default)
+        self._returning = False
         self.controller.reference = reference
         self.controller.initialize_episode(physics, random_state)
 
     def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Command the torques of the active controller."""
+        if self._returning and not self.controller.reference.v.any():
+            self.switch(self._default)
         self.controller.before_substep(physics, random_state)
 
     def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
@@ -133,7 +145,11 @@ class ControllerManager(composer.Entity):
 
     def get_state(self) -> dict[str, Any]:
         """Return the active controller and its state as plain data."""
-        return {"active": self._active, "controller": self.controller.get_state()}
+        return {
+            "active": self._active,
+            "returning": self._returning,
+            "controller": self.controller.get_state(),
+        }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore a state of ``get_state``.
@@ -145,3 +161,4 @@ class ControllerManager(composer.Entity):
         controller.reference = reference
         controller.set_state(state["controller"])
         self._active, self.controller = state["active"], controller
+        self._returning = state["returning"]

@@ -145,7 +145,7 @@ class _Loop:
             if status is not NodeStatus.RUNNING:
                 self._run.progress.cycle = cycle + 1
                 for robot in self._run.station.robots.values():
-                    robot.controllers.switch(robot.controllers.default)
+                    robot.controllers.return_to_default()
             self._steps()
         succeeded = status is NodeStatus.SUCCESS
         for observer in self._observers:

@@ -174,6 +174,19 @@ def test_the_payload_and_the_count_of_saturated_steps_are_handed_over(make):
     assert manager.controller.saturated_steps == 3
 
 
+def test_the_default_controller_returns_once_the_reference_is_at_rest(make):
+    cell, robot, manager = make()
+    manager.reference = wave = Wave(robot.q, 0.25, 4.0)
+    cell.step(100)
+    manager.switch("pd")
+    manager.return_to_default()
+    cell.step(50)
+    assert manager.active == "pd"
+    wave.amplitude = 0.0
+    cell.step(2)
+    assert manager.active == "computed_torque"
+
+
 def test_an_unknown_controller_is_refused_with_the_nearest_name(make):
     cell, _, manager = make()
     with pytest.raises(ControlError, match="'computed_torqe'; did you mean 'computed_torque'"):

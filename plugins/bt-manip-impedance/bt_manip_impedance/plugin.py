@@ -1,4 +1,4 @@
-"""What this package brings to bt-manip."""
+"""The parts that this package registers."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ TREES = Path(__file__).parent / "trees"
 
 @hookimpl
 def register_objects(register):
-    """Bring the button."""
+    """Register the button."""
     from bt_manip_impedance.push_button import PushButton
 
     register("push_button", PushButton)
@@ -17,7 +17,7 @@ def register_objects(register):
 
 @hookimpl
 def register_controllers(register):
-    """Bring the compliant controllers."""
+    """Register the compliant controllers."""
     from bt_manip_impedance.cartesian_impedance import CartesianImpedance
     from bt_manip_impedance.joint_impedance import JointImpedance
 
@@ -27,26 +27,30 @@ def register_controllers(register):
 
 @hookimpl
 def register_behaviours(register):
-    """Bring what presses the button."""
+    """Register the behaviours that need a compliant controller."""
+    from bt_manip_impedance.insert import Insert
     from bt_manip_impedance.press import Press
 
     register(Press)
+    register(Insert)
 
 
 @hookimpl
 def register_scenes(register):
-    """Bring the button on the table."""
-    from bt_manip_impedance.scene import button_on_table
+    """Register the button, and the peg with its hole, on the table."""
+    from bt_manip_impedance.scene import button_on_table, peg_on_table
 
     register("button_on_table", button_on_table)
+    register("peg_on_table", peg_on_table)
 
 
 @hookimpl
 def register_trees(register):
-    """Bring the tree, which needs a compliant arm and a button."""
+    """Register the trees, with the scenes and the controller that they need."""
     register(
         "press_button",
         TREES / "press_button.xml",
         scene="button_on_table",
         controller="cartesian_impedance",
     )
+    register("insert_peg", TREES / "insert_peg.xml", scene="peg_on_table")

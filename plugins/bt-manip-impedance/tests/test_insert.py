@@ -1,0 +1,102 @@
+"""A held peg is inserted with a limited force, and the arm gets its controller back."""
+
+from dataclasses import replace
+from itertools import groupby
+
+import numpy as np
+import pytest
+
+from bt_manip.behaviours import Grasp, Hover, Lift, Reach
+from bt_manip.behaviours.extent import extent
+from bt_manip.bt import NodeStatus, Tree
+from bt_manip.plugins import load_plugins
+from bt_manip.runner import build_station
+from bt_manip_impedance import Insert
+
+TOO_NARROW = 0.0145  # [m] radius of a hole that the peg of 15 mm does not fit into
+
+
+@pytest.fixture(scope="module")
+def parts():
+    return load_plugins().parts
+
+
+def holding_the_peg(parts, **board):
+    """Return a station whose robot holds the peg."""
+    scene = parts.scenes.create("peg_on_table")
+    *others, socket = scene.fixtures
+    socket = replace(socket, parameters=board)
+    station = build_station(parts, scene=replace(scene, fixtures=(*others, socket)))
+    for behaviour in (
+        Hover("hover", object="peg", height=0.15),
+        Reach("reach", object="peg"),
+        Grasp("grasp", object="peg", force=40.0),
+        Lift("lift", height=0.15),
+    ):
+        assert station.run(behaviour) is NodeStatus.SUCCESS
+    return station
+
+
+def insert(station, **ports):
+    """Run an insertion; return it, its status, and the controller and force of each tick."""
+    behaviour = Insert("insert", object="peg", socket="board", **ports)
+    tree = Tree(behaviour, clock=station.clock)
+    tree.setup(**station.infrastructure)
+    active, forces, status = [], [], NodeStatus.RUNNING
+    for _ in range(1000):
+        if status is NodeStatus.RUNNING:
+            status = tree.tick()
+        elif station.controllers.active == station.controllers.default:
+            break
+        station.cell.step(10)
+        active.append(station.controllers.active)
+        forces.append(float(np.linalg.norm(station.cell.contacts.wrench("board").force)))
+    station.cell.step(150)
+    return behaviour, status, [name for name, _ in groupby(active)], forces
+
+
+def test_a_peg_is_inserted_under_the_compliant_controller(parts):
+    station = holding_the_peg(parts)
+    behaviour, status, active, forces = insert(station)
+    assert status is NodeStatus.SUCCESS, behaviour.feedback_message
+    assert active == ["computed_torque", "cartesian_impedance", "computed_torque"]
+    bottom, top = extent(station.cell, "peg")[0], extent(station.cell, "board")[1]
+    assert bottom[2] < top[2] - 0.027
+    assert max(forces) < 30.0
+
+
+def test_in_a_hole_that_is_too_narrow_the_stiffness_limits_the_force(parts):
+    station = holding_the_peg(parts, hole=TOO_NARROW)
+    behaviour, status, active, forces = insert(station)
+    assert status is NodeStatus.FAILURE
+    assert "stopped 0.0 mm deep in 'board'" in behaviour.feedback_message
+    assert sorted(forces)[-20] < 31.0  # 1000 N/m times 30 mm, apart from the impact
+    assert active[-1] == "computed_torque"
+    assert np.linalg.norm(station.cell.contacts.wrench("board").force) < 2.0  # let go of softly
+
+
+def test_a_stiff_controller_exceeds_the_allowed_force(parts):
+    station = holding_the_peg(parts, hole=TOO_NARROW)
+    behaviour, status, _, _ = insert(station, controller="computed_torque")
+    assert status is NodeStatus.FAILURE
+    assert "at most 30 N are allowed" in behaviour.feedback_message
+
+
+def test_an_insertion_that_is_halted_gives_the_arm_its_controller_back(parts):
+    station = holding_the_peg(parts)
+    tree = Tree(Insert("insert", object="peg", socket="board"), clock=station.clock)
+    tree.setup(**station.infrastructure)
+    while station.controllers.active == "computed_torque":
+        assert tree.tick() is NodeStatus.RUNNING
+        station.cell.step(10)
+    tree.halt()
+    station.step_until(lambda: not station.arm.moving)
+    station.cell.step()
+    assert station.controllers.active == "computed_torque"
+
+
+def test_an_object_that_is_not_held_is_not_inserted(parts):
+    station = build_station(parts, scene=parts.scenes.create("peg_on_table"))
+    behaviour = Insert("insert", object="peg", socket="board")
+    assert station.run(behaviour) is NodeStatus.FAILURE
+    assert behaviour.feedback_message == "the gripper does not hold 'peg'"
