@@ -9,7 +9,8 @@ import pytest
 
 from bt_manip.behaviours import Grasp, Hover, Lift, Reach
 from bt_manip.bt import Action, Input, NodeStatus, Output, Sequence, Status, Tree
-from bt_manip.cell import Cell, Cube
+from bt_manip.cell import Cell
+from bt_manip.cell.objects import Cube
 from bt_manip.control import GripperController
 from bt_manip.runner import Station, build_station
 from bt_manip.spatial import pose

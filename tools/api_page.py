@@ -32,12 +32,14 @@ STABLE = {
         "CellBehaviour ArmBehaviour MotionBehaviour RobotCondition "
         "SpawnObject RemoveObject ObjectExists Hover Reach Grasp Lift Drop PlaceOn PlaceAt "
         "IsHolding IsAt OpenGripper CloseGripper MoveToPose MoveToConfiguration MoveHome "
-        "MoveLinear MoveThrough MoveArc Approach Retreat FollowTarget Stop SetSpeed"
+        "MoveLinear MoveThrough MoveArc Approach Retreat FollowTarget Stop SetSpeed "
+        "SwitchController pose_to_text pose_from_text pose_input poses_input "
+        "centre_pose bottom_pose top_grasp_poses downward_poses nearest_orientation yaw_of payload_of"
     ),
     "bt_manip.cell": "Cell CellError OverlapError PhysicsDiverged Region Camera looking_at",
     "bt_manip.cell.objects": (
         "Prop ModelObject Cube Box Cylinder Sphere Capsule ConvexMesh Block Bottle Can Mug Peg "
-        "HoleBoard Basket Bin Tray Table Shelf Wall"
+        "HoleBoard Basket Bin Tray Table Shelf Wall RedBlock GreenBlock BlueBlock YellowBlock"
     ),
     "bt_manip.robots": (
         "Robot RobotDescription GripperDescription PadDescription ToolLimits JointLimits Payload "
@@ -52,7 +54,7 @@ STABLE = {
     ),
     "bt_manip.arm": "Arm",
     "bt_manip.control": "Controller ControlError ComputedTorque GravityCompensatedPD Reference",
-    "bt_manip.models": "ModelError load_model find_model",
+    "bt_manip.models": "ModelError load_model find_model bundled_path",
     "bt_manip.plugins": "load_plugins Plugins",
     "bt_manip.runner": (
         "Station build_station Scene SceneRobot Fixture RunObserver RunRequest Run prepare "
@@ -72,9 +74,12 @@ EXPERIMENTAL = {
         "Trajectory PathTrajectory SplinePath StraightPath time_parameterize plan_stop limit_use"
     ),
     "bt_manip.planning": "edge_is_free shortcut",
-    "bt_manip.grasping": "GraspPlanner GripperClearance with_clearance",
+    "bt_manip.grasping": (
+        "GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE GRIP_DEPTH"
+    ),
     "bt_manip.control": "ControllerManager",
     "bt_manip.recording": "Recorder RunReport Trace",
+    "bt_manip.viewer": "render write_png NoOpenGLError",
 }
 """Names that may still change in a minor version; the changelog says so."""
 

@@ -10,13 +10,19 @@ from bt_manip.lazy_exports import lazy_exports
 if TYPE_CHECKING:
     from bt_manip.viewer.display import NoDisplayError as NoDisplayError
     from bt_manip.viewer.display import require_display as require_display
+    from bt_manip.viewer.picture import NoOpenGLError as NoOpenGLError
+    from bt_manip.viewer.picture import render as render
     from bt_manip.viewer.plain_view import PlainView as PlainView
+    from bt_manip.viewer.png import write_png as write_png
     from bt_manip.viewer.terminal_view import TerminalView as TerminalView
     from bt_manip.viewer.window import Window as Window
 
 __getattr__ = lazy_exports(
     __name__,
     {
+        "NoOpenGLError": ".picture",
+        "render": ".picture",
+        "write_png": ".png",
         "NoDisplayError": ".display",
         "PlainView": ".plain_view",
         "TerminalView": ".terminal_view",

@@ -13,8 +13,7 @@ import numpy as np
 from bt_manip.models import bundled_path
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import RunRequest, Station, find_tree, prepare
-from bt_manip.viewer.picture import NoOpenGLError, render
-from bt_manip.viewer.png import write_png
+from bt_manip.viewer import NoOpenGLError, render, write_png
 
 HERE = Path(__file__).resolve().parent
 SEED = 3  # the cube lies on the near side, and its shadow falls on the table

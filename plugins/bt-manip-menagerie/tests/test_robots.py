@@ -6,7 +6,7 @@ import pinocchio as pin
 import pytest
 
 from bt_manip.behaviours import nearest_orientation, payload_of, top_grasp_poses
-from bt_manip.cell import Cube
+from bt_manip.cell.objects import Cube
 from bt_manip.robots import verify
 from bt_manip.spatial import pose
 

@@ -1,7 +1,7 @@
 """The behaviour ends when it should, and keeps the contract of all behaviours."""
 
 import pytest
-from bt_manip.cell import Cube
+from bt_manip.cell.objects import Cube
 from bt_manip.spatial import pose
 from bt_manip.testing import Example, contracts_of
 

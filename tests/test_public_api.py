@@ -1,0 +1,84 @@
+"""What the API page lists exists, and everything that is shown to users imports nothing else."""
+
+import ast
+import importlib
+import importlib.util
+import re
+import subprocess
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+import bt_manip
+
+REPOSITORY = Path(__file__).resolve().parent.parent
+TOOL = REPOSITORY / "tools" / "api_page.py"
+
+BLOCK = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
+
+_spec = importlib.util.spec_from_file_location("api_page", TOOL)
+api_page = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(api_page)
+
+
+@pytest.mark.parametrize("package", api_page.names())
+def test_every_documented_name_can_be_imported(package):
+    module = importlib.import_module(package)
+    missing = [name for name in api_page.names()[package] if not hasattr(module, name)]
+    assert not missing
+
+
+def test_the_page_is_up_to_date():
+    assert api_page.PAGE.read_text() == api_page.page(), "run python tools/api_page.py"
+
+
+def shown_code() -> list[tuple[str, str]]:
+    """Give name and text of the code that users are shown or given."""
+    files = subprocess.run(
+        ["git", "ls-files", "--", "docs", "examples", "templates", "plugins", "README.md"],
+        cwd=REPOSITORY, capture_output=True, text=True, check=True,
+    ).stdout.split()  # fmt: skip
+    found = []
+    for name in files:
+        path = REPOSITORY / name
+        if path.suffix == ".py":
+            found.append((name, path.read_text()))
+        elif path.suffix == ".md":
+            blocks = re.findall(
+                r"^```python\n(.*?)^```", path.read_text(), re.DOTALL | re.MULTILINE
+            )
+            found += [(name, block) for block in blocks]
+    return found
+
+
+def imported(code: str) -> list[tuple[str, str]]:
+    try:
+        tree = ast.parse(code)
+    except SyntaxError:  # an excerpt
+        return []
+    return [
+        (node.module, alias.name)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom)
+        and node.module is not None
+        and node.module.split(".")[0] == "bt_manip"
+        for alias in node.names
+    ]
+
+
+def test_examples_tutorials_templates_and_plugins_import_documented_names_only():
+    documented = api_page.names()
+    code = shown_code()
+    assert len(code) > 50
+    private = {
+        f"{where}: from {module} import {name}"
+        for where, text in code
+        for module, name in imported(text)
+        if name not in documented.get(module, {}) and f"{module}.{name}" not in documented
+    }
+    assert not private, "\n".join(sorted(private))
+
+
+def test_the_version_is_that_of_the_installed_package():
+    assert bt_manip.__version__ == version("bt-manip")
