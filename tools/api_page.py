@@ -34,7 +34,8 @@ STABLE = {
         "IsHolding IsAt OpenGripper CloseGripper MoveToPose MoveToConfiguration MoveHome "
         "MoveLinear MoveThrough MoveArc Approach Retreat FollowTarget Stop SetSpeed "
         "SwitchController pose_to_text pose_from_text pose_input poses_input "
-        "centre_pose bottom_pose top_grasp_poses downward_poses nearest_orientation yaw_of payload_of"
+        "centre_pose bottom_pose top_grasp_poses downward_poses nearest_orientation yaw_of "
+        "payload_of"
     ),
     "bt_manip.cell": "Cell CellError OverlapError PhysicsDiverged Region Camera looking_at",
     "bt_manip.cell.objects": (
