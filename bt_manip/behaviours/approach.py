@@ -1,4 +1,4 @@
-"""Move along the axis of the tool."""
+"""Move along the tool's approach axis."""
 
 import numpy as np
 import pinocchio as pin
@@ -9,27 +9,27 @@ from .move import Move
 
 
 class Approach(Move):
-    """Move the tool forwards along its own axis, on a straight line."""
+    """Move the tool forwards along its z axis."""
 
-    distance = Input(float, default=0.1, doc="How far [m].")
+    distance = Input(float, default=0.1, doc="Distance [m].")
 
     def start(self) -> None:
         """Move along the z axis of the tool."""
         self.advance_by(self.distance)
 
     def advance_by(self, distance: float) -> None:
-        """Move the tool along its z axis [m].
+        """Move the tool along its z axis by a distance [m].
 
         Raises:
             MotionError: When the line cannot be followed or is blocked.
         """
         T_wt = self.arm.model.pose(self.arm.target)
-        along = pin.SE3(np.eye(3), np.array([0.0, 0.0, distance]))
-        self.arm.move_linear(T_wt * along, speed=self.speed)
+        offset = pin.SE3(np.eye(3), np.array([0.0, 0.0, distance]))
+        self.arm.move_linear(T_wt * offset, speed=self.speed)
 
 
 class Retreat(Approach):
-    """Move the tool backwards along its own axis, on a straight line."""
+    """Move the tool backwards along its z axis."""
 
     def start(self) -> None:
         """Move against the z axis of the tool."""

@@ -1,4 +1,4 @@
-"""Follow an object that moves."""
+"""Follow a moving object."""
 
 from bt_manip.bt import Input, Status
 
@@ -7,27 +7,27 @@ from .poses import centre_pose, nearest_orientation, top_grasp_poses
 
 
 class FollowTarget(MotionBehaviour):
-    """Keep the tool over an object, wherever it goes.
+    """Keep the tool over a moving object.
 
-    At each tick the arm turns towards where the object is now. It runs until it is halted, or for
-    as long as is asked.
+    The target is updated at each tick. The behaviour runs until it is halted or `duration` has
+    passed.
     """
 
     object = Input(str, doc="Name of the object.")
     height = Input(float, default=0.2, doc="Height of the tool over the object's centre [m].")
-    duration = Input(float, default=0.0, doc="For how long [s]; 0 goes on until it is halted.")
+    duration = Input(float, default=0.0, doc="Duration [s]; at 0 until it is halted.")
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
 
     amounts = {**MotionBehaviour.amounts, "duration": "s"}
 
     def start(self) -> None:
-        """Turn towards the object."""
+        """Set the pose over the object as the target."""
         poses = top_grasp_poses(centre_pose(self.cell, self.object), self.height)
         T_wt = self.arm.model.pose(self.arm.target)
         self.arm.follow(nearest_orientation(poses, T_wt), speed=self.speed)
 
     def update(self) -> Status:
-        """Turn towards where the object is now, and say how far away that is."""
+        """Update the target and report the remaining time."""
         if self.duration > 0.0 and self.elapsed >= self.duration:
             self.arm.stop()
             return Status.SUCCESS

@@ -1,4 +1,4 @@
-"""Check where the tool is."""
+"""Check the pose of the tool."""
 
 import numpy as np
 import pinocchio as pin

@@ -1,4 +1,4 @@
-"""What the moves to a target of one's own have in common."""
+"""Base classes of behaviours that move to a given target."""
 
 from typing import Any
 
@@ -18,29 +18,31 @@ class Move(MotionBehaviour):
     )
 
     def check_amounts(self) -> None:
-        """Refuse a tolerance that nothing could be within, too."""
+        """Check the tolerance too."""
         super().check_amounts()
         check_positive(self.tolerance, "port 'tolerance'", "rad")
 
     @property
     def largest_error(self) -> float:
-        """Error of a joint up to which the arm has arrived [rad]."""
+        """Largest joint error at which the arm has arrived [rad]."""
         return float(self.tolerance)
 
 
 class PlannedMove(Move):
-    """A motion around what is in the way."""
+    """A motion around obstacles."""
 
-    planner = Input(str, default="", doc="Registered planner; by default that of the run.")
+    planner = Input(
+        str, default="", doc="Name of a registered planner; by default that of the run."
+    )
 
     def setup(self, **infrastructure: Any) -> None:
-        """Keep the planners and the randomness that they draw from, too."""
+        """Keep the planners and their random generator too."""
         super().setup(**infrastructure)
         self._rng = infrastructure["rng"]
         self._planners = infrastructure["planners"]
 
     def planning(self) -> dict[str, Any]:
-        """Give what the arm plans with.
+        """Return the planner and the random generator.
 
         Raises:
             UnknownPartError: When the planner is not registered.

@@ -1,4 +1,4 @@
-"""Move the tool on an arc."""
+"""Move the tool along an arc."""
 
 from bt_manip.bt import Input
 from bt_manip.planning import ArcTo
@@ -8,11 +8,11 @@ from .poses import pose_input
 
 
 class MoveArc(Move):
-    """Move the tool to a pose on the arc of a circle, turning evenly on the way."""
+    """Move the tool to a pose along a circular arc, with uniform rotation."""
 
-    via = Input(list[float], doc="A point in the world that the arc goes through: x;y;z [m].")
+    via = Input(list[float], doc="A point of the arc in the world: x;y;z [m].")
     pose = pose_input("Pose of the tool in the world: x;y;z;qw;qx;qy;qz [m].")
 
     def start(self) -> None:
-        """Move along the arc, or say how far it could be followed."""
+        """Move along the arc, or fail with the fraction that can be followed."""
         self.arm.move_path([ArcTo(self.via, self.pose)], speed=self.speed)

@@ -1,14 +1,14 @@
-"""Move the tool on a straight line."""
+"""Move the tool along a straight line."""
 
 from .move import Move
 from .poses import pose_input
 
 
 class MoveLinear(Move):
-    """Move the tool to a pose on a straight line, turning evenly on the way."""
+    """Move the tool to a pose along a straight line, with uniform rotation."""
 
     pose = pose_input("Pose of the tool in the world: x;y;z;qw;qx;qy;qz [m].")
 
     def start(self) -> None:
-        """Move along the line, or say how far it could be followed."""
+        """Move along the line, or fail with the fraction that can be followed."""
         self.arm.move_linear(self.pose, speed=self.speed)

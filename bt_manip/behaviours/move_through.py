@@ -8,18 +8,18 @@ from .poses import poses_input
 
 
 class MoveThrough(Move):
-    """Move the tool from pose to pose on straight lines, with rounded corners."""
+    """Move the tool through poses on straight lines, with blended corners."""
 
     poses = poses_input(
-        "Poses of the tool in the world, each x;y;z;qw;qx;qy;qz [m], with | between."
+        "Poses of the tool in the world, each x;y;z;qw;qx;qy;qz [m], separated by |."
     )
     blend = Input(
         float,
         default=0.02,
-        doc="How far from a corner it is rounded [m]; at 0 the tool halts there.",
+        doc="Blend distance from each corner [m]; at 0 the tool stops there.",
     )
 
     def start(self) -> None:
-        """Move along the lines, or say how far they could be followed."""
+        """Move along the lines, or fail with the fraction that can be followed."""
         steps = [LineTo(pose) for pose in self.poses]
         self.arm.move_path(steps, speed=self.speed, blend=self.blend)

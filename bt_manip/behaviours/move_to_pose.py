@@ -7,13 +7,13 @@ from .poses import pose_input
 
 
 class MoveToPose(PlannedMove):
-    """Move the tool to a pose in the world, around what is in the way."""
+    """Move the tool to a pose in the world, around obstacles."""
 
     pose = pose_input("Pose of the tool in the world: x;y;z;qw;qx;qy;qz [m].")
-    linear = Input(bool, default=False, doc="Along a straight line of the tool.")
+    linear = Input(bool, default=False, doc="Whether the tool moves along a straight line.")
 
     def start(self) -> None:
-        """Move in joint space, or on a straight line of the tool."""
+        """Plan a collision-free motion, or a straight line of the tool."""
         if self.linear:
             self.arm.move_linear(self.pose, speed=self.speed)
         else:

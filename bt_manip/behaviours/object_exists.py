@@ -1,4 +1,4 @@
-"""Check that an object is there."""
+"""Check that the cell has an object."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ from bt_manip.cell import Cell
 
 
 class ObjectExists(Condition):
-    """Check that the cell has an object."""
+    """Check that the cell has an object of a name."""
 
     object = Input(str, doc="Name of the object.")
 
@@ -17,7 +17,7 @@ class ObjectExists(Condition):
         self.cell: Cell = infrastructure["cell"]
 
     def update(self) -> Status:
-        """Look the name up."""
+        """Look up the name."""
         if self.object in self.cell.objects:
             return Status.SUCCESS
         return self.fail(f"the cell has no object '{self.object}'")

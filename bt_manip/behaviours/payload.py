@@ -1,4 +1,4 @@
-"""The payload that a held object is."""
+"""Payload of the arm from a held object."""
 
 import numpy as np
 import pinocchio as pin
@@ -9,14 +9,14 @@ from bt_manip.robots import Payload
 
 
 def payload_of(cell: Cell, name: str, T_wt: pin.SE3) -> Payload:
-    """Give an object's inertia, seen from the tool that holds it.
+    """Return an object's mass, centre of mass and inertia in the frame of the tool that holds it.
 
     Args:
         cell: The cell that the object is in.
         name: The object's name.
         T_wt: Pose of the tool in the world.
     """
-    model = cell.nominal_model  # what can be known of it
+    model = cell.nominal_model  # without randomization
     root = cell.body_id(name)
     T_wo = cell.pose(name)
     total = pin.Inertia.Zero()
@@ -29,5 +29,5 @@ def payload_of(cell: Cell, name: str, T_wt: pin.SE3) -> Payload:
             float(model.body_mass[body]), np.zeros(3), np.diag(model.body_inertia[body])
         )
         total += (T_wo.actInv(T_wb) * T_bi).act(principal)
-    seen_from_tool = T_wt.actInv(T_wo).act(total)
-    return Payload(seen_from_tool.mass, seen_from_tool.lever, seen_from_tool.inertia)
+    in_tool = T_wt.actInv(T_wo).act(total)
+    return Payload(in_tool.mass, in_tool.lever, in_tool.inertia)

@@ -1,4 +1,4 @@
-"""Poses in ports, and the tool poses from which an object can be gripped from above."""
+"""Poses in ports, poses of objects, and tool poses that point down."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -14,14 +14,14 @@ _QUARTER_TURN = math.pi / 2
 
 
 def pose_from_text(text: str) -> pin.SE3:
-    """Read a pose from a port's text.
+    """Parse a pose.
 
     Args:
-        text: ``x;y;z`` [m], pointing as the world does, or ``x;y;z;qw;qx;qy;qz``; or ``x;y;z`` and
+        text: ``x;y;z`` [m] with the world's orientation, or ``x;y;z;qw;qx;qy;qz``, or ``x;y;z`` and
             the rotation matrix row by row, which keeps every bit.
 
     Raises:
-        ValueError: When it is not three, seven or twelve finite numbers, or no rotation.
+        ValueError: When it is not three, seven or twelve finite numbers, or not a rotation.
     """
     try:
         numbers = [float(part) for part in text.split(";")]
@@ -29,7 +29,7 @@ def pose_from_text(text: str) -> pin.SE3:
         numbers = []
     if len(numbers) == 12:
         position, rotation = np.array(numbers[:3]), np.array(numbers[3:]).reshape(3, 3)
-        if not np.isfinite(numbers).all() or not _turns(rotation):
+        if not np.isfinite(numbers).all() or not _is_rotation(rotation):
             raise ValueError(f"the last nine numbers of a pose are a rotation matrix, got '{text}'")
         return pin.SE3(rotation, position)
     if len(numbers) not in (3, 7):
@@ -38,10 +38,10 @@ def pose_from_text(text: str) -> pin.SE3:
 
 
 def pose_to_text(T: pin.SE3) -> str:
-    """Write a pose as text that gives the same bits again.
+    """Format a pose as text that parses to the same bits.
 
-    As ``x;y;z;qw;qx;qy;qz`` where that does; else with the rotation matrix in place of the
-    quaternion, whose way there and back rounds.
+    As ``x;y;z;qw;qx;qy;qz`` where that is exact; otherwise with the rotation matrix, because the
+    conversion to a quaternion and back rounds.
     """
     text = _joined((*T.translation, *spatial.quat_wxyz(T)))
     if pose_from_text(text).rotation.tobytes() == T.rotation.tobytes():
@@ -53,28 +53,28 @@ def _joined(numbers: Iterable[float]) -> str:
     return ";".join(repr(float(number)) for number in numbers)
 
 
-def _turns(rotation: np.ndarray) -> bool:
-    """Tell whether a matrix turns and does nothing else, as far as numbers in a text can say."""
-    straight = np.abs(rotation @ rotation.T - np.eye(3)).max() < 1e-6
-    return bool(straight and np.linalg.det(rotation) > 0.0)
+def _is_rotation(rotation: np.ndarray) -> bool:
+    """Return whether a matrix is a rotation, up to the precision of numbers in a text."""
+    orthogonal = np.abs(rotation @ rotation.T - np.eye(3)).max() < 1e-6
+    return bool(orthogonal and np.linalg.det(rotation) > 0.0)
 
 
 def pose_input(doc: str) -> Input:
-    """Declare a port that reads a pose."""
+    """Declare an input port for a pose."""
     return Input(pin.SE3, parse=pose_from_text, format=pose_to_text, doc=doc)
 
 
 def poses_from_text(text: str) -> list[pin.SE3]:
-    """Read poses with ``|`` between them.
+    """Parse poses separated by ``|``.
 
     Raises:
-        ValueError: When one is no pose.
+        ValueError: When one is not a pose.
     """
     return [pose_from_text(part) for part in text.split("|")]
 
 
 def poses_input(doc: str) -> Input:
-    """Declare a port that reads several poses."""
+    """Declare an input port for several poses."""
     return Input(
         list[pin.SE3],
         parse=poses_from_text,
@@ -84,7 +84,7 @@ def poses_input(doc: str) -> Input:
 
 
 def centre_pose(cell: Cell, name: str) -> pin.SE3:
-    """Give the pose of an object's middle, wherever its own origin is.
+    """Return the pose of an object's centre, which may differ from its origin.
 
     Raises:
         CellError: When there is no such object.
@@ -97,7 +97,7 @@ def centre_pose(cell: Cell, name: str) -> pin.SE3:
 
 
 def bottom_pose(cell: Cell, name: str) -> pin.SE3:
-    """Give the pose of the middle of an upright object's bottom.
+    """Return the pose of the bottom centre of an upright object.
 
     Raises:
         CellError: When there is no such object.
@@ -108,25 +108,23 @@ def bottom_pose(cell: Cell, name: str) -> pin.SE3:
 
 
 def yaw_of(T: pin.SE3) -> float:
-    """Give the angle about the vertical of the horizontal-most axis of a pose [rad].
+    """Return the yaw of a pose's most horizontal axis [rad].
 
-    An object may lie on any of its faces: of its three axes, the one nearest to the horizontal
-    plane says how it is turned.
+    An object may lie on any of its faces, so the most horizontal of its three axes is used.
     """
     axis = T.rotation[:, int(np.argmin(np.abs(T.rotation[2])))]
     return math.atan2(axis[1], axis[0])
 
 
 def top_grasp_poses(T_wo: pin.SE3, height: float) -> list[pin.SE3]:
-    """List the tool poses that grip a box-like object by its side faces from above.
+    """List the four tool poses that point down over a box-like object, parallel to its sides.
 
     Args:
         T_wo: Pose of the object's centre in the world.
         height: Height of the tool centre point over that centre [m].
 
     Returns:
-        Four poses pointing straight down, a quarter turn apart: each pair of opposite faces with
-        either finger first.
+        Poses a quarter turn apart: each pair of opposite faces with either finger first.
     """
     position = T_wo.translation + np.array([0.0, 0.0, height])
     yaw = yaw_of(T_wo)
@@ -134,10 +132,10 @@ def top_grasp_poses(T_wo: pin.SE3, height: float) -> list[pin.SE3]:
 
 
 def downward_poses(position: Sequence[float], yaws: int = 8) -> list[pin.SE3]:
-    """List tool poses pointing straight down at a place where the yaw does not matter."""
+    """List tool poses that point down at a position, with yaws over a full turn."""
     return [spatial.pointing_down(position, 2 * math.pi * k / yaws) for k in range(yaws)]
 
 
 def nearest_orientation(poses: Sequence[pin.SE3], T: pin.SE3) -> pin.SE3:
-    """Choose the pose whose orientation is nearest to that of another pose."""
+    """Return the pose whose orientation is nearest to that of another pose."""
     return max(poses, key=lambda pose: float(np.trace(pose.rotation.T @ T.rotation)))

@@ -1,4 +1,4 @@
-"""Take an object out of the cell."""
+"""Remove an object from the cell."""
 
 import numpy as np
 
@@ -8,25 +8,27 @@ from .arm_behaviour import CellBehaviour
 
 
 class RemoveObject(CellBehaviour):
-    """Wait until an object rests, then take it out of the cell."""
+    """Wait until an object is at rest, then remove it from the cell."""
 
     STILL = 5e-3  # [m/s]
-    RESTING = 0.05  # [s] for which it has to be still
+    RESTING = 0.05  # [s] below that speed before it counts as at rest
 
     object = Input(str, doc="Name of the object.")
-    patience = Input(float, default=2.0, doc="Longest simulated time to wait for its rest [s].")
+    patience = Input(
+        float, default=2.0, doc="Longest simulated time to wait until it is at rest [s]."
+    )
 
     memory = (*CellBehaviour.memory, "_still_since")
 
     _still_since: float | None = None
 
     def start(self) -> None:
-        """Look for the object."""
+        """Check that the object exists."""
         self._still_since = None
         self.cell.find(self.object)
 
     def update(self) -> Status:
-        """Remove the object once it has rested for a while."""
+        """Remove the object once it has been at rest for `RESTING`."""
         name = self.object
         speed = float(np.linalg.norm(self.cell.velocity(name)[:3]))
         if speed >= self.STILL:

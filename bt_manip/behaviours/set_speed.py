@@ -1,4 +1,4 @@
-"""Set the pace of the arm."""
+"""Set the speed scaling of the arm."""
 
 from bt_manip.bt import Input, Status
 
@@ -6,18 +6,17 @@ from .arm_behaviour import ArmBehaviour
 
 
 class SetSpeed(ArmBehaviour):
-    """Set at which fraction of its planned speed the arm moves, from now on and at once.
+    """Set the speed scaling of the arm: the fraction of the planned speed at which it moves.
 
-    A motion that goes on meanwhile stays on its path. At 0 it pauses, and goes on when the speed is
-    raised again.
+    A running motion stays on its path. At 0 it pauses, and continues when the scaling is raised.
     """
 
     speed = Input(float, default=1.0, doc="Fraction of the planned speed, 0 to 1.")
 
     def start(self) -> None:
-        """Set the arm's pace."""
+        """Set the arm's speed scaling."""
         self.arm.speed_scale = self.speed
 
     def update(self) -> Status:
-        """Succeed: the arm changes its pace by itself."""
+        """Succeed: the arm changes its speed in the following steps."""
         return Status.SUCCESS

@@ -16,42 +16,44 @@ from .arm_behaviour import CellBehaviour
 from .extent import nearest_free
 from .poses import centre_pose
 
-ATTEMPTS = 100  # to keep the gap
+ATTEMPTS = 100  # random positions to find one that keeps the gap
 
 
 class SpawnObject(CellBehaviour):
-    """Put a new object at a random free place on another one, turned by any angle."""
+    """Put a new object at a random free position on another one, with a random yaw."""
 
     model = Input(
         str,
         default="cube",
-        doc="Object to make: a registered name (bt-manip list objects) or the address of a model.",
+        doc="Registered name of the object (bt-manip list objects), or the address of a model.",
     )
-    on = Input(str, default="table", doc="Name of the object whose surface it is put on.")
+    on = Input(str, default="table", doc="Name of the object to put it on.")
     region = Input(
         list[float],
         default=[0.2, 0.4, -0.3, 0.3],
-        doc="Where its centre may come to lie, in the world: x_min;x_max;y_min;y_max [m].",
+        doc="Region for its centre in the world: x_min;x_max;y_min;y_max [m].",
     )
-    gap = Input(float, default=0.0, doc="Distance from what else lies freely in the cell [m].")
-    name_hint = Input(str, default="", doc="Name to give it; by default that of the model.")
-    object = Output(str, doc="Unique name that it got.")
+    gap = Input(float, default=0.0, doc="Least distance to other free objects [m].")
+    name_hint = Input(
+        str, default="", doc="Name for it, made unique; by default that of the model."
+    )
+    object = Output(str, doc="Its unique name.")
 
     def setup(self, **infrastructure: Any) -> None:
-        """Keep the cell, its randomness and the known objects.
+        """Keep the cell, its random generator and the registered objects.
 
         Raises:
-            UnknownPartError: When it is known already what to make, and nobody knows how.
+            UnknownPartError: When the model is given already and is not registered.
             ModelError: When its address leads to no model.
         """
         super().setup(**infrastructure)
         self.rng: np.random.Generator = infrastructure["rng"]
         self.models: Catalogue = infrastructure["models"]
-        with contextlib.suppress(PortError):  # an entry that is only written later
+        with contextlib.suppress(PortError):  # the entry is written later
             self.models.get(self.model)
 
     def start(self) -> None:
-        """Make the object and insert it."""
+        """Create the object and insert it."""
         x_min, x_max, y_min, y_max = self._bounds()
         surface = self.cell.surface_height(self.on)
         entity = self.models.get(self.model)()
@@ -65,10 +67,10 @@ class SpawnObject(CellBehaviour):
         self.feedback_message = f"'{name}' at ({x:.3f}, {y:.3f}) m"
 
     def _place(self, entity: composer.Entity, region: Region, hint: str | None) -> str:
-        """Put it into the region, again and again until the gap is kept.
+        """Insert it at a random position of the region that keeps the gap.
 
         Raises:
-            CellError: When there is no such place.
+            CellError: When `ATTEMPTS` positions do not keep it.
         """
         gap = self.gap
         for _ in range(ATTEMPTS):
@@ -77,7 +79,9 @@ class SpawnObject(CellBehaviour):
             if gap <= 0.0 or nearest_free(self.cell, name, gap) >= gap:
                 return name
             self.cell.remove(name)
-        raise CellError(f"no place {1e3 * gap:g} mm from everything in {ATTEMPTS} attempts")
+        raise CellError(
+            f"no position with a gap of {1e3 * gap:g} mm to other objects in {ATTEMPTS} attempts"
+        )
 
     def _bounds(self) -> tuple[float, float, float, float]:
         region = self.region
@@ -87,5 +91,5 @@ class SpawnObject(CellBehaviour):
         return x_min, x_max, y_min, y_max
 
     def update(self) -> Status:
-        """Succeed: the object is there."""
+        """Succeed: the object is in the cell."""
         return Status.SUCCESS

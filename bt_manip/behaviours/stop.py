@@ -6,15 +6,15 @@ from .arm_behaviour import ArmBehaviour
 
 
 class Stop(ArmBehaviour):
-    """Bring the arm to rest on its path, and give up the motion that it was in."""
+    """Stop the arm on its path and cancel its motion."""
 
     def start(self) -> None:
-        """Begin to brake."""
+        """Start the stop."""
         self.arm.stop()
 
     def update(self) -> Status:
-        """Wait until the arm rests."""
+        """Wait until the arm is at rest."""
         if self.arm.moving:
-            self.feedback_message = f"{self.arm.remaining:.2f} s to rest"
+            self.feedback_message = f"{self.arm.remaining:.2f} s until rest"
             return Status.RUNNING
         return Status.SUCCESS

@@ -173,7 +173,7 @@ def test_stop_runs_until_the_arm_rests(station, trial):
     station.cell.step(300)
     stopping = trial(Stop())
     assert stopping.tick() is RUNNING
-    assert "to rest" in stopping.behaviour.feedback_message
+    assert "until rest" in stopping.behaviour.feedback_message
     assert stopping.until_done() is SUCCESS
     assert not station.arm.busy and np.abs(station.robot.v).max() < 0.05
 
