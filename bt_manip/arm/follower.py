@@ -70,6 +70,7 @@ class TrajectoryFollower:
         trajectory: The trajectory being followed; None at rest.
         paused: A paused trajectory and the time in it [s]; None when nothing is paused.
         speed_scale: Commanded speed scale, 0 to 1.
+        stopping: Whether the trajectory is a stop that discards the motion.
         lagging: Whether the limits have not allowed (all of) the last change of the speed scale.
         step: Control steps since the trajectory was last sampled.
     """
@@ -88,7 +89,7 @@ class TrajectoryFollower:
         self._now[: len(q)] = q
         self.trajectory: Trajectory | None = None
         self.paused: tuple[Trajectory, float] | None = None
-        self.speed_scale, self._stopping, self.lagging = 1.0, False, False
+        self.speed_scale, self.stopping, self.lagging = 1.0, False, False
         self._start = 0.0  # [s] in the trajectory, of the first sample
         self._dt = CONTROL_STEP
         self.step = self._last = 0
@@ -101,7 +102,7 @@ class TrajectoryFollower:
     def state(self) -> ArmState:
         """What the reference does now; the arrays are live."""
         return ArmState(
-            self.q, self.v, self.a, self.trajectory, self.time, self.speed_scale, self._stopping
+            self.q, self.v, self.a, self.trajectory, self.time, self.speed_scale, self.stopping
         )
 
     @property
@@ -113,11 +114,6 @@ class TrajectoryFollower:
     def remaining(self) -> float:
         """Time until the reference comes to rest [s]."""
         return 0.0 if self.trajectory is None else max(0.0, self.trajectory.duration - self.time)
-
-    @property
-    def stopping(self) -> bool:
-        """Whether it is stopping, with the motion discarded."""
-        return self._stopping and self.trajectory is not None
 
     def ahead(self, times: np.ndarray) -> np.ndarray:
         """Return the reference positions at times from now on [rad]."""  # (n,) -> (n, nq)
@@ -141,19 +137,19 @@ class TrajectoryFollower:
         elif self.speed_scale == 0.0 and self.state.at_rest:
             self._checked(motion.trajectory, model)
             self.trajectory, self.paused = None, (motion.trajectory, 0.0)
-            self._stopping = self.lagging = False
+            self.stopping = self.lagging = False
         else:
             self._take(motion.trajectory, model)
-            self.paused, self._stopping, self.lagging = None, motion.stops, motion.lagging
+            self.paused, self.stopping, self.lagging = None, motion.stops, motion.lagging
 
     def stop(self, model: RobotModel) -> None:
         """Stop on the path as soon as the limits allow, and discard the motion."""
         self.paused, self.lagging = None, False
         if self.trajectory is None or self.state.at_rest:
-            self.trajectory, self._stopping = None, False
+            self.trajectory, self.stopping = None, False
             return
         self._take(plan_stop(self.trajectory, self.time, model), model)
-        self._stopping = True
+        self.stopping = True
 
     def set_speed_scale(self, speed_scale: float, model: RobotModel) -> None:
         """Change the speed scale; 0 pauses.
@@ -169,7 +165,7 @@ class TrajectoryFollower:
                 nominal, s = self.paused
                 # At its start a trajectory itself accelerates from rest.
                 change = nominal, (s, 0.0 if s else speed_scale, 0.0)
-        elif self.trajectory is not None and not self._stopping:
+        elif self.trajectory is not None and not self.stopping:
             if isinstance(self.trajectory, TimeScaledTrajectory):
                 change = self.trajectory.nominal, self.trajectory.time_scaling.at(self.time)
             else:
@@ -205,7 +201,7 @@ class TrajectoryFollower:
             "dt": self._dt,
             "step": self.step,
             "speed_scale": self.speed_scale,
-            "stopping": self._stopping,
+            "stopping": self.stopping,
             "lagging": self.lagging,
             "paused": None if paused is None else [paused[0].get_state(), paused[1]],
         }
@@ -219,7 +215,7 @@ class TrajectoryFollower:
         if self.trajectory is not None:
             self._sample()
         self.step = state["step"]
-        self.speed_scale, self._stopping = state["speed_scale"], state["stopping"]
+        self.speed_scale, self.stopping = state["speed_scale"], state["stopping"]
         self.lagging = state["lagging"]
         self.paused = None if paused is None else (trajectory_from_state(paused[0]), paused[1])
 
@@ -251,9 +247,9 @@ class TrajectoryFollower:
     def _end(self) -> None:
         """Rest at the end of the trajectory, or paused in the middle of it."""
         ended, self.trajectory = self.trajectory, None
-        if isinstance(ended, TimeScaledTrajectory) and not (self._stopping or ended.complete):
+        if isinstance(ended, TimeScaledTrajectory) and not (self.stopping or ended.complete):
             self.paused = ended.nominal, ended.time_scaling.end
-        self._stopping = self.lagging = False
+        self.stopping = self.lagging = False
 
     def _sample(self) -> None:
         """Sample the rest of the trajectory at once, so that a control step copies one row."""
