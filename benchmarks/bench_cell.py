@@ -14,7 +14,8 @@ from dm_control import composer, mjcf
 from bt_manip.arm import Arm
 from bt_manip.cell import Basket, Cell, Cube, Region, Table
 from bt_manip.cell.physics.state import integration_state
-from bt_manip.control import ComputedTorque, GripperController
+from bt_manip.control import ComputedTorque
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
 from bt_manip.runner import build_station, load_snapshot, save_snapshot
 from bt_manip.spatial import pointing_down, pose
@@ -43,10 +44,9 @@ class Recorder(composer.Entity):
 
 def pick(recorder: Recorder | None = None) -> tuple[Cell, Callable[[int], None]]:
     """Build a pick, and give what has to be done before its steps."""
-    robot = Robot(panda())
-    control, gripper = ComputedTorque(robot), GripperController(robot)
+    robot = Robot(panda(), gripper=TwoFingerGripper)
+    control, gripper = ComputedTorque(robot), robot.gripper
     robot.attach(control)
-    robot.attach(gripper)
     cell = Cell()
     with cell.editing():
         cell.add(Table())

@@ -15,6 +15,7 @@ from benchmarks import ik_peers
 from bt_manip import spatial
 from bt_manip.arm import Arm
 from bt_manip.exceptions import MotionError
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.kinematics import IKProblem, IKResult, InverseKinematics, PoseTarget, PositionTarget
 from bt_manip.planning import ArcTo, LineTo
 from bt_manip.robots import Robot, RobotModel, compile_alone, panda
@@ -29,7 +30,7 @@ def rows(poses: int = POSES) -> list[Row]:
     Args:
         poses: Number of poses for inverse kinematics.
     """
-    robot = Robot(panda())
+    robot = Robot(panda(), gripper=TwoFingerGripper)
     compile_alone(robot)
     return [
         *inverse_kinematics_rows(robot.make_model(), poses),

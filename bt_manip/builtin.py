@@ -34,6 +34,14 @@ def register_robots(register: Callable[[Any], None]) -> None:
 
 
 @hookimpl
+def register_grippers(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Bring grippers of two fingers."""
+    from bt_manip.grippers import TwoFingerGripper
+
+    register(TwoFingerGripper.kind, TwoFingerGripper)
+
+
+@hookimpl
 def register_controllers(register: Callable[[str, Callable[..., Any]], None]) -> None:
     """Bring computed torque, and the plain PD beside it."""
     from bt_manip import control

@@ -41,6 +41,16 @@ def register_robots(register: Callable[[Any], None]) -> None:
 
 
 @hookspec
+def register_grippers(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Bring kinds of grippers, which robots' descriptions name.
+
+    Args:
+        register: ``register(name, factory)``, where ``factory(robot)`` makes a new
+            `bt_manip.robots.Gripper` for a `bt_manip.robots.Robot` that is not compiled yet.
+    """
+
+
+@hookspec
 def register_controllers(register: Callable[[str, Callable[..., Any]], None]) -> None:
     """Bring controllers, which turn an arm's reference into torques.
 

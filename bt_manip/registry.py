@@ -201,6 +201,7 @@ class Parts:
     Attributes:
         objects: Factories, ``factory(**parameters) -> composer.Entity``.
         robots: Robot descriptions.
+        grippers: Factories, ``factory(robot) -> Gripper``.
         controllers: Factories, ``factory(robot) -> Controller``.
         planners: Factories, ``factory() -> Planner``.
         behaviours: Classes of tree nodes; the nodes of the tree language itself are not here.
@@ -214,6 +215,7 @@ class Parts:
 
     objects: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("object"))
     robots: Registry[Any] = field(default_factory=lambda: Registry("robot"))
+    grippers: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("gripper"))
     controllers: Registry[Callable[..., Any]] = field(
         default_factory=lambda: Registry("controller")
     )
@@ -232,6 +234,7 @@ class Parts:
         return {
             "objects": self.objects,
             "robots": self.robots,
+            "grippers": self.grippers,
             "controllers": self.controllers,
             "planners": self.planners,
             "behaviours": self.behaviours,

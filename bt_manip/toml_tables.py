@@ -3,7 +3,7 @@
 import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import pinocchio as pin
@@ -65,10 +65,23 @@ class TomlFile:
             return None
 
 
+class PythonSource(NamedTuple):
+    """Stands for the file of a table that was written in Python."""
+
+    name: str
+    error: type[BtManipError]
+
+    def where(self, place: Place) -> str:
+        """Say whose table it is."""
+        return self.name
+
+
 class TomlTable:
     """A table of a file, read key by key; `finish` finds the keys that nobody asked for."""
 
-    def __init__(self, file: TomlFile, entries: Mapping[str, Any], place: Place = ()) -> None:
+    def __init__(
+        self, file: TomlFile | PythonSource, entries: Mapping[str, Any], place: Place = ()
+    ) -> None:
         """Read a table.
 
         Args:
@@ -211,6 +224,10 @@ class TomlTable:
             TomlTable(self.file, item, (*self._place, key, number))
             for number, item in enumerate(value, 1)
         ]
+
+    def rest(self) -> dict[str, Any]:
+        """Give the keys that nobody has asked for, with their values."""
+        return {key: value for key, value in self._entries.items() if key not in self._asked}
 
     def finish(self) -> None:
         """Refuse keys that mean nothing.

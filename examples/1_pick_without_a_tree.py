@@ -24,7 +24,7 @@ def main() -> None:
 
     gripper.close(force=50.0)  # [N] on each finger
     station.step_until(lambda: gripper.steady)
-    left, right = gripper.finger_forces
+    left, right = gripper.forces
     print(f"the fingers hold {gripper.held} with {left:.1f} and {right:.1f} N")
 
     arm.move_linear(pointing_down(at + (0, 0, 0.3)))

@@ -11,7 +11,7 @@ from bt_manip.behaviours import Grasp, Hover, Lift, Reach
 from bt_manip.bt import Action, Input, NodeStatus, Output, Sequence, Status, Tree
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import Cube
-from bt_manip.control import GripperController
+from bt_manip.robots import Gripper
 from bt_manip.runner import Station, build_station
 from bt_manip.spatial import pose
 
@@ -25,7 +25,7 @@ class Weigh(Action):
     duration = Input(float, default=0.2, doc="Simulated time to average over [s].")
     mass = Output(float, doc="What it weighs [kg].")
 
-    def setup(self, *, cell: Cell, gripper: GripperController, **_: Any) -> None:
+    def setup(self, *, cell: Cell, gripper: Gripper, **_: Any) -> None:
         """Keep what is needed; a tree can be made, drawn and checked without it."""
         self.cell, self.gripper = cell, gripper
 

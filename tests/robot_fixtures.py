@@ -10,13 +10,14 @@ from bt_manip import spatial
 from bt_manip.arm import Arm
 from bt_manip.cell import Cell
 from bt_manip.collision import CollisionWorld
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.kinematics import InverseKinematics
 from bt_manip.robots import Robot, RobotModel, compile_alone, panda
 
 
 @pytest.fixture(scope="session")
 def compiled_robot() -> Robot:
-    robot = Robot(panda())
+    robot = Robot(panda(), gripper=TwoFingerGripper)
     compile_alone(robot)
     return robot
 
@@ -78,7 +79,7 @@ class Walled(NamedTuple):
 
 @pytest.fixture(scope="session")
 def walled() -> Walled:
-    cell, robot = Cell(Floating()), Robot(panda())
+    cell, robot = Cell(Floating()), Robot(panda(), gripper=TwoFingerGripper)
     with cell.editing():
         cell.add(robot, free=False)
         cell.add(Box((0.7, 1.2, 0.1)), spatial.pose((0.55, 0.0, -0.05)), name="top")

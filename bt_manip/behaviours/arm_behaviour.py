@@ -14,10 +14,11 @@ from bt_manip.control import ControlError
 from bt_manip.exceptions import MotionError
 from bt_manip.models import ModelError
 from bt_manip.registry import UnknownPartError
+from bt_manip.robots import GripperError
 
 from .robot_port import RobotPort
 
-FAILURES = (CellError, ControlError, ModelError, MotionError, UnknownPartError)
+FAILURES = (CellError, ControlError, GripperError, ModelError, MotionError, UnknownPartError)
 """Errors for which a behaviour fails; all others end the run."""
 
 
@@ -65,7 +66,7 @@ class CellBehaviour(Action):
         Raises:
             CellError: When what it refers to is not in the cell.
             MotionError: When there is no such motion.
-            ControlError: When the gripper cannot do what is asked.
+            GripperError: When the gripper cannot do what is asked, or there is none.
             ModelError: When an address leads to no model.
             UnknownPartError: When nothing is registered by a name.
         """
@@ -86,6 +87,12 @@ class ArmBehaviour(RobotPort, CellBehaviour):
         self._started = self.cell.time
         if self.try_to(self.choose_robot) and self.try_to(self.check_amounts):
             self.try_to(self.start)
+
+    def stop_gripper(self) -> None:
+        """Stop the gripper, where there is one."""
+        gripper = self._robots[self._robot_name].gripper
+        if gripper is not None:
+            gripper.stop()
 
     @property
     def T_wt(self) -> pin.SE3:

@@ -6,9 +6,11 @@ from .arm_behaviour import ArmBehaviour
 
 
 class CloseGripper(ArmBehaviour):
-    """Close the fingers on whatever is between them, or on each other."""
+    """Close the gripper on whatever is in it, or on nothing."""
 
-    force = Input(float, default=50.0, doc="Normal force of each finger [N].")
+    needs_gripper = True
+
+    force = Input(float, default=50.0, doc="Force to hold with at each contact [N].")
     patience = Input(float, default=2.0, doc="Longest simulated time to try [s].")
 
     amounts = {"patience": "s"}
@@ -18,19 +20,18 @@ class CloseGripper(ArmBehaviour):
         self.gripper.close(self.force)
 
     def update(self) -> Status:
-        """Wait until the fingers press steadily or have met."""
-        self.feedback_message = f"{1000 * self.gripper.width:.0f} mm open"
+        """Wait until the gripper holds steadily or has closed on nothing."""
+        self.feedback_message = self.gripper.status
         if self.gripper.steady or self.gripper.closed_on_nothing:
             return Status.SUCCESS
         if self.elapsed > self.patience:
-            left, right = self.gripper.finger_forces
             return self.fail(
-                f"the fingers press with {left:.1f} and {right:.1f} N after {self.patience:g} s, "
+                f"no steady grip after {self.patience:g} s: {self.gripper.status}, "
                 f"asked {self.force:g} N"
             )
         return Status.RUNNING
 
     def terminate(self, new_status: Status) -> None:
-        """Keep the fingers where they are when halted."""
+        """Stop closing when halted."""
         if new_status == Status.INVALID:
-            self.gripper.stop()
+            self.stop_gripper()

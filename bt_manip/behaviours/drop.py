@@ -9,7 +9,7 @@ from .poses import bottom_pose, downward_poses
 
 
 class Drop(LettingGoBehaviour):
-    """Move over a container, open the fingers, and wait until nothing touches them."""
+    """Move over a container, open the gripper, and wait until it touches nothing."""
 
     container = Input(str, doc="Name of the container.")
     height = Input(float, default=0.25, doc="Height of the tool over the container's bottom [m].")
@@ -23,5 +23,5 @@ class Drop(LettingGoBehaviour):
         self.arm.move_to_pose(downward_poses(above), speed=self.speed)
 
     def arrived(self) -> Status:
-        """Open, and wait until the fingers are free."""
+        """Open, and wait until the gripper touches nothing."""
         return self.let_go()

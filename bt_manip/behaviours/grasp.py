@@ -1,4 +1,4 @@
-"""Grasp an object between the fingers."""
+"""Grasp an object."""
 
 from bt_manip.bt import Input, Status
 
@@ -7,15 +7,17 @@ from .payload import payload_of
 
 
 class Grasp(ArmBehaviour):
-    """Close the gripper on an object until both fingers press it steadily.
+    """Close the gripper on an object until it holds that steadily.
 
-    The grasp has succeeded when the gripper calls its grip steady: the normal force on each
-    finger has stayed near the asked one for a while. The closing impact passes any force within
-    milliseconds, so a single sample says nothing. From then on the object is the arm's payload.
+    The grasp has succeeded when the gripper calls its grip steady: its force has stayed near the
+    asked one for a while. The closing impact passes any force within milliseconds, so a single
+    sample says nothing. From then on the object is the arm's payload.
     """
 
+    needs_gripper = True
+
     object = Input(str, doc="Name of the object.")
-    force = Input(float, default=50.0, doc="Normal force of each finger [N].")
+    force = Input(float, default=50.0, doc="Force to hold with at each contact [N].")
     patience = Input(float, default=2.0, doc="Longest simulated time to try [s].")
 
     amounts = {"patience": "s"}
@@ -26,17 +28,16 @@ class Grasp(ArmBehaviour):
         self.gripper.close(self.force)
 
     def update(self) -> Status:
-        """Wait for a steady force on both fingers."""
-        left, right = self.gripper.finger_forces
-        self.feedback_message = f"fingers press with {left:.0f} and {right:.0f} N"
+        """Wait for a steady grip."""
+        self.feedback_message = self.gripper.status
         if self.gripper.steady:
             return self._held()
         if self.gripper.closed_on_nothing:
-            return self.fail(f"the fingers met without '{self.object}' between them")
+            return self.fail(f"the gripper closed without gripping '{self.object}'")
         if self.elapsed > self.patience:
             return self.fail(
-                f"no steady grip after {self.patience:g} s: the fingers press with {left:.1f} "
-                f"and {right:.1f} N, asked {self.force:g} N"
+                f"no steady grip after {self.patience:g} s: {self.gripper.status}, "
+                f"asked {self.force:g} N"
             )
         return Status.RUNNING
 
@@ -44,7 +45,7 @@ class Grasp(ArmBehaviour):
         held = self.gripper.held
         if self.object not in held:
             return self.fail(
-                f"the fingers hold {', '.join(held) or 'nothing'}, not '{self.object}'"
+                f"the gripper holds {', '.join(held) or 'nothing'}, not '{self.object}'"
             )
         self.arm.payload = payload_of(self.cell, self.object, self.T_wt)
         return Status.SUCCESS
@@ -52,4 +53,4 @@ class Grasp(ArmBehaviour):
     def terminate(self, new_status: Status) -> None:
         """Stop closing when halted."""
         if new_status == Status.INVALID:
-            self.gripper.stop()
+            self.stop_gripper()

@@ -9,7 +9,7 @@ from .poses import centre_pose, top_grasp_poses
 class Hover(GrippingBehaviour):
     """Move the tool over an object, where it can go straight on to grip it.
 
-    Of the grasps of the object the best is taken at which the fingers have room, which the arm
+    Of the grasps of the object the best is taken at which the gripper has clearance, which the arm
     reaches and comes to without touching anything. Where none comes from above, the tool is beside
     the object. What stands fixed is not to be gripped: over that the tool only points down.
     """

@@ -6,13 +6,15 @@ from .robot_port import RobotCondition
 
 
 class IsHolding(RobotCondition):
-    """Check that both fingers press an object."""
+    """Check that the gripper holds an object."""
+
+    needs_gripper = True
 
     object = Input(str, doc="Name of the object.")
 
     def update(self) -> Status:
-        """Look at what touches both fingers."""
+        """Ask the gripper."""
         held = self.gripper.held
         if self.object in held:
             return Status.SUCCESS
-        return self.fail(f"the fingers hold {', '.join(held) or 'nothing'}, not '{self.object}'")
+        return self.fail(f"the gripper holds {', '.join(held) or 'nothing'}, not '{self.object}'")

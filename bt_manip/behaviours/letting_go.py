@@ -6,36 +6,38 @@ from .arm_behaviour import MotionBehaviour
 
 
 class LettingGoBehaviour(MotionBehaviour):
-    """Move, and then open the fingers until nothing touches them."""
+    """Move, and then open the gripper until it touches nothing."""
 
-    patience = Input(float, default=2.0, doc="Longest simulated time for the fingers to open [s].")
+    needs_gripper = True
+
+    patience = Input(float, default=2.0, doc="Longest simulated time for the gripper to open [s].")
 
     memory = (*MotionBehaviour.memory, "_opening")
     amounts = {**MotionBehaviour.amounts, "patience": "s"}
 
-    _opening: float | None = None  # [s] when the fingers began to open
+    _opening: float | None = None  # [s] when the gripper began to open
 
     def initialise(self) -> None:
-        """Start the motion, with the fingers as they are."""
+        """Start the motion, with the gripper as it is."""
         self._opening = None
         super().initialise()
 
     def let_go(self) -> Status:
-        """Open, and wait until the fingers are free."""
+        """Open, and wait until the gripper touches nothing."""
         if self._opening is None:
             self._opening = self.cell.time
             self.gripper.open()
-        self.feedback_message = f"opening, {1000 * self.gripper.width:.0f} mm"
+        self.feedback_message = f"opening: {self.gripper.status}"
         if self.gripper.is_free and self.gripper.is_open:
             self.arm.payload = None
             return Status.SUCCESS
         if self.cell.time - self._opening > self.patience:
             touching = ", ".join(self.gripper.held) or "something"
-            return self.fail(f"the fingers still touch {touching} after {self.patience:g} s")
+            return self.fail(f"the gripper still touches {touching} after {self.patience:g} s")
         return Status.RUNNING
 
     def terminate(self, new_status: Status) -> None:
-        """Brake, and keep the fingers where they are, when halted."""
+        """Stop arm and gripper when halted."""
         super().terminate(new_status)
         if new_status == Status.INVALID:
-            self.gripper.stop()
+            self.stop_gripper()

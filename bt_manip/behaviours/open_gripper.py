@@ -6,7 +6,9 @@ from .arm_behaviour import ArmBehaviour
 
 
 class OpenGripper(ArmBehaviour):
-    """Open the fingers; what they held is no payload any more."""
+    """Open the gripper; what it held is no payload any more."""
+
+    needs_gripper = True
 
     patience = Input(float, default=2.0, doc="Longest simulated time to try [s].")
 
@@ -17,19 +19,19 @@ class OpenGripper(ArmBehaviour):
         self.gripper.open()
 
     def update(self) -> Status:
-        """Wait until the fingers are open."""
-        self.feedback_message = f"{1000 * self.gripper.width:.0f} mm open"
+        """Wait until the gripper is open."""
+        self.feedback_message = self.gripper.status
         if self.gripper.is_open:
             self.arm.payload = None
             return Status.SUCCESS
         if self.elapsed > self.patience:
             return self.fail(
-                f"the fingers are {1000 * self.gripper.width:.1f} mm apart after "
-                f"{self.patience:g} s; something holds them"
+                f"the gripper is not open after {self.patience:g} s ({self.gripper.status}); "
+                "something holds it"
             )
         return Status.RUNNING
 
     def terminate(self, new_status: Status) -> None:
-        """Keep the fingers where they are when halted."""
+        """Stop opening when halted."""
         if new_status == Status.INVALID:
-            self.gripper.stop()
+            self.stop_gripper()

@@ -21,8 +21,8 @@ OVER, DOWN = "over", "down"
 class PlacingBehaviour(LettingGoBehaviour):
     """Carry what is held over a place, lower it straight down, and let it go.
 
-    Of the quarter turns by which it can be set down the hand takes one at which the fingers have
-    room to open; of those the one with the nearest configuration.
+    Of the quarter turns by which it can be set down one is taken at which the gripper has the
+    clearance to open; of those the one with the nearest configuration.
     """
 
     object = Input(str, doc="Name of the object that is held.")
@@ -39,7 +39,7 @@ class PlacingBehaviour(LettingGoBehaviour):
         self._phase = OVER
         if self.object not in self.gripper.held:
             held = ", ".join(self.gripper.held) or "nothing"
-            self.fail(f"the fingers hold {held}, not '{self.object}'")
+            self.fail(f"the gripper holds {held}, not '{self.object}'")
             return
         clearance = GripperClearance(self.cell, self.arm.robot, self.ignored())
         grips, _ = with_clearance(self._grips(), clearance)
@@ -56,7 +56,7 @@ class PlacingBehaviour(LettingGoBehaviour):
         raise NotImplementedError
 
     def ignored(self) -> Sequence[str]:
-        """Name what the hand may come near to when it lets go."""
+        """Name what the gripper may come near to when it lets go."""
         return [self.object]
 
     def arrived(self) -> Status:

@@ -12,7 +12,7 @@ from .poses import centre_pose
 
 
 class Reach(GrippingBehaviour):
-    """Bring the open fingers around an object on a straight line, clear of its neighbours."""
+    """Bring the open gripper to an object on a straight line, clear of its neighbours."""
 
     object = Input(str, doc="Name of the object.")
     height = Input(

@@ -8,8 +8,9 @@ from bt_manip.arm import Arm
 from bt_manip.bt import Input
 from bt_manip.bt.nodes import Condition, Node
 from bt_manip.cell import CellError
-from bt_manip.control import ControllerManager, GripperController
+from bt_manip.control import ControllerManager
 from bt_manip.exceptions import PortError, did_you_mean
+from bt_manip.robots import Gripper, GripperError
 
 ENTRY = "robot"
 """Key of the blackboard entry that names the robot where no port does."""
@@ -31,6 +32,9 @@ class RobotPort(Node):
 
     memory: ClassVar[tuple[str, ...]] = ("_robot_name",)
 
+    needs_gripper: ClassVar[bool] = False
+    """Whether it fails where the robot has no gripper."""
+
     _robot_name = ""
 
     def setup(self, **infrastructure: Any) -> None:
@@ -41,7 +45,8 @@ class RobotPort(Node):
         """
         super().setup(**infrastructure)
         self._robots: Mapping[str, Any] = infrastructure["robots"]
-        with contextlib.suppress(PortError):  # an entry that is only written later
+        # An entry may be written later; that there is no gripper fails the behaviour, not the run.
+        with contextlib.suppress(PortError, GripperError):
             self.choose_robot()
 
     def choose_robot(self) -> None:
@@ -49,6 +54,7 @@ class RobotPort(Node):
 
         Raises:
             CellError: When there are several and none is named, or none has the name.
+            GripperError: When it needs a gripper and has none.
             PortError: When the entry that is to say it was never written.
         """
         name = self.robot
@@ -65,6 +71,8 @@ class RobotPort(Node):
         if name not in self._robots:
             raise CellError(f"there is no robot '{name}'{did_you_mean(name, self._robots)}")
         self._robot_name = name
+        if self.needs_gripper:
+            _ = self.gripper
 
     @property
     def robot_name(self) -> str:
@@ -84,9 +92,15 @@ class RobotPort(Node):
         return controllers
 
     @property
-    def gripper(self) -> GripperController:
-        """The gripper of the robot that is meant."""
-        gripper: GripperController = self._robots[self._robot_name].gripper
+    def gripper(self) -> Gripper:
+        """The gripper of the robot that is meant.
+
+        Raises:
+            GripperError: When it has none.
+        """
+        gripper: Gripper | None = self._robots[self._robot_name].gripper
+        if gripper is None:
+            raise GripperError(f"robot '{self._robot_name}' has no gripper")
         return gripper
 
 
@@ -97,5 +111,5 @@ class RobotCondition(RobotPort, Condition):
         """Look at the robot that is meant now."""
         try:
             self.choose_robot()
-        except CellError as error:
+        except (CellError, GripperError) as error:
             self.fail(str(error))

@@ -10,10 +10,10 @@ OVERVIEW = "overview"
 
 
 class Arena(composer.Arena):
-    """A floor, a sky, soft lights, and the physics options that let fingers hold things.
+    """A floor, a sky, soft lights, and the physics options that let grippers hold things.
 
     Elliptic friction cones and ``impratio`` 10 keep a gripped object from creeping: with MuJoCo's
-    pyramidal default, friction is soft and a held cube slides out of the fingers.
+    pyramidal default, friction is soft and a held cube slides out of a gripper.
     """
 
     def _build(self, name: str = "arena", timestep: float = 1e-3) -> None:

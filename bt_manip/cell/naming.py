@@ -37,7 +37,7 @@ def body_name(full_name: str) -> str:
     """Shorten the name of a compiled body.
 
     PyMJCF calls the root body of the entity ``cube`` ``cube/``; here it is ``cube``. A body inside
-    keeps its name: ``panda/left_finger``. A body that only repeats its entity's name
+    keeps its name: ``panda/link7``. A body that only repeats its entity's name
     (``cube/cube``) is the entity.
     """
     entity, slash, body = full_name.partition("/")
@@ -47,7 +47,7 @@ def body_name(full_name: str) -> str:
 
 
 def entity_of(body: str) -> str:
-    """Give the entity's part of a body label: ``panda`` of ``panda/left_finger``."""
+    """Give the entity's part of a body label: ``panda`` of ``panda/link7``."""
     return body.partition("/")[0]
 
 

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from bt_manip.plugins import Plugins
 
 KINDS = (
-    "trees", "behaviours", "objects", "robots", "controllers", "planners", "scenes",
-    "model_sources", "recorders", "plugins",
+    "trees", "behaviours", "objects", "robots", "grippers", "controllers", "planners",
+    "scenes", "model_sources", "recorders", "plugins",
 )  # fmt: skip
 
 

@@ -165,7 +165,9 @@ class CollisionWorld:
         moving, own = geometry.bodies[of_geom], geometry.arm[of_geom]
         self._moving = moving
         # The gripper may touch the held object, and itself when it has closed on nothing.
-        gripping = np.isin(of_geom, geometry.gripper.bodies) | (moving & ~own)
+        gripper = self._robot.gripper
+        contact_bodies = gripper.contact_body_ids if gripper is not None else ()
+        gripping = np.isin(of_geom, contact_bodies) | (moving & ~own)
         allowed = gripping[:, np.newaxis] & gripping
         self.checked_pairs = (moving[:, np.newaxis] | moving) & ~allowed & self._collidable
         self.self_pairs = own[:, np.newaxis] & own

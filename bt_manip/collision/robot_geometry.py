@@ -10,8 +10,6 @@ from bt_manip import spatial
 from bt_manip.cell import BodyNames, entity_of
 from bt_manip.robots import Robot, RobotModel
 
-from .gripper_contacts import GripperContacts
-
 
 class RobotGeometry:
     """Places the bodies of a robot, and of the object that it holds, at a configuration.
@@ -20,7 +18,6 @@ class RobotGeometry:
 
     Attributes:
         robot: The robot.
-        gripper: Its gripper.
         arm: Mask of the bodies that the arm moves.  # (nbody,)
         held_root: Root body of the held object; 0 without one.
         bodies: Mask of the arm's bodies and those of the held object; a new array whenever it
@@ -34,7 +31,7 @@ class RobotGeometry:
             robot: The robot, compiled into a cell.
             model: Its kinematic model, which is copied.
         """
-        self.robot, self.gripper = robot, GripperContacts(robot)
+        self.robot = robot
         self._kinematics = model.copy()
         self._source: mujoco.MjModel | None = None
         self.held_root = 0
@@ -42,8 +39,9 @@ class RobotGeometry:
 
     def refresh(self) -> None:
         """Update the held object and its pose in the tool frame."""
-        model, data = self.robot.mj_model, self.robot.mj_data
-        held = self.gripper.held_root()
+        robot = self.robot
+        model, data = robot.mj_model, robot.mj_data
+        held = robot.gripper.held_root() if robot.gripper is not None else 0
         if model is not self._source or held != self.held_root:
             self._source, self.held_root = model, held
             self._adr = np.array(self.robot.qpos_adr)
@@ -82,8 +80,8 @@ class RobotGeometry:
 
     def write_open_gripper(self, qpos: np.ndarray) -> None:
         """Write the positions of the opened gripper into a ``qpos``, unless it holds an object."""
-        if not self.held_root:
-            self.gripper.write_open(qpos)
+        if not self.held_root and self.robot.gripper is not None:
+            self.robot.gripper.set_opening(qpos)
 
 
 class HasTarget(Protocol):

@@ -1,4 +1,4 @@
-"""Torque controllers of arms, and force control of grippers."""
+"""Torque controllers of arms."""
 
 from .computed_torque import ComputedTorque as ComputedTorque
 from .controller import TRANSFER_TIME as TRANSFER_TIME
@@ -7,6 +7,5 @@ from .controller_manager import ControllerManager as ControllerManager
 from .exceptions import ControlError as ControlError
 from .exceptions import ControllerFault as ControllerFault
 from .gravity_compensated_pd import GravityCompensatedPD as GravityCompensatedPD
-from .gripper_controller import GripperController as GripperController
 from .reference import Hold as Hold
 from .reference import Reference as Reference

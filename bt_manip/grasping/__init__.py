@@ -10,7 +10,5 @@ from .gripper_clearance import SUFFICIENT_CLEARANCE as SUFFICIENT_CLEARANCE
 from .gripper_clearance import Clearance as Clearance
 from .gripper_clearance import GripperClearance as GripperClearance
 from .gripper_clearance import with_clearance as with_clearance
-from .hand import Hand as Hand
-from .hand import measure_hand as measure_hand
 from .solids import Solid as Solid
 from .solids import solids_of as solids_of

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bt_manip.exceptions import MotionError
+from bt_manip.grippers import Hand
 
 from .antipodal_sampling import (
     FINGER_CLEARANCE,
@@ -15,7 +16,6 @@ from .antipodal_sampling import (
     face_extents,
 )
 from .grasp_candidates import GraspCandidates
-from .hand import Hand
 from .solids import Solid, least_width
 
 GRIP_DEPTH = 0.010
@@ -256,7 +256,7 @@ def grasp_candidates(
         object_axes[k] @ tool_axes.T,
         (centre - back[:, None] * approach)[k],
         width[k],
-        np.minimum(width + 2.0 * margin, hand.stroke)[k],
+        hand.opening(np.minimum(width + 2.0 * margin, hand.stroke))[k],
         {name: cost[k] for name, cost in costs.items()},
         clear,
     )

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .hand import Hand
+from bt_manip.grippers import Hand
+
 from .solids import Polyhedron, Solid
 
 FINGER_CLEARANCE = 1.5e-3

@@ -52,7 +52,7 @@ class GraspCandidates:
         rotation: Of the tool in the object's frame.  # (n, 3, 3)
         position: Of the tool in the object's frame [m].  # (n, 3)
         width: Width of what is gripped [m].  # (n,)
-        opening: Opening of the gripper just before contact.  # (n,)
+        opening: Opening of the gripper just before contact: 1 for open, 0 for closed.  # (n,)
         costs: Cost of each criterion, from 0 to its weight [-].  # {criterion: (n,)}
         clear: Whether the gripper is known to touch the object at the contacts only; otherwise it
             is checked from fully open to `opening`.

@@ -11,7 +11,6 @@ from .antipodal_grasps import AntipodalGraspGenerator
 from .grasp_candidates import GraspCandidate
 from .grasp_search import GraspPlan, GraspSearch
 from .gripper_clearance import MAX_PENETRATION, GripperClearance
-from .hand import measure_hand
 from .ranking import GraspRanking
 from .rejections import Rejections
 from .solids import solids_of
@@ -103,7 +102,7 @@ class GraspPlanner:
         T_wo = cell.pose(name)
         if name not in self._generators:
             com = T_wo.actInv(np.array(cell.data.subtree_com[cell.body_id(name)]))
-            hand = measure_hand(self.arm.robot, clearance.geom_poses)
+            hand = self.arm.robot.needed_gripper.measure(clearance.geom_poses)
             self._generators[name] = AntipodalGraspGenerator(
                 name, solids_of(cell, name), hand, com, np.random.default_rng(0)
             )

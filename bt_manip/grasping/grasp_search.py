@@ -34,7 +34,7 @@ _SEARCHES = ((0, MARGIN), (1, MARGIN), (8, MARGIN), (8, 0.0))
 
 _FROM_ABOVE = math.cos(math.radians(30.0))
 _AT_PREGRASP = 0.05  # [rad] of tool distance up to which the tool is already at the pre-grasp pose
-_CLOSING_STEP = 0.024  # [m] of the opening between checks: two fingers of 12 mm thickness
+_CLOSING_STEP = 0.3  # of the opening between checks: 24 mm of the Panda's, two of its fingers
 _MAX_CLOSING_PENETRATION = 0.5e-3  # [m]
 _MAX_LIFT_PENETRATION = 1e-3  # [m] of the lifted object in what it touches
 
@@ -126,11 +126,10 @@ class GraspSearch:
             return True
         if clearance.to_entity(name, one.T_wt) < 0.0:
             return False
-        widest = self._arm.robot.gripper_travel.open_width
-        steps = max(1, math.ceil((widest - one.opening) / _CLOSING_STEP))
+        steps = max(1, math.ceil((1.0 - one.opening) / _CLOSING_STEP))
         try:
             for k in range(1, steps + 1):
-                clearance.open(widest + (one.opening - widest) * k / steps)
+                clearance.open(1.0 + (one.opening - 1.0) * k / steps)
                 if clearance.to_entity(name, one.T_wt) < -_MAX_CLOSING_PENETRATION:
                     return False
         finally:

@@ -10,8 +10,6 @@ import pinocchio as pin
 from bt_manip.cell import Cell
 from bt_manip.robots import Robot
 
-from .hand import hand_geoms
-
 SUFFICIENT_CLEARANCE = 4e-3
 """Clearance that the gripper needs on its approach [m]: twice the arm's position error."""
 
@@ -44,7 +42,7 @@ class GripperClearance:
     """
 
     def __init__(
-        self, cell: Cell, robot: Robot, ignored: Sequence[str], *, opening: float | None = None
+        self, cell: Cell, robot: Robot, ignored: Sequence[str], *, opening: float = 1.0
     ) -> None:
         """Copy the present state of the cell.
 
@@ -52,7 +50,7 @@ class GripperClearance:
             cell: The cell.
             robot: The robot with the gripper.
             ignored: Names of entities that are no obstacles: the object to grip.
-            opening: Distance between the fingers [m]; by default fully open.
+            opening: Of the gripper: 1 for fully open, 0 for closed.
         """
         model = cell.model
         self._model = model
@@ -60,7 +58,7 @@ class GripperClearance:
         data.qpos[:] = cell.data.qpos
         data.mocap_pos[:], data.mocap_quat[:] = cell.data.mocap_pos, cell.data.mocap_quat
         self._robot = robot
-        self._hand = hand_geoms(model, robot)
+        self._hand = _gripper_geoms(model, robot)
         mujoco.mj_kinematics(model, data)
         site = robot.tool_site_id
         self._T_wt = _pose(data.site_xpos[site], data.site_xmat[site])
@@ -76,12 +74,11 @@ class GripperClearance:
         )
         self.open(opening)
 
-    def open(self, opening: float | None = None) -> None:
-        """Open the fingers to a width [m], by default fully."""
+    def open(self, opening: float = 1.0) -> None:
+        """Open the gripper: 1 for fully, 0 for closed."""
         robot, data = self._robot, self._data
-        if robot.description.gripper is not None:
-            widest = robot.gripper_travel.open_width
-            robot.set_opening(data.qpos, widest if opening is None else opening)
+        if robot.gripper is not None:
+            robot.gripper.set_opening(data.qpos, opening)
         site = robot.tool_site_id
         mujoco.mj_kinematics(self._model, data)
         tool = _pose(data.site_xpos[site], data.site_xmat[site]).inverse()
@@ -175,3 +172,15 @@ def _pose(position: np.ndarray, matrix: np.ndarray) -> pin.SE3:
 def _entity(model: mujoco.MjModel, body: int) -> str:
     name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body)
     return (name or "").partition("/")[0]
+
+
+def _gripper_geoms(model: mujoco.MjModel, robot: Robot) -> list[int]:
+    """List the geoms that move with a robot's tool and can touch things."""
+    weld = model.body_weldid[model.site_bodyid[robot.tool_site_id]]
+    moves = np.zeros(model.nbody, dtype=bool)
+    if weld:
+        moves[weld] = True
+        for body in range(weld + 1, model.nbody):  # a parent always comes before its children
+            moves[body] = moves[model.body_parentid[body]]
+    solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    return [int(geom) for geom in np.flatnonzero(moves[model.geom_bodyid] & solid)]

@@ -106,6 +106,9 @@ class Stage:
                     f"it again{did_you_mean(kind, [name])}"
                 )
 
+    def _register_grippers(self, name: str, factory: Callable[..., Any]) -> None:
+        self._add_factory("grippers", name, factory)
+
     def _register_controllers(self, name: str, factory: Callable[..., Any]) -> None:
         self._add_factory("controllers", name, factory)
 

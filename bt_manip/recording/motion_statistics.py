@@ -58,7 +58,7 @@ class MotionStatistics:
             a_ref: Reference accelerations [rad/s2].  # (n, nq)
             tau: Commanded torques [N m].  # (n, nq)
             tool: Position of the tool in the world [m].  # (n, 3)
-            free: Whether fingers and payload touch nothing but each other.  # (n,)
+            free: Whether gripper and payload touch nothing but each other.  # (n,)
         """
         if len(q) == 0:
             return

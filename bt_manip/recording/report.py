@@ -88,9 +88,9 @@ class CycleReport:
             before it was removed; None for a tree that places nothing.
         duration_s: Simulated time that it took [s].
         phases: The action leaves in the order in which they ended.
-        grip_force_n: Normal force on the less loaded finger at the end of Grasp [N], or None.
+        grip_force_n: Least of the gripper's forces at the end of Grasp [N], or None.
         max_tracking_error_rad: Largest difference of a joint to its reference at the same time
-            while neither fingers nor payload touched anything but each other, or None [rad].
+            while neither gripper nor payload touched anything but each other, or None [rad].
         limits: Largest fractions of limits used.
         saturated_steps: Control steps in which the controller was cut off at an effort limit.
         unexpected_contacts: Pairs of names of what touched though it should not.

@@ -16,7 +16,7 @@ class RobotLog:
 
     Attributes:
         name: The robot's name.
-        grip: Normal force on the less loaded finger at the end of the last Grasp [N], or None.
+        grip: Least of the gripper's forces at the end of the last Grasp [N], or None.
         picked: Names of the objects that it has gripped in this cycle.
     """
 
@@ -51,9 +51,9 @@ class RobotLog:
         return block
 
     def grasped(self) -> None:
-        """Note what the fingers hold now, and how hard."""
+        """Note what the gripper holds now, and how hard."""
         gripper = self._robot.gripper
-        self.grip = float(min(gripper.finger_forces))
+        self.grip = min(gripper.forces, default=None)
         self.picked += [name for name in gripper.held if name not in self.picked]
 
     def cycle(self) -> RobotCycle:

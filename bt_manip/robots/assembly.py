@@ -10,8 +10,9 @@ from bt_manip import spatial
 from bt_manip.exceptions import did_you_mean
 
 from .errors import RobotError
+from .gripper import GripperDescription
 from .model_files import locate_model
-from .robot_description import GripperDescription, PadDescription, RobotDescription
+from .robot_description import RobotDescription
 
 _SITE = int(mujoco.mjtObj.mjOBJ_SITE)
 _TOOL = "tool_frame"
@@ -53,9 +54,6 @@ def assemble(description: RobotDescription, name: str) -> Assembly:
     if gripper is not None and gripper.model is not None:
         hand, _ = _read(gripper.model, where)
         _attach(root, alone, hand, gripper, where)
-    if gripper is not None:
-        _prepare_gripper(hand, gripper, where)
-    if hand is not root:
         alone = _compile(root, where)
     tool = _tool_site(root, hand, alone, description, where)
     _move_base(root, alone, description.T_rb)
@@ -125,30 +123,6 @@ def _attach(
     except ValueError as error:
         raise RobotError(f"{where}: cannot attach the gripper: {error}") from error
     _place(frame, T_mount * gripper.T_mg)
-
-
-def _prepare_gripper(hand: mjcf.RootElement, gripper: GripperDescription, where: str) -> None:
-    """Set what the description says of the pads and of the mechanism's joints."""
-    if gripper.pads is not None:
-        for name in gripper.fingers:
-            _set_pads(find_element(hand, "body", name, where), gripper.pads)
-    changes = {"armature": gripper.armature, "frictionloss": gripper.frictionloss}
-    if any(value is not None for value in changes.values()):
-        bases = [find_element(hand, "joint", name, where).parent for name in gripper.joints]
-        for base in {id(b.parent): b.parent for b in bases}.values():
-            for joint in base.find_all("joint"):
-                if joint.parent is not base:
-                    joint.set_attributes(**{k: v for k, v in changes.items() if v is not None})
-
-
-def _set_pads(finger: Any, pads: PadDescription) -> None:
-    for geom in finger.find_all("geom", immediate_children_only=True):
-        geom.friction = pads.friction
-        geom.priority = 1
-        if pads.solref is not None:
-            geom.solref = pads.solref
-        if pads.solimp is not None:
-            geom.solimp = pads.solimp
 
 
 def _tool_site(

@@ -1,6 +1,6 @@
 """A robot's description from a TOML file."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import pinocchio as pin
@@ -8,8 +8,9 @@ import pinocchio as pin
 from bt_manip.toml_tables import TomlFile, TomlTable
 
 from .errors import RobotError
+from .gripper import DEFAULT_KIND, GripperDescription
 from .model_files import MENAGERIE
-from .robot_description import GripperDescription, PadDescription, RobotDescription, ToolLimits
+from .robot_description import RobotDescription, ToolLimits
 
 
 def read_description(path: Path | str) -> RobotDescription:
@@ -17,7 +18,8 @@ def read_description(path: Path | str) -> RobotDescription:
 
     The keys are those of `RobotDescription`, with the poses in tables: ``[base]`` says where the
     robot stands in a scene, ``[tool]`` has the ``frame`` and the pose of the tool in it, and
-    ``[gripper]`` with ``[gripper.pads]`` the gripper. One number stands for one of every joint.
+    ``[gripper]`` the gripper, with the keys that its ``kind`` asks for. One number stands for one
+    of every joint.
 
     Args:
         path: The file; paths of models in it start from its folder.
@@ -66,37 +68,16 @@ def _model(text: str, path: Path) -> str:
 def _gripper(table: TomlTable | None, path: Path) -> GripperDescription | None:
     if table is None:
         return None
-    joints, fingers = table.texts("joints"), table.texts("fingers")
-    for key, names in (("joints", joints), ("fingers", fingers)):
-        if len(names) != 2:
-            raise table.error(key, f"names two, one a finger, got {len(names)}")
     model = table.text("model")
     gripper = GripperDescription(
-        joints=joints,
-        fingers=fingers,
-        open_width=table.needed_number("open_width"),
-        max_speed=table.needed_number("max_speed"),
         max_force=table.needed_number("max_force"),
-        min_width=table.number("min_width", 0.0) or 0.0,
-        motor=table.text("motor"),
+        kind=table.text("kind") or DEFAULT_KIND,
         model=None if model is None else _model(model, path),
         mount=table.needed_text("mount") if model else None,
         T_mg=table.pose(),
-        pads=_pads(table.table("pads")),
-        armature=table.number("armature"),
-        frictionloss=table.number("frictionloss"),
+        file=table.file,
     )
-    table.finish()
-    return gripper
-
-
-def _pads(table: TomlTable | None) -> PadDescription | None:
-    if table is None:
-        return None
-    given = {f.name: table.numbers(f.name) for f in fields(PadDescription)}
-    pads = PadDescription(**{key: value for key, value in given.items() if value is not None})
-    table.finish()
-    return pads
+    return replace(gripper, parameters=table.rest())
 
 
 def _tool_limits(table: TomlTable | None) -> ToolLimits:

@@ -4,7 +4,8 @@ from math import pi
 
 from bt_manip.models import bundled_path
 
-from .robot_description import GripperDescription, RobotDescription
+from .gripper import GripperDescription
+from .robot_description import RobotDescription
 
 
 def panda(model: str | None = None) -> RobotDescription:
@@ -25,10 +26,12 @@ def panda(model: str | None = None) -> RobotDescription:
         acceleration=(15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0),
         jerk=(7500.0, 3750.0, 5000.0, 6250.0, 7500.0, 10000.0, 10000.0),
         gripper=GripperDescription(
-            joints=("finger_joint1", "finger_joint2"),
-            fingers=("left_finger", "right_finger"),
-            open_width=0.08,
-            max_speed=0.2,
             max_force=140.0,
+            parameters={
+                "joints": ["finger_joint1", "finger_joint2"],
+                "fingers": ["left_finger", "right_finger"],
+                "open_width": 0.08,
+                "max_speed": 0.2,
+            },
         ),
     )

@@ -1,5 +1,6 @@
-"""A robot as a composer entity: arm joints with torque motors, a gripper, a tool."""
+"""A robot as a composer entity: arm joints with torque motors, a tool, maybe a gripper."""
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import mujoco
@@ -9,12 +10,12 @@ from dm_control import composer, mjcf
 
 from .addresses import reader
 from .assembly import assemble, find_element
-from .errors import RobotError
-from .finger_travel import FingerTravel, direct_travel, is_direct, measure_travel
-from .limit_reading import effort_limit, read_limits
+from .errors import GripperError, RobotError
+from .gripper import Gripper
+from .limit_reading import read_limits
 from .model_building import find
 from .motors import ensure_motors
-from .robot_description import GripperDescription, RobotDescription
+from .robot_description import RobotDescription
 from .robot_model import RobotModel
 from .robot_observables import RobotObservables
 from .sensing import WristWrench, tool_velocity, wrist_of, wrist_wrench
@@ -26,48 +27,51 @@ class Robot(composer.Entity):
     """An arm from an MJCF file, commanded by torques.
 
     What the file says of the world (options, keyframes) is left out: the world is the arena's.
-    Position servos and other actuators of the arm and gripper joints are replaced by motors with
-    the same effort limits, so that any arm that MuJoCo loads takes the same controllers.
+    Position servos and other actuators of the arm's joints are replaced by motors with the same
+    effort limits, so that any arm that MuJoCo loads takes the same controllers.
 
     Attributes:
+        gripper: Its gripper; None where it has none, or was built without what controls it.
+        alone: The robot's model, compiled by itself as its files have it.
+        gripper_root: The part of the model in which the gripper's names are looked up.
         qpos_adr: Addresses of the arm's positions in ``qpos``.  # (nq,)
         dof_adr: Addresses of the arm's degrees of freedom in ``qvel``.  # (nq,)
         ctrl_adr: Addresses of the arm's motors in ``ctrl``.  # (nq,)
-        gripper_qpos_adr: Like ``qpos_adr``, of the gripper.
-        gripper_dof_adr: Like ``dof_adr``, of the gripper.
-        gripper_ctrl_adr: Like ``ctrl_adr``, of the gripper.
-        gripper_travel: How the fingers move with the gripper's joints; only where there is one.
-        finger_body_ids: The finger bodies in the compiled model.
-        finger_geom_ids: Geoms of each finger that collide, in the compiled model.
         tool_site_id: The tool in the compiled model.
         wrist_body_id: What is mounted on the last link, in the compiled model.
     """
 
-    def _build(self, description: RobotDescription, name: str | None = None) -> None:
+    def _build(
+        self,
+        description: RobotDescription,
+        name: str | None = None,
+        gripper: Callable[["Robot"], Gripper] | None = None,
+    ) -> None:
+        """Put the robot together.
+
+        Args:
+            description: What it is made of.
+            name: Name of its model; default: the description's.
+            gripper: Makes what controls its gripper, by the description's kind; None: the parts of
+                the gripper in its model are left as they are, passive. A robot whose description
+                has no gripper has none, whatever is given.
+
+        Raises:
+            RobotError: When the description and its model do not fit.
+        """
         self.description = description
         self._where = f"robot '{description.name}'"
         root, alone, hand, self.tool_site = assemble(description, name or description.name)
         self.limits = read_limits(alone, description)
         self._mjcf_root = root
-        self.arm_joints = [self._find(root, "joint", n) for n in description.arm_joints]
-        gripper = description.gripper
-        names = gripper.joints if gripper else ()
-        self.gripper_joints = [self._find(hand, "joint", n) for n in names]
-        fingers = gripper.fingers if gripper else ()
-        self.finger_bodies = [self._find(hand, "body", n) for n in fingers]
-        self._moving = self.gripper_joints
-        driven = [*self.arm_joints, *self.gripper_joints]
+        self.alone, self.gripper_root = alone, hand
+        self.arm_joints = [self.find("joint", n, root) for n in description.arm_joints]
         efforts = list(self.limits.effort)
-        if gripper is not None:
-            motor = self._motor(hand, gripper)
-            self.gripper_travel = self._travel(alone, motor)
-            self._moving = [root.find("joint", n) for n in self.gripper_travel.joints]
-            if motor is not None:
-                driven[-len(names) :] = [motor]
-            efforts += self._gripper_efforts(alone, motor)
-        motors = ensure_motors(root, alone, driven, efforts, freed=self.gripper_joints)
-        self.arm_actuators = motors[: len(self.arm_joints)]
-        self.gripper_actuators = motors[len(self.arm_joints) :]
+        self.arm_actuators = ensure_motors(root, alone, self.arm_joints, efforts)
+        self.gripper: Gripper | None = None
+        if gripper is not None and description.gripper is not None:
+            self.gripper = gripper(self)
+            self.attach(self.gripper)
 
     def _build_observables(self) -> RobotObservables:
         return RobotObservables(self)
@@ -77,44 +81,34 @@ class Robot(composer.Entity):
         """The model that composer attaches."""
         return self._mjcf_root
 
-    def _find(self, root: mjcf.RootElement, kind: str, name: str) -> Any:
-        return find_element(root, kind, name, self._where)
+    def find(self, kind: str, name: str, root: mjcf.RootElement | None = None) -> Any:
+        """Give a named element of the gripper's part of the model, or of another part.
 
-    def _motor(self, hand: mjcf.RootElement, gripper: GripperDescription) -> Any:
-        """Find the joint or tendon that the gripper's one motor moves; None where it has two."""
-        if gripper.motor is None:
-            return None
-        return hand.find("tendon", gripper.motor) or self._find(hand, "joint", gripper.motor)
+        Args:
+            kind: ``"joint"``, ``"body"``, ``"tendon"``, ...
+            name: Its name there.
+            root: Where to look; default: `gripper_root`.
 
-    def _travel(self, alone: mujoco.MjModel, motor: Any) -> FingerTravel:
-        gripper = self.description.gripper
-        assert gripper is not None
-        joints = [joint.full_identifier for joint in self.gripper_joints]
-        if is_direct(alone, gripper, joints):
-            return direct_travel(gripper, joints)
-        return measure_travel(
-            alone,
-            gripper,
-            joints=joints,
-            fingers=[finger.full_identifier for finger in self.finger_bodies],
-            motor=motor.full_identifier if motor else None,
-            arm_joints=[joint.full_identifier for joint in self.arm_joints],
-            where=self._where,
-        )
-
-    def _gripper_efforts(self, alone: mujoco.MjModel, motor: Any) -> list[float]:
-        """Give the greatest effort of each motor of the gripper.
-
-        A slide's motor makes what the model and the description both allow. The servo that a model
-        puts on a mechanism says little of the real one's force: there, the description decides.
+        Raises:
+            RobotError: When there is none; the nearest right names are offered.
         """
-        gripper, travel = self.description.gripper, self.gripper_travel
-        assert gripper is not None
-        if not travel.mass:
-            joints = [joint.full_identifier for joint in self.gripper_joints]
-            bounds = [effort_limit(alone, find(alone, _JOINT, name)) for name in joints]
-            return [min(bound, gripper.max_force) for bound in bounds]
-        return travel.efforts(gripper.max_force, together=motor is not None)
+        return find_element(root or self.gripper_root, kind, name, self._where)
+
+    @property
+    def needed_gripper(self) -> Gripper:
+        """Its gripper.
+
+        Raises:
+            GripperError: When it has none.
+        """
+        if self.gripper is None:
+            raise GripperError(f"robot '{self.description.name}' has no gripper")
+        return self.gripper
+
+    @property
+    def contact_bodies(self) -> Sequence[Any]:
+        """Bodies (PyMJCF elements) that may touch things: those of the gripper."""
+        return self.gripper.contact_bodies if self.gripper is not None else ()
 
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Bind addresses and raw views of the compiled model (composer's hook)."""
@@ -129,44 +123,23 @@ class Robot(composer.Entity):
             ids = [model.actuator(e.full_identifier).id for e in elements]
             return np.array(ids, dtype=np.intp)
 
-        arm, gripper = joints(self.arm_joints), joints(self.gripper_joints)
+        arm = joints(self.arm_joints)
         self.qpos_adr, self.dof_adr = model.jnt_qposadr[arm], model.jnt_dofadr[arm]
         data = self.mj_data
         self._q = reader(data.qpos, self.qpos_adr)
         self._v, self._a, self._tau = [
             reader(x, self.dof_adr) for x in (data.qvel, data.qacc, data.qfrc_actuator)
         ]
-        self.gripper_qpos_adr = model.jnt_qposadr[gripper]
-        moving = joints(self._moving)
-        self._moving_qpos_adr = model.jnt_qposadr[moving]
-        self._moving_dof_adr = model.jnt_dofadr[moving]
-        self.gripper_dof_adr = model.jnt_dofadr[gripper]
         self.ctrl_adr = motors(self.arm_actuators)
-        self.gripper_ctrl_adr = motors(self.gripper_actuators)
         self.tool_site_id = int(model.site(self.tool_site.full_identifier).id)
         self.wrist_body_id = wrist_of(model, self.tool_site_id, arm)
-        self.finger_body_ids = tuple(
-            int(model.body(body.full_identifier).id) for body in self.finger_bodies
-        )
-        collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-        self.finger_geom_ids = tuple(
-            tuple(int(g) for g in np.flatnonzero((model.geom_bodyid == body) & collides))
-            for body in self.finger_body_ids
-        )
 
     def initialize_episode(
         self, physics: mjcf.Physics, random_state: np.random.RandomState
     ) -> None:
-        """Put the arm home and open the gripper (composer's hook)."""
+        """Put the arm home (composer's hook)."""
         del physics, random_state
         self.set_configuration(np.array(self.description.home))
-        if self.description.gripper is not None:
-            self.set_opening(self.mj_data.qpos, self.gripper_travel.open_width)
-            self.mj_data.qvel[self._moving_dof_adr] = 0.0
-
-    def set_opening(self, qpos: np.ndarray, width: float) -> None:
-        """Write the positions that the gripper's joints have at an opening [m] into a ``qpos``."""
-        qpos[self._moving_qpos_adr] = self.gripper_travel.configuration(width)
 
     def set_configuration(self, q: np.ndarray) -> None:
         """Put the arm at a configuration, at rest; the caller calls ``mj_forward``."""
@@ -224,10 +197,8 @@ class Robot(composer.Entity):
                 "compile, or add it to a cell"
             )
         qpos = self.mj_model.qpos0.copy()
-        if self.description.gripper is not None:
-            travel = self.gripper_travel
-            middle = 0.5 * (travel.open_width + travel.min_width)
-            qpos[self._moving_qpos_adr] = travel.configuration(middle)
+        if self.gripper is not None:
+            self.gripper.set_opening(qpos, 0.5)
         return RobotModel(
             self.mj_model,
             joints=[joint.full_identifier for joint in self.arm_joints],
@@ -243,7 +214,9 @@ def compile_alone(robot: Robot) -> mjcf.Physics:
     """Compile a robot that stands alone at the origin, at home: for planning without a cell."""
     physics = mjcf.Physics.from_mjcf_model(robot.mjcf_model)
     state = np.random.RandomState(0)
-    robot.after_compile(physics, state)
-    robot.initialize_episode(physics, state)
+    for entity in robot.iter_entities():
+        entity.after_compile(physics, state)
+    for entity in robot.iter_entities():
+        entity.initialize_episode(physics, state)
     physics.forward()
     return physics

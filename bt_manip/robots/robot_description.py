@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import pinocchio as pin
 
 from .errors import RobotError
+from .gripper import GripperDescription
 
 
 @dataclass(frozen=True)
@@ -26,61 +27,6 @@ class ToolLimits:
     angular_velocity: float = 2.5
     angular_acceleration: float = 25.0
     angular_jerk: float = 12500.0
-
-
-@dataclass(frozen=True)
-class PadDescription:
-    """What the fingers' surfaces are like, where the model's own would not hold what they grip.
-
-    Attributes:
-        friction: Sliding, torsional [m] and rolling [m] friction; it counts for the pair, whatever
-            the gripped surface is like.
-        solref: MuJoCo's stiffness of the contact; None keeps the model's.
-        solimp: MuJoCo's impedance of the contact; None keeps the model's.
-    """
-
-    friction: tuple[float, ...] = (1.0, 0.005, 0.0001)
-    solref: tuple[float, ...] | None = None
-    solimp: tuple[float, ...] | None = None
-
-
-@dataclass(frozen=True)
-class GripperDescription:
-    """A gripper of two fingers: joints that move, bodies that touch.
-
-    Fingers may be slides with a motor each, whose positions then add up to the opening, or any
-    mechanism in which each finger follows one joint: how far it moves is measured on the model.
-    Where one motor moves both, the model's equalities that couple the joints are the mechanism.
-
-    Attributes:
-        joints: Names of the two joints that move the fingers.
-        fingers: Names of the finger bodies, in the order of the joints.
-        open_width: Opening with the fingers apart [m].
-        max_speed: Greatest speed of one finger [m/s].
-        max_force: Greatest force that the gripper is asked to hold with [N].
-        min_width: Opening with the fingers together [m].
-        motor: Name of the joint or tendon that the one motor moves; None: each joint has its own.
-        model: Where its MJCF file is; None: it is part of the arm's.
-        mount: Name of the arm's site or body that a model of its own is attached to.
-        T_mg: Pose of that model in the mount.
-        pads: What the fingers' surfaces are like; None keeps what the model says.
-        armature: Replaces that of every joint of its mechanism [kg m2]; None keeps the model's.
-        frictionloss: Replaces the dry friction of every joint of its mechanism [N m].
-    """
-
-    joints: tuple[str, ...]
-    fingers: tuple[str, ...]
-    open_width: float
-    max_speed: float
-    max_force: float
-    min_width: float = 0.0
-    motor: str | None = None
-    model: str | None = None
-    mount: str | None = None
-    T_mg: pin.SE3 = field(default_factory=pin.SE3.Identity)
-    pads: PadDescription | None = None
-    armature: float | None = None
-    frictionloss: float | None = None
 
 
 @dataclass(frozen=True)

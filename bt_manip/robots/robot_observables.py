@@ -5,7 +5,7 @@ from dm_control.composer.observation import observable
 
 
 class RobotObservables(composer.Observables):
-    """Joints, gripper, the tool's pose and velocity, what pulls at the wrist."""
+    """Joints, the tool's pose and velocity, what pulls at the wrist."""
 
     @composer.observable
     def joint_positions(self) -> observable.Observable:
@@ -21,11 +21,6 @@ class RobotObservables(composer.Observables):
     def joint_torques(self) -> observable.Observable:
         """Efforts that the motors make at the arm's joints [N m]."""
         return observable.MJCFFeature("qfrc_actuator", self._entity.arm_joints)
-
-    @composer.observable
-    def gripper_positions(self) -> observable.Observable:
-        """Positions of the gripper's joints [m]."""
-        return observable.MJCFFeature("qpos", self._entity.gripper_joints)
 
     @composer.observable
     def tool_position(self) -> observable.Observable:

@@ -7,10 +7,10 @@ from typing import Any
 from bt_manip.arm import Arm, ExternalForceGuard
 from bt_manip.cell import Cell
 from bt_manip.collision import CollisionWorld
-from bt_manip.control import Controller, ControllerManager, GripperController
+from bt_manip.control import Controller, ControllerManager
 from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts
-from bt_manip.robots import Robot
+from bt_manip.robots import Gripper, Robot
 from bt_manip.runner.robot_choice import find_robot
 from bt_manip.runner.scene import SceneRobot
 
@@ -24,14 +24,14 @@ class CommandedRobot:
         robot: Its entity.
         arm: Plans and executes the motions of the arm.
         controllers: The arm's torque controllers, one of them active.
-        gripper: Moves the fingers.
+        gripper: Its gripper; None where it has none.
     """
 
     name: str
     robot: Robot
     arm: Arm
     controllers: ControllerManager
-    gripper: GripperController
+    gripper: Gripper | None
 
     @property
     def controller(self) -> Controller:
@@ -43,14 +43,15 @@ class CommandedRobot:
         return {
             "arm": self.arm.get_state(),
             "controllers": self.controllers.get_state(),
-            "gripper": self.gripper.get_state(),
+            "gripper": None if self.gripper is None else self.gripper.get_state(),
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore a state of `get_state`."""
         self.arm.set_state(state["arm"])
         self.controllers.set_state(state["controllers"])
-        self.gripper.set_state(state["gripper"])
+        if self.gripper is not None:
+            self.gripper.set_state(state["gripper"])
 
 
 class NoOnlyRobot:
@@ -78,7 +79,7 @@ class RobotEntities:
     """The composer entities of one robot of a scene, before the cell is compiled."""
 
     def __init__(self, chosen: SceneRobot, parts: Parts) -> None:
-        """Make the robot, its controllers and its gripper's.
+        """Make the robot with its gripper, and its controllers.
 
         Args:
             chosen: The robot, with all optional names filled in.
@@ -90,16 +91,18 @@ class RobotEntities:
         assert chosen.description and chosen.controller and chosen.planner
         self._chosen = chosen
         self._make_planner = parts.planners.maker(chosen.planner, "plan")
-        self._robot = Robot(find_robot(chosen.description, parts.robots))
+        description = find_robot(chosen.description, parts.robots)
+        make_gripper = None
+        if description.gripper is not None:
+            make_gripper = parts.grippers.maker(description.gripper.kind, "close", "held_root")
+        self._robot = Robot(description, gripper=make_gripper)
         controllers = parts.controllers
         controllers.get(chosen.controller)  # raises if there is none
         factories = {
             name: controllers.maker(name, "compute", "mjcf_model") for name in controllers.names()
         }
         self._controllers = ControllerManager(self._robot, factories, chosen.controller)
-        self._gripper = GripperController(self._robot)
         self._robot.attach(self._controllers)
-        self._robot.attach(self._gripper)
 
     def put_into(self, cell: Cell) -> str:
         """Add the robot to a cell at its pose; return the name it got."""
@@ -117,4 +120,4 @@ class RobotEntities:
             guard=ExternalForceGuard(robot, model),
         )
         self._controllers.reference = arm
-        return CommandedRobot(name, robot, arm, self._controllers, self._gripper)
+        return CommandedRobot(name, robot, arm, self._controllers, robot.gripper)

@@ -13,9 +13,9 @@ from bt_manip.bt import NodeStatus, Tree
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomizer, SceneObject
-from bt_manip.control import Controller, ControllerManager, GripperController
+from bt_manip.control import Controller, ControllerManager
 from bt_manip.registry import Parts, Registry
-from bt_manip.robots import Robot
+from bt_manip.robots import Gripper, Robot
 from bt_manip.runner.commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities
 from bt_manip.runner.fixtures import drawn_later, put_fixture, told_with_file
 from bt_manip.runner.request import CONTROLLER, PLANNER
@@ -68,9 +68,13 @@ class Station:
         return self.first.controllers
 
     @property
-    def gripper(self) -> GripperController:
-        """The gripper of the only robot, or of the first of several."""
-        return self.first.gripper
+    def gripper(self) -> Gripper:
+        """The gripper of the only robot, or of the first of several.
+
+        Raises:
+            GripperError: When it has none.
+        """
+        return self.first.robot.needed_gripper
 
     @property
     def infrastructure(self) -> dict[str, Any]:

@@ -116,7 +116,9 @@ def _objects(
 
 def _robots(parts: Parts, names: tuple[str, ...]) -> Iterator[Check]:
     for name in names:
-        case = RobotCase(parts.robots.get(name))
+        description = parts.robots.get(name)
+        kind = description.gripper.kind if description.gripper is not None else None
+        case = RobotCase(description, *([] if kind is None else [parts.grippers.get(kind)]))
         yield from (_check(name, check, case) for check in ROBOT_CONTRACT)
 
 

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from bt_manip.cell import Cell
-from bt_manip.control import ComputedTorque, GripperController
+from bt_manip.control import ComputedTorque
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.kinematics import InverseKinematics
-from bt_manip.robots import Robot, RobotDescription, verify
+from bt_manip.robots import Gripper, Robot, RobotDescription, verify
 
 AGREEMENT = 1e-9
 POSES = 50
@@ -21,6 +22,8 @@ class RobotCase:
     """One robot under its contract."""
 
     description: RobotDescription
+    gripper: Callable[[Robot], Gripper] = TwoFingerGripper
+    """What makes its gripper, where its description has one."""
 
     @property
     def name(self) -> str:
@@ -28,11 +31,9 @@ class RobotCase:
         return self.description.name
 
     def stand(self) -> tuple[Cell, Robot]:
-        """Put it into an empty cell, under control where it has something to control."""
-        robot = Robot(self.description)
+        """Put it into an empty cell, under control."""
+        robot = Robot(self.description, gripper=self.gripper)
         robot.attach(ComputedTorque(robot))
-        if self.description.gripper is not None:
-            robot.attach(GripperController(robot))
         cell = Cell()
         cell.add(robot)
         return cell, robot
@@ -72,7 +73,7 @@ def it_reaches_what_it_can_reach(case: RobotCase) -> None:
 
 
 def it_stands_still_at_home(case: RobotCase) -> None:
-    """Under control it holds its home, touching nothing with anything but its fingers."""
+    """Under control it holds its home, touching nothing with anything but its gripper."""
     cell, robot = case.stand()
     home = robot.q
     cell.step(500)
@@ -83,18 +84,17 @@ def it_stands_still_at_home(case: RobotCase) -> None:
 
 
 def its_gripper_opens_and_closes(case: RobotCase) -> None:
-    """Where it has one: all the way, and both fingers alike."""
-    gripper = case.description.gripper
+    """Where it has one: with nothing in it, it closes and opens all the way."""
+    cell, robot = case.stand()
+    gripper = robot.gripper
     if gripper is None:
         return
-    cell, robot = case.stand()
-    (control,) = [e for e in robot.iter_entities() if isinstance(e, GripperController)]
-    control.close(0.2 * gripper.max_force)
+    gripper.close(0.2 * gripper.max_force)
     cell.step(1500)
-    assert control.closed_on_nothing, f"'{case.name}' closes to {1000 * control.width:.1f} mm"
-    control.open()
+    assert gripper.closed_on_nothing, f"'{case.name}' does not close: {gripper.status}"
+    gripper.open()
     cell.step(1500)
-    assert control.is_open, f"'{case.name}' opens to {1000 * control.width:.1f} mm"
+    assert gripper.is_open, f"'{case.name}' does not open: {gripper.status}"
 
 
 ROBOT_CONTRACT: tuple[Callable[[RobotCase], None], ...] = (

@@ -11,6 +11,7 @@ from bt_manip.cell import Cell
 from bt_manip.collision import CollisionWorld
 from bt_manip.control import ComputedTorque
 from bt_manip.exceptions import MotionError
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
 from tests.measuring.disturbances import contacts
 from tests.robot_fixtures import Box
@@ -22,7 +23,7 @@ class Bench:
     """The Panda under control in an otherwise empty cell."""
 
     def __init__(self) -> None:
-        robot = Robot(panda())
+        robot = Robot(panda(), gripper=TwoFingerGripper)
         control = ComputedTorque(robot)
         robot.attach(control)
         self.cell = Cell()

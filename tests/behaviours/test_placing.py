@@ -74,7 +74,7 @@ def test_it_comes_down_straight(with_the_cube, trial):
 
 
 def test_what_is_not_held_cannot_be_set_down(station, trial):
-    assert trial(PlaceOn(object="cube", support="table")).fails_with("hold nothing, not 'cube'")
+    assert trial(PlaceOn(object="cube", support="table")).fails_with("holds nothing, not 'cube'")
 
 
 def test_what_is_lost_on_the_way_is_told(with_the_cube, trial):
@@ -99,7 +99,7 @@ def test_a_place_that_is_none_fails_and_keeps_hold(with_the_cube, trial, placing
 
 def test_fingers_that_cannot_let_go_are_told(with_the_cube, trial):
     placing = trial(PlaceAt(object="cube", pose=PLACE, patience=0.01))
-    assert placing.fails_with("still touch cube after 0.01 s", timeout=5.0)
+    assert placing.fails_with("still touches cube after 0.01 s", timeout=5.0)
 
 
 @pytest.mark.parametrize("ticks", [10, 60])

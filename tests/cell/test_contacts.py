@@ -128,7 +128,7 @@ class Claw(composer.Entity):
         return self.root
 
     @property
-    def finger_bodies(self):
+    def contact_bodies(self):
         return [self.root.find("body", "finger")]
 
 
@@ -166,7 +166,7 @@ def test_every_step_is_judged_by_its_own_contacts_as_they_come_and_go():
     judged = set()
     for _ in range(800):
         cell.step()
-        anew = ContactMonitor(cell.data, BodyNames(cell.model), ["claw/finger"])
+        anew = ContactMonitor(cell.data, BodyNames(cell.model), {"claw": ["claw/finger"]})
         assert cell.contact_monitor.summary() == anew.summary()
         judged.add(cell.data.contact.geom.tobytes())
     assert len(judged) > 5

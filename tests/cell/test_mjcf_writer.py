@@ -9,6 +9,7 @@ from dm_control import composer, mjcf
 
 from bt_manip.cell import Arena, Basket, Cell, CellError, Cube, Table
 from bt_manip.cell.physics.mjcf_writer import MjcfWriter
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
 from bt_manip.spatial import pose
 
@@ -60,7 +61,7 @@ class Nested(composer.Entity):
 
 @pytest.fixture(scope="module")
 def robot():
-    return Robot(panda())
+    return Robot(panda(), gripper=TwoFingerGripper)
 
 
 def differences(model, other):

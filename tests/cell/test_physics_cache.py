@@ -5,6 +5,7 @@ import pytest
 
 from bt_manip import spatial
 from bt_manip.cell import Cell, OverlapError, objects
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
 
 BESIDE = spatial.pose((0.4, 0.3, 0.03))
@@ -13,7 +14,7 @@ BESIDE = spatial.pose((0.4, 0.3, 0.03))
 def make_cell(kept: int = 2) -> Cell:
     cell = Cell()
     cell.compiles_kept = kept
-    cell.add(Robot(panda()), spatial.pose((0.0, 0.0, 0.0)), free=False)
+    cell.add(Robot(panda(), gripper=TwoFingerGripper), spatial.pose((0.0, 0.0, 0.0)), free=False)
     cell.add(objects.Cube(), spatial.pose((0.5, 0.0, 0.2)), name="cube")
     return cell
 

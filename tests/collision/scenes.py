@@ -9,6 +9,7 @@ from dm_control import composer, mjcf
 from bt_manip import spatial
 from bt_manip.cell import Cell, objects
 from bt_manip.collision import CollisionWorld
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, RobotDescription, panda
 from tests.robot_fixtures import Box
 
@@ -32,11 +33,11 @@ def arm_among_obstacles(
     rng: np.random.Generator, *, holding: bool = False, arm: RobotDescription | None = None
 ) -> tuple[CollisionWorld, Cell]:
     """Return an arm among boxes, meshes and a cube, with or without a held cube."""
-    cell, robot = Cell(), Robot(arm or panda())
+    cell, robot = Cell(), Robot(arm or panda(), gripper=TwoFingerGripper)
     cell.add(robot, spatial.pose((0.0, 0.0, 0.3)), free=False)
     robot.set_configuration(np.array(robot.description.home))
     if arm is None:
-        robot.mj_data.qpos[robot.gripper_qpos_adr] = 0.025 - 1e-4
+        robot.mj_data.qpos[robot.gripper.mechanism.qpos_adr] = 0.025 - 1e-4
     mujoco.mj_forward(cell.model, cell.data)
     obstacles: Sequence[composer.Entity] = (
         Box((0.3, 0.2, 0.3)), Box((0.1, 0.5, 0.02)), Stone(rng), objects.Cube(), Stone(rng)

@@ -5,6 +5,7 @@ import numpy as np
 
 from bt_manip.cell import Cell
 from bt_manip.collision.collision_model import CollisionModel, collidable_pairs
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
 from tests.collision.scenes import arm_among_obstacles
 
@@ -33,7 +34,7 @@ def test_collidable_pairs_are_those_that_mujoco_finds_contacts_of(rng):
 
 def test_restricted_to_some_pairs_it_finds_contacts_of_these_only(rng):
     cell = Cell()
-    cell.add(Robot(panda()), free=False)
+    cell.add(Robot(panda(), gripper=TwoFingerGripper), free=False)
     model = cell.model
     scratch = CollisionModel(model, 5.0)  # [m] everything is near
 

@@ -9,6 +9,7 @@ from bt_manip.cell import Cell, objects
 from bt_manip.collision import PADDING, CollisionWorld
 from bt_manip.collision.robot_geometry import moved_bodies
 from bt_manip.exceptions import MotionError
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
 from tests.robot_fixtures import Box
 
@@ -17,10 +18,10 @@ HOME = np.array(panda().home)
 
 def with_cube(open_by: float = 0.025) -> tuple[Cell, Robot]:
     """Return a robot in the air with a cube between its fingers."""
-    cell, robot = Cell(), Robot(panda())
+    cell, robot = Cell(), Robot(panda(), gripper=TwoFingerGripper)
     cell.add(robot, spatial.pose((0.0, 0.0, 1.0)), free=False)
     robot.set_configuration(HOME)
-    robot.mj_data.qpos[robot.gripper_qpos_adr] = open_by - 1e-4
+    robot.mj_data.qpos[robot.gripper.mechanism.qpos_adr] = open_by - 1e-4
     mujoco.mj_forward(cell.model, cell.data)
     T_to = spatial.pose((0.0, 0.0, 0.015))  # clear of the palm
     cell.add(objects.Cube(), robot.tool_pose * T_to, name="cube")
@@ -94,7 +95,7 @@ AWAY = HOME + np.array([0.6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
 def test_objects_added_and_removed_are_known_after_a_refresh():
-    cell, robot = Cell(), Robot(panda())
+    cell, robot = Cell(), Robot(panda(), gripper=TwoFingerGripper)
     cell.add(robot, spatial.pose((0.0, 0.0, 1.0)), free=False)
     world = CollisionWorld(robot, robot.make_model())
     cell.add(Box((0.1, 0.1, 0.1)), robot.make_model().pose(AWAY), name="box")
@@ -107,7 +108,7 @@ def test_objects_added_and_removed_are_known_after_a_refresh():
 
 
 def test_contact_types_of_the_model_are_respected():
-    cell, robot = Cell(), Robot(panda())
+    cell, robot = Cell(), Robot(panda(), gripper=TwoFingerGripper)
     cell.add(robot, spatial.pose((0.0, 0.0, 1.0)), free=False)
     ghost, wall = Box((0.1, 0.1, 0.1)), Box((0.1, 0.1, 0.1))
     geom = ghost.mjcf_model.worldbody.geom[0]
@@ -128,7 +129,7 @@ def test_a_distance_beyond_the_padding_is_refused(walled):
 
 
 def test_geoms_that_move_as_one_are_not_checked():
-    cell, robot = Cell(), Robot(panda())
+    cell, robot = Cell(), Robot(panda(), gripper=TwoFingerGripper)
     cell.add(robot, free=False)
     world = CollisionWorld(robot, robot.make_model())
     of_geom = cell.model.geom_bodyid

@@ -6,7 +6,8 @@ import pytest
 from dm_control import composer, mjcf
 
 from bt_manip.cell import Cell, Cube
-from bt_manip.control import ComputedTorque, GripperController, Hold
+from bt_manip.control import ComputedTorque, Hold
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, RobotDescription, panda
 from bt_manip.spatial import pose
 
@@ -91,10 +92,9 @@ def make_arm(description):
 
 def panda_cell(offset=0.0, cube=True):
     """Build a cell where the Panda's open fingers surround a cube on a post."""
-    robot = Robot(panda())
-    control, gripper = ComputedTorque(robot), GripperController(robot)
+    robot = Robot(panda(), gripper=TwoFingerGripper)
+    control, gripper = ComputedTorque(robot), robot.gripper
     robot.attach(control)
-    robot.attach(gripper)
     cell = Cell()
     cell.add(robot)
     control.reference = Hold(robot.q)

@@ -6,7 +6,8 @@ import numpy as np
 import pinocchio as pin
 import trimesh
 
-from bt_manip.grasping import AntipodalGraspGenerator, Hand, Solid
+from bt_manip.grasping import AntipodalGraspGenerator, Solid
+from bt_manip.grippers import Hand
 
 DOWN = np.array([0.0, 0.0, -1.0])
 # Similar to the Panda's.

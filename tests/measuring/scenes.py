@@ -13,8 +13,9 @@ from bt_manip import spatial
 from bt_manip.arm import Arm, ExternalForceGuard
 from bt_manip.cell import Cell
 from bt_manip.collision import CollisionWorld
-from bt_manip.control import ComputedTorque, GripperController
+from bt_manip.control import ComputedTorque
 from bt_manip.exceptions import MotionError
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.kinematics import InverseKinematics
 from bt_manip.robots import Robot, RobotDescription, panda
 
@@ -58,7 +59,7 @@ class Planned(NamedTuple):
     cell: Cell
     robot: Robot
     control: ComputedTorque
-    gripper: GripperController
+    gripper: TwoFingerGripper
     arm: Arm
     open: np.ndarray
     name: str
@@ -77,11 +78,10 @@ def build(
         obstacles: Kind, size as MuJoCo has it, and pose of each.
         description: The robot.
     """
-    robot = Robot(description or panda())
+    robot = Robot(description or panda(), gripper=TwoFingerGripper)
     control = ComputedTorque(robot)
-    gripper = GripperController(robot)
+    gripper = robot.gripper
     robot.attach(control)
-    robot.attach(gripper)
     arena = Empty()
     arena.mjcf_model.option.cone = "elliptic"
     cell = Cell(arena)

@@ -11,10 +11,11 @@ from pathlib import Path
 import pytest
 
 from bt_manip import hookspecs
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.models import bundled_root
 from bt_manip.plugins import Choice, load_plugins
 from bt_manip.plugins.scaffold import KINDS
-from bt_manip.robots import read_description
+from bt_manip.robots import Robot, read_description
 from bt_manip.toml_tables import TomlTable
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "plugins"
@@ -119,7 +120,8 @@ def test_the_robot_tutorial_names_every_key_that_a_file_may_have(robot_page, mon
         return get(table, key, default)
 
     monkeypatch.setattr(TomlTable, "_get", noted)
-    read_description(Path(__file__).parents[1] / "robots" / "models" / "post.toml")  # all tables
+    post = read_description(Path(__file__).parents[1] / "robots" / "models" / "post.toml")
+    Robot(post, gripper=TwoFingerGripper)  # all tables
     assert len(asked) > 30
     shown = {word for text in re.findall(r"`([^`\n]+)`", robot_page) for word in text.split()}
     shown |= set(re.findall(r"^(\w+) = ", robot_page, re.MULTILINE))

@@ -2,6 +2,7 @@
 
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from bt_manip.cli.app import run_app
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.planning import PlanningProblem
 from bt_manip.plugins import Choice, load_plugins
+from bt_manip.robots import GripperError, panda
 from bt_manip.runner import build_station
 from bt_manip.spatial import pose
 
@@ -72,6 +74,17 @@ def test_register_objects_makes_things_that_can_stand_in_a_cell(parts_of):
 def test_register_robots_makes_arms_that_can_be_chosen(parts_of):
     station = build_station(parts_of("register_robots"), robot="careful_panda")
     assert station.arm.model.limits.velocity[0] == pytest.approx(2.175 / 2)
+
+
+def test_register_grippers_makes_kinds_that_descriptions_can_name(parts_of):
+    parts = parts_of("register_grippers")
+    described = panda()
+    gentle = replace(described.gripper, kind="gentle")
+    parts.robots.add("gentle_panda", replace(described, gripper=gentle), "this test")
+    station = build_station(parts, robot="gentle_panda")
+    assert type(station.gripper).__name__ == "GentleGripper"
+    with pytest.raises(GripperError, match="up to 20 N, not 50 N"):
+        station.gripper.close(50.0)
 
 
 def test_register_controllers_makes_controllers_that_can_be_chosen(parts_of):

@@ -1,12 +1,13 @@
 import numpy as np
 import pytest
 
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, RobotModel, compile_alone, panda
 
 
 @pytest.fixture
 def robot() -> Robot:
-    robot = Robot(panda())
+    robot = Robot(panda(), gripper=TwoFingerGripper)
     compile_alone(robot)
     return robot
 

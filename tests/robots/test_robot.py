@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from dm_control import composer, mjcf
 
+from bt_manip.grippers import TwoFingerGripper, two_finger_gripper
 from bt_manip.robots import (
-    GripperDescription,
     Robot,
     RobotDescription,
     RobotError,
@@ -62,11 +62,12 @@ def test_the_model_of_the_panda_is_that_of_mujoco(robot, model, rng):
 
 def test_the_model_knows_where_the_robot_stands(rng):
     arena = composer.Arena()
-    robot = Robot(panda())
+    robot = Robot(panda(), gripper=TwoFingerGripper)
     frame = arena.attach(robot)
     frame.pos, frame.quat = [0.4, -0.2, 1.0], [0.9, 0.1, -0.3, 0.2]
     physics = mjcf.Physics.from_mjcf_model(arena.mjcf_model)
-    robot.after_compile(physics, None)
+    for entity in robot.iter_entities():
+        entity.after_compile(physics, None)
     model = robot.make_model()
     assert verify(robot.mj_model, model.model, rng=rng, qpos=model.locked_qpos).worst < 1e-9
     q = rng.uniform(robot.limits.lower, robot.limits.upper)
@@ -83,7 +84,7 @@ def test_measured_positions_are_copies(robot):
 
 def test_an_episode_starts_at_home_with_the_gripper_open(robot):
     assert np.allclose(robot.q, robot.description.home)
-    assert robot.mj_data.qpos[robot.gripper_qpos_adr].sum() == pytest.approx(0.08)
+    assert robot.mj_data.qpos[robot.gripper.mechanism.qpos_adr].sum() == pytest.approx(0.08)
 
 
 def test_limits_of_the_panda_are_those_that_franka_publishes(robot):
@@ -92,8 +93,10 @@ def test_limits_of_the_panda_are_those_that_franka_publishes(robot):
 
 
 def test_each_finger_has_geoms_that_collide(robot):
-    assert len(robot.finger_geom_ids) == 2 and all(robot.finger_geom_ids)
-    for body, geoms in zip(robot.finger_body_ids, robot.finger_geom_ids, strict=True):
+    assert len(robot.gripper.mechanism.geoms) == 2 and all(robot.gripper.mechanism.geoms)
+    for body, geoms in zip(
+        robot.gripper.contact_body_ids, robot.gripper.mechanism.geoms, strict=True
+    ):
         assert all(robot.mj_model.geom_bodyid[g] == body for g in geoms)
 
 
@@ -134,14 +137,22 @@ def test_effort_that_nothing_bounds_is_asked_for(servo, tmp_path):
         (dict(arm_joints=("shoulder", "elbo")), "no joint 'elbo'; did you mean 'elbow'"),
         (dict(tool_frame="top"), "no site or body 'top'; did you mean 'tip'"),
         (
-            dict(gripper=GripperDescription(("finger",), ("lower",), 0.1, 1.0, 1.0)),
+            dict(
+                gripper=two_finger_gripper(
+                    joints=("finger", "finger"),
+                    fingers=("lower", "lower"),
+                    open_width=0.1,
+                    max_speed=1.0,
+                    max_force=1.0,
+                )
+            ),
             "no joint 'finger'",
         ),
     ],
 )
 def test_names_that_the_model_lacks_are_named(servo, changes, message):
     with pytest.raises(RobotError, match=message):
-        Robot(dataclasses.replace(servo, **changes))
+        Robot(dataclasses.replace(servo, **changes), gripper=TwoFingerGripper)
 
 
 def test_a_broken_model_file_is_named(servo, tmp_path):
@@ -153,11 +164,11 @@ def test_a_broken_model_file_is_named(servo, tmp_path):
 
 def test_a_model_is_made_only_of_a_compiled_robot():
     with pytest.raises(RobotError, match="not compiled yet"):
-        Robot(panda()).make_model()
+        Robot(panda(), gripper=TwoFingerGripper).make_model()
 
 
 def test_the_robot_lives_in_a_plain_composer_environment():
-    robot = Robot(panda())
+    robot = Robot(panda(), gripper=TwoFingerGripper)
     robot.observables.enable_all()
     arena = composer.Arena()
     arena.attach(robot)
@@ -171,7 +182,7 @@ def test_the_robot_lives_in_a_plain_composer_environment():
 
 def test_two_robots_stand_in_one_arena():
     arena = composer.Arena()
-    robots = [Robot(panda(), name=name) for name in ("left", "right")]
+    robots = [Robot(panda(), name=name, gripper=TwoFingerGripper) for name in ("left", "right")]
     for robot in robots:
         arena.attach(robot)
     physics = mjcf.Physics.from_mjcf_model(arena.mjcf_model)

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, RobotError, compile_alone, read_description, verify
 
 FILE = Path(__file__).parent / "models" / "post.toml"
@@ -22,14 +23,18 @@ def description():
 
 @pytest.fixture(scope="module")
 def robot(description):
-    robot = Robot(description)
+    robot = Robot(description, gripper=TwoFingerGripper)
     compile_alone(robot)
     return robot
 
 
 def changed(description, **changes):
     """Change the gripper of a description."""
-    gripper = dataclasses.replace(description.gripper, **changes)
+    gripper = description.gripper
+    own = {key: changes.pop(key) for key in list(changes) if hasattr(gripper, key)}
+    parameters = {**gripper.parameters, **changes}
+    parameters = {key: value for key, value in parameters.items() if value is not None}
+    gripper = dataclasses.replace(gripper, parameters=parameters, **own)
     return dataclasses.replace(description, gripper=gripper)
 
 
@@ -52,7 +57,7 @@ def test_the_model_is_the_one_that_is_simulated(robot, rng):
 
 
 def test_the_way_of_a_finger_is_that_of_its_crank(robot):
-    travel = robot.gripper_travel
+    travel = robot.gripper.mechanism.travel
     for polynomial in travel.polynomials:
         for q in np.linspace(-0.4, 0.6, 11):
             s = np.polynomial.polynomial.polyval(q, polynomial)
@@ -63,7 +68,7 @@ def test_the_way_of_a_finger_is_that_of_its_crank(robot):
 
 
 def test_the_inertia_behind_a_finger_is_that_of_its_mechanism(robot):
-    travel = robot.gripper_travel
+    travel = robot.gripper.mechanism.travel
     # A crank of 30 g with its rotor, a finger of 20 g that only shifts, a rotor at its wrist.
     q = asin((0.5 * travel.widths[8] - ROOT) / CRANK)
     crank = 0.03 * CRANK**2 / 3 + 0.002
@@ -74,7 +79,7 @@ def test_the_inertia_behind_a_finger_is_that_of_its_mechanism(robot):
 
 
 def test_the_motor_is_strong_enough_for_the_described_force(robot):
-    (motor,) = robot.gripper_actuators
+    (motor,) = robot.gripper.mechanism.actuators
     assert motor.tendon.name == "both"
     # Power: F dL = 2 f ds with dL = dq, and a fifth for friction; steepest where cos(q) is 1.
     assert motor.forcerange[1] == pytest.approx(1.2 * 2 * 40.0 * CRANK, rel=0.02)
@@ -86,7 +91,7 @@ def test_it_starts_open_with_all_joints_of_the_mechanism_in_place(robot):
     mujoco.mj_forward(model, data)
     equality = data.efc_type[: data.nefc] == int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
     assert np.abs(data.efc_pos[: data.nefc][equality]).max() < 1e-3
-    left, right = robot.finger_geom_ids
+    left, right = robot.gripper.mechanism.geoms
     gap = mujoco.mj_geomDistance(model, data, left[0], right[0], 1.0, None)
     assert gap == pytest.approx(0.1, abs=3e-4)
 
@@ -100,12 +105,12 @@ def test_the_servos_of_both_models_are_replaced_and_their_worlds_left_out(robot)
 
 def test_pads_and_friction_are_as_described(robot):
     model = robot.mj_model
-    for geoms in robot.finger_geom_ids:
+    for geoms in robot.gripper.mechanism.geoms:
         assert model.geom_friction[geoms[0]] == pytest.approx([1.0, 0.005, 0.0001])
         assert model.geom_solref[geoms[0]] == pytest.approx([0.004, 1.0])
         assert model.geom_priority[geoms[0]] == 1
     moving = robot.mj_model.jnt_dofadr[
-        [robot.mj_model.joint(n).id for n in robot.gripper_travel.joints]
+        [robot.mj_model.joint(n).id for n in robot.gripper.mechanism.travel.joints]
     ]
     assert (model.dof_frictionloss[moving] == 0.001).all()
     assert (model.dof_frictionloss[robot.dof_adr] == 0.0).all()
@@ -116,7 +121,7 @@ def test_a_body_can_be_the_mount_and_a_site_the_tool(description):
     turned = dataclasses.replace(
         turned, tool_frame="end", T_ft=pin.SE3.Identity(), T_rb=pin.SE3.Identity()
     )
-    robot = Robot(turned)
+    robot = Robot(turned, gripper=TwoFingerGripper)
     compile_alone(robot)
     assert np.allclose(robot.tool_pose.translation, (0.4, 0.0, 0.5), atol=1e-9)
     palm = robot.mj_data.body("pincers/palm").xpos
@@ -124,28 +129,30 @@ def test_a_body_can_be_the_mount_and_a_site_the_tool(description):
 
 
 def test_two_motors_may_move_two_linkages(description):
-    robot = Robot(changed(description, motor=None))
-    assert len(robot.gripper_actuators) == 2
-    assert robot.gripper_actuators[0].forcerange[1] == pytest.approx(1.2 * 40.0 * CRANK, rel=0.02)
+    robot = Robot(changed(description, motor=None), gripper=TwoFingerGripper)
+    assert len(robot.gripper.mechanism.actuators) == 2
+    assert robot.gripper.mechanism.actuators[0].forcerange[1] == pytest.approx(
+        1.2 * 40.0 * CRANK, rel=0.02
+    )
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
         ({"mount": "ent"}, "there is no 'ent'; did you mean 'end'"),
-        ({"joints": ("left_drive", "right_driver")}, "no joint 'left_drive'; did you mean 'left_"),
-        ({"fingers": ("left_finger", "left")}, "no body 'left'"),
+        ({"joints": ["left_drive", "right_driver"]}, "no joint 'left_drive'; did you mean 'left_"),
+        ({"fingers": ["left_finger", "left"]}, "no body 'left'"),
         ({"motor": "bot"}, "no joint 'bot'"),
         ({"model": "nowhere.xml"}, "no model file nowhere.xml"),
         (
-            {"fingers": ("left_crank", "right_crank")},
+            {"fingers": ["left_crank", "right_crank"]},
             "'pincers/left_crank' has no geom that collides",
         ),
     ],
 )
 def test_what_does_not_fit_is_said(description, changes, message):
     with pytest.raises(RobotError, match=message):
-        Robot(changed(description, **changes))
+        Robot(changed(description, **changes), gripper=TwoFingerGripper)
 
 
 def test_a_joint_that_leaves_the_fingers_where_they_are_is_no_gripper_joint(description, tmp_path):
@@ -153,10 +160,10 @@ def test_a_joint_that_leaves_the_fingers_where_they_are_is_no_gripper_joint(desc
     alone = model.replace('<geom class="crank"/>', '<geom class="crank"/><geom class="face"/>')
     (tmp_path / "alone.xml").write_text(alone)
     cranks = changed(
-        description, model=str(tmp_path / "alone.xml"), fingers=("palm", "palm"), motor=None
+        description, model=str(tmp_path / "alone.xml"), fingers=["palm", "palm"], motor=None
     )
     with pytest.raises(RobotError, match="'pincers/left_driver' does not open and close"):
-        Robot(cranks)
+        Robot(cranks, gripper=TwoFingerGripper)
 
 
 def test_descriptions_can_be_compared_and_copied(description):
@@ -165,7 +172,7 @@ def test_descriptions_can_be_compared_and_copied(description):
 
 
 def test_the_steepest_place_decides_the_effort(robot):
-    travel = robot.gripper_travel
+    travel = robot.gripper.mechanism.travel
     one, two = travel.efforts(10.0, together=False)
     assert one == pytest.approx(two, rel=1e-2)
     assert travel.efforts(10.0, together=True) == pytest.approx([one + two])

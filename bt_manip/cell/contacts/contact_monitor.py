@@ -1,6 +1,6 @@
 """A judgement of every step: does anything touch what it should not?"""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 import mujoco
@@ -16,11 +16,12 @@ class ContactSummary(NamedTuple):
     """What the contacts of one step mean."""
 
     unexpected: tuple[tuple[str, str], ...]
-    """Pairs of bodies where a robot touches something with anything but its fingers, or a robot."""
+    """Pairs of bodies where a robot touches something with another body than those of its gripper
+    that may, or touches another robot."""
     held: tuple[str, ...]
-    """Entities that fingers touch, robots apart."""
+    """Entities that grippers touch, robots apart."""
     free: bool
-    """Neither fingers nor what they touch meet anything but each other."""
+    """Neither grippers nor what they touch meet anything but each other."""
 
 
 NOTHING = ContactSummary((), (), True)
@@ -29,25 +30,26 @@ NOTHING = ContactSummary((), (), True)
 class ContactMonitor:
     """Judges contacts in about a microsecond a step, by remembering judged contact lists.
 
-    A robot is an entity with fingers. Nothing of it but the fingers may touch anything, and these
-    may not touch another robot; things that are not robots may touch each other as they like.
+    Nothing of a robot but the contact bodies of its gripper may touch anything, and these may not
+    touch another robot; things that are not robots may touch each other as they like.
     """
 
-    def __init__(self, data: mujoco.MjData, labels: BodyNames, fingers: Iterable[str]):
+    def __init__(self, data: mujoco.MjData, labels: BodyNames, robots: Mapping[str, Iterable[str]]):
         """Build the table for one compiled model.
 
         Args:
             data: Where the contacts stand.
             labels: Names of the geoms.
-            fingers: Body names of all fingers, as ``entity/body``.
+            robots: The bodies of each robot that may touch things, as ``entity/body``; by the
+                names of the robots.
         """
         self._data = data
         # By number of contacts: MuJoCo keeps them at the beginning of its arena, where they are
         # looked at without being looked up, which takes longer than all the rest.
         self._pairs: dict[int, np.ndarray] = {}
         self._label = labels.of_geom
-        self._fingers = frozenset(fingers)
-        self._robots = frozenset(map(entity_of, self._fingers))
+        self._contact_bodies = frozenset(body for bodies in robots.values() for body in bodies)
+        self._robots = frozenset(robots)
         self._seen: dict[bytes, ContactSummary] = {b"": NOTHING}
 
     def summary(self) -> ContactSummary:
@@ -76,16 +78,16 @@ class ContactMonitor:
             entity_of(other)
             for pair in pairs
             for body, other in (pair, pair[::-1])
-            if body in self._fingers and entity_of(other) not in self._robots
+            if body in self._contact_bodies and entity_of(other) not in self._robots
         }
-        mine = {*self._fingers, *held}
+        mine = {*self._contact_bodies, *held}
         free = all(
             (self._mine(a, mine) == self._mine(b, mine)) for a, b in pairs
         )  # a pair of which one side is ours and the other is not breaks it
         return ContactSummary(tuple(sorted(unexpected)), tuple(sorted(held)), free)
 
     def _forbidden(self, body: str) -> bool:
-        return entity_of(body) in self._robots and body not in self._fingers
+        return entity_of(body) in self._robots and body not in self._contact_bodies
 
     def _of_two_robots(self, first: str, second: str) -> bool:
         robots = {entity_of(first), entity_of(second)}

@@ -16,7 +16,7 @@ from .categories import CONTAINER, check_spelling
 from .prop import Prop, colour_of, default_of, positive
 
 GRIPPABLE = 0.08
-"""Largest width between the fingers of common grippers [m]."""
+"""Largest opening of common grippers [m]."""
 _PORTABLE = 0.5  # [m] longest edge of what is taken to be loose
 _FLAT = 0.3  # [m] least edges of what has room for other things
 _WORLD_SETTINGS = ("option", "visual", "statistic", "size", "keyframe")

@@ -12,7 +12,7 @@ from ..contacts.contact_monitor import ContactMonitor
 from ..contacts.contacts import Contacts
 from ..contacts.overlap import refuse_overlap
 from ..exceptions import PhysicsDiverged
-from ..naming import BodyNames, body_name
+from ..naming import BodyNames, body_name, entity_of
 from .attachment import Attachment
 from .overrides import Overrides
 from .state import INTEGRATION, integration_state, set_integration_state
@@ -53,7 +53,7 @@ class CompiledPhysics:
         _check_contact_damping(self.model)
         self.contacts = Contacts(self.model, self.data, self.body_names)
         entities = list(arena.iter_entities())
-        self.contact_monitor = ContactMonitor(self.data, self.body_names, _fingers(entities))
+        self.contact_monitor = ContactMonitor(self.data, self.body_names, _contact_bodies(entities))
         self.before_substep = _overridden("before_substep", entities)
         self.after_substep = _overridden("after_substep", entities)
         self.free_joints: dict[str, tuple[int, int]] = {}
@@ -186,13 +186,15 @@ def _overridden(hook: str, entities: Iterable[composer.Entity]) -> tuple[Hook, .
     return tuple(h for h in hooks if getattr(h, "__func__", h) is not idle)
 
 
-def _fingers(entities: Iterable[composer.Entity]) -> list[str]:
-    """Name the bodies of all robots that may touch things."""
-    return [
-        body_name(body.full_identifier)
+def _contact_bodies(entities: Iterable[composer.Entity]) -> dict[str, list[str]]:
+    """Name the bodies that may touch things, of each entity that has such: the robots."""
+    return {
+        entity_of(entity.mjcf_model.full_identifier): [
+            body_name(body.full_identifier) for body in entity.contact_bodies
+        ]
         for entity in entities
-        for body in getattr(entity, "finger_bodies", ())
-    ]
+        if hasattr(entity, "contact_bodies")
+    }
 
 
 def _check_contact_damping(model: mujoco.MjModel) -> None:

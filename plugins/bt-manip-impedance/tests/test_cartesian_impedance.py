@@ -6,19 +6,20 @@ import pytest
 
 from bt_manip.cell import Cell
 from bt_manip.control import ControlError
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
 from bt_manip_impedance import CartesianImpedance
 
 
 def under_control(*, friction=True, **gains) -> tuple[Cell, CartesianImpedance]:
-    robot = Robot(panda())
+    robot = Robot(panda(), gripper=TwoFingerGripper)
     controller = CartesianImpedance(robot, **gains)
     robot.attach(controller)
     cell = Cell()
     cell.add(robot)
     if not friction:
         cell.model.dof_frictionloss[:] = 0.0
-    fingers = robot.gripper_qpos_adr
+    fingers = robot.gripper.mechanism.qpos_adr
     cell.data.qpos[fingers] = controller.model.locked_qpos[fingers]  # where the model has them
     mujoco.mj_forward(cell.model, cell.data)
     return cell, controller

@@ -8,12 +8,13 @@ import pytest
 
 from bt_manip.cell import Cell
 from bt_manip.control import ControlError
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
 from bt_manip_impedance import JointImpedance
 
 
 def under_control(**gains) -> tuple[Cell, JointImpedance]:
-    robot = Robot(panda())
+    robot = Robot(panda(), gripper=TwoFingerGripper)
     controller = JointImpedance(robot, **gains)
     robot.attach(controller)
     cell = Cell()
@@ -24,7 +25,7 @@ def under_control(**gains) -> tuple[Cell, JointImpedance]:
 def at(cell: Cell, q: np.ndarray, v: np.ndarray, controller: JointImpedance) -> np.ndarray:
     """Put the arm somewhere and give MuJoCo's own bias forces there."""  # (nv,)
     robot = controller.robot
-    fingers = robot.gripper_qpos_adr
+    fingers = robot.gripper.mechanism.qpos_adr
     cell.data.qpos[fingers] = controller.model.locked_qpos[fingers]  # where the model has them
     cell.data.qpos[robot.qpos_adr] = q
     cell.data.qvel[robot.dof_adr] = v

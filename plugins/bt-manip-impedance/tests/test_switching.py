@@ -6,6 +6,7 @@ import pytest
 
 from bt_manip.cell import Cell
 from bt_manip.control import ComputedTorque, ControllerManager, Hold
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
 from bt_manip_impedance import CartesianImpedance, JointImpedance
 
@@ -38,7 +39,7 @@ class Ramp:
 
 def torque_steps(switches, *, moving, force):
     """Return the change of each joint's torque in each step, over its limit."""  # (STEPS - 1, 7)
-    robot = Robot(panda())
+    robot = Robot(panda(), gripper=TwoFingerGripper)
     manager = ControllerManager(robot, FACTORIES, "computed_torque")
     robot.attach(manager)
     cell = Cell()

@@ -16,7 +16,7 @@ CUBE = (0.3, 0.05, 1.015 + 0.025)  # [m] on the table
 def fingers_gap(station) -> float:
     """Measure the opening on the shapes themselves [m]."""
     model, data = station.cell.model, station.cell.data
-    left, right = station.robot.finger_geom_ids
+    left, right = station.robot.gripper.mechanism.geoms
     return min(mujoco.mj_geomDistance(model, data, a, b, 1.0, None) for a in left for b in right)
 
 
@@ -35,7 +35,7 @@ def test_planning_and_simulation_have_the_same_model(station):
 
 def test_the_arm_is_driven_by_motors_alone(station):
     robot, model = station.robot, station.cell.model
-    assert model.nu == len(robot.ctrl_adr) + len(robot.gripper_ctrl_adr)
+    assert model.nu == len(robot.ctrl_adr) + len(robot.gripper.mechanism.ctrl_adr)
     assert (model.actuator_gainprm[:, 0] == 1.0).all()
     assert (model.actuator_biasprm == 0.0).all()
 
@@ -46,13 +46,13 @@ def test_home_is_inside_the_limits_and_free_of_contacts(station):
     assert robot.limits.contain(home, tolerance=-0.05)
     mujoco.mj_forward(cell.model, cell.data)
     roots = cell.model.body_rootid[cell.model.geom_bodyid[cell.data.contact.geom]]  # (ncon, 2)
-    own = cell.model.body_rootid[robot.finger_body_ids[0]]
+    own = cell.model.body_rootid[robot.gripper.contact_body_ids[0]]
     assert not (roots == own).all(axis=1).any()
 
 
 @pytest.mark.parametrize("share", [0.9, 0.5, 0.2])
 def test_the_gripper_opens_as_wide_as_it_says(station, share):
-    width = share * station.robot.gripper_travel.open_width
+    width = share * station.robot.gripper.mechanism.travel.open_width
     station.gripper.move(width)
     station.step_until(lambda: not station.gripper.moving, timeout=2.0)
     station.cell.step(100)
@@ -91,7 +91,7 @@ def test_it_picks_a_cube_and_holds_it_by_friction(station):
         cell.step()
         deepest = min(deepest, cell.data.contact.dist.min(initial=0.0))
     moved = before.actInv(tool_to_cube(station))
-    assert np.allclose(gripper.finger_forces, 50.0, rtol=0.05)
+    assert np.allclose(gripper.forces, 50.0, rtol=0.05)
     assert -deepest < 0.5e-3  # [m]
     assert np.linalg.norm(moved.translation) / 0.5 < 0.1e-3  # [m/s]
     assert np.linalg.norm(pin.log3(moved.rotation)) / 0.5 < 2e-3  # [rad/s]

@@ -3,7 +3,8 @@
 from math import pi
 from pathlib import Path
 
-from bt_manip.robots import GripperDescription, RobotDescription
+from bt_manip.grippers import two_finger_gripper
+from bt_manip.robots import RobotDescription
 
 
 def gear():
@@ -17,7 +18,7 @@ def gear():
         velocity=(3.0,) * 6,
         acceleration=(10.0,) * 6,
         jerk=(5000.0,) * 6,
-        gripper=GripperDescription(
+        gripper=two_finger_gripper(
             joints=("left_slide", "right_slide"),
             fingers=("left_finger", "right_finger"),
             open_width=0.08,

@@ -1,14 +1,15 @@
 """Two fingers open, close and hold a cube by friction alone."""
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
 from dm_control import composer
 
-from bt_manip.control import ControlError, GripperController
-from bt_manip.robots import Robot
-
-from .conftest import Wave, panda_cell
+from bt_manip.grippers import TwoFingerGripper
+from bt_manip.robots import GripperError, Robot, RobotError, panda
+from tests.control.conftest import Wave, panda_cell
 
 
 def step_until(cell, condition, limit=1.0):
@@ -27,7 +28,7 @@ def test_closing_ends_with_the_asked_force_on_each_finger_for_50_ms(grip):
     forces = []
     while not gripper.steady:
         cell.step()
-        forces.append(gripper.finger_forces)
+        forces.append(gripper.forces)
         assert cell.time < 0.4
     last = np.array(forces[-50:])
     assert ((last >= 47.5) & (last <= 60.0)).all()
@@ -36,11 +37,11 @@ def test_closing_ends_with_the_asked_force_on_each_finger_for_50_ms(grip):
     assert not gripper.moving
 
 
-def test_the_finger_forces_are_the_contact_forces(grip):
+def test_the_forces_are_the_contact_forces(grip):
     cell, robot, control, gripper = grip
     gripper.close(30.0)
     step_until(cell, lambda: gripper.steady)
-    for force, finger in zip(gripper.finger_forces, ("left_finger", "right_finger"), strict=True):
+    for force, finger in zip(gripper.forces, ("left_finger", "right_finger"), strict=True):
         assert force == pytest.approx(cell.contacts.between(f"panda/{finger}", "cube").normal)
         assert force == pytest.approx(30.0, rel=0.02)
 
@@ -92,7 +93,7 @@ def test_a_held_cube_stays_while_the_arm_moves_hard(grip):
     start, forces = held_at(), []
     for _ in range(628 * 2):  # two periods: back where it began
         cell.step()
-        forces.append(gripper.finger_forces)
+        forces.append(gripper.forces)
         assert gripper.steady
     assert np.linalg.norm((held_at() - start)[[0, 2]]) / 1.256 < 1e-4
     assert 47.5 < np.min(forces) and np.max(forces) < 60
@@ -126,7 +127,7 @@ def test_fingers_that_meet_say_so():
     assert gripper.width < 1e-3
     assert not gripper.steady and not gripper.moving
     assert gripper.held == ()
-    assert max(gripper.finger_forces) < 6.0
+    assert max(gripper.forces) < 6.0
 
 
 def test_a_move_is_soft_and_arrives():
@@ -163,7 +164,7 @@ def test_a_stopped_release_holds_again(grip):
     step_until(cell, lambda: gripper.steady)
     gripper.open()
     cell.step(20)
-    assert gripper.finger_forces[0] < 40
+    assert gripper.forces[0] < 40
     gripper.stop()
     step_until(cell, lambda: gripper.steady, 0.3)
     assert gripper.held == ("cube",)
@@ -176,7 +177,7 @@ def test_the_force_of_a_grip_can_be_changed(grip):
     gripper.close(70.0)
     assert not gripper.steady
     step_until(cell, lambda: gripper.steady, 0.3)
-    np.testing.assert_allclose(gripper.finger_forces, 70.0, rtol=0.05)
+    np.testing.assert_allclose(gripper.forces, 70.0, rtol=0.05)
 
 
 @pytest.mark.parametrize("when", [60, 190, 215, 330])
@@ -213,7 +214,7 @@ def test_what_it_holds_is_still_known_after_something_is_added(grip):
 @pytest.mark.parametrize(
     ("command", "message"),
     [
-        (lambda g: g.close(0.0), "presses with up to 140 N, not 0 N"),
+        (lambda g: g.close(0.0), "holds with up to 140 N, not 0 N"),
         (lambda g: g.close(200.0), "up to 140 N"),
         (lambda g: g.move(0.09), "opens from 0 to 0.08 m, not 0.09 m"),
         (lambda g: g.move(-0.01), "opens from"),
@@ -223,14 +224,14 @@ def test_what_it_holds_is_still_known_after_something_is_added(grip):
 def test_commands_that_it_cannot_follow_are_refused_and_change_nothing(command, message):
     cell, robot, control, gripper = panda_cell(cube=False)
     before = gripper.get_state()
-    with pytest.raises(ControlError, match=message):
+    with pytest.raises(GripperError, match=message):
         command(gripper)
     assert gripper.get_state() == before
 
 
-def test_a_robot_without_fingers_has_no_gripper(description):
-    with pytest.raises(ControlError, match="has no gripper"):
-        GripperController(Robot(description))
+def test_a_robot_whose_description_has_none_has_no_gripper():
+    with pytest.raises(RobotError, match="has no gripper"):
+        TwoFingerGripper(Robot(replace(panda(), gripper=None)))
 
 
 def test_nothing_but_motors_and_friction_acts_between_finger_and_cube(grip):
@@ -260,6 +261,6 @@ def test_width_and_forces_are_composers_observables(grip):
     gripper.close(50.0)
     for _ in range(600):
         seen = environment.step(np.zeros(cell.model.nu)).observation
-    key = "panda/gripper_controller/"
-    np.testing.assert_allclose(seen[f"{key}finger_forces"], 50.0, rtol=0.05)
+    key = "panda/two_finger_gripper/"
+    np.testing.assert_allclose(seen[f"{key}forces"], 50.0, rtol=0.05)
     assert seen[f"{key}width"] == pytest.approx(0.05, abs=1e-3)  # the cube's edge

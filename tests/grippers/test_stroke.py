@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from bt_manip.control import ControlError
-from bt_manip.control.stroke import Motion, Stroke, StrokeLimits
+from bt_manip.grippers.two_finger.stroke import Motion, Stroke, StrokeLimits
+from bt_manip.robots import GripperError
 
 DT = 1e-3
 LIMITS = StrokeLimits(0.1, 5.0, 500.0)
@@ -53,5 +53,5 @@ def test_its_state_comes_back_bit_for_bit():
 
 
 def test_a_speed_that_is_none_is_refused():
-    with pytest.raises(ControlError):
+    with pytest.raises(GripperError):
         Stroke(Motion(0.04, 0.0, 0.0), 0.01, LIMITS._replace(speed=-1.0))

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from bt_manip.cell import Cell, Cube
-from bt_manip.control import ComputedTorque, GripperController, Hold
+from bt_manip.control import ComputedTorque, Hold
+from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, read_description
 from bt_manip.spatial import pose
 
@@ -17,10 +18,11 @@ FILE = Path(__file__).parents[1] / "robots" / "models" / "post.toml"
 
 def make(cube=True):
     """Let the gripper hang over a cube that stands on the floor."""
-    robot = Robot(dataclasses.replace(read_description(FILE), pedestal=None))
-    control, gripper = ComputedTorque(robot), GripperController(robot)
+    robot = Robot(
+        dataclasses.replace(read_description(FILE), pedestal=None), gripper=TwoFingerGripper
+    )
+    control, gripper = ComputedTorque(robot), robot.gripper
     robot.attach(control)
-    robot.attach(gripper)
     cell = Cell()
     # The tool, 580 mm above the robot's place, comes 10 mm over the middle of the cube.
     cell.add(robot, pose((0.4, 0.0, 0.035 - 0.58)), free=False)
@@ -54,7 +56,7 @@ def until(cell, condition, seconds=3.0):
 
 def gap(cell, robot):
     mujoco.mj_forward(cell.model, cell.data)
-    left, right = robot.finger_geom_ids
+    left, right = robot.gripper.mechanism.geoms
     return mujoco.mj_geomDistance(cell.model, cell.data, left[0], right[0], 1.0, None)
 
 
@@ -84,7 +86,7 @@ def test_both_fingers_press_with_the_asked_force_off_centre(over_cube, force):
     until(cell, lambda: gripper.steady)
     assert gripper.held == ("cube",)
     cell.step(500)
-    left, right = gripper.finger_forces
+    left, right = gripper.forces
     assert 0.5 * (left + right) == pytest.approx(force, rel=0.01)
     # What the floor's friction carries of the fingers' difference; one motor cannot take it away.
     assert left == pytest.approx(right, rel=0.1)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from bt_manip.control.press import Press
+from bt_manip.grippers.two_finger.press import Press
 
 DT = 1e-3
 

@@ -1,7 +1,7 @@
 """How two fingers are kept on their stroke."""
 
-from bt_manip.control.stroke import Motion
-from bt_manip.control.transmission import Fingers
+from .stroke import Motion
+from .transmission import Fingers
 
 # Poles of a finger's position loop [rad/s]; a tenth of the sampling rate is 628.
 _POLE = 150.0

@@ -7,16 +7,15 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from .errors import RobotError
-from .model_building import find
-from .robot_description import GripperDescription
+from bt_manip.robots import RobotError
 
-_JOINT = int(mujoco.mjtObj.mjOBJ_JOINT)
+from .parameters import TwoFingerParameters
+
 _TENDON = int(mujoco.mjtObj.mjOBJ_TENDON)
 _SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
 
 _STOPS = 17
-_STEPS = 150  # at the most, of 1 ms, at each stop
+_STEPS = 150  # at most, of 1 ms, at each stop
 _STILL = 2e-3  # [rad/s] or [m/s]
 _POLE = 250.0  # [rad/s] of what moves the joint from stop to stop
 _HEAVY = 1e4  # [kg m2] that freezes the arm; much more spoils the solver's numbers
@@ -76,7 +75,7 @@ class FingerTravel:
         return [sum(steepest)] if together else steepest
 
 
-def direct_travel(gripper: GripperDescription, joints: Sequence[str]) -> FingerTravel:
+def direct_travel(gripper: TwoFingerParameters, joints: Sequence[str]) -> FingerTravel:
     """Describe fingers on slides, whose positions are their distances from the middle."""
     widths = np.array([gripper.min_width, gripper.open_width])
     return FingerTravel(
@@ -93,15 +92,17 @@ def direct_travel(gripper: GripperDescription, joints: Sequence[str]) -> FingerT
     )
 
 
-def is_direct(mj_model: mujoco.MjModel, gripper: GripperDescription, joints: Sequence[str]) -> bool:
+def is_direct(
+    mj_model: mujoco.MjModel, gripper: TwoFingerParameters, joints: Sequence[str]
+) -> bool:
     """Tell whether each finger is a slide with a motor of its own."""
-    kinds = [int(mj_model.jnt_type[find(mj_model, _JOINT, name)]) for name in joints]
+    kinds = [int(mj_model.jnt_type[mj_model.joint(name).id]) for name in joints]
     return gripper.motor is None and all(kind == _SLIDE for kind in kinds)
 
 
 def measure_travel(
     mj_model: mujoco.MjModel,
-    gripper: GripperDescription,
+    gripper: TwoFingerParameters,
     *,
     joints: Sequence[str],
     fingers: Sequence[str],
@@ -129,11 +130,11 @@ def measure_travel(
             one opening has two positions.
     """
     model, data = _bench(mj_model, arm_joints)
-    ids = [find(model, _JOINT, name) for name in joints]
+    ids = [model.joint(name).id for name in joints]
     unlimited = [n for n, j in zip(joints, ids, strict=True) if not model.jnt_limited[j]]
     if unlimited:
         raise RobotError(f"{where}: gripper joints without a range: {', '.join(unlimited)}")
-    frozen = {find(model, _JOINT, name) for name in arm_joints}
+    frozen = {model.joint(name).id for name in arm_joints}
     moving = [j for j in range(model.njnt) if j not in frozen]
     at_q, at_v = model.jnt_qposadr[moving], model.jnt_dofadr[moving]
     shapes = [_shapes(model, name, where) for name in fingers]
@@ -195,7 +196,7 @@ def _bench(
     off = mujoco.mjtDisableBit
     model.opt.disableflags |= int(off.mjDSBL_CONTACT) | int(off.mjDSBL_ACTUATION)
     model.dof_frictionloss[:] = 0.0
-    frozen = [model.jnt_dofadr[find(model, _JOINT, name)] for name in arm_joints]
+    frozen = [model.jnt_dofadr[model.joint(name).id] for name in arm_joints]
     model.dof_armature[frozen] += _HEAVY
     return model, mujoco.MjData(model)
 
@@ -222,7 +223,7 @@ def _length(model: mujoco.MjModel, data: mujoco.MjData, motor: str | None) -> fl
     tendon = mujoco.mj_name2id(model, _TENDON, motor)
     if tendon >= 0:
         return float(data.ten_length[tendon])
-    return float(data.qpos[model.jnt_qposadr[find(model, _JOINT, motor)]])
+    return float(data.qpos[model.jnt_qposadr[model.joint(motor).id]])
 
 
 def _shapes(model: mujoco.MjModel, finger: str, where: str) -> list[int]:

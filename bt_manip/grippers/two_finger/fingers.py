@@ -4,15 +4,19 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from dm_control import composer, mjcf
+import pinocchio as pin
+from dm_control import mjcf
 
-from bt_manip.control.exceptions import ControlError
-from bt_manip.control.finger_contacts import FingerContacts, Touched
-from bt_manip.control.finger_loop import FingerLoop
-from bt_manip.control.press import Press
-from bt_manip.control.stroke import Motion, Stroke, StrokeLimits
-from bt_manip.control.transmission import make_transmission
-from bt_manip.robots import Robot
+from bt_manip.robots import Gripper, Robot
+
+from .contacts import FingerContacts, Touched, held_root
+from .hand import Hand, measure_hand
+from .mechanism import Mechanism
+from .parameters import KIND, read_parameters
+from .position_loop import FingerLoop
+from .press import Press
+from .stroke import Motion, Stroke, StrokeLimits
+from .transmission import make_transmission
 
 STILL = "still"
 MOVING = "moving"
@@ -36,7 +40,7 @@ _MET_FORCE = 5.0  # [N] with which fingers press each other
 _NOTHING: Touched = ((), ())
 
 
-class DrivenFingers(composer.Entity):
+class DrivenFingers(Gripper):
     """Drives two fingers from one step to the next: along a stroke, or with a force.
 
     Where each finger has a motor, that they stay in step is control, not a constraint; where one
@@ -45,6 +49,8 @@ class DrivenFingers(composer.Entity):
     with a force that rises softly to the asked one. The normal force of each finger is measured by
     a touch sensor that this entity adds to the robot's fingers.
     """
+
+    kind = KIND
 
     state: str
     """What it is at: still, moving, closing, gripping or releasing."""
@@ -55,26 +61,19 @@ class DrivenFingers(composer.Entity):
         """Prepare to drive a robot's fingers.
 
         Raises:
-            ControlError: When the robot has no gripper of two fingers.
+            RobotError: When the robot has no gripper, or its model and description do not fit.
         """
-        gripper = robot.description.gripper
-        if gripper is None or len(gripper.joints) != 2 or len(gripper.fingers) != 2:
-            raise ControlError(
-                f"robot '{robot.description.name}' has no gripper with two finger joints"
-            )
-        self._mjcf_root = mjcf.RootElement(model="gripper_controller")
-        self._description = gripper
-        self._open, self._min = robot.gripper_travel.open_width, robot.gripper_travel.min_width
-        self._fingers = make_transmission(robot)
-        self._speed = min(_SPEED, gripper.max_speed)
-        self._contacts = FingerContacts(robot)
+        super()._build(robot)
+        name = robot.description.name
+        self._parameters = parameters = read_parameters(self._description.read(name))
+        self.mechanism = Mechanism(robot, parameters, self.max_force)
+        travel = self.mechanism.travel
+        self._open, self._min = travel.open_width, travel.min_width
+        self._fingers = make_transmission(self.mechanism)
+        self._speed = min(_SPEED, parameters.max_speed)
+        self._contacts = FingerContacts(robot.mjcf_model, self.mechanism)
         self._dt = 0.0
         self._reset()
-
-    @property
-    def mjcf_model(self) -> mjcf.RootElement:
-        """An empty model: what composer attaches."""
-        return self._mjcf_root
 
     @property
     def width(self) -> float:
@@ -83,7 +82,7 @@ class DrivenFingers(composer.Entity):
         return s1 + s2
 
     @property
-    def finger_forces(self) -> tuple[float, float]:
+    def forces(self) -> tuple[float, float]:
         """Normal force on each finger in the last step [N]."""
         return self._forces
 
@@ -98,6 +97,31 @@ class DrivenFingers(composer.Entity):
         left, right = self._touch()
         return tuple(name for name in left if name in right)
 
+    # Geometry
+
+    @property
+    def contact_bodies(self) -> list[Any]:
+        """The finger bodies."""
+        return self.mechanism.fingers
+
+    def held_root(self) -> int:
+        """Give the root body of the free object that both fingers touch; 0 for none."""
+        robot = self.robot
+        return held_root(robot.mj_model, robot.mj_data, self.contact_body_ids)
+
+    def set_opening(self, qpos: np.ndarray, share: float = 1.0) -> None:
+        """Write where the joints are with the fingers apart (1), together (0) or between."""
+        self.mechanism.set_width(qpos, self._min + share * (self._open - self._min))
+
+    def measure(self, placed: Mapping[int, pin.SE3]) -> Hand:
+        """Measure it.
+
+        Args:
+            placed: Pose of each geom that moves with the tool in the tool, with the fingers open.
+        """
+        robot = self.robot
+        return measure_hand(robot.mj_model, self.mechanism, robot.tool_site_id, placed)
+
     # Composer's hooks
 
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
@@ -105,6 +129,7 @@ class DrivenFingers(composer.Entity):
         if self._contacts.bound:
             self._touch()
         model, data = physics.model.ptr, physics.data.ptr
+        self.mechanism.bind(model)
         self._dt = float(model.opt.timestep)
         fingers = self._fingers
         fingers.bind(model, data)
@@ -114,8 +139,11 @@ class DrivenFingers(composer.Entity):
     def initialize_episode(
         self, physics: mjcf.Physics, random_state: np.random.RandomState
     ) -> None:
-        """Start anew, with the fingers where they are."""
+        """Start anew, with the fingers open."""
         self._reset()
+        data = self.robot.mj_data
+        self.mechanism.set_width(data.qpos, self._open)
+        self.mechanism.rest(data.qvel)
         self._motion = Motion(0.5 * self.width, 0.0, 0.0)
 
     def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:

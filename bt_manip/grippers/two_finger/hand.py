@@ -1,5 +1,6 @@
-"""The hand that grips, as its compiled model shows it."""
+"""Lengths of a gripper of two fingers, as its compiled model shows them."""
 
+from collections.abc import Mapping
 from itertools import product
 from typing import NamedTuple
 
@@ -7,8 +8,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.exceptions import MotionError
-from bt_manip.robots import Robot
+from .mechanism import Mechanism
 
 _SIGNS = np.array(list(product((-1.0, 1.0), repeat=3)))  # (8, 3) corners of a box
 
@@ -16,7 +16,7 @@ _SIGNS = np.array(list(product((-1.0, 1.0), repeat=3)))  # (8, 3) corners of a b
 class Hand(NamedTuple):
     """Lengths of a hand with its fingers open, seen from the tool.
 
-    `GripperClearance` measures what depends on where the hand is.
+    `bt_manip.grasping.GripperClearance` measures what depends on where the hand is.
     """
 
     closing: np.ndarray
@@ -34,35 +34,23 @@ class Hand(NamedTuple):
     friction: float
     """Sliding friction of the fingers [-]."""
 
-
-def hand_geoms(model: mujoco.MjModel, robot: Robot) -> list[int]:
-    """List the geoms that move with a robot's tool and can touch: hand and fingers."""
-    weld = model.body_weldid[model.site_bodyid[robot.tool_site_id]]
-    moves = np.zeros(model.nbody, dtype=bool)
-    if weld:
-        moves[weld] = True
-        for body in range(weld + 1, model.nbody):  # a parent always comes before its children
-            moves[body] = moves[model.body_parentid[body]]
-    solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-    return [int(geom) for geom in np.flatnonzero(moves[model.geom_bodyid] & solid)]
+    def opening(self, width: np.ndarray) -> np.ndarray:
+        """Give how far the gripper is open at widths [m]: 1 for all the way, 0 for closed."""
+        return (width - self.least) / (self.stroke - self.least)
 
 
-def measure_hand(robot: Robot, placed: dict[int, pin.SE3]) -> Hand:
-    """Measure a robot's hand.
+def measure_hand(
+    model: mujoco.MjModel, mechanism: Mechanism, tool_site: int, placed: Mapping[int, pin.SE3]
+) -> Hand:
+    """Measure a gripper.
 
     Args:
-        robot: A compiled robot.
-        placed: Pose of each geom of the hand in the tool, with the fingers open.
-
-    Raises:
-        MotionError: When the robot has no two fingers.
+        model: What it is compiled into.
+        mechanism: Its fingers.
+        tool_site: Id of the tool's site.
+        placed: Pose of each geom that moves with the tool in the tool, with the fingers open.
     """
-    fingers = robot.finger_geom_ids
-    if robot.description.gripper is None or len(fingers) != 2:
-        raise MotionError(
-            f"robot '{robot.description.name}' has no two fingers to grip with", reason="grasp"
-        )
-    model, travel = robot.mj_model, robot.gripper_travel
+    fingers, travel = mechanism.geoms, mechanism.travel
     boxes = {geom: _corners(model, geom, T) for geom, T in placed.items()}
     first, second = (np.concatenate([boxes[g] for g in geoms]) for geoms in fingers)
     between = 0.5 * (second.min(0) + second.max(0) - first.min(0) - first.max(0))
@@ -71,7 +59,7 @@ def measure_hand(robot: Robot, placed: dict[int, pin.SE3]) -> Hand:
     both = np.concatenate([first, second])
     tips = both[both[:, 2] > both[:, 2].max() - 0.02]
     across = np.cross([0.0, 0.0, 1.0], closing)
-    welded = model.body_weldid[model.site_bodyid[robot.tool_site_id]]
+    welded = model.body_weldid[model.site_bodyid[tool_site]]
     palm = [
         corners[:, 2].max()
         for geom, corners in boxes.items()

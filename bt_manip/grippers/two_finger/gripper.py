@@ -1,6 +1,12 @@
-"""The gripper: positions where the way is free, forces where something is held."""
+"""A gripper of two fingers: positions while it travels, forces while it holds."""
 
-from bt_manip.control.driven_fingers import (
+import numpy as np
+from dm_control import composer
+from dm_control.composer.observation import observable
+
+from bt_manip.robots import GripperError, Robot
+
+from .fingers import (
     CLOSING,
     GRIPPING,
     MET,
@@ -11,20 +17,33 @@ from bt_manip.control.driven_fingers import (
     STILL,
     DrivenFingers,
 )
-from bt_manip.control.exceptions import ControlError
-from bt_manip.control.gripper_observables import GripperObservables
-from bt_manip.control.stroke import StrokeLimits
-from bt_manip.robots import Robot
+from .stroke import StrokeLimits
 
 _RELEASE = 0.04  # [s]
 _STEADY_TIME = 0.05  # [s]
 
 
-class GripperController(DrivenFingers):
-    """Opens and closes two fingers, and holds with a force.
+class TwoFingerGripperObservables(composer.Observables):
+    """How far it is open, and how hard it presses."""
 
-    Attached to its robot (``robot.attach(gripper)``), it lives by composer's hooks.
-    """
+    @composer.observable
+    def positions(self) -> observable.Observable:
+        """Positions of the two joints that move the fingers [m] or [rad]."""
+        return observable.MJCFFeature("qpos", self._entity.mechanism.joints)
+
+    @composer.observable
+    def width(self) -> observable.Observable:
+        """Distance between the fingers [m]."""
+        return observable.Generic(lambda physics: np.array([self._entity.width]))
+
+    @composer.observable
+    def forces(self) -> observable.Observable:
+        """Normal force on each finger in the last step [N]."""
+        return observable.Generic(lambda physics: np.array(self._entity.forces))
+
+
+class TwoFingerGripper(DrivenFingers):
+    """Opens and closes two fingers, and holds with a force."""
 
     def _build(self, robot: Robot, speed: float | None = None) -> None:
         """Prepare to control a robot's gripper.
@@ -35,14 +54,15 @@ class GripperController(DrivenFingers):
                 the greatest that the gripper has.
 
         Raises:
-            ControlError: When the robot has no gripper of two fingers, or the speed is not one.
+            RobotError: When the robot has no gripper, or its model and description do not fit.
+            GripperError: When the gripper has no such speed.
         """
         super()._build(robot)
         self._speed = self._checked_speed(speed)
         self._reset()
 
-    def _build_observables(self) -> GripperObservables:
-        return GripperObservables(self)
+    def _build_observables(self) -> TwoFingerGripperObservables:
+        return TwoFingerGripperObservables(self)
 
     # Commands
 
@@ -62,11 +82,11 @@ class GripperController(DrivenFingers):
             speed: Of each finger [m/s].
 
         Raises:
-            ControlError: When the gripper does not open or move so.
+            GripperError: When the gripper does not open or move so.
         """
         low, high = self._min, self._open
         if not low - 1e-9 <= width <= high + 1e-9:
-            raise ControlError(f"the gripper opens from {low:g} to {high:g} m, not {width:g} m")
+            raise GripperError(f"the gripper opens from {low:g} to {high:g} m, not {width:g} m")
         self._limits = StrokeLimits(self._checked_speed(speed))
         self._target = 0.5 * width
         if self.state in PRESSING:
@@ -83,13 +103,11 @@ class GripperController(DrivenFingers):
             speed: Of each finger until one of them touches [m/s].
 
         Raises:
-            ControlError: When the gripper has no such force or speed.
+            GripperError: When the gripper has no such force or speed.
         """
-        most = self._description.max_force
-        if not 0 < force <= most:
-            raise ControlError(f"the gripper presses with up to {most:g} N, not {force:g} N")
+        force = self.check_force(force)
         self._limits = StrokeLimits(self._checked_speed(speed))
-        self._asked = float(force)
+        self._asked = force
         self._in_band = 0
         if self.state in PRESSING:
             self._change_force(GRIPPING, force, RAMP)
@@ -134,10 +152,19 @@ class GripperController(DrivenFingers):
         """Whether the fingers are all the way open, and still."""
         return self.state == STILL and self.width > self._open - MET
 
+    @property
+    def status(self) -> str:
+        """How hard the fingers press, or how far they are open."""
+        apart = f"{1e3 * self.width:.0f} mm apart"
+        if self.state in (CLOSING, *PRESSING):
+            left, right = self.forces
+            return f"fingers press with {left:.1f} and {right:.1f} N, {apart}"
+        return f"fingers {apart}"
+
     def _checked_speed(self, speed: float | None) -> float:
         if speed is None:
             return self._speed
-        most = self._description.max_speed
+        most = self._parameters.max_speed
         if not 0 < speed <= most:
-            raise ControlError(f"a finger moves with up to {most:g} m/s, not {speed:g} m/s")
+            raise GripperError(f"a finger moves with up to {most:g} m/s, not {speed:g} m/s")
         return float(speed)

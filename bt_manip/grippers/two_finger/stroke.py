@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import ruckig
 
-from bt_manip.control.exceptions import ControlError
+from bt_manip.robots import GripperError
 
 
 class Motion(NamedTuple):
@@ -36,7 +36,7 @@ class Stroke:
             limits: How fast it may be.
 
         Raises:
-            ControlError: When no such travel exists, as with a speed that is not positive.
+            GripperError: When no such travel exists, as with a speed that is not positive.
         """
         self.start, self.target, self.limits = start, target, limits
         self.elapsed = 0.0
@@ -56,11 +56,11 @@ class Stroke:
         try:
             result = ruckig.Ruckig(1).calculate(task, self._trajectory)
         except ruckig.RuckigError as error:
-            raise ControlError(
+            raise GripperError(
                 f"a finger cannot travel from {start} to {target}: {error}"
             ) from None
         if result != ruckig.Result.Working:
-            raise ControlError(f"a finger cannot travel from {start} to {target} within {limits}")
+            raise GripperError(f"a finger cannot travel from {start} to {target} within {limits}")
         self.duration: float = self._trajectory.duration
 
     @property

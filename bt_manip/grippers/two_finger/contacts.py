@@ -1,9 +1,13 @@
 """What the fingers feel."""
 
+from collections.abc import Sequence
+
 import mujoco
+from dm_control import mjcf
 
 from bt_manip.cell import BodyNames, entity_of
-from bt_manip.robots import Robot
+
+from .mechanism import Mechanism
 
 _REACH = 0.3  # [m] radius of the sensors' zone: all contacts of a finger, however long it is
 
@@ -18,24 +22,24 @@ class FingerContacts:
     costs no loop over contacts.
     """
 
-    def __init__(self, robot: Robot):
+    def __init__(self, root: mjcf.RootElement, mechanism: Mechanism):
         """Add the sensors to the robot's model, which must not be compiled yet."""
-        self._robot = robot
+        self._mechanism = mechanism
         self.bound = False
         self._sensors = []
-        for finger in robot.finger_bodies:
+        for finger in mechanism.fingers:
             name = f"{finger.name}_touch"
             # Group 5 is hidden in every viewer unless asked for.
             site = finger.add(
                 "site", name=name, type="sphere", size=(_REACH,), group=5, rgba=(0, 0, 0, 0)
             )
-            self._sensors.append(robot.mjcf_model.sensor.add("touch", name=name, site=site))
+            self._sensors.append(root.sensor.add("touch", name=name, site=site))
 
     def bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Look at a compiled model."""
         left, right = (model.sensor(s.full_identifier).adr[0] for s in self._sensors)
         self._bound = data.sensordata.item, int(left), int(right)
-        self._geoms = self._robot.finger_geom_ids
+        self._geoms = self._mechanism.geoms
         self._model, self._data = model, data
         self._labels: BodyNames | None = None
         self.bound = True
@@ -61,3 +65,28 @@ class FingerContacts:
                 if mine in geoms and entity_of(label[other]) != own:
                     found.add(entity_of(label[other]))
         return tuple(sorted(found))
+
+
+def held_root(model: mujoco.MjModel, data: mujoco.MjData, fingers: Sequence[int]) -> int:
+    """Give the root body of the free object that all fingers touch; 0 where there is none.
+
+    Args:
+        model: What is simulated.
+        data: Its contacts are looked at.
+        fingers: Ids of the finger bodies.
+    """
+    if not fingers or not data.ncon:
+        return 0
+    bodies = model.geom_bodyid[data.contact.geom]  # (ncon, 2)
+    roots: set[int] | None = None
+    for finger in fingers:
+        touched = bodies[:, ::-1][bodies == finger]
+        here = {int(root) for root in model.body_rootid[touched]}
+        roots = here if roots is None else roots & here
+    free = [root for root in sorted(roots or ()) if _is_free(model, root)]
+    return free[0] if free else 0
+
+
+def _is_free(model: mujoco.MjModel, body: int) -> bool:
+    joint = int(model.body_jntadr[body])
+    return joint >= 0 and int(model.jnt_type[joint]) == int(mujoco.mjtJoint.mjJNT_FREE)

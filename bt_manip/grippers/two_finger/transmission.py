@@ -5,7 +5,7 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
-from bt_manip.robots import Robot
+from .mechanism import Mechanism
 
 Fingers = tuple[float, float, float, float]
 """Distances of the two fingers from the middle [m], and their velocities [m/s]."""
@@ -32,24 +32,24 @@ class Transmission(Protocol):
         """Push each finger with a force, opening ones being positive [N]."""
 
 
-def make_transmission(robot: Robot) -> Transmission:
-    """Choose by the robot's description."""
-    return LinkedFingers(robot) if robot.gripper_travel.mass else SlidingFingers(robot)
+def make_transmission(mechanism: Mechanism) -> Transmission:
+    """Choose by how the fingers are moved."""
+    return LinkedFingers(mechanism) if mechanism.travel.mass else SlidingFingers(mechanism)
 
 
 class SlidingFingers:
     """Each finger is a slide with a motor of its own."""
 
-    def __init__(self, robot: Robot) -> None:
-        """Take a robot, which need not be compiled yet."""
-        self._robot = robot
+    def __init__(self, mechanism: Mechanism) -> None:
+        """Take a mechanism, which need not be compiled yet."""
+        self._mechanism = mechanism
         self.mass = self.loss = 0.0
 
     def bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Look at a compiled model."""
-        robot = self._robot
-        (p1, p2), (d1, d2) = robot.gripper_qpos_adr.tolist(), robot.gripper_dof_adr.tolist()
-        u1, u2 = robot.gripper_ctrl_adr.tolist()
+        mechanism = self._mechanism
+        (p1, p2), (d1, d2) = mechanism.qpos_adr.tolist(), mechanism.dof_adr.tolist()
+        u1, u2 = mechanism.ctrl_adr.tolist()
         # Together, because looking up attributes one by one takes longer than computing with them.
         self._bound = (data.qpos.item, data.qvel.item, p1, p2, d1, d2)
         self._motors = (data.ctrl, u1, u2)
@@ -75,10 +75,10 @@ class LinkedFingers:
     friction and springs of the mechanism take is left to who measures the force.
     """
 
-    def __init__(self, robot: Robot) -> None:
-        """Take a robot, which need not be compiled yet."""
-        self._robot = robot
-        travel = robot.gripper_travel
+    def __init__(self, mechanism: Mechanism) -> None:
+        """Take a mechanism, which need not be compiled yet."""
+        self._mechanism = mechanism
+        travel = mechanism.travel
         self.mass, self.loss = travel.mass, travel.loss
         self._ways = [tuple(way.tolist()) for way in travel.polynomials]
         self._slopes = [
@@ -89,10 +89,10 @@ class LinkedFingers:
 
     def bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Look at a compiled model."""
-        robot = self._robot
-        (p1, p2), (d1, d2) = robot.gripper_qpos_adr.tolist(), robot.gripper_dof_adr.tolist()
+        mechanism = self._mechanism
+        (p1, p2), (d1, d2) = mechanism.qpos_adr.tolist(), mechanism.dof_adr.tolist()
         self._bound = (data.qpos.item, data.qvel.item, p1, p2, d1, d2)
-        self._ctrl, self._motors = data.ctrl, robot.gripper_ctrl_adr.tolist()
+        self._ctrl, self._motors = data.ctrl, mechanism.ctrl_adr.tolist()
 
     def read(self) -> Fingers:
         """Give where the fingers are and how they move."""

@@ -1,0 +1,152 @@
+"""The joints, fingers and motors of a gripper in its robot's model."""
+
+import copy
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from bt_manip.robots import Robot, effort_limit, ensure_motors
+
+from .finger_travel import FingerTravel, direct_travel, is_direct, measure_travel
+from .parameters import TwoFingerParameters
+
+
+class Mechanism:
+    """Two fingers of a robot, with motors instead of whatever actuated them.
+
+    Attributes:
+        fingers: The finger bodies, as PyMJCF elements.
+        travel: How the fingers move with their joints.
+        actuators: The motors: one for each joint, or one for both.
+        qpos_adr: Addresses of the two joints in ``qpos``, once compiled.  # (2,)
+        dof_adr: Like ``qpos_adr``, in ``qvel``.  # (2,)
+        ctrl_adr: Addresses of the motors in ``ctrl``, once compiled.
+        geoms: Ids of each finger's geoms that collide, once compiled.
+    """
+
+    def __init__(self, robot: Robot, parameters: TwoFingerParameters, max_force: float) -> None:
+        """Find it in the robot's model, and change that as described.
+
+        Args:
+            robot: The robot, not compiled yet.
+            parameters: What its description says.
+            max_force: Greatest force of each finger [N].
+
+        Raises:
+            RobotError: When the model has no such joints and fingers.
+        """
+        where = f"robot '{robot.description.name}'"
+        self.joints = [robot.find("joint", name) for name in parameters.joints]
+        self.fingers = [robot.find("body", name) for name in parameters.fingers]
+        self._robot, alone = robot, robot.alone
+        motor = None
+        if parameters.motor is not None:
+            tendon = robot.gripper_root.find("tendon", parameters.motor)
+            motor = tendon or robot.find("joint", parameters.motor)
+        self._set_pads(parameters)
+        self._set_joints(parameters)
+        names = [joint.full_identifier for joint in self.joints]
+        if is_direct(alone, parameters, names):
+            self.travel = direct_travel(parameters, names)
+        else:
+            self.travel = measure_travel(
+                _with_joints(alone, self._bases, parameters),
+                parameters,
+                joints=names,
+                fingers=[finger.full_identifier for finger in self.fingers],
+                motor=motor.full_identifier if motor else None,
+                arm_joints=[joint.full_identifier for joint in robot.arm_joints],
+                where=where,
+            )
+        root = robot.mjcf_model
+        self._moving = [root.find("joint", name) for name in self.travel.joints]
+        driven = self.joints if motor is None else [motor]
+        efforts = _efforts(alone, self.travel, names, max_force, together=motor is not None)
+        self.actuators = ensure_motors(root, alone, driven, efforts, freed=self.joints)
+
+    def _set_pads(self, parameters: TwoFingerParameters) -> None:
+        pads = parameters.pads
+        if pads is None:
+            return
+        for finger in self.fingers:
+            for geom in finger.find_all("geom", immediate_children_only=True):
+                geom.friction, geom.priority = pads.friction, 1
+                if pads.solref is not None:
+                    geom.solref = pads.solref
+                if pads.solimp is not None:
+                    geom.solimp = pads.solimp
+
+    def _set_joints(self, parameters: TwoFingerParameters) -> None:
+        """Replace armature and dry friction of all joints of the mechanism."""
+        changes = {"armature": parameters.armature, "frictionloss": parameters.frictionloss}
+        given = {key: value for key, value in changes.items() if value is not None}
+        bases = {id(joint.parent.parent): joint.parent.parent for joint in self.joints}
+        self._bases = list(bases.values())
+        for joint in _joints_below(self._bases) if given else ():
+            joint.set_attributes(**given)
+
+    def bind(self, model: mujoco.MjModel) -> None:
+        """Find the addresses in a compiled model."""
+
+        def ids(joints: list[Any]) -> list[int]:
+            return [int(model.joint(joint.full_identifier).id) for joint in joints]
+
+        own, moving = ids(self.joints), ids(self._moving)
+        self.qpos_adr, self.dof_adr = model.jnt_qposadr[own], model.jnt_dofadr[own]
+        self._moving_qpos_adr, self._moving_dof_adr = (
+            model.jnt_qposadr[moving],
+            model.jnt_dofadr[moving],
+        )
+        self.ctrl_adr = np.array(
+            [model.actuator(motor.full_identifier).id for motor in self.actuators], dtype=np.intp
+        )
+        collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+        bodies = [int(model.body(finger.full_identifier).id) for finger in self.fingers]
+        self.geoms = tuple(
+            tuple(int(g) for g in np.flatnonzero((model.geom_bodyid == body) & collides))
+            for body in bodies
+        )
+
+    def set_width(self, qpos: np.ndarray, width: float) -> None:
+        """Write the positions of all moving joints at an opening [m] into a ``qpos``."""
+        qpos[self._moving_qpos_adr] = self.travel.configuration(width)
+
+    def rest(self, qvel: np.ndarray) -> None:
+        """Write that all moving joints are at rest into a ``qvel``."""
+        qvel[self._moving_dof_adr] = 0.0
+
+
+def _joints_below(bases: list[Any]) -> list[Any]:
+    return [joint for base in bases for joint in base.find_all("joint") if joint.parent is not base]
+
+
+def _with_joints(
+    alone: mujoco.MjModel, bases: list[Any], parameters: TwoFingerParameters
+) -> mujoco.MjModel:
+    """Give the model with the described armature (friction has no part in a travel)."""
+    if parameters.armature is None:
+        return alone
+    model = copy.copy(alone)
+    dofs = [model.jnt_dofadr[model.joint(j.full_identifier).id] for j in _joints_below(bases)]
+    model.dof_armature[dofs] = parameters.armature
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+    return model
+
+
+def _efforts(
+    alone: mujoco.MjModel,
+    travel: FingerTravel,
+    joints: list[str],
+    max_force: float,
+    *,
+    together: bool,
+) -> list[float]:
+    """Give the greatest effort of each motor.
+
+    A slide's motor makes what the model and the description both allow. The servo that a model
+    puts on a mechanism says little of the real one's force: there, the description decides.
+    """
+    if travel.mass:
+        return travel.efforts(max_force, together=together)
+    return [min(effort_limit(alone, int(alone.joint(name).id)), max_force) for name in joints]

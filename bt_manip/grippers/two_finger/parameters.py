@@ -1,0 +1,135 @@
+"""What a description says of a gripper of two fingers."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import pinocchio as pin
+
+from bt_manip.robots import GripperDescription
+from bt_manip.toml_tables import TomlTable
+
+KIND = "two_finger"
+
+
+@dataclass(frozen=True)
+class PadParameters:
+    """What the fingers' surfaces are like, where the model's own would not hold what they grip.
+
+    Attributes:
+        friction: Sliding, torsional [m] and rolling [m] friction; it counts for the pair, whatever
+            the gripped surface is like.
+        solref: MuJoCo's stiffness of the contact; None keeps the model's.
+        solimp: MuJoCo's impedance of the contact; None keeps the model's.
+    """
+
+    friction: tuple[float, ...] = (1.0, 0.005, 0.0001)
+    solref: tuple[float, ...] | None = None
+    solimp: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
+class TwoFingerParameters:
+    """Joints that move, bodies that touch; the attributes are those of `two_finger_gripper`."""
+
+    joints: tuple[str, ...]
+    fingers: tuple[str, ...]
+    open_width: float
+    max_speed: float
+    min_width: float
+    motor: str | None
+    pads: PadParameters | None
+    armature: float | None
+    frictionloss: float | None
+
+
+def two_finger_gripper(
+    *,
+    joints: Sequence[str],
+    fingers: Sequence[str],
+    open_width: float,
+    max_speed: float,
+    max_force: float,
+    min_width: float | None = None,
+    motor: str | None = None,
+    pads: Mapping[str, Sequence[float]] | None = None,
+    armature: float | None = None,
+    frictionloss: float | None = None,
+    model: str | None = None,
+    mount: str | None = None,
+    T_mg: pin.SE3 | None = None,
+) -> GripperDescription:
+    """Describe a gripper of two fingers; in a TOML file the keys of ``[gripper]`` say the same.
+
+    Fingers may be slides with a motor each, whose positions then add up to the opening, or any
+    mechanism in which each finger follows one joint: how far it moves is measured on the model.
+    Where one motor moves both, the model's equalities that couple the joints are the mechanism.
+
+    Args:
+        joints: Names of the two joints that move the fingers.
+        fingers: Names of the finger bodies, in the order of the joints.
+        open_width: Opening with the fingers apart [m].
+        max_speed: Greatest speed of one finger [m/s].
+        max_force: Greatest normal force of each finger [N].
+        min_width: Opening with the fingers together [m]; default: 0.
+        motor: Name of the joint or tendon that the one motor moves; None: each joint has its own.
+        pads: Contact ``friction``, ``solref`` and ``solimp`` of the fingers' surfaces; None keeps
+            what the model says.
+        armature: Replaces that of every joint of its mechanism [kg m2]; None keeps the model's.
+        frictionloss: Replaces the dry friction of every joint of its mechanism [N m].
+        model: Where its MJCF file is; None: it is part of the arm's.
+        mount: Name of the arm's site or body that a model of its own is attached to.
+        T_mg: Pose of that model in the mount; default: the mount's own.
+    """
+    given: dict[str, Any] = {
+        "joints": list(joints),
+        "fingers": list(fingers),
+        "open_width": open_width,
+        "max_speed": max_speed,
+        "min_width": min_width,
+        "motor": motor,
+        "pads": None if pads is None else {key: list(value) for key, value in pads.items()},
+        "armature": armature,
+        "frictionloss": frictionloss,
+    }
+    return GripperDescription(
+        max_force=max_force,
+        kind=KIND,
+        parameters={key: value for key, value in given.items() if value is not None},
+        model=model,
+        mount=mount,
+        T_mg=pin.SE3.Identity() if T_mg is None else T_mg,
+    )
+
+
+def read_parameters(table: TomlTable) -> TwoFingerParameters:
+    """Read what a description says.
+
+    Raises:
+        RobotError: With the key, when it is missing, wrong or unknown.
+    """
+    joints, fingers = table.texts("joints"), table.texts("fingers")
+    for key, names in (("joints", joints), ("fingers", fingers)):
+        if len(names) != 2:
+            raise table.error(key, f"names two, one a finger, got {len(names)}")
+    parameters = TwoFingerParameters(
+        joints=joints,
+        fingers=fingers,
+        open_width=table.needed_number("open_width"),
+        max_speed=table.needed_number("max_speed"),
+        min_width=table.number("min_width", 0.0) or 0.0,
+        motor=table.text("motor"),
+        pads=_pads(table.table("pads")),
+        armature=table.number("armature"),
+        frictionloss=table.number("frictionloss"),
+    )
+    table.finish()
+    return parameters
+
+
+def _pads(table: TomlTable | None) -> PadParameters | None:
+    if table is None:
+        return None
+    given = {key: table.numbers(key) for key in ("friction", "solref", "solimp")}
+    table.finish()
+    return PadParameters(**{key: value for key, value in given.items() if value is not None})

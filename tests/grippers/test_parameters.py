@@ -1,0 +1,72 @@
+"""What a description says of a gripper of two fingers, and what is said of what it may not."""
+
+import pytest
+
+from bt_manip.grippers import two_finger_gripper
+from bt_manip.grippers.two_finger.parameters import read_parameters
+from bt_manip.robots import RobotError, read_description
+
+ARM = """
+model = "arm.xml"
+arm_joints = ["a", "b"]
+home = [0.0, 1.0]
+velocity = 2
+acceleration = 3.0
+jerk = [4, 5.5]
+[tool]
+frame = "tip"
+[gripper]
+joints = ["left", "right"]
+fingers = ["one", "two"]
+open_width = 0.08
+max_speed = 0.1
+max_force = 20
+"""
+
+
+@pytest.fixture
+def read(tmp_path):
+    def go(text):
+        path = tmp_path / "arm.toml"
+        path.write_text(text)
+        return read_description(path).gripper
+
+    return go
+
+
+def test_a_file_and_python_say_the_same(read):
+    described = two_finger_gripper(
+        joints=("left", "right"), fingers=("one", "two"), open_width=0.08, max_speed=0.1,
+        max_force=20, pads={"friction": (1.0, 0.1)},
+    )  # fmt: skip
+    from_file = read(ARM + "[gripper.pads]\nfriction = [1.0, 0.1]\n")
+    assert from_file == described
+    parameters = read_parameters(from_file.read("arm"))
+    assert parameters.joints == ("left", "right") and parameters.min_width == 0.0
+    assert parameters.pads.friction == (1.0, 0.1) and parameters.pads.solref is None
+    assert parameters == read_parameters(described.read("arm"))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            ARM + "max_forze = 3\n",
+            "arm.toml:16: key 'gripper.max_forze' means nothing; did you mean 'max_force'",
+        ),
+        (ARM.replace('"left", "right"', '"left"'), "'gripper.joints' names two"),
+        (ARM.replace("open_width = 0.08\n", ""), "'gripper.open_width' is missing: a number"),
+        (ARM + "[gripper.pads]\nfrction = [1.0]\n", "'gripper.pads.frction' means nothing"),
+    ],
+)
+def test_what_is_wrong_is_said_with_its_file_and_key(read, text, message):
+    with pytest.raises(RobotError, match=message):
+        read_parameters(read(text).read("arm"))
+
+
+def test_what_is_wrong_in_python_is_said_with_its_robot():
+    gripper = two_finger_gripper(
+        joints=("one",), fingers=("a", "b"), open_width=0.1, max_speed=1.0, max_force=1.0
+    )
+    with pytest.raises(RobotError, match="robot 'arm': key 'gripper.joints' names two"):
+        read_parameters(gripper.read("arm"))
