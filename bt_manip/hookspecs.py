@@ -62,7 +62,7 @@ def register_controllers(register: Callable[[str, Callable[..., Any]], None]) ->
 
 @hookspec
 def register_planners(register: Callable[[str, Callable[[], Any]], None]) -> None:
-    """Bring planners, which find ways around what is in the arm's way.
+    """Bring planners, which find collision-free paths around obstacles.
 
     Args:
         register: ``register(name, factory)``, where ``factory()`` makes a

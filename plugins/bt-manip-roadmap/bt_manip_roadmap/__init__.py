@@ -1,3 +1,3 @@
-"""A planner that looks for the shortest way on a roadmap."""
+"""A planner that finds the shortest path in a probabilistic roadmap."""
 
 from bt_manip_roadmap.lazy_roadmap import LazyRoadmap as LazyRoadmap

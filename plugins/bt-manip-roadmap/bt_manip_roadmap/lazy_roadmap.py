@@ -1,4 +1,4 @@
-"""A roadmap whose lines are looked at only when a shortest way goes along them."""
+"""A lazy probabilistic roadmap: edges are checked only when a shortest path uses them."""
 
 import heapq
 
@@ -6,33 +6,32 @@ import numpy as np
 
 from bt_manip.planning import PlanningProblem, PlanningResult, edge_is_free
 
-STEP = 0.04
-"""Longest way of a joint between two configurations that are looked at [rad]."""
+STEP = 0.04  # [rad] between the configurations that are checked on an edge
 
 
 class LazyRoadmap:
     """Plan by a lazy probabilistic roadmap.
 
     R. Bohlin and L. Kavraki, "Path planning using lazy PRM", ICRA 2000. The roadmap grows batch by
-    batch until a way is found or the samples are used up: the search is bounded by a count.
+    batch until a path is found or the samples are used up.
     """
 
     def __init__(self, samples: int = 3000, batch: int = 150, neighbours: int = 12):
         """Set the bounds of the search.
 
         Args:
-            samples: How many configurations are drawn at the most.
-            batch: How many are drawn before a way is looked for again.
-            neighbours: To how many of the nearest each is connected.
+            samples: Largest number of samples.
+            batch: Number of samples between two searches for a path.
+            neighbours: Number of nearest nodes that each node is connected to.
         """
         self.samples, self.batch, self.neighbours = samples, batch, neighbours
 
     def plan(self, problem: PlanningProblem) -> PlanningResult:
-        """Look for the shortest way from the start to one of the goals."""
+        """Search for the shortest path from the start to one of the goals."""
         lower, upper = problem.bounds()
         nodes = np.vstack([problem.start, problem.goals])  # the start is 0, the goals follow
         goals = range(1, len(nodes))
-        known: dict[tuple[int, int], bool] = {}  # lines that were looked at
+        known: dict[tuple[int, int], bool] = {}  # whether the checked edges are free
         drawn = 0
         while True:
             path = self._shortest_free(nodes, goals, known, problem)
@@ -48,7 +47,7 @@ class LazyRoadmap:
             nodes = np.vstack([nodes, *free]) if free else nodes
 
     def _shortest_free(self, nodes, goals, known, problem) -> list[int]:
-        """Look for shortest ways until one is free; empty where there is none."""
+        """Return the nodes of the shortest free path; empty where there is none."""
         near = self._near(nodes)
         while True:
             path = shortest(nodes, near, goals, known)
@@ -66,7 +65,7 @@ class LazyRoadmap:
                 return path
 
     def _near(self, nodes: np.ndarray) -> list[set[int]]:
-        """Connect each node with those nearest to it, both ways."""
+        """Return the neighbours of each node, symmetric."""
         near: list[set[int]] = [set() for _ in nodes]
         for i, node in enumerate(nodes):
             order = np.argsort(np.square(nodes - node).sum(axis=1), kind="stable")
@@ -77,7 +76,7 @@ class LazyRoadmap:
 
 
 def shortest(nodes, near, goals, known) -> list[int]:
-    """Find the shortest way from node 0 to a goal by Dijkstra, without lines known as blocked."""
+    """Return the shortest path from node 0 to a goal that avoids blocked edges (Dijkstra)."""
     ends = set(goals)
     best = {0: 0.0}
     before: dict[int, int] = {}
@@ -94,8 +93,8 @@ def shortest(nodes, near, goals, known) -> list[int]:
         for j in sorted(near[i]):
             if not known.get((min(i, j), max(i, j)), True):
                 continue
-            there = length + float(np.linalg.norm(nodes[j] - nodes[i]))
-            if there < best.get(j, np.inf):
-                best[j], before[j] = there, i
-                heapq.heappush(queue, (there, j))
+            total = length + float(np.linalg.norm(nodes[j] - nodes[i]))
+            if total < best.get(j, np.inf):
+                best[j], before[j] = total, i
+                heapq.heappush(queue, (total, j))
     return []

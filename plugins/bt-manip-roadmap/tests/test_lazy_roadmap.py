@@ -1,4 +1,4 @@
-"""Ways on a roadmap are free, short, and the same for the same seed."""
+"""Paths of a roadmap are free, short, and the same for the same seed."""
 
 import numpy as np
 import pytest
@@ -15,12 +15,12 @@ SHORTEST = 2 * (np.sqrt(1 - RADIUS**2) + RADIUS * np.arcsin(RADIUS))
 """From (-1, 0) to (1, 0) around the disc: two tangents and the arc between them."""
 
 
-def problem(free, seed=0, goals=((1.0, 0.0),)):
+def problem(is_free, seed=0, goals=((1.0, 0.0),)):
     rng = np.random.default_rng(seed)
-    return PlanningProblem(np.array([-1.0, 0.0]), np.array(goals), free, LIMITS, rng)
+    return PlanningProblem(np.array([-1.0, 0.0]), np.array(goals), is_free, LIMITS, rng)
 
 
-def around_the_disc(q):
+def outside_the_disc(q):
     return bool(np.linalg.norm(q) > RADIUS)
 
 
@@ -29,26 +29,26 @@ def length(path):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_way_is_free_and_nearly_the_shortest(seed):
-    path = LazyRoadmap().plan(problem(around_the_disc, seed)).path
+def test_a_path_is_free_and_nearly_the_shortest(seed):
+    path = LazyRoadmap().plan(problem(outside_the_disc, seed)).path
     np.testing.assert_array_equal(path[[0, -1]], [[-1.0, 0.0], [1.0, 0.0]])
     for start, end in zip(path, path[1:], strict=False):
-        line = start + np.linspace(0.0, 1.0, 500)[:, np.newaxis] * (end - start)
-        assert np.linalg.norm(line, axis=1).min() > RADIUS - 0.01
+        points = start + np.linspace(0.0, 1.0, 500)[:, np.newaxis] * (end - start)
+        assert np.linalg.norm(points, axis=1).min() > RADIUS - 0.01
     assert length(path) < 1.15 * SHORTEST
 
 
-def test_on_average_it_is_shorter_than_the_first_way_found():
+def test_on_average_it_is_shorter_than_the_first_path_found():
     def mean(planner):
         seeds = range(10)
-        return np.mean([length(planner.plan(problem(around_the_disc, s)).path) for s in seeds])
+        return np.mean([length(planner.plan(problem(outside_the_disc, s)).path) for s in seeds])
 
     assert mean(LazyRoadmap()) < mean(RRTConnect())
 
 
-def test_a_free_line_needs_no_sample():
-    planning = LazyRoadmap().plan(problem(lambda q: True))
-    assert planning.samples == 0 and len(planning.path) == 2
+def test_a_free_segment_needs_no_sample():
+    result = LazyRoadmap().plan(problem(lambda q: True))
+    assert result.samples == 0 and len(result.path) == 2
 
 
 def test_of_several_goals_it_takes_the_nearest():
@@ -57,15 +57,15 @@ def test_of_several_goals_it_takes_the_nearest():
     np.testing.assert_array_equal(path[-1], goals[1])
 
 
-def test_the_same_seed_gives_the_same_way():
-    first, second = (LazyRoadmap().plan(problem(around_the_disc, 3)).path for _ in range(2))
+def test_the_same_seed_gives_the_same_path():
+    first, second = (LazyRoadmap().plan(problem(outside_the_disc, 3)).path for _ in range(2))
     np.testing.assert_array_equal(first, second)
 
 
-def test_where_there_is_no_way_it_says_so_after_a_count():
-    planning = LazyRoadmap(samples=300).plan(problem(lambda q: q[0] < 0.0 or q[0] > 0.9))
-    assert planning.path.size == 0 and planning.samples == 300
-    assert "300 samples" in planning.reason
+def test_without_a_path_it_gives_up_after_a_number_of_samples():
+    result = LazyRoadmap(samples=300).plan(problem(lambda q: q[0] < 0.0 or q[0] > 0.9))
+    assert result.path.size == 0 and result.samples == 300
+    assert "300 samples" in result.reason
 
 
 def test_an_arm_can_be_told_to_use_it():

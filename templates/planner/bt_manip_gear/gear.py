@@ -3,31 +3,30 @@
 import numpy as np
 from bt_manip.planning import PlanningResult
 
-STEP = 0.02
-"""Longest way of a joint between two configurations that are looked at [rad]."""
+STEP = 0.02  # [rad] between the configurations that are checked
 
 
 class Gear:
-    """Go by way of one configuration, drawn until both lines to it are free."""
+    """Plan via one random configuration with free segments to start and goal."""
 
     def __init__(self, samples=2000):
-        """Bound the search by a count, never by time: the same seed gives the same path."""
+        """Set the number of samples: never bound a search by time."""
         self.samples = samples
 
     def plan(self, problem):
-        """Look for a path from the start to one of the goals."""
+        """Search for a path from the start to one of the goals."""
         lower, upper = problem.bounds()
         for count in range(self.samples):
             via = problem.rng.uniform(lower, upper)
-            if line_is_free(problem.start, via, problem.is_free):
+            if segment_is_free(problem.start, via, problem.is_free):
                 for goal in problem.goals:
-                    if line_is_free(goal, via, problem.is_free):
+                    if segment_is_free(goal, via, problem.is_free):
                         return PlanningResult(np.array([problem.start, via, goal]), count + 1)
         nothing = np.empty((0, len(problem.start)))
         return PlanningResult(nothing, self.samples, f"no path via {self.samples} configurations")
 
 
-def line_is_free(start, end, free):
-    """Look at the configurations on a straight line, its start left out."""
+def segment_is_free(start, end, is_free):
+    """Check the configurations on a straight segment, its start excluded."""
     n = int(np.ceil(np.abs(end - start).max() / STEP)) + 1
-    return all(free(start + (end - start) * i / n) for i in range(n, 0, -1))
+    return all(is_free(start + (end - start) * i / n) for i in range(n, 0, -1))
