@@ -6,7 +6,7 @@ import pytest
 from bt_manip.plugins import load_plugins
 from bt_manip.robots import RobotDescription
 from tests.measuring import disturbances
-from tests.measuring.drives import drives
+from tests.measuring.executions import execute_scenes
 from tests.measuring.scenes import SCALES, free_start, wall
 from tests.measuring.stops import halts
 
@@ -35,7 +35,7 @@ def test_path_around_a_wall_is_found_for_every_seed(arm):
 
 def test_motions_in_random_scenes_are_nearly_time_optimal(arm):
     pytest.importorskip("toppra")
-    found = drives(COUNT, arm)
+    found = execute_scenes(COUNT, arm)
     driven = [scene for scene in found if not scene.refused]
     assert len(driven) == COUNT  # refused only where there is no path
     for scene in driven:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.measuring import disturbances
-from tests.measuring.drives import drives
+from tests.measuring.executions import execute_scenes
 from tests.measuring.stops import halts
 
 pytestmark = pytest.mark.soak
@@ -33,7 +33,7 @@ def test_100_undisturbed_motions_are_not_stopped():
 
 def test_motions_in_200_random_scenes_are_nearly_time_optimal():
     pytest.importorskip("toppra")
-    found = drives(200)
+    found = execute_scenes(200)
     driven = [scene for scene in found if not scene.refused]
     assert sum(scene.reached for scene in driven) == 200  # all that have a path
     assert not any(scene.touched or scene.saturated for scene in driven)

@@ -39,3 +39,8 @@ def test_a_clearance_beyond_the_padding_is_refused(walled):
     with pytest.raises(MotionError, match=r"clearance must be at most 0\.008 \[m\], got 0\.01"):
         FreeSpace(walled.world, HOME, clearance=0.01)
     FreeSpace(walled.world, HOME, clearance=PADDING)
+
+
+def test_the_start_is_free(walled):
+    start = walled.ik.solve(walled.left, HOME).q
+    assert FreeSpace(walled.world, start).is_free(start)

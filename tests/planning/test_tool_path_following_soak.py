@@ -1,4 +1,4 @@
-"""Many paths of the tool, drawn from a seed: inside all limits, or refused with a reason."""
+"""Many random tool paths: inside all limits, or refused with a reason."""
 
 import numpy as np
 import pinocchio as pin
@@ -12,7 +12,7 @@ from bt_manip.trajectories import effort_use, limit_use
 PATHS = 150
 
 
-def drawn_steps(rng, at):
+def random_steps(rng, at):
     """Draw two to four steps in front of the arm."""
     steps = []
     for _ in range(rng.integers(2, 5)):
@@ -33,11 +33,11 @@ def drawn_steps(rng, at):
 
 @pytest.mark.soak
 def test_random_paths_are_inside_all_limits_or_refused_with_how_far_they_go(arm):
-    rng, driven = np.random.default_rng(11), 0
+    rng, followed = np.random.default_rng(11), 0
     for _ in range(PATHS):
         start = rng.uniform([0.35, -0.25, 0.25], [0.55, 0.25, 0.5])
         arm.reset(arm.ik.nearest(spatial.pointing_down(start), arm.model.home, margin=0.1).q)
-        steps, blend = drawn_steps(rng, start), float(rng.choice([0.0, 0.01, 0.05]))
+        steps, blend = random_steps(rng, start), float(rng.choice([0.0, 0.01, 0.05]))
         paths = tool_paths(arm.model.pose(arm.q), steps, blend)
         try:
             arm.move_path(steps, blend=blend)
@@ -45,8 +45,8 @@ def test_random_paths_are_inside_all_limits_or_refused_with_how_far_they_go(arm)
             assert error.reason == "line" and not arm.moving
             assert error.fraction is None or 0.0 <= error.fraction < 1.0
             continue
-        driven += 1
-        trajectory = arm._reference.present.trajectory
+        followed += 1
+        trajectory = arm.trajectory
         assert limit_use(trajectory, arm.model.limits).inside
         assert effort_use(trajectory, arm.model) <= 0.96
         q, v, _ = trajectory.sample(np.arange(0.0, trajectory.duration, 2e-3))
@@ -56,4 +56,4 @@ def test_random_paths_are_inside_all_limits_or_refused_with_how_far_they_go(arm)
         assert np.linalg.norm(rates[:, 3:], axis=1).max() <= 1.001 * limits.angular_velocity
         end = arm.model.pose(trajectory.end)
         assert np.abs(pin.log6(paths[-1].pose(1.0).actInv(end)).np).max() < 1e-5
-    assert driven > 0.6 * PATHS
+    assert followed > 0.6 * PATHS

@@ -9,7 +9,7 @@ from bt_manip.planning import discretize_segment
 pytestmark = pytest.mark.soak
 
 
-def test_the_wall_is_gone_around_for_every_seed_and_nothing_is_touched(walled):
+def test_the_arm_moves_around_the_wall_without_collision_for_every_seed(walled):
     arm = Arm(walled.robot, ik=walled.ik, world=walled.world)
     start = walled.ik.solve(walled.left, arm.model.home).q
     for seed in range(200):

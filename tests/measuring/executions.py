@@ -1,4 +1,4 @@
-"""Random scenes, driven through in physics."""
+"""Motions through random scenes, executed in simulation."""
 
 import time
 from typing import NamedTuple
@@ -12,24 +12,24 @@ from bt_manip.robots import RobotDescription
 from tests.measuring.fastest_drive import fastest_time, missing
 from tests.measuring.scenes import Planned, put, random_scene
 
-LONG = 20_000  # samples of the search that tells whether there is a way at all
-ARRIVED = 0.01  # [rad] from the goal, at the most
+LONG = 20_000  # samples of the search that tells whether a path exists
+GOAL_TOLERANCE = 0.01  # [rad]
 
 
-class Drive(NamedTuple):
-    """What came of one scene.
+class Execution(NamedTuple):
+    """The result of planning and executing a motion through one scene.
 
     Attributes:
-        refused: Why nothing was driven; empty where it was.
+        refused: Why no motion was planned; empty where one was.
         planning: Processor time until there was a checked trajectory [ms].
-        duration: Of the motion [s].
-        ratio: That over the time-optimal one on the same path; nan where toppra is missing.
+        duration: Duration of the motion [s].
+        ratio: Duration over the time-optimal one on the same path; nan where toppra is missing.
         error: Largest deviation of a joint from the reference [rad].
         touched: Whether the arm came into contact with anything.
-        saturated: Whether a motor was at its limit.
-        reached: Whether the arm was at the goal in the end.
-        solvable: Whether there is a way; of scenes that are refused a long search tells, which
-            keeps no clearance.
+        saturated: Whether a motor reached its limit.
+        reached: Whether the arm reached the goal.
+        solvable: Whether a path exists: where the motion was refused, whether a long search
+            without clearance finds one.
     """
 
     refused: str
@@ -43,26 +43,30 @@ class Drive(NamedTuple):
     solvable: bool = True
 
 
-def drives(count: int, description: RobotDescription | None = None) -> list[Drive]:
-    """Drive from start to goal in scenes drawn from the first seeds, with any robot.
+def execute_scenes(count: int, description: RobotDescription | None = None) -> list[Execution]:
+    """Plan and execute motions in the scenes of the first seeds, until enough are solvable.
 
-    In some scenes nothing leads from start to goal, mostly for an arm of six joints. These are
-    given too, but there are as many others as are asked for.
+    Args:
+        count: Number of solvable scenes.
+        description: The robot; by default the Panda.
+
+    Returns:
+        The results, with those of the scenes without a path.
     """
-    found: list[Drive] = []
-    while sum(drive.solvable for drive in found) < count:
-        found.append(_drive(*random_scene(len(found), description), len(found)))
+    found: list[Execution] = []
+    while sum(execution.solvable for execution in found) < count:
+        found.append(_execute(*random_scene(len(found), description), len(found)))
     return found
 
 
-def _drive(planned: Planned, start: np.ndarray, goal: np.ndarray, seed: int) -> Drive:
+def _execute(planned: Planned, start: np.ndarray, goal: np.ndarray, seed: int) -> Execution:
     arm, cell = planned.arm, planned.cell
     put(planned, start)
     begun = time.thread_time()
     try:
         arm.move_to_configuration(goal, rng=np.random.default_rng(seed))
     except MotionError as error:
-        return Drive(str(error), solvable=_solvable(planned, start, goal, seed))
+        return Execution(str(error), solvable=_is_solvable(planned, start, goal, seed))
     planning, duration = 1e3 * (time.thread_time() - begun), arm.remaining
     ratio = np.nan if missing() else duration / fastest_time(arm.trajectory, arm.model)
     worst, touched = 0.0, False
@@ -70,7 +74,7 @@ def _drive(planned: Planned, start: np.ndarray, goal: np.ndarray, seed: int) -> 
         cell.step()
         worst = max(worst, float(np.abs(planned.robot.q - arm.q).max()))
         touched |= bool(cell.data.ncon) and bool(cell.contacts.partners(planned.name))
-    return Drive(
+    return Execution(
         refused="",
         planning=planning,
         duration=duration,
@@ -78,15 +82,15 @@ def _drive(planned: Planned, start: np.ndarray, goal: np.ndarray, seed: int) -> 
         error=worst,
         touched=touched,
         saturated=planned.control.saturated_steps > 0,
-        reached=np.array_equal(arm.q, goal) and worst < ARRIVED,
+        reached=np.array_equal(arm.q, goal) and worst < GOAL_TOLERANCE,
     )
 
 
-def _solvable(planned: Planned, start: np.ndarray, goal: np.ndarray, seed: int) -> bool:
-    """Tell whether a long search finds a way."""
+def _is_solvable(planned: Planned, start: np.ndarray, goal: np.ndarray, seed: int) -> bool:
+    """Tell whether a long search finds a path."""
     world, limits = planned.arm.world, planned.arm.model.limits
     assert world is not None
-    free = FreeSpace(world, start, [goal], clearance=0.0).is_free
+    is_free = FreeSpace(world, start, [goal], clearance=0.0).is_free
     rng = np.random.default_rng(seed)
-    problem = PlanningProblem(start, goal[np.newaxis], free, limits, rng)
+    problem = PlanningProblem(start, goal[np.newaxis], is_free, limits, rng)
     return len(RRTConnect(samples=LONG).plan(problem).path) > 0

@@ -1,0 +1,98 @@
+"""Collision checks of goals and tool paths."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip import spatial
+from bt_manip.arm import Arm
+from bt_manip.exceptions import MotionError
+from bt_manip.planning import (
+    QUICK_REFINEMENTS,
+    LineTo,
+    check_tool_path,
+    follow_tool_path,
+    tool_paths,
+)
+
+
+@pytest.fixture
+def arm(walled) -> Arm:
+    arm = Arm(walled.robot, ik=walled.ik, world=walled.world)
+    arm.reset(walled.ik.solve(walled.left, arm.model.home).q)
+    return arm
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda arm: arm.move_to_configuration(arm.model.home),
+        lambda arm: arm.move_linear(spatial.pointing_down((0.5, 0.25, 0.3), 0.0)),
+    ],
+)
+def test_a_collision_at_the_start_that_blocks_the_motion_is_named(walled, arm, ask):
+    deep = spatial.pointing_down((0.5, 0.25, -0.02), 0.0)
+    arm.reset(walled.ik.solve(deep, arm.q).q)
+    before = arm.get_state()
+    with pytest.raises(MotionError, match=r"at the start 'panda/\w+' is \d+\.\d mm inside 'top'"):
+        ask(arm)
+    assert arm.get_state() == before
+
+
+def test_a_goal_in_collision_is_refused_by_name_and_nothing_moves(walled, arm):
+    inside = walled.ik.solve(walled.left, arm.q).q
+    inside[1] += 0.3  # leans into the table
+    before = arm.get_state()
+    with pytest.raises(
+        MotionError, match=r"the target is in collision: 'panda/\w+' would be .* 'top'"
+    ):
+        arm.move_to_configuration(inside)
+    assert arm.get_state() == before
+
+
+def test_a_line_through_the_wall_is_refused_with_its_free_share(walled, arm):
+    with pytest.raises(MotionError, match=r"blocked after \d+ % .* touch 'wall'") as raised:
+        arm.move_linear(walled.right)
+    assert raised.value.reason == "collision" and not arm.moving
+
+
+def test_a_blocked_tool_path_is_refused_with_its_free_share(walled):
+    arm = Arm(walled.robot, ik=walled.ik, world=walled.world)
+    arm.reset(arm.ik.nearest(walled.left, arm.model.home).q)
+    aside = pin.SE3(walled.left.rotation, np.array([0.4, 0.25, 0.2]))
+    through = pin.SE3(walled.left.rotation, np.array([0.4, -0.25, 0.2]))
+    with pytest.raises(MotionError, match=r"the path is blocked after \d+ % .* 'wall'") as raised:
+        arm.move_path([LineTo(aside), LineTo(through)], blend=0.03)
+    assert raised.value.reason == "collision"
+    first = np.linalg.norm(aside.translation - walled.left.translation)
+    assert first / (first + 0.5) < raised.value.fraction < (first + 0.25) / (first + 0.5)
+    assert not arm.moving
+
+
+def test_a_check_at_the_knots_agrees_with_the_fine_check(walled, rng):
+    ik, world = walled.ik, walled.world
+    home = ik.model.home
+    samples = rng.uniform([0.35, -0.35, 0.2, -3.0], [0.65, 0.35, 0.35, 3.0], (40, 4))
+    verdicts = []
+    for x, y, z, yaw in samples:
+        T = spatial.pointing_down([x, y, z], yaw)
+        tilted = pin.SE3(T.rotation @ pin.exp3(rng.uniform(-0.4, 0.4, 3)), T.translation)
+        q = ik.solve(tilted, home).q
+        start = ik.model.pose(q)
+        offset = pin.SE3(np.eye(3), np.array([0.0, 0.0, 0.15]))
+        (path,) = tool_paths(start, [LineTo(start * offset)])
+        try:
+            curve = follow_tool_path(ik, q, path, QUICK_REFINEMENTS)
+        except MotionError:
+            continue
+        reasons = []
+        for fine in (True, False):
+            try:
+                check_tool_path(world, curve, path, fine=fine)
+            except MotionError as error:
+                reasons.append(error.reason)
+            else:
+                reasons.append("")
+        assert reasons[0] == reasons[1]
+        verdicts.append(reasons[0])
+    assert 5 < verdicts.count("") < len(verdicts) - 5

@@ -1,0 +1,94 @@
+"""Collision-free motions around a wall."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip.arm import Arm
+from bt_manip.exceptions import MotionError
+from bt_manip.planning import (
+    RRTConnect,
+    discretize_segment,
+)
+
+DT = 1e-3
+
+
+@pytest.fixture
+def arm(walled) -> Arm:
+    arm = Arm(walled.robot, ik=walled.ik, world=walled.world)
+    arm.reset(walled.ik.solve(walled.left, arm.model.home).q)
+    return arm
+
+
+def execute(arm) -> np.ndarray:
+    """Advance the reference to its end and return its configurations."""
+    rows = [arm.q.copy()]
+    while arm.moving:
+        arm.advance(DT)
+        rows.append(arm.q.copy())
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_arm_moves_around_the_wall_without_collision(walled, arm, seed):
+    arm.move_to_pose(walled.right, rng=np.random.default_rng(seed))
+    q = execute(arm)
+    fine = np.vstack([discretize_segment(a, b, 2e-3) for a, b in zip(q, q[1:], strict=False)])
+    assert not any(walled.world.collisions(x) for x in fine)
+    T = arm.model.pose(arm.q)
+    assert T.translation == pytest.approx(walled.right.translation, abs=1e-5)
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.02])  # [m/s]
+def test_an_arm_that_follows_moves_around_the_wall_to_a_moving_target(walled, arm, speed):
+    for tick in range(300):
+        moved = np.array([speed * 10 * DT * tick, 0.0, 0.0])
+        target = pin.SE3(walled.right.rotation, walled.right.translation + moved)
+        arm.follow(target)
+        for _ in range(10):
+            arm.advance(DT)
+            assert tick % 10 or not walled.world.collisions(arm.q)
+    assert np.linalg.norm(arm.model.pose(arm.q).translation - target.translation) < 2e-3
+
+
+def test_a_free_segment_is_followed_straight(walled, arm):
+    start, target = arm.q.copy(), arm.q + [0.1, -0.1, 0.1, 0.0, 0.1, 0.0, 0.2]
+    arm.move_to_configuration(target)
+    way = (target - start) / np.linalg.norm(target - start)
+    off = execute(arm) - start
+    assert np.abs(off - np.outer(off @ way, way)).max() < 1e-12
+
+
+def test_redirected_in_motion_it_does_not_pass_through_the_wall(walled, arm):
+    arm.move_to_configuration(arm.q + [0.3, -0.3, 0.0, 0.0, 0.0, 0.0, 0.0])
+    for _ in range(80):
+        arm.advance(DT)
+    assert np.abs(arm.v).max() > 0.1
+    arm.move_to_pose(walled.right)
+    q = execute(arm)
+    assert not any(walled.world.collisions(x) for x in q)
+    assert arm.model.pose(arm.q).translation == pytest.approx(walled.right.translation, abs=1e-5)
+
+
+def test_the_arm_escapes_from_a_collision_at_the_start(walled, arm):
+    T = walled.left.copy()
+    T.translation = np.array([0.5, 0.25, 0.008])  # the finger tips are 3 mm inside the table
+    arm.reset(walled.ik.solve(T, arm.q).q)
+    assert walled.world.collisions(arm.q)
+    arm.move_to_pose(walled.left)
+    q = execute(arm)
+    deepest = [min((n.distance for n in walled.world.collisions(x)), default=0.0) for x in q]
+    assert min(deepest) >= deepest[0] - 1e-4 and deepest[-1] == 0.0
+
+
+def test_without_a_path_the_error_names_the_colliding_bodies(walled, arm):
+    class TooFewSamples:
+        def plan(self, problem):
+            return RRTConnect(samples=1).plan(problem)
+
+    with pytest.raises(
+        MotionError, match="no collision-free path: .* would touch 'wall'; no path found with 1 sam"
+    ):
+        arm.move_to_pose(walled.right, planner=TooFewSamples())
+    assert not arm.moving

@@ -1,0 +1,45 @@
+"""Shortcutting and smoothing of paths."""
+
+import numpy as np
+
+from bt_manip.planning import (
+    edge_is_free,
+    shortcut,
+    smooth_paths,
+)
+
+
+def beside_the_wall(q) -> bool:
+    """Tell whether a point is outside a wall that reaches from below up to 1 rad."""
+    return not (abs(q[0]) < 0.2 and q[1] < 1.0)
+
+
+def test_shortcuts_remove_detours_and_keep_the_ends(rng):
+    detour = np.array([[-1.0, 0.0], [-1.5, 1.8], [0.0, 1.9], [1.9, 1.9], [1.0, 0.0]])
+    short = shortcut(detour, beside_the_wall, rng)
+    assert np.array_equal(short[0], detour[0]) and np.array_equal(short[-1], detour[-1])
+
+    def length(path):
+        return np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
+
+    best = 0.4 + 2 * np.hypot(0.8, 1.0)  # around both corners of the wall
+    assert best - 1e-9 <= length(short) <= 1.1 * best
+    for a, b in zip(short, short[1:], strict=False):
+        assert edge_is_free(a, b, beside_the_wall, 0.01)
+
+
+def test_smooth_paths_keep_the_ends_and_approach_the_corners():
+    corner = np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]])
+    heights = []
+    for path in smooth_paths(corner):
+        q, slope, bend = path.evaluate(np.linspace(0.0, 1.0, 500))
+        assert np.allclose(q[[0, -1]], corner[[0, -1]], atol=1e-9)
+        assert np.abs(np.diff(slope, axis=0)).max() < 0.5  # no corner is left
+        assert np.abs(bend[[0, -1]]).max() < 1e-2  # and it is straight at its ends
+        heights.append(q[:, 1].max())
+    assert heights == sorted(heights) and 0.9 < heights[-1] < 1.0
+
+
+def test_two_waypoints_give_a_straight_path():
+    (path,) = smooth_paths(np.array([[0.0, 0.0], [1.0, 2.0]]))
+    assert np.allclose(path.evaluate(np.array([0.25]), 0)[0], [[0.25, 0.5]])

@@ -1,0 +1,177 @@
+"""The geometry of tool paths."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip import spatial
+from bt_manip.exceptions import MotionError
+from bt_manip.planning import (
+    ArcTo,
+    LineTo,
+    TurnAbout,
+    tool_paths,
+)
+
+START = spatial.pointing_down([0.4, -0.2, 0.3])
+CORNER = spatial.pointing_down([0.4, 0.1, 0.3], 0.5)
+END = spatial.pointing_down([0.6, 0.1, 0.4], 0.2)
+BLEND = 0.05
+
+
+def positions(path, n=2001):
+    """Return positions at even fractions of a path."""
+    return np.array([path.pose(s).translation for s in np.linspace(0.0, 1.0, n)])
+
+
+def test_a_line_is_straight_and_turns_at_a_constant_rate():
+    (path,) = tool_paths(START, [LineTo(CORNER)])
+    for s in np.linspace(0.0, 1.0, 11):
+        T = path.pose(s)
+        straight = (1.0 - s) * START.translation + s * CORNER.translation
+        assert T.translation == pytest.approx(straight, abs=1e-12)
+        turned = np.linalg.norm(pin.log3(START.rotation.T @ T.rotation))
+        assert turned == pytest.approx(0.5 * s, abs=1e-9)
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_an_arc_passes_its_via_point_on_a_circle(side):
+    via = np.array([0.5, side * 0.12, 0.35])
+    (path,) = tool_paths(START, [ArcTo(via, END)])
+    way = positions(path)
+    assert way[0] == pytest.approx(START.translation) and way[-1] == pytest.approx(END.translation)
+    assert np.linalg.norm(way - via, axis=1).min() < 1e-3
+    # The centre is as far from three points as from all others, which are in one plane with it.
+    a, b, c = way[0], via, way[-1]
+    rows = np.array([b - a, c - a, np.cross(b - a, c - a)])
+    right = [(b @ b - a @ a) / 2.0, (c @ c - a @ a) / 2.0, np.cross(b - a, c - a) @ a]
+    centre = np.linalg.solve(rows, right)
+    radii = np.linalg.norm(way - centre, axis=1)
+    assert radii == pytest.approx(radii[0], abs=1e-9)
+    assert (way - a) @ rows[2] == pytest.approx(0.0, abs=1e-9)
+    assert path.length == pytest.approx(
+        np.linalg.norm(np.diff(way, axis=0), axis=1).sum(), rel=1e-5
+    )
+
+
+def test_an_arc_with_a_via_point_on_the_far_side_is_longer_than_half_a_circle():
+    end = pin.SE3(START.rotation, START.translation + [0.1, 0.0, 0.0])
+    (path,) = tool_paths(START, [ArcTo(START.translation + [0.05, 0.2, 0.0], end)])
+    assert path.length > np.pi * 0.1
+
+
+def test_a_turn_about_an_axis_carries_the_tool_with_it():
+    point, axis, angle = np.array([0.5, 0.0, 0.3]), np.array([0.0, 1.0, 2.0]), 1.2
+    (path,) = tool_paths(START, [TurnAbout(point, axis, angle)])
+    R = pin.exp3(angle * axis / np.linalg.norm(axis))
+    T_turn = pin.SE3(R, point - R @ point)
+    assert np.abs(pin.log6(path.pose(1.0).actInv(T_turn * START)).np).max() < 1e-9
+    points = [
+        T.actInv(pin.SE3(np.eye(3), point)).translation for T in map(path.pose, (0.0, 0.4, 1.0))
+    ]
+    assert points[1] == pytest.approx(points[0]) and points[2] == pytest.approx(points[0])
+
+
+def test_a_turn_about_an_axis_through_the_tool_keeps_its_position():
+    (path,) = tool_paths(START, [TurnAbout(START.translation, (0.0, 0.0, 1.0), -1.0)])
+    assert positions(path) == pytest.approx(np.tile(START.translation, (2001, 1)))
+    assert path.angle == pytest.approx(1.0) and path.length < 1e-12
+
+
+def test_without_a_blend_the_tool_stops_in_each_corner():
+    paths = tool_paths(START, [LineTo(CORNER), LineTo(END)])
+    assert [np.round(path.pose(1.0).translation, 9).tolist() for path in paths] == [
+        CORNER.translation.tolist(),
+        END.translation.tolist(),
+    ]
+
+
+def test_a_blended_corner_leaves_the_lines_only_within_the_blend():
+    (path,) = tool_paths(START, [LineTo(CORNER), LineTo(END)], BLEND)
+    way = positions(path)
+    corner = CORNER.translation
+    directions = [
+        (T.translation - corner) / np.linalg.norm(T.translation - corner) for T in (START, END)
+    ]
+    off = np.min(
+        [
+            np.linalg.norm((way - corner) - np.outer((way - corner) @ d, d), axis=1)
+            for d in directions
+        ],
+        axis=0,
+    )
+    far = np.linalg.norm(way - corner, axis=1) > BLEND + 1e-9
+    assert far.any() and off[far].max() < 1e-9
+    assert off.max() > 1e-3
+    assert 0.1 * BLEND < np.linalg.norm(way - corner, axis=1).min() < 0.35 * BLEND
+
+
+def test_a_blend_takes_at_most_half_of_a_line():
+    (path,) = tool_paths(START, [LineTo(CORNER), LineTo(END)], 10.0)
+    way = positions(path)
+    assert way[0] == pytest.approx(START.translation) and way[-1] == pytest.approx(END.translation)
+    assert np.linalg.norm(np.diff(way, axis=0), axis=1).max() < 1.01 * path.travel / 2000
+
+
+@pytest.mark.parametrize(
+    "steps",
+    [
+        [LineTo(CORNER), LineTo(END)],
+        [LineTo(CORNER), TurnAbout(CORNER.translation, (0.0, 0.0, 1.0), 0.8), LineTo(END)],
+        [LineTo(CORNER), ArcTo([0.5, 0.2, 0.35], END)],
+        [LineTo(CORNER), LineTo(START)],
+    ],
+    ids=["lines", "turning in the corner", "into an arc", "back"],
+)
+def test_the_curvature_is_continuous_in_a_corner(steps):
+    (path,) = tool_paths(START, steps, BLEND)
+    jerks = []
+    for n in (2000, 4000):
+        s = np.linspace(0.0, 1.0, n + 1)
+        columns = path.extra_columns(s)[:, :6]
+        assert np.array_equal(path.extra_columns(s)[:, 6], s)
+        jerks.append(np.abs(np.diff(columns, 3, axis=0)).max() * n**3)
+    # Where the second derivative jumps, third differences over h^3 grow with 1/h; or they converge.
+    assert jerks[1] == pytest.approx(jerks[0], rel=0.02)
+
+
+def test_the_derivative_of_the_angle_columns_is_the_angular_velocity():
+    (path,) = tool_paths(START, [LineTo(CORNER), LineTo(END)], BLEND)
+    s = np.linspace(0.0, 1.0, 4001)
+    rate = np.gradient(path.extra_columns(s)[:, 3:6], s, axis=0)
+    h = 1e-6
+    for i in (500, 2000, 2300, 3500):
+        R = [path.pose(s[i] + d).rotation for d in (-h, h)]
+        turning = pin.log3(R[1] @ R[0].T) / (2.0 * h)
+        assert rate[i] == pytest.approx(turning, abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: LineTo(np.eye(4)), "pose must be a pin.SE3, got ndarray"),
+        (
+            lambda: ArcTo([0.0, np.nan, 0.0], END),
+            "via point of an arc must be 3 finite numbers",
+        ),
+        (lambda: ArcTo([0.0, 0.0, 0.0], None), "pose must be a pin.SE3"),
+        (
+            lambda: TurnAbout([0.0, 0.0], [0, 0, 1], 1.0),
+            "point of the axis of a turn must be 3",
+        ),
+        (lambda: TurnAbout([0.0, 0.0, 0.0], [0, 0, 0], 1.0), "axis of a turn must not be zero"),
+        (lambda: TurnAbout([0.0, 0.0, 0.0], [0, 0, 1], np.inf), "finite number .rad., got inf"),
+        (lambda: tool_paths(START, [END]), "a LineTo, ArcTo or TurnAbout, got SE3"),
+        (lambda: tool_paths(START, [LineTo(END)], -0.1), "blend must be at least 0 .m., got -0.1"),
+        (lambda: tool_paths(START, [LineTo(END)], np.nan), "blend must be at least 0 .m., got nan"),
+        (
+            lambda: tool_paths(START, [ArcTo(0.5 * (START.translation + END.translation), END)]),
+            "three points that are apart and not on a line",
+        ),
+        (lambda: tool_paths(START, [ArcTo([0.5, 0.0, 0.3], START)]), "three points that are apart"),
+    ],
+)
+def test_invalid_paths_are_refused_by_name(make, message):
+    with pytest.raises(MotionError, match=message) as raised:
+        make()
+    assert raised.value.reason == "target"

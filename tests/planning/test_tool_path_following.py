@@ -1,0 +1,218 @@
+"""Motions along tool paths."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip import spatial
+from bt_manip.arm import Arm
+from bt_manip.exceptions import MotionError
+from bt_manip.planning import (
+    ArcTo,
+    LineTo,
+    TurnAbout,
+    follow_tool_path,
+    tool_paths,
+)
+from bt_manip.robots import ToolLimits
+from bt_manip.trajectories import effort_use, limit_use
+
+START = spatial.pointing_down([0.4, -0.2, 0.3])
+CORNER = spatial.pointing_down([0.4, 0.1, 0.3], 0.5)
+END = spatial.pointing_down([0.6, 0.1, 0.4], 0.2)
+BLEND = 0.05
+
+
+def positions(path, n=2001):
+    """Return positions at even fractions of a path."""
+    return np.array([path.pose(s).translation for s in np.linspace(0.0, 1.0, n)])
+
+
+def tool_motion(arm, trajectory, step=1e-3):
+    """Velocity [m/s] and angular velocity [rad/s] of the tool, by Pinocchio."""
+    q, v, _ = trajectory.sample(np.arange(0.0, trajectory.duration, step))
+    rates = np.array([arm.model.jacobian(x) @ u for x, u in zip(q, v, strict=True)])
+    return rates[:, :3], rates[:, 3:]
+
+
+def planned(arm):
+    return arm.trajectory
+
+
+@pytest.fixture
+def at_start(arm) -> Arm:
+    arm.reset(arm.ik.nearest(START, arm.model.home).q)
+    return arm
+
+
+@pytest.mark.parametrize(
+    ("steps", "blend"),
+    [
+        ([LineTo(CORNER), LineTo(END)], 0.0),
+        ([LineTo(CORNER), LineTo(END), LineTo(START)], 0.03),
+        ([ArcTo([0.5, 0.0, 0.35], CORNER)], 0.0),
+        ([TurnAbout([0.4, 0.0, 0.3], [0.0, 0.0, 1.0], -1.0)], 0.0),
+        ([LineTo(CORNER), ArcTo([0.5, 0.2, 0.35], END)], 0.04),
+    ],
+    ids=["halting", "polyline", "arc", "turn", "line and arc"],
+)
+def test_a_path_is_followed_to_its_end_inside_all_limits(at_start, steps, blend):
+    arm = at_start
+    paths = tool_paths(arm.model.pose(arm.q), steps, blend)
+    arm.move_path(steps, blend=blend)
+    trajectory = planned(arm)
+    assert limit_use(trajectory, arm.model.limits).inside
+    assert effort_use(trajectory, arm.model) <= 0.96
+    q, *_ = trajectory.sample(np.linspace(0.0, trajectory.duration, 150))
+    poses = [path.pose(s) for path in paths for s in np.linspace(0.0, 1.0, 4001)]
+    near = np.array([T.translation for T in poses])
+    for x in q:
+        T = arm.model.pose(x)
+        far = np.linalg.norm(near - T.translation, axis=1)
+        assert far.min() < 3e-4
+        beside = [poses[i] for i in np.flatnonzero(far < far.min() + 5e-4)]
+        off = min(np.linalg.norm(pin.log3(T.rotation.T @ other.rotation)) for other in beside)
+        assert off < 4e-3
+    while arm.moving:
+        arm.advance(1e-3)
+    assert np.abs(pin.log6(paths[-1].pose(1.0).actInv(arm.model.pose(arm.q))).np).max() < 1e-5
+
+
+@pytest.mark.parametrize("blend", [0.0, 0.04])
+def test_the_tool_keeps_its_limits(at_start, blend):
+    arm = at_start
+    limits = ToolLimits(velocity=0.25, acceleration=1.5, angular_velocity=0.6)
+    arm.model.tool_limits = limits
+    arm.move_path([LineTo(CORNER), ArcTo([0.5, 0.2, 0.35], END), LineTo(START)], blend=blend)
+    linear, angular = tool_motion(arm, planned(arm))
+    speed = np.linalg.norm(linear, axis=1)
+    assert 0.95 * 0.25 < speed.max() <= 1.001 * 0.25
+    assert np.linalg.norm(angular, axis=1).max() <= 1.001 * 0.6
+    acceleration = np.linalg.norm(np.gradient(linear, 1e-3, axis=0), axis=1)
+    assert acceleration.max() <= 1.02 * 1.5
+
+
+def test_half_the_speed_takes_twice_the_time(at_start):
+    steps = [LineTo(CORNER), LineTo(END)]
+    at_start.move_path(steps, blend=BLEND)
+    fast = planned(at_start).duration
+    at_start.reset(at_start.ik.nearest(START, at_start.model.home).q)
+    at_start.move_path(steps, 0.5, blend=BLEND)
+    assert planned(at_start).duration == pytest.approx(2.0 * fast, rel=0.02)
+
+
+def test_a_blended_corner_is_passed_without_a_stop_and_sooner(at_start):
+    durations = []
+    for blend in (0.0, 0.08):
+        at_start.reset(at_start.ik.nearest(START, at_start.model.home).q)
+        at_start.move_path([LineTo(CORNER), LineTo(END)], blend=blend)
+        speed = np.linalg.norm(tool_motion(at_start, planned(at_start))[0], axis=1)
+        durations.append(planned(at_start).duration)
+        slowest = speed[60:-60].min()
+        assert slowest < 1e-3 if blend == 0.0 else slowest > 0.1
+    assert durations[1] < durations[0]
+
+
+def test_a_path_stops_and_resumes_on_itself(at_start):
+    arm = at_start
+    (path,) = tool_paths(arm.model.pose(arm.q), [LineTo(CORNER), LineTo(END)], BLEND)
+    near = positions(path, 8001)
+    arm.move_path([LineTo(CORNER), LineTo(END)], blend=BLEND)
+    for _ in range(int(1e3 * 0.5 * arm.remaining)):
+        arm.advance(1e-3)
+    arm.pause()
+    while arm.moving:
+        arm.advance(1e-3)
+    assert arm.paused
+    assert np.linalg.norm(near - arm.model.pose(arm.q).translation, axis=1).min() < 2e-4
+    arm.resume()
+    while arm.moving:
+        arm.advance(1e-3)
+    assert np.linalg.norm(arm.model.pose(arm.q).translation - END.translation) < 1e-5
+
+
+def test_a_restored_state_continues_bit_for_bit(at_start, robot):
+    arm = at_start
+    arm.move_path([LineTo(CORNER), ArcTo([0.5, 0.2, 0.35], END)], blend=BLEND)
+    for _ in range(200):
+        arm.advance(1e-3)
+    other = Arm(robot, ik=arm.ik)
+    other.set_state(arm.get_state())
+    for _ in range(300):
+        arm.advance(1e-3)
+        other.advance(1e-3)
+        assert np.array_equal(arm.q, other.q)
+
+
+@pytest.mark.parametrize("blend", [0.0, 0.03])
+def test_a_path_that_leaves_the_workspace_is_refused_with_its_share_inside(at_start, blend):
+    far = spatial.pointing_down([1.4, 0.1, 0.3], 0.5)
+    with pytest.raises(MotionError, match=r"the path can be followed only for \d+ %") as e:
+        at_start.move_path([LineTo(CORNER), LineTo(far)], blend=blend)
+    assert e.value.reason == "line" and not at_start.moving
+    # Of 0.3 m to the corner and 1 m from there, it may get along x to where the arm is stretched.
+    assert "of 1.300 m" in str(e.value)
+    assert 0.3 / 1.3 < e.value.fraction < (0.3 + 0.5) / 1.3
+
+
+def test_a_line_is_followed_with_a_joint_along_its_limit(model, ik):
+    q0 = np.array([-1.072, -0.626, 0.458, -2.31, 0.266, 1.729, 2.847])  # joint 7 by its limit
+    start = model.pose(q0)
+    down = pin.SE3(start.rotation, start.translation - [0.0, 0.0, 0.385])
+    (path,) = tool_paths(start, [LineTo(down)])
+    curve = follow_tool_path(ik, q0, path)
+    q = curve.evaluate(np.linspace(0.0, 1.0, 3000), 0)[0][:, : model.nq]
+    assert (model.limits.upper - q).min() < 0.01
+    assert model.limits.contain(q, 1e-9)
+    assert np.abs(model.pose(q[-1]).translation - down.translation).max() <= 1e-7
+
+
+@pytest.mark.parametrize("size", [1e-8, 1e-7, 1e-6, 1e-5, 1e-4])
+@pytest.mark.parametrize("turned", [False, True])
+def test_tiny_motions_are_inside_all_limits_too(at_start, size, turned):
+    arm = at_start
+    T = arm.model.pose(arm.q)
+    little = np.array([0.0, 0.0, size])
+    aside = pin.SE3(pin.exp3(little), np.zeros(3)) if turned else pin.SE3(np.eye(3), little)
+    arm.move_linear(T * aside)
+    assert 0.0 < arm.remaining < 0.05
+    assert limit_use(planned(arm), arm.model.limits).inside
+    while arm.moving:
+        arm.advance(1e-3)
+    assert np.abs(pin.log6(arm.model.pose(arm.q).actInv(T * aside)).np).max() <= 2e-8
+
+
+def test_a_line_near_a_singularity_is_followed_inside_all_limits(arm):
+    arm.reset([2.558, -0.092, 1.678, -1.425, 1.705, 0.252, -0.388])  # nearly singular
+    start = arm.model.pose(arm.q)
+    along = np.array([0.108, 0.199, 0.005])
+    arm.move_linear(pin.SE3(start.rotation, start.translation + along))
+    assert limit_use(planned(arm), arm.model.limits).inside
+    direction = along / np.linalg.norm(along)
+    for q in planned(arm).sample(np.arange(0.0, arm.remaining, 0.02))[0]:
+        gone = arm.model.pose(q).translation - start.translation
+        assert np.linalg.norm(gone - direction * (direction @ gone)) <= 6e-5
+
+
+@pytest.mark.parametrize("angle", [-3.0, -np.pi])
+def test_a_turn_is_slow_only_where_a_joint_reaches_its_limit(arm, angle):
+    arm.reset([-0.181, -0.117, -0.233, -2.318, -0.033, 2.204, 0.392])
+    place = arm.model.pose(arm.q).translation
+    arm.move_path([TurnAbout(place, (0.0, 0.0, 1.0), angle)])
+    trajectory, limits = planned(arm), arm.model.limits
+    assert limit_use(trajectory, limits).inside and effort_use(trajectory, arm.model) <= 0.96
+    q, v, _ = trajectory.sample(np.arange(0.0, trajectory.duration, 1e-3))
+    assert limits.upper[6] - q[:, 6].max() < 0.01
+    before = (q[:, 6] > 0.8) & (q[:, 6] < 2.2)
+    assert (np.abs(v[before]) / limits.velocity).max(axis=1).min() > 0.8
+    # No joint is faster than its limit: on its way from knot to knot the path takes this at least.
+    ways = np.abs(np.diff(trajectory.path.knots[:, :7], axis=0))
+    assert trajectory.duration < 2.0 * (ways / limits.velocity).max(axis=1).sum()
+    assert max(np.abs(arm.model.pose(x).translation - place).max() for x in q) <= 5e-5
+
+
+def test_an_empty_path_is_no_motion(at_start):
+    T = at_start.model.pose(at_start.q)
+    at_start.move_path([])
+    at_start.move_path([LineTo(T), LineTo(T)], blend=0.01)
+    assert not at_start.moving
