@@ -65,7 +65,7 @@ class Target:
 
     def _check_tolerance(self) -> float | tuple[float, float]:
         if isinstance(self.tolerance, float) and 0.0 < self.tolerance < np.inf:
-            return self.tolerance
+            return float(self.tolerance)
         numbers, pair_allowed = as_numbers(self.tolerance), isinstance(self, PoseTarget)
         positive = (np.isfinite(numbers) & (numbers > 0.0)).all()
         if positive and numbers.shape == ():
