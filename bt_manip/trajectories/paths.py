@@ -1,27 +1,34 @@
-"""Curves in joint space, over a parameter s from 0 to 1."""
+"""Paths in joint space over the path parameter s from 0 to 1."""
 
+from math import factorial
 from typing import Any, Protocol
 
 import numpy as np
+from scipy.interpolate import PPoly, make_interp_spline
 
-from .uniform_spline import UniformSpline
+DEGREE = 5  # of splines: their third derivatives, and with them the jerk, are smooth
 
 
 class Path(Protocol):
-    """A curve q(s); behind the joints it may carry further coordinates that have limits."""
+    """A path q(s); the joints may be followed by further coordinates that have limits.
 
-    nq: int  # number of joints
-    end: np.ndarray  # (nq,)
+    Attributes:
+        nq: Number of joints.
+        end: Configuration at s = 1 [rad].  # (nq,)
+    """
+
+    nq: int
+    end: np.ndarray
 
     def evaluate(self, s: np.ndarray, order: int = 2) -> list[np.ndarray]:
-        """Give all coordinates and their derivatives up to an order."""  # (n, m >= nq) each
+        """Return coordinates and derivatives by s up to an order.  # (n, m >= nq) each."""
 
     def get_state(self) -> dict[str, Any]:
-        """Give the path as plain data."""
+        """Return the path as plain data."""
 
 
 class StraightPath:
-    """The straight line between two configurations."""
+    """The joint-space segment between two configurations."""
 
     def __init__(self, start: np.ndarray, end: np.ndarray) -> None:
         """Connect two configurations."""
@@ -30,42 +37,48 @@ class StraightPath:
         self.direction = self.end - self.start
 
     def evaluate(self, s: np.ndarray, order: int = 2) -> list[np.ndarray]:
-        """Give q and its derivatives with respect to s."""
+        """Return q and its derivatives by s up to an order.  # (n, nq) each."""
         zeros = np.zeros((len(s), self.nq))
-        along = self.start + np.outer(s, self.direction)
-        return [along, zeros + self.direction, zeros, zeros][: order + 1]
+        q = self.start + np.outer(s, self.direction)
+        return [q, zeros + self.direction, zeros][: order + 1]
 
     def get_state(self) -> dict[str, Any]:
-        """Give the path as plain data."""
+        """Return the path as plain data."""
         return {"kind": "straight", "start": self.start.tolist(), "end": self.end.tolist()}
 
 
 class SplinePath:
-    """A spline through configurations at equal steps of s: its jerk is continuous."""
+    """The quintic spline through knots at equal steps of s, with not-a-knot end conditions."""
 
     def __init__(self, knots: np.ndarray, nq: int | None = None) -> None:
         """Interpolate.
 
         Args:
-            knots: At least seven configurations, with further coordinates behind.  # (n, m)
-            nq: Number of joints; by default there is nothing behind them.
+            knots: At least six configurations, each followed by any further coordinates.  # (n, m)
+            nq: Number of joints; by default there are no further coordinates.
         """
         self.knots = np.array(knots)
         self.nq = self.knots.shape[1] if nq is None else nq
         self.end = self.knots[-1, : self.nq]
-        self._spline = UniformSpline(self.knots)
+        spline = make_interp_spline(np.linspace(0.0, 1.0, len(self.knots)), self.knots, k=DEGREE)
+        breakpoints = spline.t[DEGREE:-DEGREE]
+        orders = range(DEGREE, -1, -1)  # PPoly wants the highest power first
+        powers = [spline(breakpoints[:-1], order) / factorial(order) for order in orders]
+        polynomials = PPoly(np.array(powers), breakpoints)
+        # Evaluated several times faster than the B-splines.
+        self._derivatives = [polynomials, polynomials.derivative(1), polynomials.derivative(2)]
 
     def evaluate(self, s: np.ndarray, order: int = 2) -> list[np.ndarray]:
-        """Give all coordinates and their derivatives with respect to s."""
-        return self._spline(s, order)
+        """Return all coordinates and their derivatives by s up to an order.  # (n, m) each."""
+        return [derivative(s) for derivative in self._derivatives[: order + 1]]
 
     def get_state(self) -> dict[str, Any]:
-        """Give the path as plain data."""
+        """Return the path as plain data."""
         return {"kind": "spline", "knots": self.knots.tolist(), "nq": self.nq}
 
 
 def path_from_state(state: dict[str, Any]) -> Path:
-    """Make a path from plain data."""
+    """Restore a path from plain data."""
     if state["kind"] == "straight":
         return StraightPath(np.array(state["start"]), np.array(state["end"]))
     return SplinePath(np.array(state["knots"]), state["nq"])

@@ -21,7 +21,6 @@ from bt_manip.trajectories.motion_profile import (
     profile_to_position,
     profile_to_velocity,
 )
-from bt_manip.trajectories.uniform_spline import UniformSpline
 
 ONE = np.ones(2)
 LIMITS = JointLimits(-3 * ONE, 3 * ONE, 2 * ONE, 5 * ONE, 100 * ONE, ONE)
@@ -137,23 +136,3 @@ def test_a_jump_of_the_acceleration_at_the_very_end_is_seen():
             return 0 * a, 0 * a, a
 
     assert limit_use(Stopping(), LIMITS).jerk == pytest.approx(1000 / 100)
-
-
-def test_a_quintic_spline_gives_back_a_quintic():
-    s = np.linspace(0.0, 1.0, 9)
-    coefficients = np.array([3.0, -1.0, 2.0, 0.5, -4.0, 1.0])
-    spline = UniformSpline(np.polyval(coefficients, s)[:, None])
-    x = np.linspace(0.0, 1.0, 50)
-    for order, values in enumerate(spline(x, 4)):
-        expected = np.polyval(np.polyder(coefficients, order), x)
-        assert np.abs(values[:, 0] - expected).max() < 1e-8 * 10**order
-
-
-def test_a_spline_goes_through_its_knots(rng):
-    knots = rng.standard_normal((12, 3))
-    assert np.abs(UniformSpline(knots)(np.linspace(0, 1, 12))[0] - knots).max() < 1e-12
-
-
-def test_a_spline_of_too_few_knots_is_refused():
-    with pytest.raises(ValueError, match="at least 7 knots, got 6"):
-        UniformSpline(np.zeros((6, 1)))
