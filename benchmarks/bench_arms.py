@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from benchmarks.bench_execution import disturbance_rows, halt_rows
+from benchmarks.bench_execution import disturbance_rows, stop_rows
 from benchmarks.bench_motion import inverse_kinematics_rows
 from benchmarks.bench_planning import scene_rows, wall_rows
 from bt_manip.exceptions import BtManipError, MotionError
@@ -47,7 +47,7 @@ def _measured(
     except MotionError as error:
         yield "wall", f"not measured: {error}"[:60], ""
     yield from scene_rows(count, description)
-    yield from halt_rows(count, description)
+    yield from stop_rows(count, description)
     yield from disturbance_rows(count, description)
 
 

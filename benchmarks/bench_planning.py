@@ -14,8 +14,8 @@ from bt_manip.exceptions import MotionError
 from bt_manip.planning import discretize_segment
 from bt_manip.robots import RobotDescription
 from tests.measuring.executions import LONG, execute_scenes
-from tests.measuring.fastest_drive import missing
 from tests.measuring.scenes import Planned, free_start, wall
+from tests.measuring.time_optimal_duration import missing
 
 COUNT = 20  # seeds and scenes
 FINE_STEP = 2e-3  # [rad]

@@ -176,7 +176,7 @@ class TrajectoryFollower:
             if found is not None:
                 self._take(found.trajectory, model)
                 self.paused = None
-            lagging = found is None or not found.brisk
+            lagging = found is None or not found.near_optimal
         self.speed_scale, self.lagging = speed_scale, lagging
 
     def advance(self, dt: float) -> None:

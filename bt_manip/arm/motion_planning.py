@@ -209,7 +209,7 @@ def _scaled(
         return PlannedMotion(trajectory)
     change = change_speed_scale(trajectory, (0.0, s_dot, s_ddot), speed_scale, model)
     if change is not None:
-        return PlannedMotion(change.trajectory, lagging=not change.brisk)
+        return PlannedMotion(change.trajectory, lagging=not change.near_optimal)
     if s_ddot != 0.0:
         return None
     unchanged = trajectory if s_dot == 1.0 else at_speed_scale(trajectory, 0.0, s_dot)

@@ -1,25 +1,24 @@
 """Trajectories: time parameterization, time scaling, stops, and their limits."""
 
-from .effort import scale_to_effort_limits as scale_to_effort_limits
 from .kinematic_limits import KinematicLimits as KinematicLimits
 from .limit_check import CONTROL_STEP as CONTROL_STEP
 from .limit_check import LimitUse as LimitUse
 from .limit_check import effort_use as effort_use
 from .limit_check import limit_use as limit_use
-from .limit_check import sample_times as sample_times
 from .limit_check import sampled_limit_use as sampled_limit_use
 from .motion_profile import MotionProfile as MotionProfile
 from .motion_profile import joint_profiles as joint_profiles
-from .path_timing import TOPP_GRIDS as TOPP_GRIDS
 from .paths import Path as Path
 from .paths import SplinePath as SplinePath
 from .paths import StraightPath as StraightPath
-from .stopping import halt as halt
 from .stopping import plan_stop as plan_stop
+from .time_parameterization import scale_to_effort_limits as scale_to_effort_limits
 from .time_parameterization import time_parameterize as time_parameterize
 from .time_parameterization import time_parameterize_segment as time_parameterize_segment
+from .time_scaling import SpeedScaleChange as SpeedScaleChange
 from .time_scaling import at_speed_scale as at_speed_scale
 from .time_scaling import change_speed_scale as change_speed_scale
+from .topp import TOPP_GRIDS as TOPP_GRIDS
 from .trajectory import JointTrajectory as JointTrajectory
 from .trajectory import PathTrajectory as PathTrajectory
 from .trajectory import Samples as Samples
@@ -27,4 +26,6 @@ from .trajectory import SequenceTrajectory as SequenceTrajectory
 from .trajectory import TailTrajectory as TailTrajectory
 from .trajectory import TimeScaledTrajectory as TimeScaledTrajectory
 from .trajectory import Trajectory as Trajectory
+from .trajectory import sample_times as sample_times
+from .trajectory import time_scaling_state as time_scaling_state
 from .trajectory import trajectory_from_state as trajectory_from_state

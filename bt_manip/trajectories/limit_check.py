@@ -1,4 +1,4 @@
-"""How much of its limits a trajectory uses."""
+"""Largest used fractions of the limits of a trajectory."""
 
 from typing import NamedTuple
 
@@ -6,16 +6,16 @@ import numpy as np
 
 from bt_manip.robots import JointLimits, RobotModel
 
-from .trajectory import Samples, Trajectory
-from .trajectory import sample_times as sample_times
+from .trajectory import Samples, Trajectory, sample_times
 
-CONTROL_STEP = 1e-3  # [s] control step that references are sampled at
-EFFORT_STEP = 4e-3  # [s] inverse dynamics vary slowly
-ROUNDING = 1e-6  # relative; linear programmes leave half of that
+CONTROL_STEP = 1e-3  # [s] control step at which references are sampled
+EFFORT_STEP = 4e-3  # [s] between inverse dynamics: efforts change little in that time
+ROUNDING = 1e-6  # relative excess of a limit that counts as rounding
+EFFORT_FRACTION = 0.95  # of every effort limit for motions: the rest is for the controller
 
 
 class LimitUse(NamedTuple):
-    """Largest fraction of each kind of limit that is used, over all joints and steps."""
+    """Largest used fraction of each kind of limit, over all joints and steps."""
 
     position: float
     velocity: float
@@ -24,23 +24,24 @@ class LimitUse(NamedTuple):
 
     @property
     def inside(self) -> bool:
-        """Whether no limit is exceeded, but for rounding."""
+        """Whether no limit is exceeded by more than rounding."""
         return max(self) <= 1.0 + ROUNDING
 
 
 def limit_use(trajectory: Trajectory, limits: JointLimits, step: float = CONTROL_STEP) -> LimitUse:
-    """Measure a trajectory as a controller sees it, step by step.
+    """Return the used fractions of a trajectory's limits, sampled at control steps.
 
     The jerk is the difference of accelerations per step, the last partial step included.
     """
-    return sampled_limit_use(
-        trajectory.sample(sample_times(trajectory.duration, step)), limits, step
-    )
+    samples = trajectory.sample(sample_times(trajectory.duration, step))
+    return sampled_limit_use(samples, limits, step)
 
 
-def sampled_limit_use(rows: Samples, limits: JointLimits, step: float = CONTROL_STEP) -> LimitUse:
-    """Measure what a trajectory does at equal steps of time [s], until it has ended."""
-    q, v, a = rows
+def sampled_limit_use(
+    samples: Samples, limits: JointLimits, step: float = CONTROL_STEP
+) -> LimitUse:
+    """Return the used fractions of the limits for samples at equal time steps [s]."""
+    q, v, a = samples
     middle, half = 0.5 * (limits.upper + limits.lower), 0.5 * (limits.upper - limits.lower)
     bounded = np.isfinite(half)
     position = np.abs(q - middle)[:, bounded] / half[bounded]
@@ -55,43 +56,43 @@ def sampled_limit_use(rows: Samples, limits: JointLimits, step: float = CONTROL_
     )
 
 
-def jumps(rows: Samples, jerk: np.ndarray, step: float = CONTROL_STEP) -> bool:
-    """Tell whether positions at equal steps of time [s] change otherwise than by their velocities.
+def has_jump(samples: Samples, jerk: np.ndarray, step: float = CONTROL_STEP) -> bool:
+    """Tell whether positions at equal time steps change otherwise than by their velocities.
 
-    With a jerk inside the limits, what a joint moves in a step differs from the mean of its two
+    With a jerk inside its limit, the displacement in a step differs from the mean of its two
     velocities times the step by at most a twelfth of jerk times step cubed (the error of the
-    trapezoidal rule); twice that is no jump.
+    trapezoidal rule). Twice that is a jump.
 
     Args:
-        rows: Positions, velocities and accelerations.  # (n, m) each
-        jerk: The limits of jerk.  # (m,)
-        step: The time between the rows [s].
+        samples: Positions, velocities and accelerations.  # (n, m) each
+        jerk: Jerk limits.  # (m,)
+        step: Time step [s].
     """
-    q, v, _ = rows
+    q, v, _ = samples
     off = np.diff(q, axis=0) - 0.5 * step * (v[1:] + v[:-1])
     return bool((np.abs(off) > jerk * step**3 / 6.0).any())
 
 
 def effort_use(trajectory: Trajectory, model: RobotModel, step: float = EFFORT_STEP) -> float:
-    """Give the largest fraction of an effort limit that a trajectory asks for.
+    """Return the largest used fraction of an effort limit.
 
-    Rigid bodies, rotors, payload, damping and dry friction are counted. Between two times when the
-    jerk changes the acceleration changes evenly: where these times are near each other, only they
-    are looked at.
+    Inverse dynamics of rigid bodies, rotors and payload, with damping and dry friction. Between two
+    times at which the jerk changes the acceleration is linear in time: where these times are close
+    to each other, only they are evaluated.
     """
-    return greatest_effort(model, *trajectory.sample(effort_times(trajectory, step)))
+    return sampled_effort_use(model, *trajectory.sample(effort_times(trajectory, step)))
 
 
 def effort_times(trajectory: Trajectory, step: float = EFFORT_STEP) -> np.ndarray:
-    """Give the times at which efforts are looked at."""
+    """Return the times at which `effort_use` evaluates inverse dynamics [s]."""
     times = trajectory.breakpoints()
     if np.diff(times, prepend=0.0, append=trajectory.duration).max() > 2.0 * step:
         times = np.unique(np.concatenate([sample_times(trajectory.duration, step), times]))
     return times
 
 
-def greatest_effort(model: RobotModel, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> float:
-    """Give the largest fraction of an effort limit that some states of motion ask for.
+def sampled_effort_use(model: RobotModel, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> float:
+    """Return the largest used fraction of an effort limit over n states of motion.
 
     Args:
         model: The arm with its payload.
@@ -99,11 +100,11 @@ def greatest_effort(model: RobotModel, q: np.ndarray, v: np.ndarray, a: np.ndarr
         v: Velocities [rad/s].  # (n, nq)
         a: Accelerations [rad/s2].  # (n, nq)
     """
-    return float((np.abs(efforts(model, q, v, a)) / model.limits.effort).max())
+    return float((np.abs(motor_efforts(model, q, v, a)) / model.limits.effort).max())
 
 
-def efforts(model: RobotModel, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """Give what the motors have to do in some states of motion."""  # (n, nq)
+def motor_efforts(model: RobotModel, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """Return inverse dynamics with damping and dry friction at n states of motion."""  # (n, nq)
     tau = np.array([model.rnea(*row) for row in zip(q, v, a, strict=True)])
     tau += model.damping * v + model.friction * np.sign(v)
     return tau

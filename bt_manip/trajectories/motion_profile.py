@@ -42,6 +42,11 @@ class MotionProfile:
         self.duration = duration
         self.end = end
 
+    @property
+    def segments(self) -> list[list[float]]:
+        """Start time, position, velocity, acceleration, jerk and its derivative."""  # (n, 6)
+        return self._segments
+
     @classmethod
     def from_ruckig(
         cls, profile: ruckig.Profile, duration: float, end: float | None = None
@@ -81,7 +86,7 @@ class MotionProfile:
         )
 
     def sample(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return positions, velocities and accelerations at times [s].  # (n,) each."""
+        """Return positions, velocities and accelerations at times [s]."""  # (n,) each
         index = np.maximum(self._times.searchsorted(times, side="right") - 1, 0)
         x = times - self._times[index]
         p, v, a, j, k = self._coefficients.take(index, axis=1)

@@ -21,7 +21,7 @@ class Path(Protocol):
     end: np.ndarray
 
     def evaluate(self, s: np.ndarray, order: int = 2) -> list[np.ndarray]:
-        """Return coordinates and derivatives by s up to an order.  # (n, m >= nq) each."""
+        """Return coordinates and derivatives by s up to an order."""  # (n, m >= nq) each
 
     def get_state(self) -> dict[str, Any]:
         """Return the path as plain data."""
@@ -37,7 +37,7 @@ class StraightPath:
         self.direction = self.end - self.start
 
     def evaluate(self, s: np.ndarray, order: int = 2) -> list[np.ndarray]:
-        """Return q and its derivatives by s up to an order.  # (n, nq) each."""
+        """Return q and its derivatives by s up to an order."""  # (n, nq) each
         zeros = np.zeros((len(s), self.nq))
         q = self.start + np.outer(s, self.direction)
         return [q, zeros + self.direction, zeros][: order + 1]
@@ -69,7 +69,7 @@ class SplinePath:
         self._derivatives = [polynomials, polynomials.derivative(1), polynomials.derivative(2)]
 
     def evaluate(self, s: np.ndarray, order: int = 2) -> list[np.ndarray]:
-        """Return all coordinates and their derivatives by s up to an order.  # (n, m) each."""
+        """Return all coordinates and their derivatives by s up to an order."""  # (n, m) each
         return [derivative(s) for derivative in self._derivatives[: order + 1]]
 
     def get_state(self) -> dict[str, Any]:

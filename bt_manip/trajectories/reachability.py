@@ -1,81 +1,80 @@
-"""What can be reached along a path under limits that are linear in ``z = ds^2`` and ``u = dds``.
+"""Time-optimal path parameterization by reachability analysis (TOPP-RA).
 
-After H. Pham and Q.-C. Pham, "A New Approach to Time-Optimal Path Parameterization Based on
-Reachability Analysis", IEEE T-RO 34 (2018): one pass backwards finds from where rest can still be
-reached, one forwards goes as fast as that and the limits allow.
+H. Pham and Q.-C. Pham, "A New Approach to Time-Optimal Path Parameterization Based on Reachability
+Analysis", IEEE T-RO 34 (2018). A backward pass computes the controllable sets, the squared path
+velocities from which rest at the end can be reached; a forward pass takes the greatest reachable
+one of them at each point.
 """
 
 import numpy as np
 
-KEPT = 0.5  # of z from one point to the next, at the least, because of any one limit
+KEPT = 0.5  # of x kept from one point to the next, at least: keeps a joint that hardly moves, but
+# bends, from stopping the whole motion
 _TINY = 1e-9
 
 
-def greatest_squares(
-    rates: np.ndarray,
-    squares: np.ndarray,
-    above: np.ndarray,
-    below: np.ndarray,
-    most: np.ndarray,
+def time_optimal_velocities(
+    a: np.ndarray, b: np.ndarray, above: np.ndarray, below: np.ndarray, max_x: np.ndarray
 ) -> np.ndarray:
-    """Give the greatest ``z`` at points in equal steps from rest at 0 to rest at 1.
+    """Return the greatest ``x = s_dot^2`` at equal steps of s, from rest at 0 to rest at 1.
 
     Args:
-        rates: What multiplies u in ``-below <= rates u + squares z <= above``.  # (n, k)
-        squares: What multiplies z.  # (n, k)
-        above: What is left on one side, more than 0.  # (n, k)
-        below: What is left on the other.  # (n, k)
-        most: The greatest z that other limits allow.  # (n,)
+        a: Multiplies ``u = s_ddot`` in the constraints ``-below <= a u + b x <= above``.  # (n, k)
+        b: Multiplies x.  # (n, k)
+        above: Upper bounds, more than 0.  # (n, k)
+        below: Negative lower bounds, more than 0.  # (n, k)
+        max_x: Upper bounds of x by other limits.  # (n,)
     """  # (n,)
-    n = len(most)
+    n = len(max_x)
     h = 1.0 / (n - 1)
-    # down <= u - slope z <= up
-    steep = np.abs(rates) > _TINY
-    safe = np.where(steep, rates, 1.0)
-    slope = np.where(steep, -squares / safe, 0.0)
-    ends = above / safe, -below / safe
-    up = np.where(steep, np.maximum(*ends), np.inf)
-    down = np.where(steep, np.minimum(*ends), -np.inf)
-    # Where a joint turns back within a few steps its limit is one of z: with more of that, the u
-    # that it asks for would leave less than the share `KEPT` of z after a step, or nothing.
-    tight = np.abs(squares) - (1.0 - KEPT) / (2.0 * h) * np.abs(rates)
-    flat = tight > _TINY
-    room = np.where(squares > 0.0, above, below) / np.where(flat, tight, 1.0)
-    most = np.minimum(most, np.where(flat, room, np.inf).min(axis=1))
-    most = np.minimum(most, _admissible(slope, up, down))
-    # From one point to the next u stays, and the limits at both hold for it.
-    leaves, arrives = 1.0 + 2.0 * h * slope[:-1], 1.0 - 2.0 * h * slope[1:]
-    low, high = 2.0 * h * down, 2.0 * h * up
-    share = np.hstack([_inverse(leaves), np.maximum(arrives, 0.0)])
-    rest = np.hstack([_over(-low[:-1], leaves), np.where(arrives > 0.0, -low[1:], np.inf)])
-    rise = np.hstack([leaves, _inverse(arrives)])
-    gain = np.hstack([high[:-1], _over(high[1:], arrives)])
-    last = np.zeros(n)  # the greatest from which the end can still be reached
-    z, least = 0.0, np.minimum.reduce
-    for i, bound in zip(range(n - 2, -1, -1), most[-2::-1].tolist(), strict=True):
-        z = last[i] = max(0.0, min(float(least(z * share[i] + rest[i])), bound))
-    fastest = np.zeros(n)
-    z = 0.0
-    for i, bound in enumerate(last[1:].tolist()):
-        z = fastest[i + 1] = max(0.0, min(float(least(z * rise[i] + gain[i])), bound))
-    return fastest
+    # The constraints as lowest <= u - slope x <= highest.
+    moves = np.abs(a) > _TINY
+    divisor = np.where(moves, a, 1.0)
+    slope = np.where(moves, -b / divisor, 0.0)
+    ends = above / divisor, -below / divisor
+    highest = np.where(moves, np.maximum(*ends), np.inf)
+    lowest = np.where(moves, np.minimum(*ends), -np.inf)
+    # Where a joint reverses within a few steps, its constraint bounds x: with a greater x, its u
+    # would leave less than the share `KEPT` of x after one step.
+    curvature = np.abs(b) - (1.0 - KEPT) / (2.0 * h) * np.abs(a)
+    curved = curvature > _TINY
+    bound = np.where(b > 0.0, above, below) / np.where(curved, curvature, 1.0)
+    max_x = np.minimum(max_x, np.where(curved, bound, np.inf).min(axis=1))
+    max_x = np.minimum(max_x, _max_admissible(slope, highest, lowest))
+    # u is constant between two points, and the constraints of both points hold for it.
+    leaving, arriving = 1.0 + 2.0 * h * slope[:-1], 1.0 - 2.0 * h * slope[1:]
+    low, high = 2.0 * h * lowest, 2.0 * h * highest
+    back_gain = np.hstack([_inverse(leaving), np.maximum(arriving, 0.0)])
+    back_rest = np.hstack([_ratio(-low[:-1], leaving), np.where(arriving > 0.0, -low[1:], np.inf)])
+    gain = np.hstack([leaving, _inverse(arriving)])
+    rest = np.hstack([high[:-1], _ratio(high[1:], arriving)])
+    controllable = np.zeros(n)
+    x, least = 0.0, np.minimum.reduce
+    for i, bound_x in zip(range(n - 2, -1, -1), max_x[-2::-1].tolist(), strict=True):
+        reached = float(least(x * back_gain[i] + back_rest[i]))
+        x = controllable[i] = max(0.0, min(reached, bound_x))
+    greatest = np.zeros(n)
+    x = 0.0
+    for i, bound_x in enumerate(controllable[1:].tolist()):
+        x = greatest[i + 1] = max(0.0, min(float(least(x * gain[i] + rest[i])), bound_x))
+    return greatest
 
 
 def _inverse(x: np.ndarray) -> np.ndarray:
-    """Give 1 / x where x is positive, otherwise 0."""
+    """Return 1 / x where x is positive, otherwise 0."""
     positive = x > _TINY
     return np.where(positive, 1.0 / np.where(positive, x, 1.0), 0.0)
 
 
-def _over(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Give x / y where y is positive; otherwise nothing binds."""
+def _ratio(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return x / y where y is positive, otherwise infinity."""
     positive = y > _TINY
     return np.where(positive, x / np.where(positive, y, 1.0), np.inf)
 
 
-def _admissible(slope: np.ndarray, up: np.ndarray, down: np.ndarray) -> np.ndarray:
-    """Give the greatest ``ds^2`` at which some acceleration is still allowed."""  # (n,)
-    nearing = slope[:, np.newaxis, :] - slope[:, :, np.newaxis]
-    apart = up[:, :, np.newaxis] - down[:, np.newaxis, :]
-    meets = nearing > _TINY
-    return np.where(meets, apart / np.where(meets, nearing, 1.0), np.inf).min(axis=(1, 2))
+def _max_admissible(slope: np.ndarray, highest: np.ndarray, lowest: np.ndarray) -> np.ndarray:
+    """Return the greatest x at which the constraints leave some u (maximum velocity curve)."""
+    closing = slope[:, np.newaxis, :] - slope[:, :, np.newaxis]
+    apart = highest[:, :, np.newaxis] - lowest[:, np.newaxis, :]
+    meets = closing > _TINY
+    return np.where(meets, apart / np.where(meets, closing, 1.0), np.inf).min(axis=(1, 2))  # (n,)

@@ -1,242 +1,229 @@
-"""The fastest way to bring a motion to rest on its own path.
+"""Search for the fastest stop on a path.
 
-A clock that brakes as hard as acceleration and effort allow at each reading is found by going
-forward once, its jerk apart. Along it the limits are known as functions of time, and so is what
-those of jerk make of them: the change of the pace falls no faster, and rises no later, than they
-allow. That moves the clock a little, so it is done again until the limits are kept.
+A forward pass integrates the greatest path deceleration that acceleration and effort limits allow,
+ignoring jerk limits. Along the resulting profile all limits are functions of time: the path
+acceleration is limited in slope by the path jerk they allow. That changes the profile a little, so
+it is repeated until the limits are kept.
 """
 
 from collections.abc import Iterator
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 
 from bt_manip.robots import RobotModel
 
+from .deceleration_limits import DecelerationLimits, JerkBounds, LimitedPath
 from .kinematic_limits import KinematicLimits
-from .motion_profile import MotionProfile
-from .time_scaling_limits import ClockLimits, Curve, Rates, State
+from .motion_profile import MotionProfile, ScalarState, integrate_acceleration
 
-STEP = 1e-3  # [s] in which the clock's jerk is constant
-FINEST = 1e-4  # [s] for halts that are short
-FEWEST_STEPS, MOST_STEPS = 100, 400
-MARGINS = (0.995, 0.97, 0.93, 0.85)  # fractions of the limits
-ROUNDS = 5
-SETTLED = 1e-3  # of the duration, below which another round changes nothing
-LEAST = 0.1  # of the greatest jerk of a clock that is about to rest, for coming back to nought
-LANDING = 0.97  # of the limits of jerk, for coming back to nought
-EVERY = 2  # nodes, for the first guess
-LEVELS = 8  # paces that the lowest change is looked up between, for the first guess
+STEP = 1e-3  # [s] of constant path jerk
+MIN_STEP = 1e-4  # [s] for short stops
+MIN_STEPS, MAX_STEPS = 100, 250  # of a stop; the latter bounds the computing
+MARGINS = 4 * (0.995,) + (0.96, 0.96, 0.9)  # fractions of the limits, one per iteration: nearly all
+# searches converge within four; what exceeds a limit then usually does so by less than 4 %
+MIN_FINAL_JERK = 0.1  # of the greatest path jerk at rest, for the last phase
+FINAL_JERK = 0.97  # of the highest path jerk, for the last phase
+GUESS_EVERY = 2  # nodes that the forward pass takes at once
+GUESS_LEVELS = 8  # path velocities between which its lowest acceleration is interpolated
 _TINY = 1e-9
 
 
-def shortest_rest(v: np.ndarray, a: np.ndarray, bounds: KinematicLimits) -> float:
-    """Give the longest time that any coordinate needs to come to rest, each by itself [s].
+def shortest_stop_time(v: np.ndarray, a: np.ndarray, limits: KinematicLimits) -> float:
+    """Return the longest of the times that each coordinate alone needs to stop [s].
 
-    No path lets them all rest sooner: acceleration comes and goes at the greatest jerk.
+    No stop on the path can be faster.
 
     Args:
         v: Velocities.  # (m,)
         a: Accelerations.  # (m,)
-        bounds: What the coordinates may do.  # (m,) each
+        limits: Limits of the coordinates.
     """
-    most, jerk = bounds.acceleration, bounds.jerk
-    ahead = np.where(v + a * np.abs(a) / (2.0 * jerk) < 0.0, -1.0, 1.0)
-    v, a = ahead * v, ahead * a
+    bound, jerk = limits.acceleration, limits.jerk
+    forward = np.where(v + a * np.abs(a) / (2.0 * jerk) < 0.0, -1.0, 1.0)
+    v, a = forward * v, forward * a
     peak = np.sqrt(np.maximum(jerk * v + 0.5 * a * a, 0.0))
-    full = (a + 2.0 * most) / jerk + (v + (0.5 * a * a - most * most) / jerk) / most
-    return float(np.where(peak <= most, (a + 2.0 * peak) / jerk, full).max())
+    saturated = (a + 2.0 * bound) / jerk + (v + (0.5 * a * a - bound * bound) / jerk) / bound
+    return float(np.where(peak <= bound, (a + 2.0 * peak) / jerk, saturated).max())
 
 
-def halting_clocks(
-    curve: Curve,
-    state: State,
+def stop_profiles(
+    path: LimitedPath,
+    start: ScalarState,
     model: RobotModel | None = None,
-    allowed: float = 1.0,
-    left: float = np.inf,
+    effort_fraction: float = 1.0,
 ) -> Iterator[MotionProfile]:
-    """Bring a clock to rest, braking as hard as the limits allow; and less hard.
+    """Yield at most ``len(MARGINS)`` profiles of s that stop as fast as the limits allow.
 
-    Whether the limits are kept is for the caller to see: a clock may be a little outside, and then
-    another round, or a smaller fraction of the limits, helps.
+    The caller checks the limits: an early profile may exceed them a little.
 
     Args:
-        curve: What the clock goes through, inside its limits at pace 1.
-        state: Its reading, its pace and the pace's change.
-        model: The arm with its payload; None does not look at efforts.
-        allowed: Fraction of the limits of effort that may be used.
-        left: Clocks that take longer are not looked for [s].
-
-    Returns:
-        Clocks that come to rest before the end.
+        path: The path.
+        start: s, s_dot and s_ddot.
+        model: The arm with its payload; None ignores efforts.
+        effort_fraction: Fraction of every effort limit that may be used.
     """
-    s, p, u = state
-    ramp = float((curve.bounds.acceleration / curve.bounds.jerk).max())
-    fastest = p + max(0.0, u) * ramp
+    s, s_dot, s_ddot = start
+    ramp = float((path.limits.acceleration / path.limits.jerk).max())
+    fastest = s_dot + max(0.0, s_ddot) * ramp
     if fastest <= _TINY:
         return
-    _, d1, d2 = (rows[0] for rows in curve.evaluate(np.array([s])))
-    least = shortest_rest(d1 * p, d2 * p * p + d1 * u, curve.bounds)
-    limits = ClockLimits(curve, s, fastest * STEP, model, allowed)
-    first = _guess(limits, state, least, curve.end)
-    if first is None:
-        return
-    course = first
+    _, d1, d2 = (rows[0] for rows in path.evaluate(np.array([s])))
+    shortest = shortest_stop_time(d1 * s_dot, d2 * s_dot * s_dot + d1 * s_ddot, path.limits)
+    limits = DecelerationLimits(path, s, fastest * STEP, model, effort_fraction)
+    samples = _first_guess(limits, start, shortest, path.end)
     for limits.margin in MARGINS:
-        duration = 0.0
-        for _ in range(ROUNDS):
-            found = _again(limits, state, course, curve.end)
-            if found is None:
-                return
-            clock, course = found
-            yield clock
-            if abs(clock.duration - duration) < SETTLED * duration:
-                break
-            duration = clock.duration
-        if clock.duration > left:
+        found = None if samples is None else _iterate(limits, start, samples, path.end)
+        if found is None:
             return
+        profile, samples = found
+        yield profile
 
 
-class _Course:
-    """Readings, paces and changes of the pace at equal steps of time."""
+class _Samples(NamedTuple):
+    """A profile at equal time steps.
 
-    def __init__(self, step: float, s: np.ndarray, p: np.ndarray, u: np.ndarray) -> None:
-        self.step, self.s, self.p, self.u = step, s, p, u
-        # Where a clock without jerk has to keep the limits.
-        self.still = np.zeros(len(s), dtype=bool)
+    Attributes:
+        step: Time step [s].
+        states: s, s_dot and s_ddot.  # (3, n)
+        no_jerk: Where the limits have to be kept without path jerk.  # (n,)
+    """
+
+    step: float
+    states: np.ndarray
+    no_jerk: np.ndarray
 
 
-def _guess(limits: ClockLimits, state: State, least: float, end: float) -> _Course | None:
-    """Brake as hard as acceleration and effort allow; None where the end comes first."""
-    s, p, _ = state
-    levels = np.linspace(0.0, max(p, _TINY), LEVELS + 1)
+def _first_guess(
+    limits: DecelerationLimits, start: ScalarState, shortest: float, end: float
+) -> _Samples | None:
+    """Integrate the greatest deceleration, ignoring jerk; None when the path ends before."""
+    s, s_dot, _ = start
+    levels = np.linspace(0.0, max(s_dot, _TINY), GUESS_LEVELS + 1)
     apart = float(levels[1])
 
-    def lowest(row: list[float], pace: float) -> float:
-        k = min(int(pace / apart), LEVELS - 1)
-        return row[k] + (pace / apart - k) * (row[k + 1] - row[k])
+    def lowest(row: list[float], velocity: float) -> float:
+        k = min(int(velocity / apart), GUESS_LEVELS - 1)
+        return row[k] + (velocity / apart - k) * (row[k + 1] - row[k])
 
     rows: list[list[float]] = []
-    paces, spacing = [p], EVERY * limits.spacing
-    while paces[-1] > 0.0:
-        n, pace = len(paces) - 1, paces[-1]
+    velocities, spacing = [s_dot], GUESS_EVERY * limits.spacing
+    while velocities[-1] > 0.0:
+        n, velocity = len(velocities) - 1, velocities[-1]
         if n + 1 >= len(rows):
-            if not limits.extend(max(2 * EVERY * len(rows), int(0.6 * least / STEP) + 10)):
+            wanted = max(2 * GUESS_EVERY * len(rows), int(0.6 * shortest / STEP) + 10)
+            if not limits.extend(wanted):
                 return None
-            new = limits.nodes(EVERY * len(rows))[::EVERY]
-            rows += limits.lowest(new, levels[np.newaxis]).tolist()
+            new = limits.nodes(GUESS_EVERY * len(rows))[::GUESS_EVERY]
+            rows += limits.min_acceleration(new, levels[np.newaxis]).tolist()
             continue
-        here = lowest(rows[n], pace)
-        there = lowest(rows[n + 1], sqrt(max(0.0, pace * pace + 2.0 * spacing * here)))
-        square = pace * pace + spacing * (here + there)
-        paces.append(sqrt(square) if square > 0.0 else square)
-    part = paces[-2] ** 2 / (paces[-2] ** 2 - paces[-1])
-    paces[-1] = 0.0
-    p_at = np.array(paces)
-    moved = np.full(len(p_at) - 1, spacing)
+        here = lowest(rows[n], velocity)
+        there = lowest(rows[n + 1], sqrt(max(0.0, velocity * velocity + 2.0 * spacing * here)))
+        squared = velocity * velocity + spacing * (here + there)
+        velocities.append(sqrt(squared) if squared > 0.0 else squared)
+    part = velocities[-2] ** 2 / (velocities[-2] ** 2 - velocities[-1])
+    velocities[-1] = 0.0
+    v = np.array(velocities)
+    moved = np.full(len(v) - 1, spacing)
     moved[-1] *= part
-    t = np.concatenate([[0.0], np.cumsum(2.0 * moved / (p_at[1:] + p_at[:-1]))])
-    change = np.append(np.diff(p_at) / np.diff(t), 0.0)
-    duration = max(float(t[-1]), least)
-    step = max(FINEST, min(STEP, duration / FEWEST_STEPS), duration / MOST_STEPS)
+    t = np.concatenate([[0.0], np.cumsum(2.0 * moved / (v[1:] + v[:-1]))])
+    acceleration = np.append(np.diff(v) / np.diff(t), 0.0)
+    duration = max(float(t[-1]), shortest)
+    step = max(MIN_STEP, min(STEP, duration / MIN_STEPS), duration / MAX_STEPS)
     times = step * np.arange(int(1.1 * duration / step) + 16)
-    reading = np.minimum(s + np.concatenate([[0.0], np.cumsum(moved)]), end)
-    return _Course(step, *(np.interp(times, t, rows) for rows in (reading, p_at, change)))
+    position = np.minimum(s + np.concatenate([[0.0], np.cumsum(moved)]), end)
+    path = (np.interp(times, t, column) for column in (position, v, acceleration))
+    return _Samples(step, np.array(list(path)), np.zeros(len(times), dtype=bool))
 
 
-def _again(
-    limits: ClockLimits, state: State, course: _Course, end: float
-) -> tuple[MotionProfile, _Course] | None:
-    """Brake as hard as all limits allow that hold along a course; None where the end is nearer."""
-    rows = limits.at(course.s)
-    low = limits.lowest(rows, course.p[:, np.newaxis])[:, 0]
-    rates = limits.rates(rows, course.p, course.u)
-    narrow = rates.fall > rates.rise  # no jerk of the clock is right for all coordinates
-    narrow[1:-1] |= narrow[2:] | narrow[:-2]
-    course.still |= narrow
-    low = np.where(course.still, np.maximum(low, rates.lowest), low)
-    rates = rates._replace(
-        fall=np.where(course.still, np.minimum(rates.fall, 0.0), rates.fall),
-        rise=np.where(course.still, np.maximum(rates.rise, 0.0), rates.rise),
+def _iterate(
+    limits: DecelerationLimits, start: ScalarState, samples: _Samples, end: float
+) -> tuple[MotionProfile, _Samples] | None:
+    """Stop as fast as the limits along the samples allow; None when the path ends before."""
+    s, s_dot, s_ddot = samples.states
+    rows = limits.at(s)
+    low = limits.min_acceleration(rows, s_dot[:, np.newaxis])[:, 0]
+    bounds = limits.jerk_bounds(rows, s_dot, s_ddot)
+    conflict = bounds.lowest > bounds.highest  # no path jerk suits all coordinates
+    conflict[1:-1] |= conflict[2:] | conflict[:-2]
+    no_jerk = samples.no_jerk | conflict
+    low = np.where(no_jerk, np.maximum(low, bounds.constant), low)
+    bounds = bounds._replace(
+        lowest=np.where(no_jerk, np.minimum(bounds.lowest, 0.0), bounds.lowest),
+        highest=np.where(no_jerk, np.maximum(bounds.highest, 0.0), bounds.highest),
     )
-    wide = low.copy()  # what lies between two nodes is as low as the higher of them at most
-    wide[1:] = np.maximum(wide[1:], low[:-1])
-    wide[:-1] = np.maximum(wide[:-1], low[1:])
-    u = _within(wide, rates, state[2], course.step)
-    rise = LANDING * np.maximum(rates.rise, LEAST * rates.steepest)
-    rest = int(np.count_nonzero(course.p > 0.0))
-    found = _landed(state, u, rise[: rest + 1], course.step, end)
-    if found is not None:
-        found[1].still = course.still
-    return found
+    padded = low.copy()  # between two nodes the higher of their bounds holds
+    padded[1:] = np.maximum(padded[1:], low[:-1])
+    padded[:-1] = np.maximum(padded[:-1], low[1:])
+    new = _jerk_limited(padded, bounds, start[2], samples.step)
+    final_jerk = FINAL_JERK * np.maximum(bounds.highest, MIN_FINAL_JERK * bounds.at_rest)
+    moving = int(np.count_nonzero(s_dot > 0.0))
+    motion = _with_final_phase(start, new, final_jerk[: moving + 1], samples.step)
+    if motion is None or motion[-1, 1] > end:
+        return None
+    profile = MotionProfile(motion[:-1].tolist(), float(motion[-1, 0]), float(motion[-1, 1]))
+    motion[-1, 2] = 0.0
+    times = samples.step * np.arange(len(s))
+    states = np.array([np.interp(times, motion[:, 0], motion[:, k]) for k in (1, 2, 3)])
+    return profile, _Samples(samples.step, states, no_jerk)
 
 
-def _within(low: np.ndarray, rates: Rates, now: float, h: float) -> np.ndarray:
-    """Give the lowest change of the pace above ``low`` that falls and rises as jerk allows."""
-    rise = np.minimum(rates.rise[1:], rates.rise[:-1])
-    fall = np.maximum(rates.fall[1:], rates.fall[:-1])
-    risen = np.concatenate([[0.0], np.cumsum(h * rise)])
-    fallen = np.concatenate([[0.0], np.cumsum(h * fall)])
-    in_time = np.maximum.accumulate((low - risen)[::-1])[::-1] + risen
-    in_time[0] = now
-    return np.asarray(np.maximum.accumulate(in_time - fallen) + fallen)
+def _jerk_limited(low: np.ndarray, bounds: JerkBounds, now: float, step: float) -> np.ndarray:
+    """Return the lowest path acceleration above a bound that the path jerk allows."""
+    highest = np.minimum(bounds.highest[1:], bounds.highest[:-1])
+    lowest = np.maximum(bounds.lowest[1:], bounds.lowest[:-1])
+    rise = np.concatenate([[0.0], np.cumsum(step * highest)])
+    fall = np.concatenate([[0.0], np.cumsum(step * lowest)])
+    above = np.maximum.accumulate((low - rise)[::-1])[::-1] + rise
+    above[0] = now
+    return np.asarray(np.maximum.accumulate(above - fall) + fall)
 
 
-def _landed(
-    state: State, u: np.ndarray, rise: np.ndarray, h: float, end: float
-) -> tuple[MotionProfile, _Course] | None:
-    """Follow changes of the pace until the greatest jerk is only just enough to rest.
+def _with_final_phase(
+    start: ScalarState, s_ddot: np.ndarray, final_jerk: np.ndarray, step: float
+) -> np.ndarray | None:
+    """Follow path accelerations until the final path jerk just leads to rest, and then that.
 
     Args:
-        state: Where the clock is.
-        u: The changes of the pace at equal steps; all of this is written in these.  # (n,)
-        rise: The greatest jerk at the same times, until the course before was at rest.  # (m,)
-        h: The step [s].
-        end: The last reading.
+        start: s, s_dot and s_ddot.
+        s_ddot: Path accelerations at equal time steps.  # (n,)
+        final_jerk: Path jerk for the final phase at the same times, up to the end of the previous
+            profile.  # (m,)
+        step: Time step [s].
+
+    Returns:
+        Rows of `integrate_acceleration`; None where rest is not reached.
     """
-    # What is left of the pace and its change, some steps before rest.
-    back = np.pad(rise[::-1], (0, len(u)), mode="edge")
-    change = np.concatenate([[0.0], np.cumsum(0.5 * h * (back[1:] + back[:-1]))])
-    left = np.concatenate([[0.0], np.cumsum(0.5 * h * (change[1:] + change[:-1]))])
-    p = state[1] + 0.5 * h * np.concatenate([[0.0], np.cumsum(u[1:] + u[:-1])])
-    spare = p - np.interp(-u, change, left)
-    lands = (u[1:] < 0.0) & (spare[1:] < 0.0)
-    i = int(lands.argmax())
-    if not lands[i]:
+    n = len(s_ddot)
+    # Deceleration and path velocity left, a number of steps before rest.
+    back = np.pad(final_jerk[::-1], (0, n), mode="edge")
+    deceleration = np.concatenate([[0.0], np.cumsum(0.5 * step * (back[1:] + back[:-1]))])
+    mean = 0.5 * (deceleration[1:] + deceleration[:-1])
+    left = np.concatenate([[0.0], np.cumsum(step * mean)])
+    gained = np.cumsum(0.5 * step * (s_ddot[1:] + s_ddot[:-1]))
+    s_dot = start[1] + np.concatenate([[0.0], gained])
+    spare = s_dot - np.interp(-s_ddot, deceleration, left)
+    begins = (s_ddot[1:] < 0.0) & (spare[1:] < 0.0)
+    i = int(begins.argmax())
+    if not begins[i]:
         return None
     part = float(np.clip(spare[i] / (spare[i] - spare[i + 1]), 0.0, 1.0))
-    low = float(u[i] + part * (u[i + 1] - u[i]))
-    pace = float(p[i]) + 0.5 * part * h * (float(u[i]) + low)
-    if not low < 0.0 < pace:
+    low = float(s_ddot[i] + part * (s_ddot[i + 1] - s_ddot[i]))
+    velocity = float(s_dot[i]) + 0.5 * part * step * (float(s_ddot[i]) + low)
+    if not low < 0.0 < velocity:
         return None
-    takes = float(np.interp(-low, change, h * np.arange(len(change))))
-    steps = max(1, int(np.ceil(takes / h)))
-    share = np.arange(1, steps + 1) / steps
-    landing = -np.interp(takes * (1.0 - share), h * np.arange(len(change)), change)
-    landing[-1] = 0.0
-    takes *= pace / -(0.5 * takes / steps * (low + 2.0 * float(landing.sum())))
-    t = np.concatenate([h * np.arange(i + 1), h * (i + part) + takes * np.append(0.0, share)])
-    return _clock(
-        state, t, np.concatenate([u[: i + 1], [low], landing]), h * np.arange(len(u)), end
+    times_back = step * np.arange(len(deceleration))
+    duration = float(np.interp(-low, deceleration, times_back))
+    count = max(1, int(np.ceil(duration / step)))
+    share = np.arange(1, count + 1) / count
+    final = -np.interp(duration * (1.0 - share), times_back, deceleration)
+    final[-1] = 0.0
+    # So long that exactly the velocity that is left is lost.
+    duration *= velocity / -(0.5 * duration / count * (low + 2.0 * float(final.sum())))
+    t = np.concatenate(
+        [step * np.arange(i + 1), step * (i + part) + duration * np.append(0.0, share)]
     )
-
-
-def _clock(
-    state: State, t: np.ndarray, u: np.ndarray, times: np.ndarray, end: float
-) -> tuple[MotionProfile, _Course] | None:
-    """Make a clock of changes of the pace; None where the end is nearer than its rest."""
-    s, pace, _ = state
-    new = np.append(True, np.diff(t) > _TINY)
-    t, u = t[new], u[new]
-    dt = np.diff(t)
-    jerk = np.diff(u) / dt
-    p = pace + np.concatenate([[0.0], np.cumsum(0.5 * dt * (u[1:] + u[:-1]))])
-    moved = dt * (p[:-1] + dt * (u[:-1] / 2.0 + dt * jerk / 6.0))
-    reading = s + np.concatenate([[0.0], np.cumsum(moved)])
-    if reading[-1] > end:
-        return None
-    rows = np.column_stack([t[:-1], reading[:-1], p[:-1], u[:-1], jerk])
-    clock = MotionProfile(rows.tolist(), float(t[-1]), float(reading[-1]))
-    p[-1] = 0.0
-    course = (np.interp(times, t, column) for column in (reading, p, u))
-    return clock, _Course(float(times[1]), *course)
+    acceleration = np.concatenate([s_ddot[: i + 1], [low], final])
+    distinct = np.append(True, np.diff(t) > _TINY)
+    return integrate_acceleration(start, t[distinct], acceleration[distinct])

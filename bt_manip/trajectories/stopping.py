@@ -1,193 +1,163 @@
-"""Coming to rest, from wherever a motion is."""
+"""Path-consistent stops: from a moving trajectory to rest without leaving its path."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
 
 from bt_manip.robots import RobotModel
 
+from .deceleration_limits import LimitedPath
 from .kinematic_limits import KinematicLimits
 from .limit_check import (
     CONTROL_STEP,
     EFFORT_STEP,
     ROUNDING,
     effort_use,
-    greatest_effort,
-    jumps,
-    sample_times,
+    has_jump,
+    sampled_effort_use,
 )
-from .motion_profile import MotionProfile
-from .stop_search import halting_clocks, shortest_rest
-from .time_scaling_limits import Curve, Rows, State
+from .motion_profile import MotionProfile, ScalarState
+from .stop_search import shortest_stop_time, stop_profiles
 from .trajectory import (
     PathTrajectory,
     SequenceTrajectory,
     TailTrajectory,
     TimeScaledTrajectory,
     Trajectory,
+    sample_times,
+    time_scaling_state,
 )
 
-ENOUGH = 1.02  # times the least that any path leaves: who rests as soon as that need not look on
-ALLOWED = 0.98  # of every effort limit: more than to motions, which shall also be caught up with
-_EVERY = round(EFFORT_STEP / CONTROL_STEP)
+WORTHWHILE = 1.02  # times the shortest stop; a motion that ends by then is not stopped
+STOP_EFFORT_FRACTION = 0.98  # of every effort limit: more than for motions, so that there is some
+# left to stop where a motion uses all of its own fraction
+_EFFORT_EVERY = round(EFFORT_STEP / CONTROL_STEP)
 
 
-class _Way(NamedTuple):
-    """What a clock can go along, to rest.
+class _StopProblem(NamedTuple):
+    """A path to stop on, from a state.
 
     Attributes:
-        curve: What it goes through.
-        state: Its reading, its pace and the pace's change.
-        driven: Makes a motion of a clock.
+        path: The path.
+        start: s, s_dot and s_ddot.
+        trajectory: Makes a trajectory of a profile of s.
     """
 
-    curve: Curve
-    state: State
-    driven: Callable[[MotionProfile], Trajectory]
+    path: LimitedPath
+    start: ScalarState
+    trajectory: Callable[[MotionProfile], Trajectory]
 
 
 def plan_stop(trajectory: Trajectory, t: float, model: RobotModel) -> Trajectory:
-    """Plan the way to rest from the middle of a trajectory, without leaving its path.
+    """Return a stop that stays on the path of a trajectory, as fast as its limits allow.
 
-    Where nothing rests sooner inside the limits, the trajectory is driven to its end.
+    The search evaluates a bounded number of profiles. Where none of them stops inside the limits
+    before the trajectory ends, the rest of the trajectory is returned.
 
     Args:
-        trajectory: What is being driven.
-        t: Since its start [s].
+        trajectory: The trajectory that is executed.
+        t: Time since its start [s].
         model: The arm with its payload.
     """
-    trajectory, t = _innermost(trajectory, t)
+    trajectory, t = _active(trajectory, t)
     tail = TailTrajectory(trajectory, t)
-    whole, state = clock_along(trajectory, t)
-    ways = [_over_time(whole, state, model)]
-    # Along a path itself the limits change least; as a motion over time it has corners of its own.
-    if isinstance(whole, PathTrajectory):
-        ways.insert(0, _on_path(whole, state))
-    found = _halted(ways, model, tail, tail.duration)
-    return tail if found is None else found[0].driven(found[1])
+    nominal, state = time_scaling_state(trajectory, t)
+    problems = [_stop_in_time(nominal, state, model)]
+    if isinstance(nominal, PathTrajectory):  # its limits change less along the path than over time
+        problems.insert(0, _stop_on_path(nominal, state))
+    return _first_stop(problems, model, tail) or tail
 
 
-def clock_along(trajectory: Trajectory, t: float) -> tuple[Trajectory, State]:
-    """Give what is driven at some pace, and the state of the clock that goes along it."""
-    if isinstance(trajectory, TimeScaledTrajectory):
-        return trajectory.nominal, trajectory.time_scaling.at(t)
-    return trajectory, (t, 1.0, 0.0)
-
-
-def halt(
-    whole: Trajectory, state: State, model: RobotModel, left: float
+def stop_time_scaling(
+    nominal: Trajectory, state: ScalarState, model: RobotModel, tail: Trajectory
 ) -> TimeScaledTrajectory | None:
-    """Bring the clock along a trajectory to rest, as soon as the limits allow.
+    """Return a stop as a time scaling of a nominal trajectory, so that it can be resumed.
 
     Args:
-        whole: What is being driven.
-        state: Its time now, the pace and the pace's change: [s], [-] and [1/s].
+        nominal: The trajectory at speed scale 1.
+        state: s, s_dot and s_ddot of the time scaling.
         model: The arm with its payload.
-        left: How long the motion would go on [s].
+        tail: How the motion would go on.
 
     Returns:
-        None where nothing rests sooner than the motion, or only with more
-        effort than is allowed and than the motion itself takes.
+        None where no stop is found that is shorter than that.
     """
-    tail = TailTrajectory(whole, state[0])
-    found = _halted([_over_time(whole, state, model)], model, tail, left)
-    return None if found is None else TimeScaledTrajectory(whole, found[1])
+    stop = _first_stop([_stop_in_time(nominal, state, model)], model, tail)
+    assert stop is None or isinstance(stop, TimeScaledTrajectory)
+    return stop
 
 
-def _over_time(whole: Trajectory, state: State, model: RobotModel) -> _Way:
-    """Go along a motion over its own time."""
-    corners = whole.breakpoints()
-    if isinstance(whole, PathTrajectory):
-        curve = Curve(whole.sample_coordinates, whole.limits, whole.duration, corners)
-    else:
-        curve = Curve(
-            whole.sample, KinematicLimits.of_joints(model.limits), whole.duration, corners
-        )
-    return _Way(curve, state, lambda clock: TimeScaledTrajectory(whole, clock))
+def _stop_in_time(nominal: Trajectory, state: ScalarState, model: RobotModel) -> _StopProblem:
+    """Return the stop whose path parameter is the time of a trajectory."""
+    limits, evaluate = KinematicLimits.of_joints(model.limits), nominal.sample
+    if isinstance(nominal, PathTrajectory):
+        limits, evaluate = nominal.limits, nominal.sample_coordinates
+    path = LimitedPath(evaluate, limits, nominal.duration)
+    return _StopProblem(path, state, lambda profile: TimeScaledTrajectory(nominal, profile))
 
 
-def _on_path(whole: PathTrajectory, state: State) -> _Way:
-    """Go along the path itself."""
-    now, pace, change = state
-    s, ds, dds = whole.profile.at(now)
-    along = s, ds * pace, dds * pace * pace + ds * change
-
-    def evaluate(places: np.ndarray) -> Rows:
-        x, d1, d2 = whole.path.evaluate(places)
-        return x, d1, d2
-
-    def driven(clock: MotionProfile) -> Trajectory:
-        return PathTrajectory(whole.path, clock, whole.limits)
-
-    return _Way(Curve(evaluate, whole.limits, 1.0, timed=False), along, driven)
+def _stop_on_path(nominal: PathTrajectory, state: ScalarState) -> _StopProblem:
+    """Return the stop on the geometric path of a trajectory."""
+    t, t_dot, t_ddot = state
+    s, s_dot, s_ddot = nominal.profile.at(t)
+    start = s, s_dot * t_dot, s_ddot * t_dot * t_dot + s_dot * t_ddot
+    path = LimitedPath(nominal.path.evaluate, nominal.limits, 1.0)
+    return _StopProblem(
+        path, start, lambda profile: PathTrajectory(nominal.path, profile, nominal.limits)
+    )
 
 
-def _halted(
-    ways: list[_Way], model: RobotModel, tail: Trajectory, left: float
-) -> tuple[_Way, MotionProfile] | None:
-    """Give the first clock that rests inside the limits before what is left of a motion does."""
-    curve, (s, p, u), _ = ways[0]
-    _, d1, d2 = (rows[0] for rows in curve.evaluate(np.array([s])))
-    shortest = shortest_rest(d1 * p, d2 * p * p + d1 * u, curve.bounds)
-    if left <= ENOUGH * shortest:
-        return None
-    found: tuple[_Way, MotionProfile] | None = None
-    for way in ways:
-        clock = _at_once(way, model, tail, left, shortest)
-        if clock is not None:
-            found, left = (way, clock), clock.duration
-            break
-    return found
+def _first_stop(
+    problems: Iterable[_StopProblem], model: RobotModel, tail: Trajectory
+) -> Trajectory | None:
+    """Return the first stop inside the limits that is shorter than what is left of the motion."""
+    for problem in problems:
+        path, (s, s_dot, s_ddot), _ = problem
+        _, d1, d2 = (rows[0] for rows in path.evaluate(np.array([s])))
+        velocity, acceleration = d1 * s_dot, d2 * s_dot * s_dot + d1 * s_ddot
+        if tail.duration <= WORTHWHILE * shortest_stop_time(velocity, acceleration, path.limits):
+            return None
+        profile = _search(problem, model, tail)
+        if profile is not None:
+            return problem.trajectory(profile)
+    return None
 
 
-def _at_once(
-    way: _Way, model: RobotModel, tail: Trajectory, left: float, shortest: float
-) -> MotionProfile | None:
-    """Brake as hard as each moment allows; None where that leads nowhere."""
-    best: MotionProfile | None = None
-    least: float | None = None  # effort of the best; that of the motion is seldom needed
-    for looked in (None, model):  # at efforts: seldom do they ask for less than the joints' limits
-        found: MotionProfile | None = None
-        for clock in halting_clocks(way.curve, way.state, looked, ALLOWED, left):
-            if found is not None and clock.duration >= found.duration:
-                break  # the rounds have settled
-            if clock.duration >= left:
-                continue
-            effort = _effort_inside(way.curve, clock, model)
-            if effort <= ALLOWED:
-                found = clock
-                if clock.duration <= ENOUGH * shortest:
-                    break
-                continue
-            if np.isinf(effort) or found is not None:
-                continue
-            if least is None:
-                least = effort_use(tail, model)
-            if effort < least:
-                best, least = clock, effort
-            if looked is None:
+def _search(problem: _StopProblem, model: RobotModel, tail: Trajectory) -> MotionProfile | None:
+    """Return the first profile inside the limits, with effort constraints where they matter."""
+    path, start, _ = problem
+    allowed, exceeded = STOP_EFFORT_FRACTION, False
+    for constrained in (None, model):
+        for profile in stop_profiles(path, start, constrained, STOP_EFFORT_FRACTION):
+            if profile.duration >= tail.duration:
+                break  # the next ones seldom are shorter
+            effort = _effort_inside(path, profile, model)
+            if allowed < effort < np.inf and not exceeded:
+                allowed = max(allowed, effort_use(tail, model))  # not more than the motion itself
+                exceeded = True
+            if effort <= allowed:
+                return profile
+            if exceeded and constrained is None:
                 break
-        else:
-            if found is None:
-                break  # efforts are not what is in the way
-        if found is not None:
-            return found
-    return best
+        if not exceeded:
+            break  # efforts do not matter
+    return None
 
 
-def _effort_inside(curve: Curve, clock: MotionProfile, model: RobotModel) -> float:
-    """Give the greatest share of an effort limit along a clock; infinite outside other limits."""
-    x, v, a = curve.driven(clock, sample_times(clock.duration, CONTROL_STEP))
-    beyond = max(curve.bounds.use(v, a, CONTROL_STEP)) > 1.0 + ROUNDING
-    if beyond or jumps((x, v, a), curve.bounds.jerk):
+def _effort_inside(path: LimitedPath, profile: MotionProfile, model: RobotModel) -> float:
+    """Return the largest used fraction of an effort limit; infinity outside other limits."""
+    x, v, a = path.sample(profile, sample_times(profile.duration, CONTROL_STEP))
+    if max(path.limits.use(v, a, CONTROL_STEP)) > 1.0 + ROUNDING:
         return np.inf
-    q, v, a = (rows[::_EVERY, : model.nq] for rows in (x, v, a))
-    return greatest_effort(model, q, v, a)
+    if has_jump((x, v, a), path.limits.jerk):
+        return np.inf
+    q, v, a = (rows[::_EFFORT_EVERY, : model.nq] for rows in (x, v, a))
+    return sampled_effort_use(model, q, v, a)
 
 
-def _innermost(trajectory: Trajectory, t: float) -> tuple[Trajectory, float]:
-    """Give what is driven at a time, without what comes before or behind it."""
+def _active(trajectory: Trajectory, t: float) -> tuple[Trajectory, float]:
+    """Return the innermost trajectory at a time, and its own time."""
     while True:
         if isinstance(trajectory, SequenceTrajectory):
             trajectory, t = trajectory.active(t)

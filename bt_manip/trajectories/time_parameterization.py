@@ -1,205 +1,237 @@
-"""Paths from rest to rest, inside all limits."""
+"""Time parameterization of paths from rest to rest, inside all limits."""
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import RobotModel
 
-from .effort import ALLOWED
 from .kinematic_limits import KinematicLimits
-from .limit_check import effort_use
+from .limit_check import EFFORT_FRACTION, effort_use
 from .motion_profile import MotionProfile, profile_to_position
-from .path_timing import TOPP_GRIDS, PathTiming
 from .paths import Path, StraightPath
-from .trajectory import PathTrajectory
+from .topp import TOPP_GRIDS, TimeOptimalParameterization
+from .trajectory import PathTrajectory, Trajectory
 
-PASSES = 10
-NEAR = 1.01  # times what was planned, beyond which the path is planned again
-HEEDED = 2  # plans that the next ones may learn from
-LOST = 1.03  # times what was planned, by which a finer grid is tried
-BETWEEN = 1.001  # between the steps that are looked at there is a little more
+SLOWING_ITERATIONS = 10  # of slowing one profile until it is inside the limits
+SMALL_SLOWDOWN = 1.01  # a profile that had to be slowed by less is not tightened
+TIGHTENINGS = 2  # of the constraints, each after a profile that was slowed
+GRID_SLOWDOWN = 1.03  # slowdown from which on a finer grid is tried
+BETWEEN_STEPS = 1.001  # what the use of a limit may be greater by between two samples
+EFFORT_ITERATIONS = 14  # of the bisection in `scale_to_effort_limits`
+_FIRST_FACTOR = 0.7  # by which that reduces the scale until the first success
+_CONVERGED = 0.97  # ratio of the best scale to the worst failing one, that ends it
+
+AnyTrajectory = TypeVar("AnyTrajectory", bound=Trajectory)
 
 
 def time_parameterize_segment(
     start: np.ndarray, end: np.ndarray, model: RobotModel, speed: float = 1.0
 ) -> PathTrajectory:
-    """Move on the straight line between two configurations, all joints in phase.
+    """Return a fast trajectory along the joint-space segment between two configurations.
 
-    Ruckig plans the one parameter; where that asks too much effort, the path is timed with the
-    arm's dynamics.
+    Ruckig plans the path parameter. Where that exceeds effort limits, `time_parameterize` does.
 
     Args:
-        start: Where the arm is at rest.  # (nq,)
-        end: Where it comes to rest.  # (nq,)
+        start: Configuration at rest [rad].  # (nq,)
+        end: Final configuration [rad].  # (nq,)
         model: The arm with its payload.
-        speed: At 0.5 the move takes twice the time.
+        speed: Fraction of the fastest speed, above 0 and at most 1.
 
     Raises:
-        MotionError: When even standing on the way asks too much effort.
+        MotionError: When even holding the arm on the path exceeds an effort limit.
     """
-    path, bounds = StraightPath(start, end), KinematicLimits.of_joints(model.limits)
-    way = np.abs(path.direction)
-    moves = way > 0.0
-    least = [float((bound[moves] / way[moves]).min()) for bound in bounds]
-    profile = profile_to_position((0.0, 0.0, 0.0), 1.0, (least[0], least[1], least[2]))
-    trajectory = PathTrajectory(path, profile.slowed(1.0 / speed), bounds)
-    if effort_use(trajectory, model) <= ALLOWED:
+    path, limits = StraightPath(start, end), KinematicLimits.of_joints(model.limits)
+    distance = np.abs(path.direction)
+    moves = distance > 0.0
+    v, a, j = (float((limit[moves] / distance[moves]).min()) for limit in limits)
+    profile = profile_to_position((0.0, 0.0, 0.0), 1.0, (v, a, j))
+    trajectory = PathTrajectory(path, profile.slowed(1.0 / speed), limits)
+    if effort_use(trajectory, model) <= EFFORT_FRACTION:
         return trajectory
-    return time_parameterize(path, bounds, model, speed, efforts_bind=True)
+    return time_parameterize(path, limits, model, speed, effort_limited=True)
 
 
 def time_parameterize(
     path: Path,
-    bounds: KinematicLimits,
+    limits: KinematicLimits,
     model: RobotModel,
     speed: float = 1.0,
     grids: Sequence[int] = TOPP_GRIDS,
     *,
-    efforts_bind: bool = False,
+    effort_limited: bool = False,
 ) -> PathTrajectory:
-    """Drive any path as fast as limits and efforts let it.
+    """Return a trajectory along a path that is nearly as fast as all limits allow.
 
     Args:
-        path: The curve.
-        bounds: What its coordinates may do.
+        path: The path.
+        limits: Limits of its coordinates.
         model: The arm with its payload.
-        speed: At 0.5 the move takes twice the time.
-        grids: Steps that it is looked at in; a finer one where it bends too much for the first.
-        efforts_bind: Whether it is known already that efforts limit the speed.
+        speed: Fraction of the fastest speed, above 0 and at most 1.
+        grids: Numbers of grid intervals; the next one where bends are too sharp for the first.
+        effort_limited: Whether effort limits are known to bound the speed.
 
     Raises:
-        MotionError: When even standing on the way asks too much effort.
+        MotionError: When even holding the arm on the path exceeds an effort limit.
     """
-    # Few paths ask for more effort than there is when they are driven as fast as the joints may.
-    for minded in (model,) if efforts_bind else (None, model):
-        driven = _fastest(path, bounds, model, minded, speed, grids)
-        if driven.effort <= ALLOWED:
-            return driven.trajectory
-    raise MotionError(
-        f"the motion asks for {100.0 * driven.effort:.0f} % of an effort limit even when "
-        f"slow, {100.0 * ALLOWED:.0f} % are allowed",
-        reason="effort",
-    )
+    # Few paths exceed effort limits at the speed that the kinematic limits allow.
+    for constrained in (model,) if effort_limited else (None, model):
+        best = _fastest(path, limits, model, constrained, speed, grids)
+        if best.effort <= EFFORT_FRACTION:
+            return best.trajectory
+    raise _effort_error(best.effort)
 
 
-def _fastest(
-    path: Path,
-    bounds: KinematicLimits,
-    model: RobotModel,
-    minded: RobotModel | None,
-    speed: float,
-    grids: Sequence[int],
-) -> "_Driven":
-    """Give the fastest of all plans inside the limits.
-
-    Where efforts are not minded, the first plan that asks for too much ends the search: slowed for
-    another limit it might ask for less, and yet be slower than one that minds them.
-    """
-    slow = 1.0 / speed
-
-    def inside(plan: MotionProfile) -> _Driven:
-        return _inside(path, plan.slowed(slow), bounds, model, minded is not None)
-
-    found: list[_Driven] = []
-    for grid in grids:
-        timing = PathTiming(path, bounds, minded, ALLOWED, grid)
-        for node in timing.nodes:
-            if _done_within(slow * timing.plan(node).duration, found):
-                break
-            for driven in _better_and_better(timing, node, inside):
-                if minded is None and driven.effort > ALLOWED:
-                    return driven
-                found.append(driven)
-        # A bend that the grid is too coarse for slows the whole motion.
-        if _done_within(slow * LOST * timing.plan(timing.nodes[0]).duration, found):
-            break
-    return min(found, key=_merit)
-
-
-def _better_and_better(
-    timing: PathTiming, node: float, inside: Callable[[MotionProfile], "_Driven"]
-) -> Iterator["_Driven"]:
-    """Plan again and again, as long as it is of use, each time knowing where the last was slowed.
+def scale_to_effort_limits(
+    plan: Callable[[float], AnyTrajectory], model: RobotModel
+) -> AnyTrajectory:
+    """Return a trajectory inside the effort limits, by bisection of a scale of its accelerations.
 
     Args:
-        timing: Of the path.
-        node: What plans are smoothed over [s].
-        inside: Slows a plan until it is inside all limits.
+        plan: Plans with accelerations and jerks scaled by a factor from 0 to 1.
+        model: The arm with its payload.
+
+    Raises:
+        MotionError: When no scale keeps the effort limits.
     """
-    plan = timing.plan(node)
-    driven = inside(plan)
-    yield driven
-    for _ in range(HEEDED):
-        if driven.slowed <= NEAR:
+    best: AnyTrajectory | None = None
+    good, bad, factor = 0.0, 1.0, 1.0
+    effort = 0.0
+    for _ in range(EFFORT_ITERATIONS):
+        trajectory = plan(factor)
+        effort = effort_use(trajectory, model)
+        if effort <= EFFORT_FRACTION:
+            best, good = trajectory, factor
+        else:
+            bad = factor
+        if good == 1.0 or good >= _CONVERGED * bad:
             break
-        timing = timing.keeping_off(plan)
-        again = timing.plan(node)
-        if again.duration >= driven.slowed * plan.duration:
-            break
-        plan, driven = again, inside(again)
-        yield driven
+        factor = _FIRST_FACTOR * bad if best is None else 0.5 * (good + bad)
+    if best is None:
+        raise _effort_error(effort)
+    return best
 
 
-class _Driven(NamedTuple):
-    """A plan that is inside the limits.
+class _Candidate(NamedTuple):
+    """A trajectory inside the kinematic limits.
 
     Attributes:
-        trajectory: What it is.
-        effort: The largest fraction of an effort limit that it asks for.
-        slowed: How many times longer than planned it takes.
+        trajectory: The trajectory.
+        effort: Largest used fraction of an effort limit.
+        slowdown: Its duration over that of the profile it was made of.
     """
 
     trajectory: PathTrajectory
     effort: float
-    slowed: float
-
-    @property
-    def duration(self) -> float:
-        """How long it takes [s]."""
-        return self.trajectory.duration
+    slowdown: float
 
 
-def _merit(driven: _Driven) -> tuple[bool, float]:
-    return driven.effort > ALLOWED, driven.duration
-
-
-def _done_within(duration: float, found: list[_Driven]) -> bool:
-    """Tell whether one of the plans is inside the efforts and takes no longer."""
-    return any(one.effort <= ALLOWED and one.duration <= duration for one in found)
-
-
-def _inside(
+def _fastest(
     path: Path,
-    profile: MotionProfile,
-    bounds: KinematicLimits,
+    limits: KinematicLimits,
     model: RobotModel,
-    for_efforts: bool,
-) -> _Driven:
-    """Slow a plan until it is inside all limits, or as often as is of use.
+    constrained: RobotModel | None,
+    speed: float,
+    grids: Sequence[int],
+) -> _Candidate:
+    """Return the fastest candidate.
+
+    Without effort constraints (`constrained` is None) the first candidate that exceeds an effort
+    limit ends the search: slowed for another limit it might keep that one, and yet be slower than
+    with effort constraints.
+    """
+    found: list[_Candidate] = []
+
+    def slow_down(profile: MotionProfile) -> _Candidate:
+        return _slowed(path, profile.slowed(1.0 / speed), limits, model, constrained is not None)
+
+    def has_found(duration: float) -> bool:
+        return any(
+            one.effort <= EFFORT_FRACTION and one.trajectory.duration <= duration / speed
+            for one in found
+        )
+
+    for grid in grids:
+        topp = TimeOptimalParameterization(path, limits, constrained, EFFORT_FRACTION, grid)
+        for step in topp.smoothing_steps:
+            if has_found(topp.profile(step).duration):
+                break
+            for candidate in _tightened(topp, step, slow_down):
+                if constrained is None and candidate.effort > EFFORT_FRACTION:
+                    return candidate
+                found.append(candidate)
+        # A bend that the grid cannot resolve slows the whole motion.
+        if has_found(GRID_SLOWDOWN * topp.profile(topp.smoothing_steps[0]).duration):
+            break
+    return min(found, key=lambda one: (one.effort > EFFORT_FRACTION, one.trajectory.duration))
+
+
+def _tightened(
+    topp: TimeOptimalParameterization,
+    step: float,
+    slow_down: Callable[[MotionProfile], _Candidate],
+) -> Iterator[_Candidate]:
+    """Yield candidates, each with constraints tightened where the previous one was slowed.
 
     Args:
-        path: The curve.
-        profile: The plan.
-        bounds: What its coordinates may do.
+        topp: Parameterization of the path.
+        step: Smoothing step [s].
+        slow_down: Slows a profile until it is inside all limits.
+    """
+    profile = topp.profile(step)
+    candidate = slow_down(profile)
+    yield candidate
+    for _ in range(TIGHTENINGS):
+        if candidate.slowdown <= SMALL_SLOWDOWN:
+            break
+        topp = topp.tightened(profile)
+        tighter = topp.profile(step)
+        if tighter.duration >= candidate.slowdown * profile.duration:
+            break
+        profile, candidate = tighter, slow_down(tighter)
+        yield candidate
+
+
+def _slowed(
+    path: Path,
+    profile: MotionProfile,
+    limits: KinematicLimits,
+    model: RobotModel,
+    keep_efforts: bool,
+) -> _Candidate:
+    """Return a candidate from a profile, slowed until it is inside its limits.
+
+    Args:
+        path: The path.
+        profile: Path parameter over time.
+        limits: Limits of the path's coordinates.
         model: The arm with its payload.
-        for_efforts: Whether it is slowed for the efforts too.
+        keep_efforts: Whether to slow it for effort limits too.
     """
     planned = profile.duration
-    for tried in range(PASSES):
-        trajectory = PathTrajectory(path, profile, bounds)
+    for iteration in range(SLOWING_ITERATIONS):
+        trajectory = PathTrajectory(path, profile, limits)
         velocity, acceleration, jerk = trajectory.kinematic_use()
-        used = BETWEEN * max(velocity, acceleration**0.5, jerk ** (1 / 3))
-        if used > 1.0:  # slower in any case: its efforts need not be known
-            profile = profile.slowed(1.0005 * used)
+        use = BETWEEN_STEPS * max(velocity, acceleration**0.5, jerk ** (1 / 3))
+        if use > 1.0:  # slowed in any case: its efforts need not be known
+            profile = profile.slowed(1.0005 * use)
             continue
         effort = effort_use(trajectory, model)
-        if effort <= ALLOWED or not for_efforts:
+        if effort <= EFFORT_FRACTION or not keep_efforts:
             break
-        profile = profile.slowed((1.0 + 2e-3 * 1.5**tried) * (effort / ALLOWED) ** 0.5)
+        excess = (effort / EFFORT_FRACTION) ** 0.5
+        profile = profile.slowed((1.0 + 2e-3 * 1.5**iteration) * excess)
     else:
-        trajectory = PathTrajectory(path, profile, bounds)
+        trajectory = PathTrajectory(path, profile, limits)
         effort = effort_use(trajectory, model)
-    return _Driven(trajectory, effort, profile.duration / planned)
+    return _Candidate(trajectory, effort, profile.duration / planned)
+
+
+def _effort_error(effort: float) -> MotionError:
+    return MotionError(
+        f"the motion needs {100.0 * effort:.0f} % of an effort limit even when slow; "
+        f"{100.0 * EFFORT_FRACTION:.0f} % are allowed",
+        reason="effort",
+    )

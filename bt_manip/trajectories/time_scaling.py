@@ -1,8 +1,9 @@
-"""Changing the pace of a motion while it goes on.
+"""Changes of the speed scale of a trajectory while it is executed.
 
-A trajectory is a path over its own time: with the pace ``p`` and its change ``u`` the joints move
-with ``v p`` and ``a p^2 + v u``. So the greatest ``u`` of either sign that acceleration and effort
-allow is known at each moment, and the fastest change of the pace is found by going forward once.
+With the time s of the nominal trajectory as path parameter and the speed scale s_dot, the joints
+have the velocity ``v s_dot`` and the acceleration ``a s_dot^2 + v s_ddot``. So the greatest s_ddot
+of either sign that acceleration and effort limits allow is known at each s, and a forward pass
+integrates the fastest change.
 """
 
 from collections.abc import Iterator
@@ -10,234 +11,214 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bt_manip.robots import JointLimits, RobotModel
+from bt_manip.robots import RobotModel
 
-from .effort import ALLOWED
 from .limit_check import (
     CONTROL_STEP,
+    EFFORT_FRACTION,
     EFFORT_STEP,
     effort_use,
-    greatest_effort,
-    jumps,
-    sample_times,
+    has_jump,
+    sampled_effort_use,
     sampled_limit_use,
 )
-from .motion_profile import MotionProfile, check_duration, profile_to_velocity
-from .stopping import halt
-from .trajectory import Samples, TimeScaledTrajectory, Trajectory
+from .motion_profile import (
+    MotionProfile,
+    ScalarState,
+    check_duration,
+    integrate_acceleration,
+    profile_to_velocity,
+)
+from .path_constraints import PathDynamics
+from .stopping import stop_time_scaling
+from .trajectory import TimeScaledTrajectory, Trajectory, sample_times
 
-POINTS = 160  # at which the limits are looked at
-NODE = 5e-3  # [s] the pace's change is linear between nodes, and averaged over two of these
-MOST_NODES = 400
-MARGINS = (0.995, 0.97, 0.9, 0.8, 0.6, 0.4, 0.2)  # of what is left of the limits
-BRISK = 0.8  # of these, the least that needs not be improved on
-RISES = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)  # [s] in which the pace rises where nothing else does
-STEEPEST = 100.0  # [1/s] change of the pace
-_SHIFTED = 0.25  # of a change, that is taken out of it in proportion
+POINTS = 160  # of the rest of the trajectory at which the limits are evaluated
+SMOOTHING_STEP = 5e-3  # [s] s_ddot is averaged over two steps and linear in between
+MAX_STEPS = 400  # of a change, which bounds its size
+MARGINS = (0.995, 0.97, 0.9, 0.8, 0.6, 0.4, 0.2)  # fractions of the limits, tried in turn
+NEAR_OPTIMAL = 0.8  # smallest of these with which a change need not be improved
+RISE_TIMES = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)  # [s] from rest, tried where no margin succeeds
+MAX_S_DDOT = 100.0  # [1/s]
+_SMALL_CORRECTION = 0.25  # of a change, up to which it is corrected in proportion
 _TINY = 1e-9
 
 
-class Change(NamedTuple):
-    """A change of the pace.
+class SpeedScaleChange(NamedTuple):
+    """A change of the speed scale.
 
     Attributes:
-        trajectory: Makes it.
-        brisk: Whether it makes about as much use of the limits as there is; it is slower where
-            a joint brakes with nearly all it has, or the pace is changing fast already.
+        trajectory: The trajectory from now on.
+        near_optimal: Whether the change is about as fast as the limits allow. It is not while a
+            joint brakes near its limit, or the speed scale is already changing fast.
     """
 
     trajectory: TimeScaledTrajectory
-    brisk: bool
+    near_optimal: bool
 
 
 def change_speed_scale(
-    whole: Trajectory, clock: tuple[float, float, float], pace: float, model: RobotModel
-) -> Change | None:
-    """Change the pace of a trajectory inside all limits, about as quickly as these let.
+    nominal: Trajectory, state: ScalarState, speed_scale: float, model: RobotModel
+) -> SpeedScaleChange | None:
+    """Return a fast change of the speed scale inside all limits.
 
     Args:
-        whole: What is being driven.
-        clock: Its time now, the pace and the pace's change: [s], [-] and [1/s].
-        pace: From then on, 0 to 1; 0 comes to rest.
+        nominal: The trajectory at speed scale 1.
+        state: s, s_dot and s_ddot now: [s], [-] and [1/s].
+        speed_scale: The new speed scale, 0 to 1; 0 comes to rest.
         model: The arm with its payload.
 
     Returns:
-        None where the limits allow no change now, as while a joint brakes with all it has already
-        or shortly before the end.
+        None where the limits allow no change now, as while a joint brakes at its limit, or shortly
+        before the end.
 
     Raises:
-        MotionError: When it would go on for too long.
+        MotionError: When the motion would take too long.
     """
-    now, present, change = clock
-    if now >= whole.duration:
+    s, s_dot, s_ddot = state
+    if s >= nominal.duration:
         return None
-    if pace > 0.0:
-        check_duration((whole.duration - now) / pace)
-    if present == pace and change == 0.0:
-        return Change(at_speed_scale(whole, now, pace), True)
-    if pace == 0.0:
-        left = (whole.duration - now) / max(present, _TINY)
-        halted = halt(whole, clock, model, left)
-        return None if halted is None else Change(halted, True)
-    trials = _changed(whole, clock, pace, model)
-    for margin, (trial, changing) in zip(MARGINS, trials, strict=True):
-        if _inside(trial, changing, pace, model):
-            return Change(trial, margin >= BRISK)
-    for trial, changing in _risen(whole, now, pace) if present == change == 0.0 else ():
-        if _inside(trial, changing, pace, model):
-            return Change(trial, False)
+    if speed_scale > 0.0:
+        check_duration((nominal.duration - s) / speed_scale)
+    if s_dot == speed_scale and s_ddot == 0.0:
+        return SpeedScaleChange(at_speed_scale(nominal, s, speed_scale), True)
+    if speed_scale == 0.0:
+        stop = stop_time_scaling(nominal, state, model, at_speed_scale(nominal, s, s_dot))
+        return None if stop is None else SpeedScaleChange(stop, True)
+    changes = _changes(nominal, state, speed_scale, model)
+    for margin, (trajectory, changing) in zip(MARGINS, changes, strict=True):
+        if _inside(trajectory, changing, speed_scale, model):
+            return SpeedScaleChange(trajectory, margin >= NEAR_OPTIMAL)
+    for trajectory, changing in _rises(nominal, s, speed_scale) if s_dot == s_ddot == 0.0 else ():
+        if _inside(trajectory, changing, speed_scale, model):
+            return SpeedScaleChange(trajectory, False)
     return None
 
 
-def at_speed_scale(whole: Trajectory, now: float, pace: float) -> TimeScaledTrajectory:
-    """Go on along a trajectory from a time of its own [s], at a pace that stays."""
-    left, end = (0.0, now) if pace == 0.0 else ((whole.duration - now) / pace, whole.duration)
-    return TimeScaledTrajectory(whole, MotionProfile([[0.0, now, pace, 0.0, 0.0]], left, end))
+def at_speed_scale(nominal: Trajectory, s: float, speed_scale: float) -> TimeScaledTrajectory:
+    """Return the rest of a trajectory from its time s [s] on, at a constant speed scale."""
+    left, end = (0.0, s) if speed_scale == 0.0 else (nominal.duration - s, nominal.duration)
+    duration = left / max(speed_scale, _TINY)
+    profile = MotionProfile([[0.0, s, speed_scale, 0.0, 0.0]], duration, end)
+    return TimeScaledTrajectory(nominal, profile)
 
 
-def _inside(trial: TimeScaledTrajectory, changing: float, pace: float, model: RobotModel) -> bool:
-    """Tell whether a change of the pace keeps to the limits.
+def _inside(
+    trajectory: TimeScaledTrajectory, changing: float, speed_scale: float, model: RobotModel
+) -> bool:
+    """Tell whether a change of the speed scale keeps the limits.
 
     Args:
-        trial: A trajectory whose pace changes first, and stays then.
-        changing: For how long it changes [s].
-        pace: What it is then: there the trajectory does what it does as a whole, more slowly.
+        trajectory: A trajectory whose speed scale changes first and stays then.
+        changing: Time for which it changes [s].
+        speed_scale: Speed scale then; there the kinematic limits are kept anyway.
         model: The arm with its payload.
     """
-    times = sample_times(min(changing, trial.duration), CONTROL_STEP)
-    rows = trial.sample(times)
-    if trial.time_scaling.sample(times)[1].min() < 0.0 or not _kept(rows, model.limits):
+    limits, times = model.limits, sample_times(min(changing, trajectory.duration), CONTROL_STEP)
+    samples = trajectory.sample(times)
+    use = sampled_limit_use(samples, limits)._replace(position=0.0)
+    backwards = trajectory.time_scaling.sample(times)[1].min() < 0.0
+    if backwards or not use.inside or has_jump(samples, limits.jerk):
         return False
     first = np.arange(0.0, changing, EFFORT_STEP)
-    times = np.concatenate([first, np.arange(changing, trial.duration, EFFORT_STEP / pace)])
-    effort = greatest_effort(model, *trial.sample(times))
-    return effort <= ALLOWED or effort <= effort_use(trial.nominal, model)
+    rest = np.arange(changing, trajectory.duration, EFFORT_STEP / max(speed_scale, _TINY))
+    effort = sampled_effort_use(model, *trajectory.sample(np.concatenate([first, rest])))
+    return effort <= EFFORT_FRACTION or effort <= effort_use(trajectory.nominal, model)
 
 
-def _risen(
-    whole: Trajectory, now: float, pace: float
+def _rises(
+    nominal: Trajectory, s: float, speed_scale: float
 ) -> Iterator[tuple[TimeScaledTrajectory, float]]:
-    """Raise the pace from rest more and more gently: at last no limit is in the way."""
-    for time in RISES:
-        rate = pace / time
-        rise = profile_to_velocity((now, 0.0, 0.0), pace, (2.0 * rate, 8.0 * rate / time))
-        segments = [*rise.get_state()["segments"], [rise.duration, rise.end, pace, 0.0, 0.0, 0.0]]
-        left = max(0.0, whole.duration - rise.end) / pace
-        clock = MotionProfile(segments, rise.duration + left, max(whole.duration, rise.end))
-        yield TimeScaledTrajectory(whole, clock), rise.duration
+    """Yield slower and slower rises of the speed scale from rest: at last all limits are kept."""
+    for time in RISE_TIMES:
+        slope = speed_scale / time
+        rise = profile_to_velocity((s, 0.0, 0.0), speed_scale, (2.0 * slope, 8.0 * slope / time))
+        yield _then_constant(nominal, rise, speed_scale), rise.duration
 
 
-def _kept(rows: Samples, limits: JointLimits) -> bool:
-    """Tell whether what is done at all control steps keeps to the limits of the motion."""
-    inside = sampled_limit_use(rows, limits)._replace(position=0.0).inside
-    return inside and not jumps(rows, limits.jerk)
+def _then_constant(
+    nominal: Trajectory, change: MotionProfile, speed_scale: float
+) -> TimeScaledTrajectory:
+    """Return a change of the speed scale, continued to the end of a trajectory."""
+    segments, duration, end = change.segments, change.duration, change.end
+    if end < nominal.duration:
+        segments = [*segments, [duration, end, speed_scale, 0.0, 0.0, 0.0]]
+        duration, end = duration + (nominal.duration - end) / speed_scale, nominal.duration
+    return TimeScaledTrajectory(nominal, MotionProfile(segments, duration, end))
 
 
-def _changed(
-    whole: Trajectory, clock: tuple[float, float, float], pace: float, model: RobotModel
+def _changes(
+    nominal: Trajectory, state: ScalarState, speed_scale: float, model: RobotModel
 ) -> Iterator[tuple[TimeScaledTrajectory, float]]:
-    """Change the pace with all that the limits leave, and then with less.
-
-    Returns:
-        Trajectories, and for how long their pace changes [s].
-    """
-    now, present, _ = clock
-    moments = np.linspace(now, whole.duration, POINTS)
-    rates, squares, limits = _constraints(whole, moments, model)
-    for margin in MARGINS:
-        speed = _change(rates, squares, limits, moments, present, pace, margin)
-        profile, changing = _smoothed(moments, speed, clock, whole.duration)
-        yield TimeScaledTrajectory(whole, profile), changing
-
-
-def _constraints(
-    whole: Trajectory, moments: np.ndarray, model: RobotModel
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Write the limits at each moment as ``|rates u + squares p^2 + rest| <= bound``.
-
-    Returns:
-        The rates, the squares, and the pair of lower and upper limits, the rest moved there.
-    """
-    q, v, a = whole.sample(moments)
-    still = np.zeros(model.nq)
-    gravity = np.array([model.rnea(x, still, still) for x in q])
-    inertia = np.array([model.rnea(x, still, y) for x, y in zip(q, v, strict=True)])
-    motion = np.array([model.rnea(*row) for row in zip(q, v, a, strict=True)])
-    free = ALLOWED * model.limits.effort - model.friction - model.damping * np.abs(v)
+    """Yield changes that use the fractions `MARGINS` of the limits, and how long they change."""
+    s, s_dot, _ = state
+    path = np.linspace(s, nominal.duration, POINTS)
+    q, v, a = nominal.sample(path)
+    mass, coriolis, damping, gravity, _ = PathDynamics.along(model, q, v, a)
+    free = EFFORT_FRACTION * model.limits.effort - model.friction - np.abs(damping)
     bound = np.broadcast_to(model.limits.acceleration, v.shape)
-    return (
-        np.hstack([v, inertia - gravity]),
-        np.hstack([a, motion - gravity]),
-        np.stack([np.hstack([-bound, -free - gravity]), np.hstack([bound, free - gravity])]),
-    )
+    # -below <= factors u + squares s_dot^2 <= above
+    factors, squares = np.hstack([v, mass]), np.hstack([a, coriolis])
+    above, below = np.hstack([bound, free - gravity]), np.hstack([bound, free + gravity])
+    for margin in MARGINS:
+        speeds = _forward_pass(
+            factors, squares, margin * above, margin * below, path, s_dot, speed_scale, margin
+        )
+        change = _smoothed(path, speeds, state)
+        yield _then_constant(nominal, change, speed_scale), change.duration
 
 
-def _change(
-    rates: np.ndarray,
+def _forward_pass(
+    factors: np.ndarray,
     squares: np.ndarray,
-    limits: np.ndarray,
-    moments: np.ndarray,
-    present: float,
-    pace: float,
+    above: np.ndarray,
+    below: np.ndarray,
+    path: np.ndarray,
+    s_dot: float,
+    speed_scale: float,
     margin: float,
 ) -> np.ndarray:
-    """Give the pace at each moment of the trajectory, changed as fast as the limits allow."""
-    speed = np.full(len(moments), pace)
-    sign = 1.0 if pace > present else -1.0
-    step = moments[1] - moments[0]
-    moves = np.abs(rates) > _TINY
-    safe = np.where(moves, rates, 1.0)
-    z = present * present
-    for i in range(len(moments)):
-        speed[i] = np.sqrt(z)
-        if sign * (pace - speed[i]) <= 0.0:
-            speed[i:] = pace
+    """Return the speed scale at points of a trajectory, changed as fast as the limits allow."""
+    speeds = np.full(len(path), speed_scale)
+    sign = 1.0 if speed_scale > s_dot else -1.0
+    step = path[1] - path[0]
+    moves = np.abs(factors) > _TINY
+    divisor = np.where(moves, factors, 1.0)
+    x = s_dot * s_dot
+    for i in range(len(path)):
+        speeds[i] = np.sqrt(x)
+        if sign * (speed_scale - speeds[i]) <= 0.0:
+            speeds[i:] = speed_scale
             break
-        low = (margin * limits[0, i] - squares[i] * z) / safe[i]
-        high = (margin * limits[1, i] - squares[i] * z) / safe[i]
+        low = (-below[i] - squares[i] * x) / divisor[i]
+        high = (above[i] - squares[i] * x) / divisor[i]
         bound = np.maximum(low, high) if sign > 0.0 else np.minimum(low, high)
-        allowed = float((sign * bound)[moves[i]].min(initial=STEEPEST))
-        z = max(0.0, z + sign * 2.0 * step * float(np.clip(margin * allowed, 0.0, STEEPEST)))
-    return speed
+        u = float((sign * bound)[moves[i]].min(initial=MAX_S_DDOT))
+        x = max(0.0, x + sign * 2.0 * step * float(np.clip(margin * u, 0.0, MAX_S_DDOT)))
+    return speeds
 
 
-def _smoothed(
-    moments: np.ndarray, speed: np.ndarray, clock: tuple[float, float, float], end: float
-) -> tuple[MotionProfile, float]:
-    """Make a clock of paces: its change is averaged over two nodes and linear between them.
-
-    Returns:
-        The clock, and for how long its pace changes [s].
-    """
-    now, present, change = clock
-    last = int((speed != speed[-1]).sum())  # from there on it stays
-    middle = np.maximum(0.5 * (speed[1 : last + 1] + speed[:last]), 1e-4)
-    t = np.concatenate([[0.0], np.cumsum(np.diff(moments[: last + 1]) / middle)])
-    node = max(NODE, t[-1] / MOST_NODES)
-    n = int(np.ceil(t[-1] / node)) + 2
-    times = node * np.arange(-2, n + 3)
-    paces = np.interp(times, t, speed[: last + 1])
-    paces[times < 0.0] = present + change * times[times < 0.0]
+def _smoothed(path: np.ndarray, speeds: np.ndarray, state: ScalarState) -> MotionProfile:
+    """Return a profile of s with s_ddot averaged over two steps and linear in between."""
+    s, s_dot, s_ddot = state
+    last = int((speeds != speeds[-1]).sum())  # constant from there on
+    middle = np.maximum(0.5 * (speeds[1 : last + 1] + speeds[:last]), 1e-4)
+    t = np.concatenate([[0.0], np.cumsum(np.diff(path[: last + 1]) / middle)])
+    step = max(SMOOTHING_STEP, t[-1] / MAX_STEPS)
+    n = int(np.ceil(t[-1] / step)) + 2
+    times = step * np.arange(-2, n + 3)
+    scales = np.interp(times, t, speeds[: last + 1])
+    scales[times < 0.0] = s_dot + s_ddot * times[times < 0.0]
     u = np.zeros(n + 3)
-    u[1:-1] = (paces[3:-1] - paces[1:-3]) / (2.0 * node)
-    u[0] = change
-    # What the averaging has shifted is taken out of the whole change, so that it ends at the pace.
-    wanted = float(paces[-1]) - present - 0.5 * node * change
-    got = float(node * u[1:].sum())
-    if abs(wanted - got) < _SHIFTED * abs(got):
+    u[1:-1] = (scales[3:-1] - scales[1:-3]) / (2.0 * step)
+    u[0] = s_ddot
+    # The error of the whole change by the averaging is corrected, so that it ends at the speed.
+    wanted = float(scales[-1]) - s_dot - 0.5 * step * s_ddot
+    got = float(step * u[1:].sum())
+    if abs(wanted - got) < _SMALL_CORRECTION * abs(got):
         u[1:] *= wanted / got
-    else:  # most of it is what was going on before
+    else:  # most of it comes from the initial s_ddot
         hat = np.minimum(np.arange(n + 3), np.arange(n + 3)[::-1])
-        u[1:] += (wanted - got) / (node * hat.sum()) * hat[1:]
-    jerk = np.diff(u) / node
-    velocity = present + np.concatenate([[0.0], np.cumsum(0.5 * node * (u[1:] + u[:-1]))])
-    moved = node * (velocity[:-1] + node * (u[:-1] / 2.0 + node * jerk / 6.0))
-    position = now + np.concatenate([[0.0], np.cumsum(moved)])
-    rows = np.column_stack([node * np.arange(n + 2), position[:-1], velocity[:-1], u[:-1], jerk])
-    segments = rows.tolist()
-    changing = duration = node * (n + 2)
-    reading, pace = float(position[-1]), float(paces[-1])
-    if reading < end:
-        segments.append([duration, reading, pace, 0.0, 0.0])
-        duration, reading = duration + (end - reading) / pace, end
-    return MotionProfile(segments, duration, reading), changing
+        u[1:] += (wanted - got) / (step * hat.sum()) * hat[1:]
+    rows = integrate_acceleration((s, s_dot, s_ddot), step * np.arange(n + 3), u)
+    return MotionProfile(rows[:-1].tolist(), float(rows[-1, 0]), float(rows[-1, 1]))

@@ -87,7 +87,7 @@ class PathTrajectory:
             self.end = path.evaluate(np.array([profile.end]), 0)[0][0, : path.nq]
 
     def sample_coordinates(self, times: np.ndarray) -> Samples:
-        """Return all coordinates of the path with their time derivatives.  # (n, m) each."""
+        """Return all coordinates of the path with their time derivatives."""  # (n, m) each
         s, s_dot, s_ddot = (x[:, np.newaxis] for x in self.profile.sample(times))
         x, d1, d2 = self.path.evaluate(s[:, 0])
         return x, d1 * s_dot, d2 * (s_dot * s_dot) + d1 * s_ddot

@@ -1,4 +1,4 @@
-"""Other arms than the Panda: planning, stops and external forces; it takes minutes."""
+"""Other arms than the Panda: planning and external forces; it takes minutes."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,6 @@ from bt_manip.robots import RobotDescription
 from tests.measuring import disturbances
 from tests.measuring.executions import execute_scenes
 from tests.measuring.scenes import SCALES, free_start, wall
-from tests.measuring.stops import halts
 
 pytestmark = pytest.mark.soak
 COUNT = 20
@@ -42,11 +41,6 @@ def test_motions_in_random_scenes_are_nearly_time_optimal(arm):
         assert scene.reached and not scene.touched and not scene.saturated, scene
         assert scene.error <= 2e-3 and scene.ratio <= 1.4, scene
     assert np.median([scene.ratio for scene in driven]) <= 1.15
-
-
-def test_stops_stay_on_the_path_within_limits_and_are_nearly_time_optimal(arm):
-    for halt in halts(COUNT, arm):
-        assert halt.off <= 1e-3 and halt.used <= 1.0 + 1e-6 and halt.ratio <= 1.1, halt
 
 
 def test_pushes_and_contacts_are_detected_and_nothing_else(arm):

@@ -9,8 +9,8 @@ from bt_manip.collision import FreeSpace
 from bt_manip.exceptions import MotionError
 from bt_manip.planning import PlanningProblem, RRTConnect
 from bt_manip.robots import RobotDescription
-from tests.measuring.fastest_drive import fastest_time, missing
 from tests.measuring.scenes import Planned, put, random_scene
+from tests.measuring.time_optimal_duration import missing, time_optimal_duration
 
 LONG = 20_000  # samples of the search that tells whether a path exists
 GOAL_TOLERANCE = 0.01  # [rad]
@@ -68,7 +68,7 @@ def _execute(planned: Planned, start: np.ndarray, goal: np.ndarray, seed: int) -
     except MotionError as error:
         return Execution(str(error), solvable=_is_solvable(planned, start, goal, seed))
     planning, duration = 1e3 * (time.thread_time() - begun), arm.remaining
-    ratio = np.nan if missing() else duration / fastest_time(arm.trajectory, arm.model)
+    ratio = np.nan if missing() else duration / time_optimal_duration(arm.trajectory, arm.model)
     worst, touched = 0.0, False
     while arm.moving:
         cell.step()

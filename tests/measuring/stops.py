@@ -1,4 +1,4 @@
-"""Halts at random moments, next to a time in which no clock on the path could make them."""
+"""Stops at random times of random motions, compared with the shortest time to stop."""
 
 import time
 from typing import NamedTuple
@@ -7,122 +7,119 @@ import numpy as np
 
 from bt_manip.arm import Arm
 from bt_manip.robots import RobotDescription
-from bt_manip.trajectories import PathTrajectory, SequenceTrajectory, TimeScaledTrajectory
-from bt_manip.trajectories.kinematic_limits import KinematicLimits
-from bt_manip.trajectories.stop_search import shortest_rest
-from bt_manip.trajectories.time_scaling_limits import Curve, State
-from bt_manip.trajectories.trajectory import TailTrajectory
+from bt_manip.trajectories import (
+    KinematicLimits,
+    PathTrajectory,
+    SequenceTrajectory,
+    TailTrajectory,
+    time_scaling_state,
+)
+from bt_manip.trajectories.stop_search import shortest_stop_time
 from tests.measuring.motions import KINDS, STEP, advance, begin
 from tests.measuring.scenes import Planned, random_scene
 
-EACH = 10  # halts in one scene
+STOPS_PER_SCENE = 10
 
 
-class Halt(NamedTuple):
-    """One halt.
+class Stop(NamedTuple):
+    """One stop.
 
     Attributes:
-        kind: Of the motion that was halted.
-        duration: Until rest [s].
-        shortest: The longest time that any coordinate needs to stop, each by itself [s].
-        off: Farthest from the path [rad].
-        used: Largest share of a limit of velocity, acceleration, jerk or effort.
-        computing: Processor time of the stop [ms].
+        kind: Kind of the motion that was stopped.
+        duration: Time until rest [s].
+        shortest: Longest of the times that each coordinate alone needs to stop [s].
+        remaining: Time that the motion would have lasted [s].
+        off_path: Largest distance of a joint from the path [rad].
+        limit_use: Largest used fraction of a velocity, acceleration, jerk or effort limit.
+        computing: CPU time of the stop [ms].
     """
 
     kind: str
     duration: float
     shortest: float
-    off: float
-    used: float
+    remaining: float
+    off_path: float
+    limit_use: float
     computing: float
 
     @property
     def ratio(self) -> float:
-        """The duration over the shortest."""
+        """Duration over the shortest time."""
         return self.duration / self.shortest
 
 
-def halts(count: int, description: RobotDescription | None = None) -> list[Halt]:
-    """Halt motions of every kind in turn, ten in a scene, with any robot."""
-    found: list[Halt] = []
+def measure_stops(count: int, description: RobotDescription | None = None) -> list[Stop]:
+    """Stop motions of all kinds in turn, in random scenes, with any robot (default: the Panda)."""
+    stops: list[Stop] = []
     rng = np.random.default_rng(3)
     for number in range(count):
-        if number % EACH == 0:
-            planned, start, goal = random_scene(number // EACH, description)
+        if number % STOPS_PER_SCENE == 0:
+            planned, start, goal = random_scene(number // STOPS_PER_SCENE, description)
             planned.arm.guard = None  # the reference moves alone
         kind = KINDS[number % len(KINDS)]
         begin(planned, kind, start, goal, number)
-        found.append(halt(planned, kind, float(rng.uniform(0.03, 0.97))))
-    return found
+        stops.append(_measure(planned, kind, float(rng.uniform(0.03, 0.97))))
+    return stops
 
 
-def halt(planned: Planned, kind: str, share: float) -> Halt:
-    """Halt a motion once a share of it is done."""
+def _measure(planned: Planned, kind: str, share: float) -> Stop:
+    """Stop a motion after a share of its duration."""
     arm = planned.arm
     undisturbed = Arm(planned.robot, model=arm.model, ik=arm.ik)
     undisturbed.set_state(arm.get_state())
-    way = [undisturbed.q_ref]
+    path = [undisturbed.q_ref]
     while undisturbed.moving:
         undisturbed.advance(STEP)
-        way.append(undisturbed.q_ref)
+        path.append(undisturbed.q_ref)
     advance(planned, share)
-    curve, state = clock_of(arm)
-    rows = [(arm.q_ref, arm.v.copy(), arm.a.copy())]
-    begun = time.thread_time()
+    shortest, remaining = _shortest(arm), arm.remaining
+    samples = [(arm.q_ref, arm.v.copy(), arm.a.copy())]
+    began = time.thread_time()
     arm.stop()
-    computing, duration = 1e3 * (time.thread_time() - begun), arm.remaining
+    computing, duration = 1e3 * (time.thread_time() - began), arm.remaining
     while arm.moving:
         arm.advance(STEP)
-        rows.append((arm.q_ref, arm.v.copy(), arm.a.copy()))
-    s_now, s_dot, s_ddot = state
-    _, d1, d2 = (x[0] for x in curve.evaluate(np.array([s_now])))
-    shortest = shortest_rest(d1 * s_dot, d2 * s_dot**2 + d1 * s_ddot, curve.bounds)
-    off = _off(rows, np.array(way))
-    return Halt(kind, duration, shortest, off, _used(arm, rows), computing)
+        samples.append((arm.q_ref, arm.v.copy(), arm.a.copy()))
+    off_path = max(_distance(np.array(path), q) for q, _, _ in samples)
+    use = _limit_use(arm, samples)
+    return Stop(kind, duration, shortest, remaining, off_path, use, computing)
 
 
-def clock_of(arm: Arm) -> tuple[Curve, State]:
-    """Give the path that an arm is on, and the state of the clock that goes along it."""
-    trajectory, t = arm.trajectory, arm.trajectory.duration - arm.remaining
+def _shortest(arm: Arm) -> float:
+    """Return the longest of the times that each coordinate of the path alone needs to stop [s]."""
+    trajectory = arm.trajectory
+    t = trajectory.duration - arm.remaining
     if isinstance(trajectory, SequenceTrajectory):
         trajectory, t = trajectory.active(t)
     while isinstance(trajectory, TailTrajectory):
         trajectory, t = trajectory.trajectory, t + trajectory.start
-    pace, change = 1.0, 0.0
-    if isinstance(trajectory, TimeScaledTrajectory):
-        t, pace, change = trajectory.time_scaling.at(t)
-        trajectory = trajectory.nominal
-    if isinstance(trajectory, PathTrajectory):
-        s, ds, dds = trajectory.profile.at(t)
-        state = (s, ds * pace, dds * pace * pace + ds * change)
-        return Curve(trajectory.path.evaluate, trajectory.limits, 1.0), state
-    bounds = KinematicLimits.of_joints(arm.model.limits)
-    return Curve(trajectory.sample, bounds, trajectory.duration), (t, pace, change)
+    nominal, (s, s_dot, s_ddot) = time_scaling_state(trajectory, t)
+    limits, sample = KinematicLimits.of_joints(arm.model.limits), nominal.sample
+    if isinstance(nominal, PathTrajectory):
+        limits, sample = nominal.limits, nominal.sample_coordinates
+    _, v, a = (rows[0] for rows in sample(np.array([s])))
+    return shortest_stop_time(v * s_dot, a * s_dot**2 + v * s_ddot, limits)
 
 
-def _off(rows: list[tuple[np.ndarray, ...]], way: np.ndarray) -> float:
-    """Give how far configurations are from a way, straight between its samples [rad]."""
-    worst = 0.0
-    for q, *_ in rows:
-        i = int(np.abs(way - q).max(axis=1).argmin())
-        nearest = np.abs(way[i] - q).max()
-        for a, b in zip(way[max(0, i - 1) : i + 1], way[max(0, i - 1) + 1 : i + 2], strict=False):
-            along = b - a
-            part = np.clip((q - a) @ along / max(along @ along, 1e-30), 0.0, 1.0)
-            nearest = min(nearest, np.abs(a + part * along - q).max())
-        worst = max(worst, float(nearest))
-    return worst
+def _distance(path: np.ndarray, q: np.ndarray) -> float:
+    """Return the distance of a configuration from a polyline, as the largest of a joint [rad]."""
+    i = int(np.abs(path - q).max(axis=1).argmin())
+    nearest = np.abs(path[i] - q).max()
+    for a, b in zip(path[max(0, i - 1) : i + 1], path[max(0, i - 1) + 1 : i + 2], strict=False):
+        segment = b - a
+        part = np.clip((q - a) @ segment / max(segment @ segment, 1e-30), 0.0, 1.0)
+        nearest = min(nearest, np.abs(a + part * segment - q).max())
+    return float(nearest)
 
 
-def _used(arm: Arm, rows: list[tuple[np.ndarray, ...]]) -> float:
+def _limit_use(arm: Arm, samples: list[tuple[np.ndarray, ...]]) -> float:
     limits, model = arm.model.limits, arm.model
-    _, v, a = (np.array(column) for column in zip(*rows, strict=True))
-    efforts = np.array([model.effort(*row) for row in rows])
-    shares = (
+    _, v, a = (np.array(column) for column in zip(*samples, strict=True))
+    efforts = np.array([model.effort(*row) for row in samples])
+    fractions = (
         v / limits.velocity,
         a / limits.acceleration,
         np.diff(a, axis=0) / STEP / limits.jerk,
         efforts / limits.effort,
     )
-    return max(float(np.abs(share).max(initial=0.0)) for share in shares)
+    return max(float(np.abs(fraction).max(initial=0.0)) for fraction in fractions)

@@ -1,10 +1,10 @@
-"""The shortest time that a path can be driven in, computed by TOPP-RA (the package toppra).
+"""The time-optimal duration of a path, computed by TOPP-RA (the package toppra).
 
-H. Pham, Q.-C. Pham, "A New Approach to Time-Optimal Path Parameterization Based on Reachability
-Analysis", IEEE T-RO 34 (2018). It knows limits of velocity, acceleration and torque, and none of
-jerk: nothing that keeps these can be faster, and what keeps a limit of jerk too is slower. Its
-torques are linear in the square of the path's speed; damping, which is linear in the speed itself,
-enters as what it takes at the speed found before, again and again.
+H. Pham and Q.-C. Pham, "A New Approach to Time-Optimal Path Parameterization Based on Reachability
+Analysis", IEEE T-RO 34 (2018). It keeps velocity, acceleration and torque limits, and no jerk
+limits: no trajectory that keeps these limits is faster, and one that keeps jerk limits too is
+slower. Its torques are linear in the squared path velocity. Damping is linear in the path velocity
+itself, and is evaluated at that of the previous iteration.
 """
 
 import logging
@@ -12,17 +12,16 @@ import logging
 import numpy as np
 
 from bt_manip.robots import RobotModel
-from bt_manip.trajectories import PathTrajectory, SequenceTrajectory, Trajectory
-from bt_manip.trajectories.paths import Path
+from bt_manip.trajectories import Path, PathTrajectory, SequenceTrajectory, Trajectory
 
 GRID = 400  # intervals
-ROUNDS = 40  # of the speed that damping is taken at
-RELAXED = 0.5  # of each round's change of it
-SETTLED = 2e-3  # of the greatest speed, below which a change is none
+ITERATIONS = 40  # of the path velocity at which damping is evaluated
+RELAXATION = 0.5  # of its change in each iteration
+CONVERGED = 2e-3  # relative change of it that ends the iterations
 
 
 def missing() -> str:
-    """Say what to install where toppra is not there; empty where it is."""
+    """Return how to install toppra; empty where it is installed."""
     try:
         import toppra  # noqa: F401
     except ImportError as error:
@@ -30,18 +29,18 @@ def missing() -> str:
     return ""
 
 
-def fastest_time(trajectory: Trajectory, model: RobotModel) -> float:
-    """Give the time-optimal duration of the path that a trajectory from rest to rest drives [s].
+def time_optimal_duration(trajectory: Trajectory, model: RobotModel) -> float:
+    """Return the time-optimal duration of a trajectory's path from rest to rest [s].
 
-    All limits are taken in full, the efforts' too.
+    All limits are used in full, effort limits included.
     """
     if isinstance(trajectory, SequenceTrajectory):
-        return sum(fastest_time(part, model) for part in trajectory.parts)
+        return sum(time_optimal_duration(part, model) for part in trajectory.parts)
     assert isinstance(trajectory, PathTrajectory)
-    return _fastest(trajectory.path, model)
+    return _path_duration(trajectory.path, model)
 
 
-def _fastest(path: Path, model: RobotModel) -> float:
+def _path_duration(path: Path, model: RobotModel) -> float:
     import toppra
     from toppra import algorithm, constraint
 
@@ -57,7 +56,7 @@ def _fastest(path: Path, model: RobotModel) -> float:
             found = path.evaluate(np.atleast_1d(places), order)[order][:, : path.nq]
             return found[0] if places.ndim == 0 else found
 
-    speed = np.zeros(GRID + 1)  # that damping is taken at
+    speed = np.zeros(GRID + 1)  # s_dot at which damping is evaluated
 
     class Torques(constraint.JointTorqueConstraint):
         def compute_constraint_params(self, geometry, places, *rest):
@@ -65,19 +64,19 @@ def _fastest(path: Path, model: RobotModel) -> float:
             found[2] = found[2] + model.damping * geometry(places, 1) * speed[:, np.newaxis]
             return tuple(found)
 
-    def both(limit):
+    def symmetric(limit):
         return np.column_stack([-limit, limit])
 
     limits, geometry = model.limits, Geometry()
     places = np.linspace(0.0, 1.0, GRID + 1)
     possible, duration = speed, np.nan
-    for _ in range(ROUNDS if model.damping.any() else 1):
+    for _ in range(ITERATIONS if model.damping.any() else 1):
         constraints = [
-            constraint.JointVelocityConstraint(both(limits.velocity)),
-            constraint.JointAccelerationConstraint(both(limits.acceleration)),
+            constraint.JointVelocityConstraint(symmetric(limits.velocity)),
+            constraint.JointAccelerationConstraint(symmetric(limits.acceleration)),
             Torques(
                 model.rnea,
-                both(limits.effort),
+                symmetric(limits.effort),
                 model.friction,
                 discretization_scheme=constraint.DiscretizationType.Collocation,
             ),
@@ -86,12 +85,12 @@ def _fastest(path: Path, model: RobotModel) -> float:
             constraints, geometry, gridpoints=places, parametrizer="ParametrizeConstAccel"
         )
         _, found, _ = solver.compute_parameterization(0.0, 0.0)
-        if found is None:  # the damping of a speed that nothing can keep
+        if found is None:  # infeasible: the damping at that speed is too great
             speed = 0.5 * (speed + possible)
             continue
         duration = float((2.0 * np.diff(places) / (found[1:] + found[:-1])).sum())
-        possible, change = speed, RELAXED * (found - speed)
-        if np.abs(change).max() <= SETTLED * found.max():
+        possible, change = speed, RELAXATION * (found - speed)
+        if np.abs(change).max() <= CONVERGED * found.max():
             break
         speed = speed + change
     return duration

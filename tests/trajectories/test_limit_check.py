@@ -1,0 +1,32 @@
+"""Used fractions of limits."""
+
+import numpy as np
+import pytest
+
+from bt_manip.robots import JointLimits
+from bt_manip.trajectories import limit_use
+
+ONE = np.ones(2)
+LIMITS = JointLimits(-3 * ONE, 3 * ONE, 2 * ONE, 5 * ONE, 100 * ONE, ONE)
+
+
+def test_a_jump_of_the_position_is_outside_the_limits():
+    class Jumping:
+        duration, end = 0.1, np.zeros(2)
+
+        def sample(self, times):
+            q = np.where(times[:, None] > 0.05, 1.0, 0.0) * ONE
+            return q, 0 * q, 0 * q
+
+    assert not limit_use(Jumping(), LIMITS).inside
+
+
+def test_a_jump_of_the_acceleration_at_the_very_end_counts_as_jerk():
+    class Stopping:
+        duration, end = 0.1, np.zeros(2)
+
+        def sample(self, times):
+            a = np.where(times[:, None] < self.duration - 1e-9, 1.0, 0.0) * ONE
+            return 0 * a, 0 * a, a
+
+    assert limit_use(Stopping(), LIMITS).jerk == pytest.approx(1000 / 100)

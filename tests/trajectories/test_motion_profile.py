@@ -1,0 +1,49 @@
+"""Motion profiles with the durations and distances of the textbook."""
+
+import numpy as np
+import pytest
+
+from bt_manip.trajectories.motion_profile import (
+    integrate_acceleration,
+    joint_profiles,
+    profile_to_position,
+    profile_to_velocity,
+)
+
+LIMITS = (2 * np.ones(2), 5 * np.ones(2), 100 * np.ones(2))  # velocity, acceleration, jerk
+MOVING = (np.array([0.1, -0.2]), np.array([1.5, -0.5]), np.array([2.0, -4.0]))
+
+
+def test_joints_that_move_by_different_distances_arrive_together():
+    profiles = joint_profiles(MOVING, np.array([1.0, 1.2]), *LIMITS)
+    assert profiles[0].duration == profiles[1].duration
+
+
+def test_a_long_motion_takes_the_time_of_the_textbook():
+    # Rest to rest over d with v, a, j all reached: d / v + v / a + a / j.
+    profile = profile_to_position((0.0, 0.0, 0.0), 10.0, (2.0, 5.0, 100.0))
+    assert profile.duration == pytest.approx(10 / 2 + 2 / 5 + 5 / 100)
+
+
+def test_braking_takes_the_time_and_the_distance_of_the_textbook():
+    # From speed v: ramp to a, hold, ramp back: v / a + a / j, over half of it at v.
+    profile = profile_to_velocity((1.0, 2.0, 0.0), 0.0, (5.0, 100.0))
+    duration = 2 / 5 + 5 / 100
+    assert profile.duration == pytest.approx(duration)
+    assert profile.end == pytest.approx(1.0 + 2.0 * duration / 2)
+
+
+def test_slowed_by_two_it_is_the_same_in_twice_the_time():
+    profile = profile_to_position((0.0, 0.0, 0.0), 1.0, (1.0, 2.0, 30.0))
+    slow = profile.slowed(2.0)
+    for t in np.linspace(0.0, profile.duration, 17):
+        p, v, a = profile.at(t)
+        assert np.allclose(slow.at(2 * t), (p, v / 2, a / 4), atol=1e-12)
+
+
+def test_a_linear_acceleration_is_integrated_exactly():
+    t = np.array([0.0, 0.5, 2.0])
+    rows = integrate_acceleration((1.0, 2.0, 0.0), t, 3.0 + 6.0 * t)
+    assert np.allclose(rows[:, 1], 1.0 + 2.0 * t + 1.5 * t**2 + t**3)
+    assert np.allclose(rows[:, 2], 2.0 + 3.0 * t + 3.0 * t**2)
+    assert np.allclose(rows[:, 4], [6.0, 6.0, 0.0])

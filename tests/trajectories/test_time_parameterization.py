@@ -1,0 +1,79 @@
+"""Trajectories of a pendulum, known by hand, and of the Panda."""
+
+import numpy as np
+import pytest
+
+from bt_manip.exceptions import MotionError
+from bt_manip.trajectories import (
+    KinematicLimits,
+    SplinePath,
+    StraightPath,
+    effort_use,
+    time_parameterize,
+    time_parameterize_segment,
+)
+from tests.measuring.time_optimal_duration import time_optimal_duration
+
+from .pendulum import pendulum
+from .test_topp import bent
+
+
+def test_with_gravity_it_uses_the_effort_that_gravity_leaves():
+    model = pendulum(gravity=-9.81, effort=25.0)
+    trajectory = time_parameterize_segment(np.array([-0.5]), np.array([0.5]), model)
+    assert 0.9 < effort_use(trajectory, model, 1e-3) <= 0.9501
+
+
+def test_a_path_on_which_the_arm_cannot_hold_itself_is_refused():
+    model = pendulum(gravity=-9.81, effort=19.0)  # 19.62 N m hold the bar level
+    with pytest.raises(MotionError, match="joint 1 needs 18.* N m to hold") as raised:
+        time_parameterize_segment(np.array([-1.0]), np.array([1.0]), model)
+    assert raised.value.reason == "effort"
+
+
+def test_with_scarce_jerk_and_effort_it_is_nearly_as_fast_as_both_allow():
+    # 32 N m turn 2 kg m2 by 16 rad/s2, which take r = 16 / 500 s to come and to go: half the path
+    # is a (t - r) t / 2 in the time t. A profile that is slowed for its jerk needs less effort.
+    model = pendulum(effort=32.0 / 0.95, acceleration=20.0, jerk=500.0)
+    path = StraightPath(np.zeros(1), 5.0 * np.ones(1))
+    duration = time_parameterize(path, KinematicLimits.of_joints(model.limits), model).duration
+    a, r = 16.0, 16.0 / 500.0
+    optimum = r + np.sqrt(r**2 + 4 * 5.0 / a)
+    assert optimum < duration < 1.05 * optimum
+
+
+def test_a_curved_path_is_followed_inside_all_limits_and_close_to_one(model, rng):
+    limits = KinematicLimits.of_joints(model.limits)
+    for _ in range(5):
+        a, b, c = rng.uniform(0.7 * model.limits.lower, 0.7 * model.limits.upper, (3, 7))
+        s = np.linspace(0.0, 1.0, 15)[:, np.newaxis]
+        path = SplinePath(a * (1 - s) ** 2 + 2 * b * s * (1 - s) + c * s**2)
+        trajectory = time_parameterize(path, limits, model)
+        use, effort = trajectory.kinematic_use(), effort_use(trajectory, model)
+        assert max(use) <= 1.0 and effort <= 0.9501
+        # Something binds: a velocity, an acceleration or an effort.
+        assert max(use[0], use[1], effort / 0.95) > 0.93
+
+
+@pytest.mark.parametrize(("jerk", "longer"), [(1.0, 1.06), (0.05, 1.12)])
+def test_a_tight_corner_does_not_slow_the_rest_of_a_path(model, jerk, longer):
+    pytest.importorskip("toppra")
+    limits = KinematicLimits.of_joints(model.limits)._replace(jerk=jerk * model.limits.jerk)
+    trajectory = time_parameterize(bent(model, 5), limits, model)
+    assert max(trajectory.kinematic_use()) <= 1.0
+    assert trajectory.duration <= longer * time_optimal_duration(trajectory, model)
+
+
+def test_at_a_tenth_of_the_speed_a_path_takes_ten_times_the_time(model):
+    path = StraightPath(model.home, model.home + 0.4)
+    limits = KinematicLimits.of_joints(model.limits)
+    fast, slow = (time_parameterize(path, limits, model, speed).duration for speed in (1.0, 0.1))
+    assert slow == pytest.approx(10 * fast, rel=0.02)
+
+
+def test_where_damping_would_take_all_effort_at_full_speed_it_moves_more_slowly():
+    # At 100 rad/s the damping alone needs 500 N m; 10 N m allow at most 2 rad/s.
+    model = pendulum(damping=5.0)
+    trajectory = time_parameterize_segment(np.zeros(1), np.ones(1), model)
+    assert effort_use(trajectory, model) <= 0.95
+    assert 0.5 < trajectory.duration < 2.0

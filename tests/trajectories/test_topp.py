@@ -1,0 +1,79 @@
+"""Time-optimal profiles of a pendulum, known by hand, and of the Panda."""
+
+import numpy as np
+import pytest
+
+from bt_manip.trajectories import (
+    KinematicLimits,
+    PathTrajectory,
+    SplinePath,
+    StraightPath,
+    effort_use,
+)
+from bt_manip.trajectories.topp import TimeOptimalParameterization
+
+from .pendulum import pendulum
+
+
+def timed(model, start=0.0, end=1.0):
+    path, limits = StraightPath([start], [end]), KinematicLimits.of_joints(model.limits)
+    topp = TimeOptimalParameterization(path, limits, model, 1.0, 120)
+    return PathTrajectory(path, topp.profile(topp.smoothing_steps[0]), limits)
+
+
+def test_with_an_acceleration_limit_only_the_duration_is_that_of_the_textbook():
+    # Half the way at a, half at -a: 2 sqrt(d / a).
+    duration = timed(pendulum(effort=1e4, acceleration=4.0), end=1.5).duration
+    assert duration == pytest.approx(2 * np.sqrt(1.5 / 4.0), rel=0.03)
+
+
+def test_with_an_effort_limit_only_the_duration_is_that_of_the_textbook():
+    # 10 N m turn 2 kg m2 by 5 rad/s2.
+    assert timed(pendulum(effort=10.0), end=1.5).duration == pytest.approx(
+        2 * np.sqrt(1.5 / 5.0), rel=0.03
+    )
+
+
+def test_with_a_velocity_limit_it_cruises_at_that_velocity():
+    # d / v + v / a.
+    duration = timed(pendulum(effort=1e4, acceleration=4.0, velocity=1.0), end=3.0).duration
+    assert duration == pytest.approx(3.0 / 1.0 + 1.0 / 4.0, rel=0.03)
+
+
+def test_a_load_that_changes_between_grid_points_does_not_exceed_the_effort_limit():
+    # 5.1 rad in 120 steps: in each, gravity changes by up to 0.8 N m, 3 % of the effort.
+    model = pendulum(gravity=-9.81, effort=25.0, acceleration=20.0)
+    path, limits = StraightPath([-5.0], [0.1]), KinematicLimits.of_joints(model.limits)
+    topp = TimeOptimalParameterization(path, limits, model, 0.95, 120)
+    plan = PathTrajectory(path, topp.profile(topp.smoothing_steps[0]), limits)
+    assert effort_use(plan, model, 1e-3) <= 0.951
+
+
+def bent(model, sharpness):
+    """Return two segments with a corner that is rounded within a few of 144 steps."""
+    first = np.array([2.25, 0.0, 0.75, 0.0, 1.2, 0.0, 0.75]) / 144
+    second = np.array([0.0, 1.2, -0.45, 1.2, 0.0, 1.35, -1.2]) / 144
+    steps = np.where(np.arange(144)[:, np.newaxis] < 58, first, second)
+    window = np.hanning(sharpness) / np.hanning(sharpness).sum()
+    half = sharpness // 2
+    steps[half:-half] = [window @ steps[k : k + sharpness] for k in range(145 - sharpness)]
+    return SplinePath(model.home + np.vstack([np.zeros(7), np.cumsum(steps, axis=0)]))
+
+
+def test_tightening_slows_a_profile_only_where_it_exceeded_a_limit(model):
+    path, limits = bent(model, 5), KinematicLimits.of_joints(model.limits)
+    topp = TimeOptimalParameterization(path, limits, None, 1.0, 120)
+    node = topp.smoothing_steps[0]
+    plan = topp.profile(node)
+    again = topp.tightened(plan).profile(node)
+    first, second = (
+        PathTrajectory(path, profile, limits).kinematic_use()[1] for profile in (plan, again)
+    )
+    assert first > 1.5 and second < 1.2
+    assert again.duration < 1.05 * plan.duration
+    behind = np.linspace(0.6, 0.98, 30)  # the corner is at 0.4
+    speeds = (
+        np.interp(behind, *profile.sample(np.arange(0.0, profile.duration, 1e-3))[:2])
+        for profile in (again, plan)
+    )
+    assert np.allclose(*speeds, rtol=0.01)
