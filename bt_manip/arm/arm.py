@@ -53,6 +53,7 @@ class Arm:
     an external force.
 
     Attributes:
+        follower: Owns the reference and the trajectory that it follows.
         coordinator: Coordinates it with other arms; None where there are none.
         fault: Why the arm stopped by itself, empty when it did not; the next motion clears it.
         q: Reference position [rad], read-only and live.  # (nq,)
@@ -87,12 +88,12 @@ class Arm:
         self.coordinator: MultiArmCoordinator | None = None
         self.fault, self._guarded = "", False
         self._unchecked = 0  # control steps since external forces were checked
-        self._follower = TrajectoryFollower(robot.q)
-        self.q, self.v, self.a = self._follower.q, self._follower.v, self._follower.a
+        self.follower = TrajectoryFollower(robot.q)
+        self.q, self.v, self.a = self.follower.q, self.follower.v, self.follower.a
 
     def reset(self, q: np.ndarray | None = None) -> None:
         """Discard all motion and rest at a configuration [rad], by default the robot's."""
-        self._follower.reset(self.robot.q if q is None else q)
+        self.follower.reset(self.robot.q if q is None else q)
 
     def hold_at(self, q: np.ndarray) -> None:
         """Rest at a measured configuration [rad]; ignored while busy.
@@ -100,7 +101,7 @@ class Arm:
         Called when another controller takes over: it starts without a position error.
         """
         if not self.busy:
-            self._follower.hold_at(q)
+            self.follower.hold_at(q)
 
     # Requests
 
@@ -238,9 +239,9 @@ class Arm:
             )
         delay = partial(self.coordinator.delay, self) if self.coordinator else in_sequence
         scene = PlanningScene(self.model, self.ik, self.world, planner, delay)
-        motion = plan(request, self._follower.state, scene, rng)
+        motion = plan(request, self.follower.state, scene, rng)
         was_guarded = self.moving and self._guarded and not self.fault
-        self._follower.follow(motion, self.model)
+        self.follower.follow(motion, self.model)
         contact = isinstance(request, MoveAlongToolPath) and request.contact
         self.fault, self._guarded = "", self.world is not None and not contact
         if self.guard is not None and not was_guarded:
@@ -263,12 +264,12 @@ class Arm:
     @property
     def moving(self) -> bool:
         """Whether the reference has not come to rest."""
-        return self._follower.trajectory is not None
+        return self.follower.trajectory is not None
 
     @property
     def paused(self) -> bool:
         """Whether it rests within a motion, which a speed scale above 0 continues."""
-        return self._follower.paused is not None
+        return self.follower.paused is not None
 
     @property
     def busy(self) -> bool:
@@ -278,33 +279,17 @@ class Arm:
     @property
     def trajectory(self) -> Trajectory | None:
         """The trajectory being followed; None at rest."""
-        return self._follower.trajectory
+        return self.follower.trajectory
 
     @property
     def remaining(self) -> float:
         """Time until the reference comes to rest [s]."""
-        return self._follower.remaining
-
-    @property
-    def stopping(self) -> bool:
-        """Whether it is stopping, with the motion discarded."""
-        return self._follower.stopping
-
-    def ahead(self, times: np.ndarray) -> np.ndarray:
-        """Return where the reference will be if nothing interferes.
-
-        Args:
-            times: Times from now on [s].  # (n,)
-
-        Returns:
-            Positions of the joints [rad].  # (n, nq)
-        """
-        return self._follower.ahead(times)
+        return self.follower.remaining
 
     @property
     def target(self) -> np.ndarray:
         """Configuration in which the reference will come to rest [rad]."""  # (nq,)
-        return self._follower.state.target.copy()
+        return self.follower.state.target.copy()
 
     @property
     def q_ref(self) -> np.ndarray:
@@ -317,12 +302,12 @@ class Arm:
 
         It can be changed at any time; a motion stays on its path.
         """
-        return self._follower.speed_scale
+        return self.follower.speed_scale
 
     @speed_scale.setter
     def speed_scale(self, speed_scale: float) -> None:
         speed_scale = check_number(speed_scale, "speed scale", at_least=0.0, at_most=1.0)
-        self._follower.set_speed_scale(speed_scale, self.model)
+        self.follower.set_speed_scale(speed_scale, self.model)
         if self.coordinator is not None:
             self.coordinator.motion_changed(self)
 
@@ -340,7 +325,7 @@ class Arm:
         Args:
             fault: Why the arm stops by itself, where it does; kept as `fault`.
         """
-        self._follower.stop(self.model)
+        self.follower.stop(self.model)
         if self.coordinator is not None:
             self.coordinator.motion_changed(self)
         if fault:
@@ -348,7 +333,7 @@ class Arm:
 
     def advance(self, dt: float) -> None:
         """Advance the reference by a control step [s]."""
-        follower = self._follower
+        follower = self.follower
         if follower.trajectory is None:
             return
         follower.advance(dt)
@@ -371,7 +356,7 @@ class Arm:
     def get_state(self) -> dict[str, Any]:
         """Return everything as plain data."""
         return {
-            **self._follower.get_state(),
+            **self.follower.get_state(),
             "payload": None if self.payload is None else self.payload.get_state(),
             "fault": self.fault,
             "guarded": self._guarded,
@@ -381,7 +366,7 @@ class Arm:
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Restore what `get_state` returned; the arm continues bit for bit."""
-        self._follower.set_state(state)
+        self.follower.set_state(state)
         payload = state["payload"]
         if payload is not None or self.payload is not None:  # a new model takes a while
             self.payload = None if payload is None else Payload.from_state(payload)

@@ -108,14 +108,16 @@ class MultiArmCoordinator:
         if not len(times):
             return False
         path = trajectory.sample(np.minimum(arm.speed_scale * times, trajectory.duration))[0]
-        distance, first, second = self._pair({arm: path, other: other.ahead(times)})
+        distance, first, second = self._pair({arm: path, other: other.follower.ahead(times)})
         return distance.too_close(first, second, INTER_ROBOT_CLEARANCE)
 
     def _will_collide(self, arm: Arm, other: Arm) -> bool:
         """Tell whether two arms come too near to each other, or nearer than they are."""
         end = max(arm.remaining, other.remaining) + INTER_ROBOT_STEP
         times = np.arange(0.0, end, INTER_ROBOT_STEP)
-        distance, first, second = self._pair({one: one.ahead(times) for one in (arm, other)})
+        distance, first, second = self._pair(
+            {one: one.follower.ahead(times) for one in (arm, other)}
+        )
         now = distance.distance(first[0], second[0])
         return distance.too_close(
             first, second, min(INTER_ROBOT_CLEARANCE, now - _DISTANCE_TOLERANCE)
@@ -132,7 +134,7 @@ class MultiArmCoordinator:
 
 
 def _continues(arm: Arm) -> bool:
-    return arm.moving and not arm.stopping
+    return arm.moving and not arm.follower.stopping
 
 
 def _rest(q: np.ndarray, duration: float) -> JointTrajectory:

@@ -149,11 +149,7 @@ def plan(
 def _targets(
     request: MoveToConfiguration | MoveToPose | Follow, state: ArmState, scene: PlanningScene
 ) -> Iterator[np.ndarray]:
-    """Return the configurations that fulfil a request, the best first, each found when needed.
-
-    Raises:
-        MotionError: When the pose is unreachable.
-    """
+    """Return the configurations that fulfil a request, the best first, each found when needed."""
     if isinstance(request, MoveToConfiguration):
         return iter([request.q])
     if isinstance(request, Follow):
@@ -232,9 +228,6 @@ def _plan_to_configurations(
 
     Returns:
         The stop and the motion after it; None for what is not needed.
-
-    Raises:
-        MotionError: When all targets or paths are blocked, or exceed the effort limits.
     """
     world, model, speed = scene.world, scene.model, request.speed
     target = next(targets)
@@ -280,23 +273,16 @@ def _turn(
 
 def _ends_near(start: ArmState, target: np.ndarray, world: CollisionWorld) -> bool:
     """Tell whether the present motion ends near a target and is still collision-free."""
-    if start.trajectory is None or np.abs(start.trajectory.end - target).max() > NEAR_TARGET:
-        return False
+    assert start.trajectory is not None
     rest = TailTrajectory(start.trajectory, start.time)
-    return trajectory_is_free(world, rest, rest.end)
+    near = float(np.abs(rest.end - target).max()) <= NEAR_TARGET
+    return near and trajectory_is_free(world, rest, rest.end)
 
 
 def _plan_tool_path(
     request: MoveAlongToolPath, start: ArmState, scene: PlanningScene
 ) -> tuple[Trajectory | None, Trajectory | None]:
-    """Plan a tool path, from where the arm comes to rest.
-
-    Returns:
-        The stop and the motion after it; None for what is not needed.
-
-    Raises:
-        MotionError: When the path cannot be followed, collides, or exceeds the effort limits.
-    """
+    """Plan a tool path from where the arm comes to rest; return as `_plan_to_configurations`."""
     model = scene.model
     stop, q = _stop(start, model)
     curves = []

@@ -52,7 +52,7 @@ def test_equal_arguments_give_the_same_trajectory(walled, kind, moving, speed_sc
         arm.advance(1e-3)
     request = request_of(kind, arm, start, right)
     scene = PlanningScene(arm.model, arm.ik, arm.world, arm.planner)
-    state = arm._follower.state
+    state = arm.follower.state
     before = arm.get_state()
     first = plan(request, state, scene, np.random.default_rng(3))
     assert arm.get_state() == before
@@ -67,7 +67,7 @@ def test_requests_of_the_arm_are_planned_by_that_function(walled):
     arm.reset(start)
     scene = PlanningScene(arm.model, arm.ik, arm.world, arm.planner)
     motion = plan(
-        MoveToPose(right, 1.0, 0.05, 0.0), arm._follower.state, scene, np.random.default_rng(0)
+        MoveToPose(right, 1.0, 0.05, 0.0), arm.follower.state, scene, np.random.default_rng(0)
     )
     arm.move_to_pose(right)
     assert arm.trajectory.get_state() == motion.trajectory.get_state()
@@ -78,4 +78,4 @@ def test_no_motion_is_planned_to_the_present_configuration(walled):
     arm.reset(start)
     scene = PlanningScene(arm.model, arm.ik, arm.world, arm.planner)
     request = MoveToConfiguration(start.copy(), 1.0)
-    assert plan(request, arm._follower.state, scene, np.random.default_rng(0)) is None
+    assert plan(request, arm.follower.state, scene, np.random.default_rng(0)) is None

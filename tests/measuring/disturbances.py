@@ -96,7 +96,7 @@ def contacts(count: int, description: RobotDescription | None = None) -> Detecti
 def _put_obstacle(planned: Planned, rng: np.random.Generator) -> bool:
     """Put a box where some part of the arm will be; False where it touches something now."""
     cell, arm, robot = planned.cell, planned.arm, planned.robot
-    q = arm.ahead(rng.uniform(0.1, 0.9, 1) * arm.remaining)[0]
+    q = arm.follower.ahead(rng.uniform(0.1, 0.9, 1) * arm.remaining)[0]
     model, data = cell.model, mujoco.MjData(cell.model)
     data.qpos[:] = cell.data.qpos
     data.qpos[robot.qpos_adr] = q
