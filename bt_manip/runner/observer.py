@@ -1,10 +1,10 @@
-"""What may watch a run: recorders and views."""
+"""The interface of recorders and views of a run."""
 
 from typing import Any
 
 
 class RunObserver:
-    """Watches a run without changing it; every method here does nothing.
+    """Observes a run without changing it; the methods of this base class do nothing.
 
     The runner calls, in this order:
 
@@ -16,39 +16,38 @@ class RunObserver:
     run_ended()
     ```
 
-    `after_compile` comes whenever the cell was compiled anew, before the next step, and once
-    before the first `cycle_started`: what holds ids, views or handles of the physics binds them
-    again there. An observer that leaves `before_tick` or `after_step` as it is here is never called
-    for it. When a run is interrupted or something raises, `run_ended` is still called, and
-    `cycle_ended` of the cycle that was under way is not. An arm that moves then is braked first:
-    `after_step` and `after_tick` go on meanwhile, without ticks.
+    `after_compile` is called once before the first `cycle_started`, and before the next step
+    whenever the cell has been recompiled: ids and views of the physics must be renewed there.
+    `before_tick` and `after_step` are only called where a subclass overrides them. If a run is
+    interrupted or an exception is raised, moving arms are stopped first (`after_step` and
+    `after_tick` continue, without ticks) and `run_ended` is called, but `cycle_ended` is not.
     """
 
     def run_started(self, run: Any) -> None:
-        """Look at the run that is about to begin: `.request`, `.station` and `.tree`."""
+        """Prepare for a run; it has `.request`, `.station` and `.tree`."""
 
     def after_compile(self) -> None:
-        """Bind again what belongs to the compiled model."""
+        """Renew ids and views of the compiled model."""
 
     def cycle_started(self, cycle: int) -> None:
-        """Note the beginning of a cycle; the first has number 0."""
+        """Observe the beginning of a cycle, counted from 0."""
 
     def before_tick(self) -> None:
-        """Note the state that the tree is about to be ticked in."""
+        """Observe the state before a tick."""
 
     def after_step(self) -> None:
-        """Note the state after one control step; there are some 2 us for it."""
+        """Observe the state after a control step, in about 2 us."""
 
     def after_tick(self) -> None:
-        """Note the state after a tick of the tree and the control steps that belong to it."""
+        """Observe the state after a tick and its control steps."""
 
     def cycle_ended(self, status: str, reason: str) -> None:
-        """Note how a cycle ended.
+        """Observe the end of a cycle.
 
         Args:
             status: ``"SUCCESS"`` or ``"FAILURE"``.
-            reason: Why it failed, with the path of the node; empty on success.
+            reason: Reason of a failure, with the path of the node; empty on success.
         """
 
     def run_ended(self) -> None:
-        """Let go of what was held; called once however the run ends."""
+        """Close files and windows; called once, however the run ends."""

@@ -1,4 +1,4 @@
-"""From a request to a run: everything that is wrong with it is found here."""
+"""Preparing a run from a request; all errors of the request are found here."""
 
 from bt_manip.bt import Tree
 from bt_manip.cell.objects import Catalogue
@@ -15,15 +15,15 @@ from bt_manip.runner.xml_tree import Warn, known_behaviours, load_document
 
 
 def prepare(request: RunRequest, parts: Parts, warn: Warn = lambda message: None) -> Run:
-    """Read the tree, build the station, and bring them together; nothing is simulated yet.
+    """Load the tree, build the station and set the tree up; nothing is simulated yet.
 
     Args:
-        request: What to run, with what.
+        request: The tree, the scene and the parts to use.
         parts: The registered parts to choose from.
-        warn: Takes what is strange in the tree without being wrong.
+        warn: Takes warnings about the tree.
 
     Raises:
-        BtManipError: When anything that the user asked for is wrong.
+        BtManipError: If the request is invalid.
     """
     clock = _StationClock()
     scene = find_scene(request.scene, parts)
@@ -52,7 +52,7 @@ def prepare(request: RunRequest, parts: Parts, warn: Warn = lambda message: None
 
 
 def _setup(tree: Tree, station: Station) -> None:
-    """Set the behaviours up; what a user did wrong is no fault of theirs."""
+    """Set the behaviours up; a user error in one is raised as such, with the node's path."""
     try:
         tree.setup(**station.infrastructure)
     except NodeError as error:
@@ -62,7 +62,7 @@ def _setup(tree: Tree, station: Station) -> None:
 
 
 class _StationClock:
-    """The simulated time of a station that is built after the tree which asks for it."""
+    """The simulated time of a station that is built after the tree."""
 
     station: Station | None = None
 

@@ -1,4 +1,4 @@
-"""Everything that says what a run shall do."""
+"""The request of a run."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,13 +8,13 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.runner.tree_source import TreeSource
 
 CONTROLLER = "computed_torque"
-"""Name of the controller of a run that asks for none."""
+"""Default controller."""
 
 SCENE = "table_and_basket"
-"""Name of the scene of a run that asks for none."""
+"""Default scene."""
 
 PLANNER = "rrt_connect"
-"""Name of the planner of a run that asks for none."""
+"""Default planner."""
 
 CONTROL_STEP = 0.001
 """Time between two control steps [s]."""
@@ -22,21 +22,21 @@ CONTROL_STEP = 0.001
 
 @dataclass(frozen=True)
 class RunRequest:
-    """What to run, with what, how often.
+    """A tree and the parts and settings to run it with.
 
-    The same request gives the same run, bit for bit; who watches a run is no part of it.
+    The same request gives the same run, bit for bit, with any observers.
 
     Attributes:
         tree: The tree to run.
         robot: Name of a registered robot, or path of a TOML file that describes one.
-        controller: Name of a registered controller.
+        controller: Name of the registered controller that each cycle begins with.
         scene: Name of a registered scene, or path of a TOML file that describes one.
         planner: Name of a registered planner.
-        cycles: Runs of the root from idle to SUCCESS or FAILURE; 0 goes on until it is stopped.
+        cycles: Number of runs of the root from idle to SUCCESS or FAILURE; 0 runs until stopped.
         seed: Seed of all randomness.
         tick: Simulated time between two ticks of the tree [s], a whole number of control steps.
-        settings: Values for keys that the tree declares at its root, as text.
-        real_time: Simulated seconds per second of wall time to slow down to; None runs free.
+        settings: Values of keys that the tree declares at its root, as text.
+        real_time: Simulated seconds per second of wall time; None runs as fast as possible.
     """
 
     tree: TreeSource
@@ -51,10 +51,10 @@ class RunRequest:
     real_time: float | None = None
 
     def __post_init__(self) -> None:
-        """Refuse numbers that no run can have.
+        """Check the numbers.
 
         Raises:
-            BtManipError: When a number is outside what it may be.
+            BtManipError: If a number is out of range.
         """
         if self.cycles < 0:
             raise BtManipError(
@@ -74,5 +74,5 @@ class RunRequest:
 
     @property
     def steps_per_tick(self) -> int:
-        """How many control steps there are in one tick."""
+        """Number of control steps per tick."""
         return round(self.tick / CONTROL_STEP)

@@ -1,4 +1,4 @@
-"""The one loop: ticks of a tree, control steps of a cell, and whoever watches."""
+"""The loop of a run: ticks of the tree, control steps of the cell, calls of the observers."""
 
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
@@ -15,15 +15,15 @@ from bt_manip.runner.station import Station
 Stop = Callable[[], bool]
 
 BRAKING = 3.0
-"""Longest time that an arm gets to come to rest where a run ends before its tree [s]."""
+"""Longest time to stop the arms when a run is interrupted [s]."""
 
 
 @dataclass
 class Progress:
-    """How far a run has come.
+    """Progress of a run.
 
     Attributes:
-        cycle: The cycle that is under way, or the next one.
+        cycle: The present cycle, or the next one.
     """
 
     cycle: int = 0
@@ -31,7 +31,7 @@ class Progress:
 
 @dataclass(frozen=True)
 class Run:
-    """A tree that is ready to run in a station, or to go on there."""
+    """A tree that is ready to run, or to continue, in a station."""
 
     request: RunRequest
     tree: Tree
@@ -39,24 +39,24 @@ class Run:
     progress: Progress = field(default_factory=Progress)
 
     def execute(self, observers: Sequence[RunObserver] = (), *, stop: Stop = lambda: False) -> None:
-        """Run the tree for as many cycles as asked.
+        """Run the requested cycles.
 
         Args:
-            observers: Who watches; `RunObserver` says what is called when.
-            stop: Asked once per tick; when it says yes, the tree is halted, the arms come to rest
-                and the run ends.
+            observers: Called as `RunObserver` documents.
+            stop: Called once per tick; when it returns True, the tree is halted, the arms are
+                stopped and the run ends.
 
         Raises:
-            Exception: What a behaviour, a controller or an observer raised; every observer has
-                been told that the run has ended.
+            Exception: Any exception of a behaviour, a controller or an observer, after `run_ended`
+                has been called for all observers.
         """
         _Loop(self, observers, stop).run()
 
     def get_state(self) -> dict[str, Any]:
-        """Give everything that goes on with time, as plain data.
+        """Return the state of the run as plain data.
 
-        Between two ticks, for which an observer's `after_tick` is the place, a run can be left and
-        taken up again: by another one of the same request, in another process, at another time.
+        Taken between two ticks, as in an observer's `after_tick`, it can be continued by another
+        run of the same request, also in another process.
         """
         return {
             "cycle": self.progress.cycle,
@@ -65,10 +65,10 @@ class Run:
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take everything back; `execute` goes on from there bit for bit.
+        """Restore a state of `get_state`; `execute` continues from there bit for bit.
 
         Raises:
-            BtManipError: When the state is of another tree, or has objects that are not known here.
+            BtManipError: If the state is of another tree, or has objects that are not known here.
         """
         self.station.set_state(state["station"])
         self.tree.set_state(state["tree"])
@@ -88,7 +88,7 @@ class _Loop:
         self._pacing = Pacing(run.request.real_time)
 
     def run(self) -> None:
-        """Go through the cycles."""
+        """Run the cycles."""
         started: list[RunObserver] = []
         try:
             for observer in self._observers:
@@ -103,7 +103,7 @@ class _Loop:
                     self._brake()
                     break
         except (Exception, SystemExit):
-            # What else raises follows from what did at first, and that is what has to be told.
+            # Further exceptions follow from the first one, which is the one to raise.
             for rescue in (self._tree.halt, self._brake):
                 with contextlib.suppress(Exception, SystemExit):
                     rescue()
@@ -112,7 +112,7 @@ class _Loop:
             self._end(started)
 
     def _brake(self) -> None:
-        """Bring all arms to rest while everyone watches."""
+        """Stop all arms, with observers."""
         arms = [robot.arm for robot in self._run.station.robots.values()]
         for arm in arms:
             if arm.moving:
@@ -122,7 +122,7 @@ class _Loop:
             self._steps()
 
     def _end(self, started: Sequence[RunObserver]) -> None:
-        """Halt the tree and tell everyone, even when one of them raises."""
+        """Halt the tree and call `run_ended` of all observers, even if one raises."""
         with ExitStack() as stack:
             for observer in reversed(started):
                 stack.callback(observer.run_ended)
@@ -130,7 +130,7 @@ class _Loop:
             self._tree.halt()
 
     def _cycle(self, cycle: int) -> bool:
-        """Run the root from idle to its end; give False when the run was stopped meanwhile."""
+        """Run the root from idle to its end; return False if the run was stopped meanwhile."""
         self._run.station.randomizer.begin(cycle)
         self._note_model()
         for observer in self._observers:
@@ -139,8 +139,8 @@ class _Loop:
         while status is NodeStatus.RUNNING:
             if self._stop():
                 return False
-            for look in self._before_tick:
-                look()
+            for observe in self._before_tick:
+                observe()
             status = self._tree.tick()
             if status is not NodeStatus.RUNNING:
                 self._run.progress.cycle = cycle + 1
@@ -160,7 +160,7 @@ class _Loop:
         return self._tree.failure_reason()
 
     def _steps(self) -> None:
-        """Make the control steps between this tick and the next."""
+        """Make the control steps of one tick."""
         cell = self._cell
         self._note_model()
         cell.step(self._request.steps_per_tick, then=self._after_step)
@@ -177,6 +177,6 @@ class _Loop:
 
 
 def _overridden(name: str, observers: Sequence[RunObserver]) -> tuple[Callable[[], None], ...]:
-    """Collect the methods of those observers that do something in them."""
+    """Return the overridden methods of this name."""
     idle = getattr(RunObserver, name)
     return tuple(getattr(o, name) for o in observers if getattr(type(o), name) is not idle)

@@ -1,4 +1,4 @@
-"""Keeping a moment of a run in a file."""
+"""Snapshots of runs, stations and cells in files."""
 
 import json
 import os
@@ -18,11 +18,11 @@ def save_snapshot(path: str | os.PathLike[str], state: Mapping[str, Any]) -> Non
     """Write a state to a file, as JSON: every number comes back to the last bit.
 
     Args:
-        path: The file; one that is there is replaced as a whole.
-        state: What `get_state` of a run, a station or a cell gave, or several of them in a dict.
+        path: The file; an existing one is replaced.
+        state: The state of a run, a station or a cell, or several of them in a dict.
 
     Raises:
-        BtManipError: When something in it is no plain data, or the file cannot be written.
+        BtManipError: If a value is not plain data, or the file cannot be written.
     """
     path = Path(path)
     _check(state, "")
@@ -32,7 +32,7 @@ def save_snapshot(path: str | os.PathLike[str], state: Mapping[str, Any]) -> Non
         try:
             unfinished.write_text(text)
             unfinished.replace(path)
-        except BaseException:  # an interrupt, too, leaves nothing behind
+        except BaseException:  # also on an interrupt
             unfinished.unlink(missing_ok=True)
             raise
     except OSError as error:
@@ -43,7 +43,7 @@ def load_snapshot(path: str | os.PathLike[str]) -> dict[str, Any]:
     """Read a state from a file.
 
     Raises:
-        BtManipError: When the file cannot be read, or is no snapshot of this version.
+        BtManipError: If the file cannot be read, or is not a snapshot of this version.
     """
     try:
         content = json.loads(Path(path).read_text())
@@ -61,10 +61,10 @@ def load_snapshot(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def _check(value: Any, where: str) -> None:
-    """Refuse what would come back from JSON as something else.
+    """Check that JSON preserves a value.
 
     Raises:
-        BtManipError: When something is neither a number, a string, a list, a dict nor None.
+        BtManipError: If it has a part that is not a number, a string, a list, a dict or None.
     """
     if isinstance(value, Mapping):
         for key, item in value.items():

@@ -1,4 +1,4 @@
-"""A cell with its robots under control: what trees run in and scripts work with."""
+"""A station: a cell with its robots under control, for trees and scripts."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -24,15 +24,15 @@ from bt_manip.runner.scene import Scene, table_and_basket
 
 @dataclass(frozen=True)
 class Station:
-    """A cell, the robots in it, and what commands them.
+    """A cell, and its robots with their arms, controllers and grippers.
 
     Attributes:
         cell: The simulated cell; it is also the clock.
         robots: The robots by name, in the scene's order.
-        rng: Where all randomness of a run comes from.
-        models: Makes objects, by registered name or address, to put more into the cell.
-        planners: The registered planners, for behaviours that name one.
-        randomizer: Varies the cell when an episode begins.
+        rng: Random generator of the run.
+        models: Makes objects by registered name or address.
+        planners: The registered planners.
+        randomizer: Randomizes the cell at the beginning of a cycle.
     """
 
     cell: Cell
@@ -78,7 +78,7 @@ class Station:
 
     @property
     def infrastructure(self) -> dict[str, Any]:
-        """What behaviours get from their ``setup``, by keyword.
+        """Keyword arguments of the behaviours' ``setup``.
 
         Where there are several robots, ``robot``, ``arm``, ``controllers`` and ``gripper``
         raise when they are used.
@@ -98,41 +98,41 @@ class Station:
         }
 
     def clock(self) -> float:
-        """Give simulated time, for trees that run here [s]."""
+        """Return the simulated time [s]."""
         return self.cell.time
 
     def step_until(self, condition: Callable[[], bool], timeout: float = 10.0) -> None:
-        """Make control steps until something has happened.
+        """Step until a condition holds.
 
         Args:
-            condition: Tells whether it has; asked before each step.
+            condition: Called before each step.
             timeout: Longest simulated time to wait [s].
 
         Raises:
-            TimeoutError: When it has not happened within that time.
+            TimeoutError: If it does not hold within that time.
         """
         for _ in range(round(timeout / self.cell.dt)):
             if condition():
                 return
             self.cell.step()
         if not condition():
-            raise TimeoutError(f"what was waited for has not happened within {timeout:g} s")
+            raise TimeoutError(f"the condition was not met within {timeout:g} s")
 
     def run(
         self, tree: Tree | Behaviour, *, tick: float = 0.010, timeout: float = 60.0
     ) -> NodeStatus:
-        """Run a tree once, from idle to its end.
+        """Run a tree once and return its status.
 
         Args:
             tree: A tree whose clock is that of this station, or the root of one.
             tick: Simulated time between two ticks [s].
-            timeout: Longest simulated time that it may take [s].
+            timeout: Longest simulated time [s].
 
         Returns:
-            How it ended: ``SUCCESS``, ``FAILURE``, or ``SKIPPED`` when there was nothing to do.
+            ``SUCCESS``, ``FAILURE``, or ``SKIPPED`` if its precondition skipped it.
 
         Raises:
-            TimeoutError: When it takes longer; the tree has been halted then.
+            TimeoutError: If it takes longer; the tree is halted.
         """
         if not isinstance(tree, Tree):
             tree = Tree(tree, clock=self.clock)
@@ -148,7 +148,7 @@ class Station:
         return status
 
     def get_state(self) -> dict[str, Any]:
-        """Give everything that goes on with time, as plain data."""
+        """Return the state of the station as plain data."""
         return {
             "cell": self.cell.snapshot(),
             "robots": {name: robot.get_state() for name, robot in self.robots.items()},
@@ -157,10 +157,10 @@ class Station:
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take everything back; the station goes on bit for bit.
+        """Restore a state of `get_state`; the station continues bit for bit.
 
         Raises:
-            CellError: When an object of the state is not registered here.
+            CellError: If an object of the state is not registered here.
         """
 
         def make(entry: Mapping[str, Any]) -> composer.Entity:
@@ -183,20 +183,21 @@ def build_station(
     seed: int = 0,
     catalogue: Catalogue | None = None,
 ) -> Station:
-    """Build a cell and put its robots in it, at home, under control.
+    """Build a cell with its robots at home and under control.
 
     Args:
         parts: The registered parts to choose from; default: those of all installed plugins.
         robot: Name of a registered robot, or path of a TOML file that describes one; for each
             robot of the scene that has no description of its own.
-        controller: Name of a registered controller, for robots that have none of their own.
+        controller: Name of the registered controller to begin with, for robots that have none of
+            their own; all registered controllers can be switched to.
         planner: Name of a registered planner, for robots that have none of their own.
-        scene: What stands in the cell; default: a robot, a table and a basket.
-        seed: Seed of the station's randomness.
+        scene: The scene; default: a robot, a table and a basket.
+        seed: Seed of all randomness.
         catalogue: Makes the objects; default: one of the registered parts.
 
     Raises:
-        BtManipError: When a name is not registered or a model does not compile.
+        BtManipError: If a name is not registered or a model does not compile.
     """
     if parts is None:
         from bt_manip.plugins import load_plugins
