@@ -1,4 +1,4 @@
-"""Computed torque against MuJoCo's dynamics and the linear equation that it promises."""
+"""Computed torque agrees with MuJoCo's dynamics and has linear error dynamics."""
 
 import mujoco
 import numpy as np
@@ -26,7 +26,7 @@ def test_the_torque_gives_mujoco_the_commanded_acceleration(make_arm):
         np.testing.assert_allclose(data.qacc[robot.dof_adr], a, atol=1e-9)
 
 
-def test_an_error_dies_out_by_the_linear_equation_in_every_joint(make_arm):
+def test_the_error_of_every_joint_follows_the_linear_equation(make_arm):
     """e'' + kd e' + kp e + ki z = 0, z' = e, integrated here step by step as MuJoCo does."""
     cell, robot, control = make_arm(ComputedTorque, kp=(300, 1200), ki=(1000, 8000), kd=(30, 60))
     cell.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS
@@ -47,7 +47,7 @@ def test_an_error_dies_out_by_the_linear_equation_in_every_joint(make_arm):
         np.testing.assert_allclose(control.reference.q - robot.q, e, atol=2e-7)
 
 
-def test_it_follows_a_fast_reference_at_the_same_time_to_a_milliradian(make_arm):
+def test_a_fast_reference_is_followed_to_a_milliradian(make_arm):
     cell, robot, control = make_arm(ComputedTorque)
     wave = Wave(robot.q, amplitude=0.2, rate=6.0)  # up to 7.2 rad/s2
     control.reference = wave
@@ -60,13 +60,13 @@ def test_it_follows_a_fast_reference_at_the_same_time_to_a_milliradian(make_arm)
     assert control.saturated_steps == 0
 
 
-def test_without_a_reference_it_holds_where_the_robot_stands(make_arm):
+def test_without_a_reference_the_measured_configuration_is_held(make_arm):
     cell, robot, control = make_arm(ComputedTorque)
     cell.step(500)
     np.testing.assert_allclose(robot.q, robot.description.home, atol=1e-4)
 
 
-def test_efforts_stay_inside_the_limits_and_cut_steps_are_counted(make_arm):
+def test_torques_are_clipped_to_the_limits_and_saturated_steps_are_counted(make_arm):
     cell, robot, control = make_arm(ComputedTorque)
     control.reference.q = robot.q + np.array([0.0, 2.0])
     cell.step(10)
@@ -76,8 +76,8 @@ def test_efforts_stay_inside_the_limits_and_cut_steps_are_counted(make_arm):
     np.testing.assert_array_equal(cell.data.ctrl[robot.ctrl_adr], control.tau)
 
 
-def test_the_integral_does_not_wind_up_where_a_limit_cuts(make_arm):
-    """After a second against a limit the arm comes back as if it had just been let go."""
+def test_the_integral_does_not_wind_up_while_a_joint_is_saturated(make_arm):
+    """After a tenth of a second of saturation the arm returns without a large overshoot."""
     cell, robot, control = make_arm(ComputedTorque)
     home = robot.q
     cell.model.opt.gravity[:] = 0
@@ -95,7 +95,7 @@ def test_the_integral_does_not_wind_up_where_a_limit_cuts(make_arm):
     np.testing.assert_allclose(robot.q, home, atol=1e-3)
 
 
-def test_a_payload_adds_its_weight_by_the_lever(make_arm):
+def test_a_payload_adds_its_weight_times_the_lever(make_arm):
     cell, robot, control = make_arm(ComputedTorque)
     still = np.zeros(2)
     q = np.zeros(2)  # both links level: levers 0.7 m and 0.3 m
@@ -108,7 +108,7 @@ def test_a_payload_adds_its_weight_by_the_lever(make_arm):
     np.testing.assert_array_equal(control.compute(q, still, q, still, still), empty)
 
 
-def test_it_takes_the_payload_that_its_reference_carries(make_arm):
+def test_the_payload_of_the_reference_is_taken_over(make_arm):
     cell, robot, control = make_arm(ComputedTorque)
     wave = Wave(robot.q, 0.0, 1.0)
     wave.payload = Payload(0.5)
@@ -120,7 +120,7 @@ def test_it_takes_the_payload_that_its_reference_carries(make_arm):
     assert control.payload is None
 
 
-def test_its_state_comes_back_bit_for_bit(make_arm):
+def test_a_restored_state_continues_bit_for_bit(make_arm):
     cell, robot, control = make_arm(ComputedTorque)
     control.reference = Wave(robot.q, 0.2, 5.0)
     control.payload = Payload(0.2)
@@ -147,7 +147,7 @@ def test_its_state_comes_back_bit_for_bit(make_arm):
         ({"kd": float("nan")}, "kd must be finite"),
     ],
 )
-def test_gains_that_are_none_are_refused(description, gains, message):
+def test_invalid_gains_are_refused(description, gains, message):
     with pytest.raises(ControlError, match=message):
         ComputedTorque(Robot(description), **gains)
 

@@ -1,4 +1,4 @@
-"""A plain controller takes the place of computed torque."""
+"""PD control with gravity compensation."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from bt_manip.control import ComputedTorque, GravityCompensatedPD
 from .conftest import Wave
 
 
-def test_at_the_reference_it_carries_just_the_weight(make_arm):
+def test_at_the_reference_the_torque_is_that_of_gravity(make_arm):
     cell, robot, control = make_arm(GravityCompensatedPD)
     q, still = np.zeros(2), np.zeros(2)
     tau = control.compute(q, still, q, still, still)
@@ -15,7 +15,7 @@ def test_at_the_reference_it_carries_just_the_weight(make_arm):
     np.testing.assert_allclose(tau, [-9.81 * (2 * 0.2 + 1 * 0.55), -9.81 * 0.15], atol=1e-9)
 
 
-def test_it_pulls_towards_the_reference(make_arm):
+def test_the_torque_is_proportional_to_position_and_velocity_errors(make_arm):
     cell, robot, control = make_arm(GravityCompensatedPD, kp=(100, 10), kd=(7, 3))
     q, still = np.zeros(2), np.zeros(2)
     weight = control.compute(q, still, q, still, still)
@@ -23,7 +23,7 @@ def test_it_pulls_towards_the_reference(make_arm):
     np.testing.assert_allclose(pulled - weight, [100 * 0.1 + 7, 10 * 0.2 + 6], atol=1e-9)
 
 
-def test_it_follows_but_worse_than_computed_torque(make_arm):
+def test_it_follows_less_accurately_than_computed_torque(make_arm):
     errors = {}
     for kind in (GravityCompensatedPD, ComputedTorque):
         cell, robot, control = make_arm(kind)

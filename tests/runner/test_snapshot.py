@@ -1,4 +1,4 @@
-"""A run that is left at any tick and taken up elsewhere ends as if it had never been left."""
+"""A run that continues from a snapshot ends like an uninterrupted one, bit for bit."""
 
 import json
 import random
@@ -42,11 +42,11 @@ for path in paths:
     run.execute([recorder])
     print(recorder.report().state_digest)
 """
-"""What another process does: take each snapshot up, run to the end, print the digest."""
+"""Script of another process: continues from each snapshot to the end and prints the digest."""
 
 
 class Snapshots(RunObserver):
-    """Takes a snapshot after some of the ticks."""
+    """Takes snapshots after chosen ticks."""
 
     def __init__(self, recorder: Recorder, folder: Path, wanted) -> None:
         self.recorder, self.folder, self.wanted, self.tick = recorder, folder, wanted, 0
@@ -73,35 +73,35 @@ def request(parts, cycles: int, tree: str = "pick_place", scene: str = SCENE) ->
 
 
 def uninterrupted(parts, folder: Path, wanted, *run) -> tuple[str, int]:
-    """Give the digest and the number of ticks of a run of which snapshots are taken."""
+    """Return the digest and the number of ticks of a run with snapshots."""
     recorder = Recorder("", 0)
     snapshots = Snapshots(recorder, folder, wanted)
     prepare(request(parts, *run), parts).execute([recorder, snapshots])
     return recorder.report().state_digest, snapshots.tick
 
 
-def taken_up(paths, cycles: int, tree: str = "pick_place", scene: str = SCENE) -> list[str]:
+def continued(paths, cycles: int, tree: str = "pick_place", scene: str = SCENE) -> list[str]:
     command = [sys.executable, "-c", GO_ON, tree, scene, str(cycles), *map(str, paths)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout.split()
 
 
-def test_a_run_taken_up_in_another_process_ends_the_same(parts, tmp_path):
+def test_a_run_that_continues_in_another_process_ends_with_the_same_digest(parts, tmp_path):
     ticks = (37, 163, 250)  # on the way to the cube, around it, and over the basket
     digest, count = uninterrupted(parts, tmp_path, ticks, 1)
     assert count > ticks[-1]
     # At the end there is nothing left to do, and the digest is what it was.
     paths = [tmp_path / f"{name}.json" for name in (*ticks, "end")]
-    assert taken_up(paths, 1) == [digest] * 4
+    assert continued(paths, 1) == [digest] * 4
 
 
-def test_a_run_with_two_robots_is_taken_up_while_both_move(parts, tmp_path):
+def test_a_run_with_two_robots_continues_from_a_snapshot_while_both_move(parts, tmp_path):
     ticks = (90, 420)  # each on the way to its first cube, and about the middle
     run = (1, "two_arms", "two_arms")
     digest, count = uninterrupted(parts, tmp_path, ticks, *run)
     assert count > ticks[-1]
-    assert taken_up([tmp_path / f"{tick}.json" for tick in ticks], *run) == [digest] * 2
+    assert continued([tmp_path / f"{tick}.json" for tick in ticks], *run) == [digest] * 2
 
 
 @pytest.mark.soak
@@ -109,20 +109,20 @@ def test_fifty_snapshots_at_random_ticks_end_in_fifty_equal_digests(parts, tmp_p
     _, count = uninterrupted(parts, tmp_path, (), 1)
     ticks = sorted(random.Random(4).sample(range(count), 50))
     digest, _ = uninterrupted(parts, tmp_path, ticks, 1)
-    ended = [taken_up([tmp_path / f"{t}.json"], 1)[0] for t in ticks]
+    ended = [continued([tmp_path / f"{t}.json"], 1)[0] for t in ticks]
     assert ended == [digest] * 50
     assert uninterrupted(parts, tmp_path, (), 1)[0] == digest  # taking them changed nothing
 
 
 @pytest.mark.soak
-def test_a_run_of_several_cycles_is_taken_up_in_any_of_them(parts, tmp_path):
+def test_a_run_of_several_cycles_continues_from_a_snapshot_in_any_of_them(parts, tmp_path):
     ticks = (0, 120, 300, 600, 900)
     digest, count = uninterrupted(parts, tmp_path, ticks, 3)
     assert count > ticks[-1]
-    assert taken_up([tmp_path / f"{t}.json" for t in ticks], 3) == [digest] * len(ticks)
+    assert continued([tmp_path / f"{t}.json" for t in ticks], 3) == [digest] * len(ticks)
 
 
-def test_what_the_last_step_left_comes_back_too(parts):
+def test_derived_quantities_of_the_last_step_are_restored_too(parts):
     station = build_station(parts)
     station.cell.add(station.models.create("cube"), pose((0.2, 0.2, 1.04)))
     station.cell.step(3)
@@ -154,7 +154,7 @@ def test_a_state_of_another_tree_is_refused(parts, tmp_path):
         prepare(request(parts, 1), parts).set_state(run.get_state())
 
 
-def test_numbers_come_back_to_the_last_bit(tmp_path):
+def test_numbers_are_restored_to_the_last_bit(tmp_path):
     numbers = [0.1, -0.0, 5e-324, 1.7976931348623157e308, float("inf"), 2**127 + 1]
     save_snapshot(tmp_path / "s.json", {"x": numbers, "none": None, "yes": True, "text": "é"})
     back = load_snapshot(tmp_path / "s.json")
@@ -169,7 +169,7 @@ def test_numbers_come_back_to_the_last_bit(tmp_path):
         ({"a": b"x"}, "a bytes at '/a'"),
     ],
 )
-def test_what_is_no_plain_data_is_refused_and_no_file_is_left(tmp_path, state, message):
+def test_other_than_plain_data_is_refused_and_leaves_no_file(tmp_path, state, message):
     with pytest.raises(BtManipError, match=message):
         save_snapshot(tmp_path / "s.json", state)
     assert list(tmp_path.iterdir()) == []
@@ -184,7 +184,7 @@ def test_what_is_no_plain_data_is_refused_and_no_file_is_left(tmp_path, state, m
         ('{"format": "bt-manip snapshot", "version": 99}', "version 99, expected 3"),
     ],
 )
-def test_a_file_that_is_no_snapshot_is_refused(tmp_path, content, message):
+def test_a_file_that_is_not_a_snapshot_is_refused(tmp_path, content, message):
     if content is not None:
         (tmp_path / "s.json").write_text(content)
     with pytest.raises(BtManipError, match=message):

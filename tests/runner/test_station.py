@@ -1,4 +1,4 @@
-"""A station: built by names, and put back to any moment bit for bit."""
+"""A station is built by names, and continues from its state bit for bit."""
 
 from pathlib import Path
 
@@ -21,19 +21,19 @@ MISSPELT = Scene((SceneRobot(AT_THE_ORIGIN),), (Fixture("tabel", "table", AT_THE
         ({"scene": MISSPELT}, "unknown object 'tabel'; did you mean 'table'"),
     ],
 )
-def test_names_that_nothing_is_registered_under_are_refused(parts, choice, message):
+def test_unregistered_names_are_refused(parts, choice, message):
     with pytest.raises(BtManipError, match=message):
         build_station(parts, **choice)
 
 
-def test_it_begins_with_the_robot_at_home_on_the_table(parts):
+def test_a_station_begins_with_the_robot_at_home_on_the_table(parts):
     station = build_station(parts)
     assert station.robot.q == pytest.approx(station.robot.description.home)
     assert list(station.cell.objects) == ["table", "basket"]
     assert station.cell.time == 0.0 and not station.arm.moving
 
 
-def test_a_robot_may_be_a_file(parts):
+def test_a_robot_may_be_described_by_a_file(parts):
     file = Path(__file__).parents[1] / "robots" / "models" / "post.toml"
     station = build_station(parts, robot=str(file))
     assert station.robot.description.name == "post"
@@ -42,7 +42,7 @@ def test_a_robot_may_be_a_file(parts):
     assert station.gripper.width == pytest.approx(0.03, abs=5e-4)
 
 
-def test_a_station_goes_on_from_its_state_bit_for_bit(parts):
+def test_a_station_continues_from_its_state_bit_for_bit(parts):
     station = build_station(parts, seed=3)
     station.cell.add(station.models.create("cube"), spatial.pose((0.3, 0.1, 1.1)), name="cube")
     station.arm.move_to_pose(spatial.pointing_down((0.3, 0.1, 1.3)))

@@ -1,0 +1,96 @@
+"""A robot's controllers are switched by trees, and come back after each cycle."""
+
+import pytest
+
+from bt_manip.behaviours import MoveHome, SwitchController
+from bt_manip.bt import NodeStatus
+from bt_manip.exceptions import NodeError
+from bt_manip.recording import Recorder
+from bt_manip.runner import RunObserver, RunRequest, build_station, find_tree, prepare
+
+TREE = """
+<root BTCPP_format="4"><BehaviorTree ID="Switched"><Sequence>
+  <Lift height="-0.1"/>
+  <SwitchController controller="gravity_compensated_pd"/>
+  <Lift height="0.1" speed="0.5"/>
+  <SwitchController/>
+  <Lift height="-0.1"/>
+  <SwitchController controller="gravity_compensated_pd"/>
+  {last}
+</Sequence></BehaviorTree></root>
+"""
+
+
+def run_of(parts, tmp_path, last="<MoveHome/>", **request):
+    tree = tmp_path / "switched.xml"
+    tree.write_text(TREE.format(last=last))
+    return prepare(RunRequest(find_tree(str(tree), {}), **request), parts)
+
+
+class Snapshots(RunObserver):
+    """Keeps the run's state and the active controller after every tick."""
+
+    def __init__(self, run, recorder):
+        self.run, self.recorder, self.taken, self.active = run, recorder, [], []
+
+    def after_tick(self):
+        self.taken.append((self.run.get_state(), self.recorder.get_state()))
+        self.active.append(self.run.station.controllers.active)
+
+
+def test_a_run_continues_bit_for_bit_from_a_snapshot_during_a_transfer(parts, tmp_path):
+    run, recorder = run_of(parts, tmp_path), Recorder("", 0)
+    snapshots = Snapshots(run, recorder)
+    run.execute([recorder, snapshots])
+    switched = snapshots.active.index("gravity_compensated_pd")
+    controller = snapshots.taken[switched + 4][0]["station"]["robots"]["panda"]["controllers"]
+    assert controller["active"] == "gravity_compensated_pd"
+    assert controller["controller"]["transfer_steps"] == 50
+    for tick in (switched, switched + 4, len(snapshots.taken) - 3):
+        state, recorded = snapshots.taken[tick]
+        other, its = run_of(parts, tmp_path), Recorder("", 0)
+        other.set_state(state)
+        its.set_state(recorded)
+        other.execute([its])
+        assert its.report().state_digest == recorder.report().state_digest
+
+
+@pytest.mark.parametrize("last", ["<MoveHome/>", "<AlwaysFailure/>"])
+def test_each_cycle_begins_with_the_robots_own_controller(parts, tmp_path, last):
+    run = run_of(parts, tmp_path, last, cycles=2)
+    began = []
+
+    class Begin(RunObserver):
+        def cycle_started(self, cycle):
+            began.append(run.station.controllers.active)
+
+    run.execute([Begin()])
+    assert began == ["computed_torque"] * 2
+    assert run.station.controllers.active == "computed_torque"
+
+
+def test_the_reported_torques_and_saturated_steps_are_those_of_the_active_controller(
+    parts, tmp_path
+):
+    run, recorder = run_of(parts, tmp_path), Recorder("", 0)
+    run.execute([recorder])
+    (cycle,) = recorder.report().cycles
+    assert cycle.saturated_steps == 0
+    assert cycle.limits.effort < 1.0
+
+
+def test_a_behaviour_reaches_the_controllers_of_its_robot(parts):
+    station = build_station(parts)
+    assert station.infrastructure["controllers"] is station.controllers
+    assert station.run(SwitchController(controller="gravity_compensated_pd")) is NodeStatus.SUCCESS
+    assert station.controllers.active == "gravity_compensated_pd"
+    assert station.run(MoveHome()) is NodeStatus.SUCCESS
+    assert station.run(SwitchController()) is NodeStatus.SUCCESS
+    assert station.controllers.active == "computed_torque"
+
+
+def test_an_unknown_controller_is_found_before_anything_moves(parts):
+    station = build_station(parts)
+    with pytest.raises(NodeError, match="did you mean 'computed_torque'"):
+        station.run(SwitchController(controller="computed_torqe"))
+    assert station.cell.time == 0.0
