@@ -53,8 +53,9 @@ def run(tmp_path, edited):
     source = TreeSource("task", "xml", path=path)
     behaviours = BehaviourRegistry()
     tree = load_document(source, behaviours, {"note": "wild"}, lambda: cell.time, told.append)
-    episodes = SimpleNamespace(begin=lambda cycle: None)
-    station = SimpleNamespace(cell=cell, randomizer=episodes)
+    randomizer = SimpleNamespace(begin=lambda cycle: None)
+    station = SimpleNamespace(cell=cell, randomizer=randomizer, robots={})
+
     made = Run(RunRequest(source, settings={"note": "wild"}), tree, station)
     made.execute([Editor(path, 5, edited), Reloader(source, behaviours, told.append)])
     return made, told
