@@ -43,7 +43,7 @@ STABLE = {
         "HoleBoard Basket Bin Tray Table Shelf Wall RedBlock GreenBlock BlueBlock YellowBlock"
     ),
     "bt_manip.robots": (
-        "Robot RobotDescription GripperDescription PadDescription ToolLimits JointLimits Payload "
+        "Robot RobotDescription GripperDescription Gripper GripperError ToolLimits JointLimits Payload "
         "RobotModel RobotError panda read_description verify"
     ),
     "bt_manip.kinematics": (
@@ -75,9 +75,9 @@ EXPERIMENTAL = {
         "Trajectory PathTrajectory SplinePath StraightPath time_parameterize plan_stop limit_use"
     ),
     "bt_manip.planning": "edge_is_free shortcut",
-    "bt_manip.grasping": (
-        "GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE GRIP_DEPTH"
-    ),
+    "bt_manip.grippers": "TwoFingerGripper two_finger_gripper GRIP_DEPTH Solid",
+    "bt_manip.grasping": ("GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE"),
+    "bt_manip.robots": "GraspGenerator GraspCandidates",
     "bt_manip.control": "ControllerManager",
     "bt_manip.recording": "Recorder RunReport Trace",
     "bt_manip.viewer": "render write_png NoOpenGLError",

@@ -5,7 +5,7 @@ import pinocchio as pin
 
 from bt_manip.bt import Input
 from bt_manip.exceptions import MotionError
-from bt_manip.grasping import GraspCandidate
+from bt_manip.robots import GraspCandidate
 
 from .gripping import GrippingBehaviour
 from .poses import centre_pose

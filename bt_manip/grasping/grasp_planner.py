@@ -5,15 +5,13 @@ import pinocchio as pin
 
 from bt_manip.arm import Arm
 from bt_manip.cell import Cell
-from bt_manip.robots import Robot
+from bt_manip.grippers import solids_of
+from bt_manip.robots import GraspCandidate, GraspGenerator, Robot
 
-from .antipodal_grasps import AntipodalGraspGenerator
-from .grasp_candidates import GraspCandidate
 from .grasp_search import GraspPlan, GraspSearch
 from .gripper_clearance import MAX_PENETRATION, GripperClearance
 from .ranking import GraspRanking
 from .rejections import Rejections
-from .solids import solids_of
 
 
 class GraspPlanner:
@@ -34,7 +32,7 @@ class GraspPlanner:
     def __init__(self, cell: Cell, arm: Arm) -> None:
         """Plan for an arm in a cell."""
         self._cell, self.arm = cell, arm
-        self._generators: dict[str, AntipodalGraspGenerator] = {}
+        self._generators: dict[str, GraspGenerator] = {}
         self._model: object = None
 
     def plan(self, name: str, height: float, centre: np.ndarray) -> GraspPlan:
@@ -96,15 +94,15 @@ class GraspPlanner:
         """Rank all grasp candidates of an object in its present pose."""
         cell = self._cell
         cell.find(name)
+        gripper = self.arm.robot.needed_gripper
         clearance = GripperClearance(cell, self.arm.robot, [name])
         if self._model is not cell.model:
             self._model, self._generators = cell.model, {}
         T_wo = cell.pose(name)
         if name not in self._generators:
             com = T_wo.actInv(np.array(cell.data.subtree_com[cell.body_id(name)]))
-            hand = self.arm.robot.needed_gripper.measure(clearance.geom_poses)
-            self._generators[name] = AntipodalGraspGenerator(
-                name, solids_of(cell, name), hand, com, np.random.default_rng(0)
+            self._generators[name] = gripper.grasp_generator(
+                name, solids_of(cell, name), clearance.geom_poses, com, np.random.default_rng(0)
             )
         generator = self._generators[name]
         candidates = generator.candidates(-T_wo.rotation[2])

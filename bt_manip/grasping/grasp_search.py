@@ -12,8 +12,8 @@ from bt_manip.arm import MARGIN, Arm
 from bt_manip.cell import entity_of
 from bt_manip.exceptions import MotionError
 from bt_manip.planning import plan_straight_approach, translate_along_tool_z
+from bt_manip.robots import GraspCandidate
 
-from .grasp_candidates import GraspCandidate
 from .gripper_clearance import MAX_PENETRATION, SUFFICIENT_CLEARANCE, GripperClearance
 from .ranking import COST_TOLERANCE, GraspRanking, RankedGrasp
 from .rejections import Rejections

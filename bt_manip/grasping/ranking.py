@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from .grasp_candidates import GraspCandidate, GraspCandidates
+from bt_manip.robots import GraspCandidate, GraspCandidates
 
 COST_TOLERANCE = 0.03
 """Difference of costs below which two grasps are equally good: the arm takes the nearer one."""

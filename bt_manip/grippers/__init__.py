@@ -1,5 +1,7 @@
 """Kinds of grippers: each a `bt_manip.robots.Gripper` in a package of its own."""
 
-from .two_finger import Hand as Hand
+from .solids import Solid as Solid
+from .solids import solids_of as solids_of
+from .two_finger import GRIP_DEPTH as GRIP_DEPTH
 from .two_finger import TwoFingerGripper as TwoFingerGripper
 from .two_finger import two_finger_gripper as two_finger_gripper

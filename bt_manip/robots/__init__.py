@@ -5,6 +5,9 @@ from .addresses import writer as writer
 from .description_file import read_description as read_description
 from .errors import GripperError as GripperError
 from .errors import RobotError as RobotError
+from .grasp_candidates import GraspCandidate as GraspCandidate
+from .grasp_candidates import GraspCandidates as GraspCandidates
+from .gripper import GraspGenerator as GraspGenerator
 from .gripper import Gripper as Gripper
 from .gripper import GripperDescription as GripperDescription
 from .joint_limits import JointLimits as JointLimits

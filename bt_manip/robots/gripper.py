@@ -3,7 +3,7 @@
 import abc
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import mujoco
 import numpy as np
@@ -13,6 +13,7 @@ from dm_control import composer, mjcf
 from bt_manip.toml_tables import PythonSource, TomlFile, TomlTable
 
 from .errors import GripperError, RobotError
+from .grasp_candidates import GraspCandidates
 
 if TYPE_CHECKING:
     from .robot import Robot
@@ -57,6 +58,26 @@ class GripperDescription:
         for key in COMMON_KEYS:  # known, to be offered where a key is mistyped
             table.value(key)
         return table
+
+
+class GraspGenerator(Protocol):
+    """Generates the grasp candidates of one object for one gripper.
+
+    Attributes:
+        com: The object's centre of mass, in its frame [m].  # (3,)
+    """
+
+    com: np.ndarray
+
+    def candidates(self, down: np.ndarray) -> GraspCandidates:
+        """List the grasps that do not come from below.
+
+        Args:
+            down: Straight down in the object's frame; unit.  # (3,)
+
+        Raises:
+            MotionError: When the gripper cannot grip the object, with the reason.
+        """
 
 
 class Gripper(composer.Entity, abc.ABC):
@@ -191,6 +212,26 @@ class Gripper(composer.Entity, abc.ABC):
         Args:
             qpos: All positions, which are changed.
             share: 1 for open, 0 for closed.
+        """
+
+    @abc.abstractmethod
+    def grasp_generator(
+        self,
+        name: str,
+        solids: Sequence[Any],
+        geom_poses: Mapping[int, pin.SE3],
+        com: np.ndarray,
+        rng: np.random.Generator,
+    ) -> GraspGenerator:
+        """Return what generates the grasps of an object.
+
+        Args:
+            name: Name of the object, for messages.
+            solids: Its convex solids (`bt_manip.grippers.Solid`), in its frame.
+            geom_poses: Pose of each geom that moves with the tool, in the tool frame, with the
+                gripper open.
+            com: The object's centre of mass, in its frame [m].  # (3,)
+            rng: Random generator, for points on its surface.
         """
 
     @property

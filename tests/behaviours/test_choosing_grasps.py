@@ -8,7 +8,7 @@ from bt_manip import spatial
 from bt_manip.behaviours import Grasp, Hover, IsHolding, Lift, Reach
 from bt_manip.bt import NodeStatus
 from bt_manip.cell.objects import Box, Cube, Cylinder, Wall
-from bt_manip.grasping import GraspCandidate
+from bt_manip.robots import GraspCandidate
 
 RUNNING = NodeStatus.RUNNING
 TABLE = 1.015  # [m] height of its surface

@@ -18,7 +18,8 @@ from bt_manip.behaviours import (
 )
 from bt_manip.bt import NodeStatus
 from bt_manip.cell import CellError, Cube
-from bt_manip.grasping import GRIP_DEPTH, GripperClearance, with_clearance
+from bt_manip.grasping import GripperClearance, with_clearance
+from bt_manip.grippers import GRIP_DEPTH
 from bt_manip.testing.end_states import assert_tower
 
 RUNNING = NodeStatus.RUNNING

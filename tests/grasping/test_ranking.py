@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 from bt_manip.grasping.ranking import GraspRanking
-from tests.grasping.shapes import DOWN, HAND, candidates, solid
+from tests.grippers.shapes import DOWN, HAND, candidates, solid
 
 
 def ranking(table, com=(0.0, 0.0, 0.0), T_now=None):

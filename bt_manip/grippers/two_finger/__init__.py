@@ -1,5 +1,5 @@
 """Grippers of two fingers that mirror each other."""
 
+from .antipodal_grasps import GRIP_DEPTH as GRIP_DEPTH
 from .gripper import TwoFingerGripper as TwoFingerGripper
-from .hand import Hand as Hand
 from .parameters import two_finger_gripper as two_finger_gripper

@@ -1,6 +1,6 @@
 """Two fingers that travel and press, step by step."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,8 +9,10 @@ from dm_control import mjcf
 
 from bt_manip.robots import Gripper, Robot
 
+from ..solids import Solid
+from .antipodal_grasps import AntipodalGraspGenerator
 from .contacts import FingerContacts, Touched, held_root
-from .hand import Hand, measure_hand
+from .hand import measure_hand
 from .mechanism import Mechanism
 from .parameters import KIND, read_parameters
 from .position_loop import FingerLoop
@@ -113,14 +115,18 @@ class DrivenFingers(Gripper):
         """Write where the joints are with the fingers apart (1), together (0) or between."""
         self.mechanism.set_width(qpos, self._min + share * (self._open - self._min))
 
-    def measure(self, placed: Mapping[int, pin.SE3]) -> Hand:
-        """Measure it.
-
-        Args:
-            placed: Pose of each geom that moves with the tool in the tool, with the fingers open.
-        """
+    def grasp_generator(
+        self,
+        name: str,
+        solids: Sequence[Solid],
+        geom_poses: Mapping[int, pin.SE3],
+        com: np.ndarray,
+        rng: np.random.Generator,
+    ) -> AntipodalGraspGenerator:
+        """Return what generates the antipodal grasps of an object."""
         robot = self.robot
-        return measure_hand(robot.mj_model, self.mechanism, robot.tool_site_id, placed)
+        hand = measure_hand(robot.mj_model, self.mechanism, robot.tool_site_id, geom_poses)
+        return AntipodalGraspGenerator(name, solids, hand, com, rng)
 
     # Composer's hooks
 

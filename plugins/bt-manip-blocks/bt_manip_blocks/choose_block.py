@@ -15,11 +15,11 @@ from bt_manip.behaviours import (
 from bt_manip.bt import Input, Output, Status, SyncAction
 from bt_manip.cell import Cell, CellError
 from bt_manip.grasping import (
-    GRIP_DEPTH,
     SUFFICIENT_CLEARANCE,
     GripperClearance,
     with_clearance,
 )
+from bt_manip.grippers import GRIP_DEPTH
 from bt_manip_blocks.blocks import blocks_on
 
 

@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bt_manip.grippers import Hand
-
-from .solids import Polyhedron, Solid
+from ..solids import Polyhedron, Solid
+from .hand import Hand
 
 FINGER_CLEARANCE = 1.5e-3
 """How much wider than the object the fingers open, on each side [m]."""

@@ -2,8 +2,8 @@
 
 import pytest
 
-from bt_manip.grasping import GraspCandidate
-from tests.grasping.shapes import candidates, solid
+from bt_manip.robots import GraspCandidate
+from tests.grippers.shapes import candidates, solid
 
 
 def test_a_grasp_survives_conversion_to_text():

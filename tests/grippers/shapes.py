@@ -6,8 +6,9 @@ import numpy as np
 import pinocchio as pin
 import trimesh
 
-from bt_manip.grasping import AntipodalGraspGenerator, Solid
-from bt_manip.grippers import Hand
+from bt_manip.grippers import Solid
+from bt_manip.grippers.two_finger.antipodal_grasps import AntipodalGraspGenerator
+from bt_manip.grippers.two_finger.hand import Hand
 
 DOWN = np.array([0.0, 0.0, -1.0])
 # Similar to the Panda's.

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import trimesh
 
-from bt_manip.grasping import antipodal_pairs
-from bt_manip.grasping.antipodal_sampling import (
+from bt_manip.grippers.two_finger.antipodal_sampling import (
+    antipodal_pairs,
     best_antipodal_pairs,
     friction_cone,
     intersect,
 )
-from tests.grasping.shapes import HAND, convex, mug, solid, wedge
+from tests.grippers.shapes import HAND, convex, mug, solid, wedge
 
 
 def normals_at(mesh, point):

@@ -7,16 +7,16 @@ from typing import NamedTuple
 import numpy as np
 
 from bt_manip.exceptions import MotionError
-from bt_manip.grippers import Hand
+from bt_manip.robots import GraspCandidates
 
+from ..solids import Solid, least_width
 from .antipodal_sampling import (
     FINGER_CLEARANCE,
     AntipodalPairs,
     best_antipodal_pairs,
     face_extents,
 )
-from .grasp_candidates import GraspCandidates
-from .solids import Solid, least_width
+from .hand import Hand
 
 GRIP_DEPTH = 0.010
 """Depth of the tool centre point below the upper edge of the gripped faces [m].

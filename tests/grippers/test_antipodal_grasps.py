@@ -8,8 +8,8 @@ import pytest
 import trimesh
 
 from bt_manip.exceptions import MotionError
-from bt_manip.grasping import GRIP_DEPTH, AntipodalGraspGenerator
-from tests.grasping.shapes import DOWN, HAND, candidates, convex, solid, wedge
+from bt_manip.grippers.two_finger.antipodal_grasps import GRIP_DEPTH, AntipodalGraspGenerator
+from tests.grippers.shapes import DOWN, HAND, candidates, convex, solid, wedge
 
 
 def approach(grasp):

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from bt_manip.grasping.solids import Polyhedron, least_width, surface_triangles
-from tests.grasping.shapes import convex, mug, solid, wedge
+from bt_manip.grippers.solids import Polyhedron, least_width, surface_triangles
+from tests.grippers.shapes import convex, mug, solid, wedge
 
 
 @pytest.mark.parametrize(("kind", "size", "volume"), [
