@@ -104,5 +104,5 @@ def _fine(q: np.ndarray, step: float = FINE_STEP) -> np.ndarray:
 
 
 if __name__ == "__main__":
-    for what, measured, beside in rows(int(sys.argv[1]) if len(sys.argv) > 1 else COUNT):
-        print(f"{what:56} {measured:48} {beside}")
+    for name, measured, reference in rows(int(sys.argv[1]) if len(sys.argv) > 1 else COUNT):
+        print(f"{name:56} {measured:48} {reference}")

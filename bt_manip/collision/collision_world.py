@@ -43,7 +43,7 @@ class CollisionWorld:
     """
 
     def __init__(self, robot: Robot, model: RobotModel) -> None:
-        """Take the cell that a robot is compiled into.
+        """Check a robot in the cell that it is compiled into.
 
         Args:
             robot: The robot.
@@ -165,9 +165,7 @@ class CollisionWorld:
         moving, own = geometry.bodies[of_geom], geometry.arm[of_geom]
         self._moving = moving
         # The gripper may touch the held object, and itself when it has closed on nothing.
-        gripper = self._robot.gripper
-        contact_bodies = gripper.contact_body_ids if gripper is not None else ()
-        gripping = np.isin(of_geom, contact_bodies) | (moving & ~own)
+        gripping = geometry.gripping[of_geom]
         allowed = gripping[:, np.newaxis] & gripping
         self.checked_pairs = (moving[:, np.newaxis] | moving) & ~allowed & self._collidable
         self.self_pairs = own[:, np.newaxis] & own

@@ -38,7 +38,7 @@ class ConservativeAdvancement:
         geometry: RobotGeometry,
         joints: np.ndarray,
     ) -> None:
-        """Take a compiled model.
+        """Prepare for a compiled model.
 
         Args:
             source: The model of the simulation.

@@ -14,18 +14,22 @@ from bt_manip.robots import Robot, RobotModel
 class RobotGeometry:
     """Places the bodies of a robot, and of the object that it holds, at a configuration.
 
-    An empty gripper may open at any time and counts as open for other robots.
+    This is the only place where collision checking meets the gripper: its contact bodies, the
+    object that it holds, and how it opens. An empty gripper may open at any time and counts as open
+    for other robots.
 
     Attributes:
         robot: The robot.
         arm: Mask of the bodies that the arm moves.  # (nbody,)
         held_root: Root body of the held object; 0 without one.
+        gripping: Mask of the gripper's contact bodies and the held object, which may touch each
+            other.  # (nbody,)
         bodies: Mask of the arm's bodies and those of the held object; a new array whenever it
             changes.  # (nbody,)
     """
 
     def __init__(self, robot: Robot, model: RobotModel) -> None:
-        """Take a robot as it is now.
+        """Read the present state of a robot.
 
         Args:
             robot: The robot, compiled into a cell.
@@ -41,12 +45,16 @@ class RobotGeometry:
         """Update the held object and its pose in the tool frame."""
         robot = self.robot
         model, data = robot.mj_model, robot.mj_data
-        held = robot.gripper.held_root() if robot.gripper is not None else 0
+        gripper = robot.gripper
+        held = gripper.held_root() if gripper is not None else 0
         if model is not self._source or held != self.held_root:
             self._source, self.held_root = model, held
-            self._adr = np.array(self.robot.qpos_adr)
-            self.arm = moved_bodies(model, self.robot.dof_adr)
-            self.bodies = self.arm | ((model.body_rootid == held) & (held > 0))
+            self._adr = np.array(robot.qpos_adr)
+            self.arm = moved_bodies(model, robot.dof_adr)
+            self.gripping = (model.body_rootid == held) & (held > 0)
+            self.bodies = self.arm | self.gripping
+            if gripper is not None:
+                self.gripping[list(gripper.contact_body_ids)] = True
         if held:
             start = int(model.jnt_qposadr[model.body_jntadr[held]])
             self._held_position = slice(start, start + 3)

@@ -44,7 +44,7 @@ def goal_configurations(
 ) -> Iterator[IKResult]:
     """Yield goal configurations for tool poses, the nearest to the present one first.
 
-    Solutions are computed as they are asked for, which must be before anything moves.
+    Solutions are computed on demand, which must be before anything moves.
 
     Args:
         ik: Inverse kinematics of the arm.

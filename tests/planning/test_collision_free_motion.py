@@ -55,9 +55,9 @@ def test_an_arm_that_follows_moves_around_the_wall_to_a_moving_target(walled, ar
 def test_a_free_segment_is_followed_straight(walled, arm):
     start, target = arm.q.copy(), arm.q + [0.1, -0.1, 0.1, 0.0, 0.1, 0.0, 0.2]
     arm.move_to_configuration(target)
-    way = (target - start) / np.linalg.norm(target - start)
+    direction = (target - start) / np.linalg.norm(target - start)
     off = execute(arm) - start
-    assert np.abs(off - np.outer(off @ way, way)).max() < 1e-12
+    assert np.abs(off - np.outer(off @ direction, direction)).max() < 1e-12
 
 
 def test_redirected_in_motion_it_does_not_pass_through_the_wall(walled, arm):

@@ -38,19 +38,21 @@ def test_a_line_is_straight_and_turns_at_a_constant_rate():
 def test_an_arc_passes_its_via_point_on_a_circle(side):
     via = np.array([0.5, side * 0.12, 0.35])
     (path,) = tool_paths(START, [ArcTo(via, END)])
-    way = positions(path)
-    assert way[0] == pytest.approx(START.translation) and way[-1] == pytest.approx(END.translation)
-    assert np.linalg.norm(way - via, axis=1).min() < 1e-3
+    points = positions(path)
+    assert points[0] == pytest.approx(START.translation) and points[-1] == pytest.approx(
+        END.translation
+    )
+    assert np.linalg.norm(points - via, axis=1).min() < 1e-3
     # The centre is as far from three points as from all others, which are in one plane with it.
-    a, b, c = way[0], via, way[-1]
+    a, b, c = points[0], via, points[-1]
     rows = np.array([b - a, c - a, np.cross(b - a, c - a)])
     right = [(b @ b - a @ a) / 2.0, (c @ c - a @ a) / 2.0, np.cross(b - a, c - a) @ a]
     centre = np.linalg.solve(rows, right)
-    radii = np.linalg.norm(way - centre, axis=1)
+    radii = np.linalg.norm(points - centre, axis=1)
     assert radii == pytest.approx(radii[0], abs=1e-9)
-    assert (way - a) @ rows[2] == pytest.approx(0.0, abs=1e-9)
+    assert (points - a) @ rows[2] == pytest.approx(0.0, abs=1e-9)
     assert path.length == pytest.approx(
-        np.linalg.norm(np.diff(way, axis=0), axis=1).sum(), rel=1e-5
+        np.linalg.norm(np.diff(points, axis=0), axis=1).sum(), rel=1e-5
     )
 
 
@@ -88,29 +90,31 @@ def test_without_a_blend_the_tool_stops_in_each_corner():
 
 def test_a_blended_corner_leaves_the_lines_only_within_the_blend():
     (path,) = tool_paths(START, [LineTo(CORNER), LineTo(END)], BLEND)
-    way = positions(path)
+    points = positions(path)
     corner = CORNER.translation
     directions = [
         (T.translation - corner) / np.linalg.norm(T.translation - corner) for T in (START, END)
     ]
     off = np.min(
         [
-            np.linalg.norm((way - corner) - np.outer((way - corner) @ d, d), axis=1)
+            np.linalg.norm((points - corner) - np.outer((points - corner) @ d, d), axis=1)
             for d in directions
         ],
         axis=0,
     )
-    far = np.linalg.norm(way - corner, axis=1) > BLEND + 1e-9
+    far = np.linalg.norm(points - corner, axis=1) > BLEND + 1e-9
     assert far.any() and off[far].max() < 1e-9
     assert off.max() > 1e-3
-    assert 0.1 * BLEND < np.linalg.norm(way - corner, axis=1).min() < 0.35 * BLEND
+    assert 0.1 * BLEND < np.linalg.norm(points - corner, axis=1).min() < 0.35 * BLEND
 
 
 def test_a_blend_takes_at_most_half_of_a_line():
     (path,) = tool_paths(START, [LineTo(CORNER), LineTo(END)], 10.0)
-    way = positions(path)
-    assert way[0] == pytest.approx(START.translation) and way[-1] == pytest.approx(END.translation)
-    assert np.linalg.norm(np.diff(way, axis=0), axis=1).max() < 1.01 * path.travel / 2000
+    points = positions(path)
+    assert points[0] == pytest.approx(START.translation) and points[-1] == pytest.approx(
+        END.translation
+    )
+    assert np.linalg.norm(np.diff(points, axis=0), axis=1).max() < 1.01 * path.travel / 2000
 
 
 @pytest.mark.parametrize(

@@ -205,9 +205,9 @@ def test_a_turn_is_slow_only_where_a_joint_reaches_its_limit(arm, angle):
     assert limits.upper[6] - q[:, 6].max() < 0.01
     before = (q[:, 6] > 0.8) & (q[:, 6] < 2.2)
     assert (np.abs(v[before]) / limits.velocity).max(axis=1).min() > 0.8
-    # No joint is faster than its limit: on its way from knot to knot the path takes this at least.
-    ways = np.abs(np.diff(trajectory.path.knots[:, :7], axis=0))
-    assert trajectory.duration < 2.0 * (ways / limits.velocity).max(axis=1).sum()
+    # A lower bound of the duration: from knot to knot no joint is faster than its limit.
+    steps = np.abs(np.diff(trajectory.path.knots[:, :7], axis=0))
+    assert trajectory.duration < 2.0 * (steps / limits.velocity).max(axis=1).sum()
     assert max(np.abs(arm.model.pose(x).translation - place).max() for x in q) <= 5e-5
 
 
