@@ -40,7 +40,7 @@ class ExternalForceGuard:
         """
         self._robot = robot
         self.thresholds = TORQUE_THRESHOLD * model.limits.effort + FRICTION_MARGIN * model.friction
-        self._tolerated = self.thresholds
+        self._tolerate(self.thresholds)
         self._detections = 0
         self._last = _Measurement(*np.zeros((5, model.nq)))
 
@@ -55,7 +55,7 @@ class ExternalForceGuard:
         self._last = now = self._measure(model, v_ref, a_ref)
         torque = np.abs(model.rnea(now.q, now.v, self._robot.a) - now.tau)
         present = np.maximum(torque - model.friction, 0.0)  # friction is in the thresholds
-        self._tolerated = self.thresholds + INITIAL_MARGIN * present
+        self._tolerate(self.thresholds + INITIAL_MARGIN * present)
         self._detections = 0
 
     def check(self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray, dt: float) -> str:
@@ -75,13 +75,13 @@ class ExternalForceGuard:
         inverse_dynamics = model.rnea(now.q, now.v, a)
         torque = inverse_dynamics - now.tau
         change = model.rnea(now.q, now.v, a + (now.v_error - before.v_error)) - inverse_dynamics
-        time = IMPULSE_THRESHOLD_WITH_PAYLOAD if model.payload else IMPULSE_THRESHOLD
-        threshold = time * self._tolerated
-        if not _within(change, threshold):
+        impulse_limits = self._impulse_limits[bool(model.payload)]
+        if not _within(change, impulse_limits):
+            threshold = np.array(impulse_limits)
             impulse = _external_impulse(change, before, now, model, dt)
             if (np.abs(impulse) > threshold).any():
                 return _fault("an impulse", impulse, threshold, "N m s", 2)
-        self._detections = 0 if _within(torque, self._tolerated) else self._detections + 1
+        self._detections = 0 if _within(torque, self._torque_limits) else self._detections + 1
         if self._detections < CONSECUTIVE_DETECTIONS:
             return ""
         return _fault("a torque", torque, self._tolerated, "N m", 1)
@@ -96,9 +96,14 @@ class ExternalForceGuard:
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Restore what `get_state` returned."""
-        self._tolerated = np.array(state["tolerated"])
+        self._tolerate(np.array(state["tolerated"]))
         self._detections = state["detections"]
         self._last = _Measurement(*(np.array(part) for part in state["last"]))
+
+    def _tolerate(self, torques: np.ndarray) -> None:
+        self._tolerated, self._torque_limits = torques, torques.tolist()
+        times = (IMPULSE_THRESHOLD, IMPULSE_THRESHOLD_WITH_PAYLOAD)
+        self._impulse_limits = [(time * torques).tolist() for time in times]
 
     def _measure(self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray) -> "_Measurement":
         robot = self._robot
@@ -120,10 +125,10 @@ class _Measurement(NamedTuple):
         return self.tau - model.rnea(self.q, self.v, self.a_ref)
 
 
-def _within(values: np.ndarray, bounds: np.ndarray) -> bool:
+def _within(values: np.ndarray, bounds: list[float]) -> bool:
     """Tell whether no absolute value exceeds its bound."""
     # One by one: for so few numbers NumPy is slower.
-    return all(map(le, map(abs, values.tolist()), bounds.tolist()))
+    return all(map(le, map(abs, values.tolist()), bounds))
 
 
 def _external_impulse(
