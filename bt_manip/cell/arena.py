@@ -1,4 +1,4 @@
-"""The empty room that a cell is built in."""
+"""The arena that a cell is built in."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ class Arena(composer.Arena):
     """
 
     def _build(self, name: str = "arena", timestep: float = 1e-3) -> None:
-        """Build the room.
+        """Build the arena.
 
         Args:
             name: Model name.
@@ -29,13 +29,13 @@ class Arena(composer.Arena):
         root.option.timestep = timestep
         root.option.cone = "elliptic"
         root.option.impratio = 10
-        # A diverged state shall be seen and reported, not silently reset to the start.
+        # Report an unstable simulation instead of silently resetting it.
         root.option.flag.autoreset = "disable"
-        self._build_looks(root)
+        self._build_visuals(root)
         self._build_cameras(root)
 
     @staticmethod
-    def _build_looks(root: mjcf.RootElement) -> None:
+    def _build_visuals(root: mjcf.RootElement) -> None:
         # Shadows are cast within shadowclip * extent of the light's axis: a larger map is coarser,
         # and gives dark specks on whatever is round.
         root.statistic.set_attributes(center=(0.3, 0.0, 1.1), extent=1.6)
@@ -86,7 +86,7 @@ class Arena(composer.Arena):
 
 
 def _camera_axes(position: Sequence[float], looking_at: Sequence[float]) -> tuple[float, ...]:
-    """Give the x and y axes of an upright camera, as MJCF's ``xyaxes``; it looks along -z."""
+    """Return the x and y axes of an upright camera, as MJCF's ``xyaxes``; it looks along -z."""
     forward = np.subtract(looking_at, position)
     right = np.cross(forward, (0.0, 0.0, 1.0))
     return (*right, *np.cross(right, forward))

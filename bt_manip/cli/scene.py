@@ -82,12 +82,12 @@ def _built(
     Raises:
         BtManipError: When something is wrong with it.
     """
-    from bt_manip.runner import build_station, find_scene, seed_of, told_with_file
+    from bt_manip.runner import build_station, find_scene, naming_file, seed_of
 
     found = find_scene(text, parts)
     station = build_station(parts, robot=robot, scene=found, seed=seed_of(text, parts))
     if drawn:
-        with told_with_file(found):
+        with naming_file(found):
             station.randomizer.begin(0)
     return found, station
 
@@ -138,9 +138,9 @@ def _place(cell: "Cell", name: str) -> str:
 
 def _varied(found: "Scene", station: "Station") -> Iterator[str]:
     """Say what varies, with the values of the first cycle where there is one yet."""
-    from bt_manip.runner import told_with_file
+    from bt_manip.runner import naming_file
 
-    with told_with_file(found):
+    with naming_file(found):
         station.randomizer.begin(0)
     drawn = station.randomizer.sampled
     for where in ("objects", "robots", "lights", "cameras", "observations"):

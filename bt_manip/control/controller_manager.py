@@ -34,7 +34,7 @@ class ControllerManager(composer.Entity):
         Args:
             robot: The robot to control.
             factories: Makes the controllers, by name.
-            default: Name of the controller that an episode begins with.
+            default: Name of the controller that a cycle begins with.
 
         Raises:
             ControlError: If there is none of that name.
@@ -63,7 +63,7 @@ class ControllerManager(composer.Entity):
 
     @property
     def default(self) -> str:
-        """Name of the controller that an episode begins with."""
+        """Name of the controller that a cycle begins with."""
         return self._default
 
     @property

@@ -17,7 +17,7 @@ from bt_manip.runner.station import build_station as build_station
 from bt_manip.runner.tree_source import TreeSource as TreeSource
 from bt_manip.runner.tree_source import find_tree as find_tree
 
-from .fixtures import told_with_file as told_with_file
+from .fixtures import naming_file as naming_file
 from .python_tree import make_tree as make_tree
 from .reloading import Reloader as Reloader
 from .request import CONTROLLER as CONTROLLER

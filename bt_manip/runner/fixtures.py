@@ -1,4 +1,4 @@
-"""Putting what a scene has into a cell."""
+"""Adding the objects of a scene to a cell."""
 
 import contextlib
 from collections.abc import Iterator, Sequence
@@ -13,8 +13,8 @@ from bt_manip.cell.randomization import generator
 from bt_manip.runner.scene import Fixture, Scene
 
 
-def drawn_later(fixtures: Sequence[Fixture]) -> set[str]:
-    """Name the fixtures whose places are drawn when all else stands, and what is on those."""
+def sampled_fixtures(fixtures: Sequence[Fixture]) -> set[str]:
+    """Return the names of fixtures with a sampled pose, and of those on them: added last."""
     later: set[str] = set()
     for fixture in fixtures:
         if fixture.region is not None or fixture.on in later:
@@ -22,17 +22,17 @@ def drawn_later(fixtures: Sequence[Fixture]) -> set[str]:
     return later
 
 
-def put_fixture(cell: Cell, fixture: Fixture, entity: composer.Entity, seed: int) -> None:
-    """Put one fixture where the scene wants it.
+def add_fixture(cell: Cell, fixture: Fixture, entity: composer.Entity, seed: int) -> None:
+    """Add a fixture at its pose in the scene.
 
     Args:
-        cell: The cell; what the fixture is on is there already.
-        fixture: What the scene says of it.
+        cell: The cell, with the fixture that it is on.
+        fixture: The fixture.
         entity: The object.
-        seed: Seed of the run, for a place that is drawn.
+        seed: Seed of the run, for a sampled pose.
 
     Raises:
-        CellError: When it would be inside something else, or there is no free place.
+        CellError: If it would penetrate something, or there is no free pose.
     """
     height = 0.0
     declared = as_object(entity)
@@ -54,8 +54,8 @@ def put_fixture(cell: Cell, fixture: Fixture, entity: composer.Entity, seed: int
 
 
 @contextlib.contextmanager
-def told_with_file(scene: Scene) -> Iterator[None]:
-    """Name the scene's file in what is wrong inside, where the scene is from a file."""
+def naming_file(scene: Scene) -> Iterator[None]:
+    """Prefix errors with the file of a scene that was read from a file."""
     try:
         yield
     except CellError as error:

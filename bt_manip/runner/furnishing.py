@@ -1,4 +1,4 @@
-"""Other models for what stands in a scene."""
+"""Replacing fixtures of a scene by other models."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -14,30 +14,30 @@ from bt_manip.runner.scene import Fixture, Scene, SceneRobot
 
 
 def fixture_models(settings: Mapping[str, str], scene: Scene) -> dict[str, str]:
-    """Pick the settings that are for the scene and not for the tree.
+    """Return the settings that are for the scene and not for the tree.
 
-    Those are the ones named like a fixture whose value is the address of a model, as in
+    Those are named like a fixture and have the address of a model as value, as in
     ``--set table=fuel:OpenRobotics/Table``. A plain name is for the tree.
     """
     names = {fixture.name for fixture in scene.fixtures}
     return {name: text for name, text in settings.items() if name in names and is_address(text)}
 
 
-def furnished(scene: Scene, models: Mapping[str, str], catalogue: Catalogue) -> Scene:
-    """Give a scene in which some fixtures are other models.
+def with_models(scene: Scene, models: Mapping[str, str], catalogue: Catalogue) -> Scene:
+    """Return a scene with other models for some fixtures.
 
-    Each keeps its name and its category, and stands with the middle of its bottom where the one
-    before had it. Where one that carries a robot is of another height, the robot and all that
-    stands as high as it come along.
+    Each keeps its name, its category and the position of the middle of its bottom. If one that
+    carries a robot has another height, the robot and all fixtures at its height or above move
+    with it.
 
     Args:
-        scene: The scene as it is.
+        scene: The scene.
         models: Addresses of models by names of fixtures.
         catalogue: Makes objects.
 
     Raises:
-        ModelError: When an address leads to no model.
-        BtManipError: When a model cannot be used.
+        ModelError: If there is no model at an address.
+        BtManipError: If a model cannot be used.
     """
     rise = base = 0.0
     fixtures = []
@@ -60,13 +60,13 @@ def furnished(scene: Scene, models: Mapping[str, str], catalogue: Catalogue) -> 
     if not rise:
         return replace(scene, fixtures=tuple(fixtures))
     lifted = [
-        replace(new, T_wo=_lifted(new.T_wo, rise))
+        replace(new, T_wo=_raised(new.T_wo, rise))
         if old.T_wo.translation[2] >= base - 1e-3
         else new
         for old, new in zip(scene.fixtures, fixtures, strict=True)
     ]
     robots = [
-        replace(robot, T_wb=_lifted(robot.T_wb, rise))
+        replace(robot, T_wb=_raised(robot.T_wb, rise))
         if robot.T_wb.translation[2] >= base - 1e-3
         else robot
         for robot in scene.robots
@@ -75,7 +75,7 @@ def furnished(scene: Scene, models: Mapping[str, str], catalogue: Catalogue) -> 
 
 
 def _carried(entity: Any, fixture: Fixture, scene: Scene) -> SceneRobot | None:
-    """Give the first robot that stands on a fixture, to a millimetre; None where none does."""
+    """Return the first robot whose base is at a fixture's surface, within 1 mm; None: none."""
     surface = as_object(entity).surface_height
     if surface is None:
         return None
@@ -84,5 +84,5 @@ def _carried(entity: Any, fixture: Fixture, scene: Scene) -> SceneRobot | None:
     return on_it[0] if on_it else None
 
 
-def _lifted(T: pin.SE3, rise: float) -> pin.SE3:
+def _raised(T: pin.SE3, rise: float) -> pin.SE3:
     return pin.SE3(T.rotation, T.translation + np.array([0.0, 0.0, rise]))

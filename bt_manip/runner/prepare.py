@@ -4,8 +4,8 @@ from bt_manip.bt import Tree
 from bt_manip.cell.objects import Catalogue
 from bt_manip.exceptions import BtManipError, NodeError
 from bt_manip.registry import Parts
-from bt_manip.runner.fixtures import told_with_file
-from bt_manip.runner.furnishing import fixture_models, furnished
+from bt_manip.runner.fixtures import naming_file
+from bt_manip.runner.furnishing import fixture_models, with_models
 from bt_manip.runner.python_tree import make_tree
 from bt_manip.runner.request import RunRequest
 from bt_manip.runner.run import Run
@@ -39,11 +39,11 @@ def prepare(request: RunRequest, parts: Parts, warn: Warn = lambda message: None
         robot=request.robot,
         controller=request.controller,
         planner=request.planner,
-        scene=furnished(scene, models, catalogue) if models else scene,
+        scene=with_models(scene, models, catalogue) if models else scene,
         catalogue=catalogue,
         seed=request.seed,
     )
-    with told_with_file(scene):
+    with naming_file(scene):
         clock.station.randomizer.begin(0)  # draws that are impossible are found now
     _setup(tree, clock.station)
     for lost in catalogue.warnings():

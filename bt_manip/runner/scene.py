@@ -1,4 +1,4 @@
-"""What stands in a cell before a tree begins."""
+"""Scenes: the robots and objects that a run begins with."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -15,16 +15,16 @@ from bt_manip.exceptions import BtManipError
 
 @dataclass(frozen=True)
 class Fixture:
-    """An object that stands in the cell from the beginning.
+    """An object of a scene.
 
     Attributes:
         model: Registered name of the object, or address of a model.
         name: Its name in the cell.
-        T_wo: Its pose in the world; of what is ``on`` something, z is the height over its surface.
-        parameters: What the object is made with, by keyword.
-        free: Whether it can be moved; for good where not. None leaves it to the object.
-        on: Name of a fixture further up whose surface it rests on.
-        region: Where a free place is drawn for it, from the run's seed, in place of ``T_wo``.
+        T_wo: Its pose in the world; with ``on``, z is the height above the resting height.
+        parameters: Keyword arguments that the object is made with.
+        free: Whether it moves freely; None: as the object declares.
+        on: Name of an earlier fixture whose surface it rests on.
+        region: A free pose is sampled from it with the run's seed, in place of ``T_wo``.
     """
 
     model: str
@@ -38,15 +38,15 @@ class Fixture:
 
 @dataclass(frozen=True)
 class SceneRobot:
-    """A robot that stands in the cell from the beginning, at home.
+    """A robot of a scene, at home.
 
     Attributes:
         T_wb: Pose of its base in the world.
-        name: Its name in the cell; empty gives it that of its description.
-        description: Name of a registered robot, or path of a TOML file that describes one; None is
-            the one that a run asks for.
-        controller: Name of a registered controller; None is the one that a run asks for.
-        planner: Name of a registered planner; None is the one that a run asks for.
+        name: Its name in the cell; empty: that of its description.
+        description: Name of a registered robot, or path of a TOML file that describes one; None:
+            that of the run.
+        controller: Name of a registered controller; None: that of the run.
+        planner: Name of a registered planner; None: that of the run.
     """
 
     T_wb: pin.SE3
@@ -58,15 +58,15 @@ class SceneRobot:
 
 @dataclass(frozen=True)
 class Scene:
-    """A cell as a tree finds it.
+    """The robots and objects that a run begins with.
 
     Attributes:
         robots: The robots, at least one.
-        fixtures: What stands there, in the order in which it is put there.
-        randomization: What of it varies from cycle to cycle.
-        seed: Seed of a run that asks for none.
-        about: What it is, in a sentence.
-        source: The file that it is from.
+        fixtures: The objects, in the order in which they are added.
+        randomization: What varies from cycle to cycle.
+        seed: Seed of runs that give none.
+        about: A description in one sentence.
+        source: The file that it was read from.
     """
 
     robots: tuple[SceneRobot, ...]
@@ -77,10 +77,10 @@ class Scene:
     source: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse a scene whose robots cannot be told apart.
+        """Check the robots' names.
 
         Raises:
-            BtManipError: When there is no robot, or two have one name.
+            BtManipError: If there is no robot, or two have the same name.
         """
         if not self.robots:
             raise BtManipError("a scene needs at least one robot")
@@ -99,7 +99,7 @@ class Scene:
 
 @cache
 def table_and_basket() -> Scene:
-    """Give the scene of the pick and place task: a robot on a table, and a basket beside it.
+    """Return the scene of the pick and place task: a robot on a table, and a basket beside it.
 
     Measures of gym-gz's Panda pick and place; the base stands on the table's surface, not 15 mm
     inside it.
@@ -117,7 +117,7 @@ def table_and_basket() -> Scene:
 
 @cache
 def two_arms() -> Scene:
-    """Give the scene of two robots that face each other across a table, each with a basket."""
+    """Return the scene of two robots that face each other on a table, each with a basket."""
     surface = 1.015  # [m] above the floor
     half_turn = (0.0, 0.0, 0.0, 1.0)
     return Scene(

@@ -1,4 +1,4 @@
-"""Which scene a name means."""
+"""Finding scenes by name or file."""
 
 import contextlib
 import tomllib
@@ -11,25 +11,25 @@ from bt_manip.runner.scene_file import read_scene
 
 
 def is_scene_file(scene: str) -> bool:
-    """Tell whether a text is the path of a scene's file, and not a registered name."""
+    """Tell whether a text is the path of a scene file, not a registered name."""
     return scene.endswith(".toml") or "/" in scene or "\\" in scene
 
 
 def find_scene(scene: str, parts: Parts) -> Scene:
-    """Give a scene.
+    """Return the scene of a name or file.
 
     Args:
         scene: A registered name, or the path of a TOML file.
         parts: The registered parts.
 
     Raises:
-        BtManipError: When there is no such scene, or its file is wrong.
+        BtManipError: If there is no such scene, or its file is wrong.
     """
     return read_scene(scene, parts) if is_scene_file(scene) else parts.scenes.create(scene)
 
 
 def seed_of(scene: str, parts: Parts) -> int:
-    """Give the seed that a scene asks for; 0 where it asks for none, or cannot be read.
+    """Return the seed of a scene; 0 if it has none, or cannot be read.
 
     Args:
         scene: A registered name, or the path of a TOML file.
@@ -39,13 +39,13 @@ def seed_of(scene: str, parts: Parts) -> int:
         return (parts.scenes.create(scene).seed or 0) if scene in parts.scenes else 0
     try:
         seed = tomllib.loads(Path(scene).read_text("utf-8")).get("seed", 0)
-    except (OSError, ValueError):  # said with its reason when the scene itself is read
+    except (OSError, ValueError):  # reported when the scene itself is read
         return 0
     return seed if isinstance(seed, int) and seed >= 0 else 0
 
 
 def scene_of(path: Path) -> Callable[[], Scene]:
-    """Give what makes the scene of a file, to register it; it is read when it is asked for."""
+    """Return a factory of a file's scene, to register it; the file is read when it is called."""
 
     def read() -> Scene:
         return read_scene(path)

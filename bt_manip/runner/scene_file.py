@@ -1,4 +1,4 @@
-"""A scene from a TOML file."""
+"""Reading scenes from TOML files."""
 
 from pathlib import Path
 from typing import Any
@@ -19,14 +19,14 @@ _VARIED = ("objects", "robots", "lights", "cameras", "observations")
 
 
 class SceneError(BtManipError):
-    """A scene's file is wrong.
+    """A scene file is wrong.
 
     Attributes:
-        problems: What is wrong, each with file, line and key.
+        problems: All problems, each with file, line and key.
     """
 
     def __init__(self, message: str, problems: tuple[str, ...] = ()) -> None:
-        """Keep the findings beside the message."""
+        """Keep the single problems beside the message."""
         super().__init__(message)
         self.problems = problems or (message,)
 
@@ -36,10 +36,10 @@ def read_scene(path: Path | str, parts: Parts | None = None) -> Scene:
 
     Args:
         path: The file; paths of models and robots in it start from its folder.
-        parts: What names in it may mean; without, names and parameters are not looked at.
+        parts: The registered parts; None: names and parameters are not checked.
 
     Raises:
-        SceneError: With all that is wrong, each with file, line, key and what is allowed.
+        SceneError: With all problems, each with file, line, key and what is allowed.
     """
     file = TomlFile(Path(path), "scene", SceneError)
     scene = _Reader(file, parts).read()
@@ -50,14 +50,14 @@ def read_scene(path: Path | str, parts: Parts | None = None) -> Scene:
 
 
 class _Reader:
-    """Reads one file, and gathers all that is wrong with it."""
+    """Reads one file and collects all problems."""
 
     def __init__(self, file: TomlFile, parts: Parts | None) -> None:
         self._file, self._parts = file, parts
         self._folder = file.path.parent
 
     def read(self) -> Scene | None:
-        """Read everything; None, or something half, where there are problems."""
+        """Read the scene; None or incomplete if there are problems."""
         attempt, whole = self._file.attempt, self._file.whole
         about = attempt(whole.text, "about")
         seed = attempt(self._seed, whole)

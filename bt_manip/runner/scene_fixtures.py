@@ -1,4 +1,4 @@
-"""Reading the objects and cameras of a scene's file."""
+"""Reading the objects and cameras of scene files."""
 
 import inspect
 from collections.abc import Callable, Mapping
@@ -20,10 +20,10 @@ _PLACE = ("model", "name", "on", "free", "position", "quat_wxyz", "rpy", "region
 
 
 class FixtureReader:
-    """Reads the tables of objects and cameras; what is wrong is kept by the file.
+    """Reads the tables of objects and cameras; the file collects the problems.
 
     Attributes:
-        fixtures: What was read, in order.
+        fixtures: The objects and cameras, in order.
     """
 
     def __init__(self, file: TomlFile, catalogue: Catalogue | None) -> None:
@@ -31,7 +31,7 @@ class FixtureReader:
 
         Args:
             file: The file.
-            catalogue: Makes the objects, to see whether it can; without, nobody tries.
+            catalogue: Makes the objects to check their parameters; None: no check.
         """
         self.fixtures: list[Fixture] = []
         self._file, self._folder, self._catalogue = file, file.path.parent, catalogue
@@ -105,7 +105,7 @@ class FixtureReader:
 
     @staticmethod
     def _pose(table: TomlTable, on: str | None) -> pin.SE3:
-        """Read a pose; on something, two numbers are enough, and a third is above its surface."""
+        """Read a pose; on a support x and y are enough, and a third number is the height above."""
         if on is None:
             return table.pose()
         position = table.numbers("position")
@@ -137,13 +137,13 @@ class FixtureReader:
             raise table.error("region", f"is wrong: {error}") from error
 
     def _address(self, model: str) -> str:
-        """Let a path start from the file's folder; names and addresses of other kinds stay."""
+        """Resolve a path from the file's folder; names and other addresses stay as they are."""
         if not is_address(model) or ":" in model or Path(model).is_absolute():
             return model
         return str(self._folder / model)
 
     def _check_made(self, table: TomlTable, model: str, parameters: Mapping[str, Any]) -> None:
-        """Make the object, to see whether it can be made so."""
+        """Make the object to check its parameters."""
         if self._catalogue is None:
             return
         make = known_part(table, "model", self._catalogue.get, model)
@@ -162,11 +162,11 @@ class FixtureReader:
 
 
 def name_in(table: TomlTable, default: str | None = None) -> str | None:
-    """Read the name of something in the cell.
+    """Read the name of an entity in the cell.
 
     Args:
-        table: What says it.
-        default: What it is made of, whose name it gets where that is a name.
+        table: Its table.
+        default: Its model, whose registered name is the default.
     """
     name = table.text("name")
     if name is None and default is not None and is_address(default):
@@ -178,7 +178,7 @@ def name_in(table: TomlTable, default: str | None = None) -> str | None:
 
 
 def known_part(table: TomlTable, key: str, find: Callable[..., Any], *arguments: Any) -> Any:
-    """Find what a key names, or say that it names nothing."""
+    """Return the part that a key names, or raise an error of the key."""
     try:
         return find(*arguments)
     except BtManipError as error:
@@ -191,7 +191,7 @@ def refuse(error: BtManipError) -> None:
 
 
 def _parameter_names(make: Callable[..., Any]) -> list[str] | None:
-    """Name what an object can be made with; None where anything may be."""
+    """Return the parameters that an object can be made with; None: any."""
     factory = inspect.unwrap(make)
     build = getattr(factory, "_build", factory)
     try:

@@ -17,7 +17,7 @@ from bt_manip.control import Controller, ControllerManager
 from bt_manip.registry import Parts, Registry
 from bt_manip.robots import Gripper, Robot
 from bt_manip.runner.commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities
-from bt_manip.runner.fixtures import drawn_later, put_fixture, told_with_file
+from bt_manip.runner.fixtures import add_fixture, naming_file, sampled_fixtures
 from bt_manip.runner.request import CONTROLLER, PLANNER
 from bt_manip.runner.scene import Scene, table_and_basket
 
@@ -217,25 +217,30 @@ def build_station(
     entities = [RobotEntities(one, parts) for one in chosen]
     fixtures = [(f, catalogue.create(f.model, **f.parameters)) for f in scene.fixtures]
     cell = Cell()
-    with told_with_file(scene), cell.editing():
-        later = drawn_later(scene.fixtures)
+    with naming_file(scene), cell.editing():
+        later = sampled_fixtures(scene.fixtures)
         for fixture, entity in fixtures:
             if fixture.name not in later:
-                put_fixture(cell, fixture, entity, seed)
+                add_fixture(cell, fixture, entity, seed)
         names = [one.put_into(cell) for one in entities]
         for fixture, entity in fixtures:
             if fixture.name in later:
-                put_fixture(cell, fixture, entity, seed)
+                add_fixture(cell, fixture, entity, seed)
     robots = {name: one.commanded(name) for name, one in zip(names, entities, strict=True)}
     if len(robots) > 1:
         MultiArmCoordinator({name: one.arm for name, one in robots.items()})
     rng = np.random.default_rng(seed)
-    stands = {
+    scene_objects = {
         f.name: SceneObject(f.model, cell.pose(f.name), f.parameters, f.free)
         for f in scene.fixtures
     }
-    with told_with_file(scene):
+    with naming_file(scene):
         randomizer = Randomizer(
-            scene.randomization, cell, catalogue, seed=seed, stands=stands, robots=tuple(robots)
-        )
+            scene.randomization,
+            cell,
+            catalogue,
+            seed=seed,
+            scene_objects=scene_objects,
+            robots=tuple(robots),
+        )  # fmt: skip
     return Station(cell, robots, rng, catalogue, parts.planners, randomizer)

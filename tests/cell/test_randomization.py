@@ -1,4 +1,4 @@
-"""Each episode is drawn from seed, number and name, and from nothing else."""
+"""Each value follows from seed, cycle and name, and from nothing else."""
 
 import json
 
@@ -11,11 +11,11 @@ from bt_manip.behaviours import payload_of
 from bt_manip.cell import Cell, CellError
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomization, Randomizer, SceneObject, parse_variation
-from bt_manip.cell.randomization.sampling import draw, stream
+from bt_manip.cell.randomization.sampling import sample, stream
 from bt_manip.runner import build_station
 from bt_manip.spatial import pose
 
-STANDS = {
+SCENE = {
     "table": SceneObject("table", pose((0.0, 0.0, 0.0))),
     "cube": SceneObject("cube", pose((0.2, 0.0, 1.04)), {"mass": 0.1}, free=True),
     "can": SceneObject("can", pose((-0.2, 0.0, 1.015)), free=True),
@@ -28,11 +28,11 @@ class Varied:
     def __init__(self, parts, seed: int = 0, **lines) -> None:
         self.cell, self.catalogue = Cell(), Catalogue(parts.objects)
         with self.cell.editing():
-            for name, stand in STANDS.items():
-                entity = self.catalogue.create(stand.model, **stand.made_with)
+            for name, stand in SCENE.items():
+                entity = self.catalogue.create(stand.model, **stand.parameters)
                 self.cell.add(entity, stand.T_wo, name=name, free=stand.free)
         self.randomizer = Randomizer(
-            Randomization(**lines), self.cell, self.catalogue, seed=seed, stands=STANDS
+            Randomization(**lines), self.cell, self.catalogue, seed=seed, scene_objects=SCENE
         )
 
     def begin(self, cycle: int) -> dict:
@@ -43,7 +43,7 @@ class Varied:
 MASS = {"mass": distributions.Uniform(0.05, 0.3)}
 
 
-def test_the_same_seed_and_episode_give_the_same_bits_in_any_order(parts):
+def test_the_same_seed_and_cycle_give_the_same_bits_in_any_order(parts):
     lines = {"objects": {"cube": MASS, "can": {"friction": distributions.Normal(1.0, 0.1)}}}
     one, other = Varied(parts, 7, **lines), Varied(parts, 7, **lines)
     first = [one.begin(cycle) for cycle in range(4)]
@@ -160,7 +160,7 @@ def test_planners_and_controllers_know_nothing_of_what_was_drawn(parts):
     robots = {"panda": {"gain": distributions.Uniform(0.9, 1.1)}}
     Randomizer(
         Randomization(objects=lines, robots=robots), cell, station.models,
-        seed=0, stands={}, robots=("panda",),
+        seed=0, scene_objects={}, robots=("panda",),
     ).begin(0)  # fmt: skip
     assert cell.model.body_subtreemass[cell.body_id("cube")] == pytest.approx(0.4)
     known = payload_of(cell, "cube", station.robot.tool_pose)
@@ -236,7 +236,7 @@ def test_what_there_is_not_cannot_vary(parts, lines, message):
     ("lines", "message"),
     [
         ({"objects": {"cube": {"mass": -1.0}}}, r"mass of 'cube' is a positive number \[kg\]"),
-        ({"objects": {"cube": {"size": -0.1}}}, "'cube' cannot be made as drawn: size must be"),
+        ({"objects": {"cube": {"size": -0.1}}}, "'cube' cannot be made as sampled: size must be"),
         ({"objects": {"cube": {"gain": 1.0}}}, "it has no actuators"),
         ({"objects": {"cube": {"mass": distributions.Uniform((1, 2), 3)}}}, "cannot be drawn"),
         ({"observations": {"cube/place": {"delay": 1}}}, "no observable 'place'"),
@@ -263,7 +263,7 @@ def test_what_is_drawn_and_impossible_is_an_error(parts, lines, message):
 )
 def test_variations_are_written_as_plain_data(data, low, high):
     variation = parse_variation(data)
-    values = [draw(variation, 10.0, stream(0, cycle)) for cycle in range(300)]
+    values = [sample(variation, 10.0, stream(0, cycle)) for cycle in range(300)]
     assert low <= min(values)
     assert max(values) <= high
     spread = high - low

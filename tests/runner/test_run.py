@@ -59,8 +59,8 @@ def make(root, cycles=1, tick=0.002) -> Run:
     cell = Cell()
     tree = Tree(root, clock=lambda: cell.time)
     request = RunRequest(TreeSource("x", "python"), cycles=cycles, tick=tick)
-    episodes = SimpleNamespace(begin=lambda cycle: None)
-    return Run(request, tree, SimpleNamespace(cell=cell, robots={}, randomizer=episodes))
+    randomizer = SimpleNamespace(begin=lambda cycle: None)
+    return Run(request, tree, SimpleNamespace(cell=cell, robots={}, randomizer=randomizer))
 
 
 def test_observers_are_told_everything_in_order():

@@ -1,4 +1,4 @@
-"""The box around a model's shapes."""
+"""The bounding box of a model."""
 
 from typing import NamedTuple
 
@@ -31,9 +31,9 @@ class Bounds(NamedTuple):
 
 
 def bounds_of(model: mujoco.MjModel) -> Bounds:
-    """Measure what can be touched of a model at rest, or all of it where nothing can be.
+    """Return the bounding box of a model's collision shapes, or of all if none can collide.
 
-    Planes have no end and do not count.
+    Planes are infinite and do not count.
     """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -48,7 +48,7 @@ def bounds_of(model: mujoco.MjModel) -> Bounds:
 
 
 def _box(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> tuple[np.ndarray, np.ndarray]:
-    """Give the lower and upper corner around one geom, exactly for each type."""
+    """Return the lower and upper corner of one geom's exact bounding box."""
     kind, size = int(model.geom_type[geom]), model.geom_size[geom]
     position, rotation = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
     if kind == _MESH:

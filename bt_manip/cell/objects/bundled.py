@@ -46,7 +46,7 @@ class Cube(Prop):
 
     @property
     def rest_height(self) -> float:
-        """Height of the centre above what it stands on [m]."""
+        """Height of the centre above the surface that it rests on [m]."""
         return self.size / 2
 
 

@@ -1,4 +1,4 @@
-"""Cameras: colour, depth, and what is seen where."""
+"""Cameras: colour, depth and segmentation images."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -17,9 +17,9 @@ NOTHING = -1
 
 
 class Segmentation(NamedTuple):
-    """Which entity each pixel shows."""
+    """The entity that each pixel shows."""
 
-    indices: np.ndarray  # (height, width) int, into the names; -1 where nothing is seen
+    indices: np.ndarray  # (height, width) int, index into names; -1: background
     names: tuple[str, ...]
 
     def mask(self, name: str) -> np.ndarray:
@@ -29,11 +29,11 @@ class Segmentation(NamedTuple):
 
 
 class Camera(composer.Entity):
-    """A camera to put into a cell, or to attach to a site of a robot.
+    """A camera that is added to a cell, or attached to a site of a robot.
 
-    It looks along its own -z, with x to the right and y up, as MuJoCo's cameras do;
-    ``looking_at`` gives the pose for that. An image is of the state after the last step. Shadows,
-    reflections and smooth edges are left out: they take most of the time.
+    It looks along its own -z, with x to the right and y up, as MuJoCo's cameras do; see
+    ``looking_at``. Images show the state after the last step, without shadows, reflections and
+    antialiasing, which take most of the time.
     """
 
     kind = "camera"
@@ -51,7 +51,7 @@ class Camera(composer.Entity):
             height: Of the images [pixels].
 
         Raises:
-            CellError: When there is no such angle or size.
+            CellError: If the angle or the size is impossible.
         """
         if not 0 < fovy < 180:
             raise CellError(f"fovy is between 0 and 180 degrees, got {fovy}")
@@ -62,7 +62,7 @@ class Camera(composer.Entity):
         self._mjcf_root = mjcf.RootElement(model=name)
         body = self._mjcf_root.worldbody.add("body", name="camera")
         self.eye = body.add("camera", name="eye", fovy=fovy)
-        # What is seen of it stands behind the eye, which then does not see it.
+        # The visible case is behind the camera, which does not see it.
         body.add(
             "geom", name="case", type="box", size=(0.02, 0.015, 0.02), pos=(0, 0, 0.022),
             rgba=(0.15, 0.15, 0.17, 1), mass=0.1, group=2, contype=0, conaffinity=0,
@@ -75,12 +75,12 @@ class Camera(composer.Entity):
 
     @property
     def mjcf_model(self) -> mjcf.RootElement:
-        """The model, which carries the entity's name."""
+        """The model."""
         return self._mjcf_root
 
     @property
     def parameters(self) -> Mapping[str, Any]:
-        """What it was made with."""
+        """Keyword arguments that it was made with."""
         return MappingProxyType(self._parameters)
 
     @property
@@ -91,11 +91,11 @@ class Camera(composer.Entity):
     # Images
 
     def rgb(self) -> np.ndarray:
-        """Draw what it sees: red, green and blue from 0 to 255, the top row first."""
+        """Render red, green and blue from 0 to 255, the top row first."""
         return self._draw().render()  # (height, width, 3) uint8
 
     def depth(self) -> np.ndarray:
-        """Measure how far what it sees is, along its axis [m]."""  # (height, width) float32
+        """Render the depth along the camera's axis [m]."""  # (height, width) float32
         renderer = self._draw()
         renderer.enable_depth_rendering()
         try:
@@ -104,7 +104,7 @@ class Camera(composer.Entity):
             renderer.disable_depth_rendering()
 
     def segmentation(self) -> Segmentation:
-        """Tell which entity each pixel shows."""
+        """Render which entity each pixel shows."""
         renderer = self._draw()
         renderer.enable_segmentation_rendering()
         try:
@@ -119,7 +119,7 @@ class Camera(composer.Entity):
         return Segmentation(table[geoms], names)
 
     def close(self) -> None:
-        """Let go of the graphics; the next image takes them up again."""
+        """Release the renderer; the next image makes a new one."""
         if self._renderer is not None:
             self._renderer.close()
             self._renderer = None
@@ -127,13 +127,13 @@ class Camera(composer.Entity):
     # Composer's hooks
 
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Look at a compiled model (composer's hook)."""
+        """Bind to the compiled model (composer's hook)."""
         self.close()
         self._model, self._data = physics.model.ptr, physics.data.ptr
         self._id = int(self._model.camera(self.eye.full_identifier).id)
         self._now: mujoco.MjData | None = None
 
-    # Inside
+    # Internal
 
     def _draw(self) -> mujoco.Renderer:
         if self._model is None:
@@ -142,7 +142,7 @@ class Camera(composer.Entity):
             self._renderer = self._open(self._model)
         if self._now is None:
             self._now = mujoco.MjData(self._model)
-        # After a step, bodies are still where the step began: bring them up to date in a copy.
+        # mj_step leaves the body poses of the state it started from: recompute them in a copy.
         mujoco.mj_copyData(self._now, self._model, self._data)
         mujoco.mj_fwdPosition(self._model, self._now)
         self._renderer.update_scene(self._now, self._id)
@@ -172,7 +172,7 @@ class Camera(composer.Entity):
 
 
 class CameraObservables(composer.Observables):
-    """The images of a camera, drawn by dm_control."""
+    """The images of a camera, rendered by dm_control."""
 
     @composer.observable
     def rgb(self) -> observable.Observable:
@@ -199,14 +199,14 @@ class CameraObservables(composer.Observables):
 def looking_at(
     position: np.ndarray | tuple[float, ...], target: np.ndarray | tuple[float, ...]
 ) -> pin.SE3:
-    """Give the pose of a camera that looks at a place, upright where that is possible.
+    """Return the pose of a camera that looks at a point, upright if possible.
 
     Args:
-        position: Where the camera is [m].  # (3,)
-        target: What it looks at [m].  # (3,)
+        position: Position of the camera [m].  # (3,)
+        target: Point to look at [m].  # (3,)
 
     Raises:
-        CellError: When both are the same place.
+        CellError: If both are the same point.
     """
     eye = np.asarray(position, dtype=float)
     back = eye - np.asarray(target, dtype=float)

@@ -1,4 +1,4 @@
-"""The objects that can be made: registered ones by name, all others by address."""
+"""Factories of objects: registered ones by name, all others by address."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -21,9 +21,9 @@ from .model_object import ModelObject
 
 
 class Catalogue:
-    """Finds what makes an object, wherever an object is named.
+    """Finds the factory of an object by its registered name or by the address of a model.
 
-    A model that was fetched and converted once is kept, so that the next one of it is only made.
+    Models are fetched and converted once.
     """
 
     def __init__(
@@ -32,40 +32,42 @@ class Catalogue:
         progress: Progress = terminal_progress,
         sources: Registry[Source] | None = None,
     ) -> None:
-        """Know the registered objects.
+        """Offer the registered objects, and the models of all sources.
 
         Args:
             registered: Factories by name.
-            progress: Told how far a download is.
-            sources: What finds models, by kind of address; default: the built-in ones.
+            progress: Called with the progress of downloads.
+            sources: Model sources by kind of address; default: the built-in ones.
         """
         self._sources = None if sources is None else {s: sources.get(s) for s in sources}
         self._registered = registered
         self._progress = progress
         self._loaded: dict[tuple[str, str], MjcfModel] = {}
-        self._lost: dict[str, None] = {}  # a set that keeps its order
-        self.vary: Callable[[str], Mapping[str, Any]] | None = None
-        """Asked what to make an object with, by name, where nobody says; nobody at first."""
+        self._warnings: dict[str, None] = {}  # a set that keeps its order
+        self.sample_parameters: Callable[[str], Mapping[str, Any]] | None = None
+        """Returns parameters of an object by name, for those that are not given; None at first."""
 
     def get(self, name: str) -> Callable[..., Any]:
-        """Give what makes an object; a model is fetched and read now.
+        """Return the factory of an object; a model is fetched and read now.
 
         Args:
             name: A registered name, or an address.
 
         Raises:
-            UnknownPartError: When nothing is registered by the name; it offers the nearest names.
-            ModelError: When the address leads to no model.
+            UnknownPartError: If nothing is registered by the name; it offers the nearest names.
+            ModelError: If there is no model at the address.
         """
         factory = self._factory(name)
-        return factory if self.vary is None else partial(self._varied, name, factory)
+        if self.sample_parameters is None:
+            return factory
+        return partial(self._randomized, name, factory)
 
     def nominal(self, name: str, **parameters: Any) -> Any:
-        """Make an object as it is without variation.
+        """Make an object without randomization.
 
         Raises:
-            UnknownPartError: When nothing is registered by the name; it offers the nearest names.
-            ModelError: When the address leads to no model.
+            UnknownPartError: If nothing is registered by the name; it offers the nearest names.
+            ModelError: If there is no model at the address.
         """
         return self._factory(name)(**parameters)
 
@@ -75,14 +77,14 @@ class Catalogue:
         self._load(name, "hull")
         return partial(self._make, name)
 
-    def _varied(
+    def _randomized(
         self, name: str, factory: Callable[..., Any], *arguments: Any, **parameters: Any
     ) -> Any:
-        varied = self.vary(name) if self.vary is not None else {}
-        return factory(*arguments, **{**varied, **parameters})
+        sampled = self.sample_parameters(name) if self.sample_parameters is not None else {}
+        return factory(*arguments, **{**sampled, **parameters})
 
     def _make(self, address: str, *, convex: str | None = None, **parameters: Any) -> ModelObject:
-        """Make an object of a model; a container's meshes are hollow where that can be had."""
+        """Make an object of a model; a container's meshes are decomposed into convex parts."""
         category = parameters.get("category")
         if category is not None:
             check_known(category, self._categories())
@@ -90,14 +92,14 @@ class Catalogue:
             if can_decompose():
                 convex = "parts"
             elif self._load(address, "hull").assets:
-                self._lost[
+                self._warnings[
                     f"{address}: its meshes collide as if they were filled, so nothing may fit "
                     "into it; pip install 'bt-manip[convex]' makes them hollow"
                 ] = None
         return ModelObject(self._load(address, convex or "hull"), convex=convex, **parameters)
 
     def _categories(self) -> set[str]:
-        """Collect the categories of the registered objects, those of plugins among them."""
+        """Return the categories of all registered objects, plugins included."""
         found = (as_object(self._registered.get(name)).category for name in self._registered)
         return {category for category in found if isinstance(category, str)}
 
@@ -107,22 +109,22 @@ class Catalogue:
                 address, convex=convex, progress=self._progress, sources=self._sources
             )
             self._loaded[address, convex] = self._loaded[model.address, convex] = model
-            self._lost.update(dict.fromkeys(model.warnings))
+            self._warnings.update(dict.fromkeys(model.warnings))
         return self._loaded[address, convex]
 
     def create(self, name: str, *arguments: Any, **parameters: Any) -> Any:
         """Make an object.
 
         Raises:
-            UnknownPartError: When nothing is registered by the name; it offers the nearest names.
-            ModelError: When the address leads to no model.
+            UnknownPartError: If nothing is registered by the name; it offers the nearest names.
+            ModelError: If there is no model at the address.
         """
         return self.get(name)(*arguments, **parameters)
 
     def warnings(self) -> tuple[str, ...]:
-        """Give what was lost when models were converted, each with file and line."""
-        return tuple(self._lost)
+        """Return what was lost in the conversion of models, each with file and line."""
+        return tuple(self._warnings)
 
     def names(self) -> tuple[str, ...]:
-        """Name the registered objects."""
+        """Return the names of the registered objects."""
         return self._registered.names()

@@ -1,4 +1,4 @@
-"""Shelf and wall, which stand in the way; the origin is the middle of the bottom."""
+"""Shelf and wall; the origin is the middle of the bottom."""
 
 from collections.abc import Sequence
 
@@ -35,7 +35,7 @@ class Shelf(PrimitiveProp):
             colour: Red, green, blue, and opacity where given, from 0 to 1.
 
         Raises:
-            CellError: When there are fewer than two boards.
+            CellError: If there are fewer than two boards.
         """
         self._begin(
             name, size=size, boards=boards, thickness=thickness, mass=mass, friction=friction,
@@ -57,7 +57,7 @@ class Shelf(PrimitiveProp):
 
     @property
     def levels(self) -> tuple[float, ...]:
-        """Heights of the boards' upper sides above the origin, from below [m]."""
+        """Heights of the boards' upper sides above the origin, the lowest first [m]."""
         return self._levels
 
     @property

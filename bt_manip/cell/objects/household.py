@@ -9,7 +9,7 @@ from .prop import positive
 
 
 class Vessel(PrimitiveProp):
-    """A thing that stands upright and moves freely."""
+    """An upright object that moves freely."""
 
     category = "graspable"
     free = True
@@ -17,7 +17,7 @@ class Vessel(PrimitiveProp):
 
     @property
     def centre_offset(self) -> np.ndarray:
-        """The middle of what is gripped from above, seen from the origin [m]."""  # (3,)
+        """Grasp centre from above, in the object's frame [m]."""  # (3,)
         return np.array([0.0, 0.0, max(self._height / 2, self._height - GRIP_DEPTH)])
 
 

@@ -1,4 +1,4 @@
-"""An object from any address of a model."""
+"""Objects made from any model address."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -17,19 +17,19 @@ from .prop import Prop, colour_of, default_of, positive
 
 GRIPPABLE = 0.08
 """Largest opening of common grippers [m]."""
-_PORTABLE = 0.5  # [m] longest edge of what is taken to be loose
-_FLAT = 0.3  # [m] least edges of what has room for other things
+_PORTABLE = 0.5  # [m] longest edge of models that are free by default
+_FLAT = 0.3  # [m] shortest horizontal edge of surfaces
 _WORLD_SETTINGS = ("option", "visual", "statistic", "size", "keyframe")
 
 
 class ModelObject(Prop):
-    """A model from Fuel, Menagerie, a file of your own: whatever an address leads to.
+    """An object made from a model of Fuel, Menagerie, or a file.
 
-    What the other objects know of themselves is found in the model. It is free if it says so (SDF:
-    not ``static``; MJCF: a free joint), and where it says nothing, if it has no joints and is at
-    most half a metre long. Its category is ``graspable`` when it is free and fits between
-    fingers, ``surface`` when it is fixed and large and otherwise ``thing``, unless told. What the
-    file says of the world (options, keyframes) is left out: the world is the arena's.
+    Its properties are derived from the model. It is free if the model says so (SDF: not
+    ``static``; MJCF: a free joint); if the model does not say, it is free if it has no joints and
+    is at most 0.5 m long. By default its category is ``graspable`` if it is free and fits into
+    common grippers, ``surface`` if it is fixed and large, and ``thing`` otherwise. Settings of the
+    world in the file (options, keyframes) are dropped.
     """
 
     _bounds: Bounds
@@ -45,10 +45,10 @@ class ModelObject(Prop):
         category: str | None = None,
         convex: str | None = None,
     ) -> None:
-        """Load the model; ``None`` keeps what it says itself.
+        """Load the model; ``None`` keeps its own value.
 
         Args:
-            model: An address, or a model that was loaded.
+            model: An address, or a loaded model.
             name: Model name.
             mass: Mass of all of it [kg].
             friction: Coefficient of sliding friction [-].
@@ -58,8 +58,8 @@ class ModelObject(Prop):
                 convex ``"parts"``, without which nothing fits into a hollow one.
 
         Raises:
-            ModelError: When the address leads to no model.
-            CellError: When MuJoCo refuses the model, or a parameter is wrong.
+            ModelError: If there is no model at the address.
+            CellError: If MuJoCo refuses the model, or a parameter is wrong.
         """
         if category is not None:
             check_spelling(category)
@@ -99,22 +99,22 @@ class ModelObject(Prop):
 
     @property
     def bounds(self) -> Bounds:
-        """The box around what can be touched, along the axes of its own frame."""
+        """Bounding box of the collision shapes, along the axes of its own frame."""
         return self._bounds
 
     @property
     def rest_height(self) -> float:
-        """Height of the origin above what it stands on [m]."""
+        """Height of the origin above the surface that it rests on [m]."""
         return -float(self._bounds.lower[2])
 
     @property
     def centre_offset(self) -> np.ndarray:
-        """Its middle, seen from its origin [m]."""  # (3,)
+        """Its middle, in its own frame [m]."""  # (3,)
         return self._bounds.centre
 
     @property
     def surface_height(self) -> float | None:
-        """Height of its top above the origin, where things can be put on it [m]."""
+        """Height of its top above the origin [m]; None for containers."""
         return None if self.category == CONTAINER else float(self._bounds.upper[2])
 
     def _compile(self, model: MjcfModel) -> mujoco.MjModel:
@@ -166,7 +166,7 @@ def read_model(model: MjcfModel) -> mjcf.RootElement:
     into radians first.
 
     Raises:
-        CellError: When it cannot be read.
+        CellError: If it cannot be read.
     """
     try:
         if model.path is None:
@@ -186,7 +186,7 @@ def read_model(model: MjcfModel) -> mjcf.RootElement:
 
 
 def _drop_world(root: mjcf.RootElement) -> bool:
-    """Take out what belongs to a world; tell whether the model was free in it."""
+    """Remove settings of the world; tell whether the model had a free joint."""
     for setting in _WORLD_SETTINGS:
         getattr(root, setting).remove()
     for light in root.worldbody.find_all("light", immediate_children_only=True):
@@ -203,10 +203,10 @@ def _drop_world(root: mjcf.RootElement) -> bool:
 
 
 def _damp_joints(root: mjcf.RootElement, alone: mujoco.MjModel) -> None:
-    """Let joints brake as their actuators would, for a model made for an implicit integrator.
+    """Move the damping of actuators to the joints, for models with an implicit integrator.
 
     The arena's integrator is implicit in the damping of joints and not in that of actuators: a
-    stiff servo of such a model would swing up. The forces are the same but for their bounds.
+    stiff servo of such a model would be unstable. Forces are the same except for their limits.
     """
     joint_type = int(mujoco.mjtTrn.mjTRN_JOINT)
     for i, actuator in enumerate(root.find_all("actuator")):
@@ -223,7 +223,7 @@ def _damp_joints(root: mjcf.RootElement, alone: mujoco.MjModel) -> None:
 
 
 def _scale_mass(root: mjcf.RootElement, share: float) -> None:
-    """Change all masses and inertias by a factor."""
+    """Multiply all masses and inertias by a factor."""
     for body in root.find_all("body"):
         if body.inertial is None:
             for geom in body.find_all("geom", immediate_children_only=True):

@@ -1,4 +1,4 @@
-"""What a learner or a recorder can observe of an object, by composer's means."""
+"""Composer observables of an object."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from ..naming import BodyNames, body_name
 
 
 class ObjectObservables(composer.Observables):
-    """Pose and velocity of an object, and what presses on it."""
+    """Pose, velocity and contact force of an object."""
 
     _physics: mjcf.Physics | None = None
     _contacts: Contacts
@@ -33,7 +33,7 @@ class ObjectObservables(composer.Observables):
 
     @composer.observable
     def contact_force(self) -> observable.Observable:
-        """Sum of all contact forces from outside, in the world [N]."""
+        """Sum of all external contact forces, in the world [N]."""
         return observable.Generic(self._force)
 
     def _root(self, physics: mjcf.Physics) -> Any:

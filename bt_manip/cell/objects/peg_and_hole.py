@@ -68,7 +68,7 @@ class HoleBoard(PrimitiveProp):
             colour: Red, green, blue, and opacity where given, from 0 to 1.
 
         Raises:
-            CellError: When the board is too narrow for its hole.
+            CellError: If the board is too narrow for its hole.
         """
         self._begin(name, hole=hole, size=size, mass=mass, friction=friction, colour=colour)
         x, y, z = lengths("size", size)

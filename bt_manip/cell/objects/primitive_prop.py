@@ -1,4 +1,4 @@
-"""The base of objects that are built from primitive shapes."""
+"""The base class of objects built from primitive shapes."""
 
 import math
 from collections.abc import Sequence
@@ -24,10 +24,10 @@ _VOLUME = {
 
 
 class PrimitiveProp(Prop):
-    """A thing of shapes that are seen and touched alike.
+    """An object of primitive shapes that are both visible and collide.
 
-    Subclasses call ``_begin``, add shapes, and say with ``_weigh`` what all of it weighs. Origin
-    is the middle of the bottom unless they say otherwise.
+    Subclasses call ``_begin``, add shapes, and distribute the mass with ``_weigh``. The origin is
+    the middle of the bottom unless they say otherwise.
     """
 
     _mass: float | None = None
@@ -38,7 +38,7 @@ class PrimitiveProp(Prop):
         return self._mass or 0.0
 
     def _begin(self, name: str, **parameters: Any) -> None:
-        """Begin with an empty body; all that the object was made with is in the parameters."""
+        """Begin with an empty body and the parameters that the object was made with."""
         self._parameters = {
             key: list(value) if isinstance(value, tuple | np.ndarray) else value
             for key, value in parameters.items()
@@ -61,7 +61,7 @@ class PrimitiveProp(Prop):
         rgba: Sequence[float] | None = None,
         name: str | None = None,
     ) -> mjcf.Element:
-        """Add a shape, with sizes as MuJoCo has them: half lengths, radii [m]."""
+        """Add a shape with MuJoCo's sizes: half lengths, radii [m]."""
         return self._body.add(
             "geom", name=name, type=type, size=size, pos=pos, euler=euler,
             rgba=self._rgba if rgba is None else rgba,
@@ -70,7 +70,7 @@ class PrimitiveProp(Prop):
     def _ring(
         self, inner: float, thickness: float, height: float, bottom: float, sides: int = 16
     ) -> None:
-        """Add a wall around the vertical axis: flat sides that touch a circle from outside [m].
+        """Add a wall around the vertical axis: flat sides, tangential to a circle [m].
 
         Args:
             inner: Radius of the circle.
@@ -87,7 +87,7 @@ class PrimitiveProp(Prop):
             self._add("box", (thickness / 2, half_width, height / 2), place, euler=(0, 0, angle))
 
     def _weigh(self, mass: float) -> None:
-        """Share a mass [kg] among the shapes by their volumes."""
+        """Distribute a mass [kg] over the shapes by volume."""
         self._mass = positive("mass", mass, "kg")
         geoms = self._all_geoms()
         volumes = [_VOLUME[geom.type](geom.size) for geom in geoms]
@@ -99,7 +99,7 @@ def lengths(name: str, values: Sequence[float], count: int = 3) -> tuple[float, 
     """Check several lengths [m].
 
     Raises:
-        CellError: When one is not positive, or there are not as many as there should be.
+        CellError: If one is not positive, or the count is wrong.
     """
     if len(values) != count:
         raise CellError(f"{name} is {count} lengths [m], got {tuple(values)}")

@@ -1,4 +1,4 @@
-"""The base of objects that are loaded from a model file."""
+"""The base class of bt-manip's objects."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -14,18 +14,14 @@ from .object_observables import ObjectObservables
 
 
 class Prop(composer.Entity, CellObject):
-    """A thing in the cell: a model file, and parameters that change it.
+    """An object with a model and parameters that change it.
 
-    Subclasses name their ``kind`` and ``category`` and load their model in ``_build``. What they
-    were made with is in ``parameters``, as plain data, so that a snapshot can make them again.
+    Subclasses declare ``kind`` and ``category`` and load or build their model in ``_build``.
     """
 
     kind: str = "prop"
-    """Name that a factory makes it by."""
     category: str = "thing"
-    """What behaviours may do with it: ``graspable``, ``container``, ``surface``, ..."""
     free: bool = False
-    """Whether it moves freely unless told otherwise."""
 
     _mjcf_root: mjcf.RootElement
     _parameters: dict[str, Any]
@@ -35,41 +31,31 @@ class Prop(composer.Entity, CellObject):
 
     @property
     def mjcf_model(self) -> mjcf.RootElement:
-        """The model, which carries the entity's name."""
+        """The model."""
         return self._mjcf_root
 
     @property
     def parameters(self) -> Mapping[str, Any]:
-        """What it was made with; ``None`` means: as in the model file."""
+        """Keyword arguments that it was made with; None: as in the model file."""
         return MappingProxyType(self._parameters)
 
     @property
     def collision_geoms(self) -> list[mjcf.Element]:
-        """The geoms that can touch something."""
+        """The geoms that can collide."""
         return [g for g in self._all_geoms() if self._collides(g)]
 
     @property
     def visual_geoms(self) -> list[mjcf.Element]:
-        """The geoms that are only looked at."""
+        """The geoms that are only visible."""
         return [g for g in self._all_geoms() if not self._collides(g)]
 
     @property
     def mass(self) -> float:
-        """Mass as the model file and the parameters have it [kg]."""
+        """Mass according to the model and the parameters [kg]."""
         return float(sum(_mass_of(g) for g in self.collision_geoms))
 
-    @property
-    def rest_height(self) -> float:
-        """Height of the origin above what it stands on [m]."""
-        return 0.0
-
-    @property
-    def centre_offset(self) -> np.ndarray:
-        """The middle of what is gripped, seen from the origin [m]."""  # (3,)
-        return np.zeros(3)
-
     def _load(self, path: Path, name: str, **parameters: Any) -> None:
-        """Load the model file and apply what is the same for every object."""
+        """Load the model file and apply mass, friction and colour."""
         self._parameters = parameters
         self._mjcf_root = mjcf.from_path(str(path))
         self._mjcf_root.model = name
@@ -94,7 +80,7 @@ class Prop(composer.Entity, CellObject):
         return self._mjcf_root.find_all("geom", exclude_attachments=True)
 
     def _collides(self, geom: mjcf.Element) -> bool:
-        """Tell by the group: 2 is seen, 3 collides (defaults of classes count)."""
+        """Tell by the group, defaults included: 2 is visible, 3 collides."""
         group = geom.group
         if group is None:
             group = default_of(geom, "group")
@@ -107,7 +93,7 @@ def _mass_of(geom: mjcf.Element) -> float:
 
 
 def default_of(geom: mjcf.Element, attribute: str) -> Any:
-    """Look an attribute of a geom up in its default classes, innermost first."""
+    """Return an attribute from a geom's default classes, innermost first."""
     default = geom.dclass
     while default is not None and default.tag == "default":
         value = getattr(default.geom, attribute)
@@ -121,7 +107,7 @@ def positive(name: str, value: float, unit: str) -> float:
     """Check a parameter that must be a positive finite number.
 
     Raises:
-        CellError: When it is not.
+        CellError: If it is not.
     """
     if not np.isfinite(value) or value <= 0:
         raise CellError(f"{name} must be a positive number [{unit}], got {value!r}")
@@ -132,7 +118,7 @@ def colour_of(value: Iterable[float]) -> tuple[float, ...]:
     """Check a colour: red, green, blue, and opacity where given, each from 0 to 1.
 
     Raises:
-        CellError: When it is not one.
+        CellError: If it is not one.
     """
     parts = tuple(float(part) for part in value)
     if len(parts) not in (3, 4) or not all(0 <= part <= 1 for part in parts):

@@ -1,4 +1,4 @@
-"""Single shapes to pick up; the origin is the centre."""
+"""Objects of a single convex shape; the origin is the centre."""
 
 from collections.abc import Sequence
 from typing import ClassVar
@@ -21,12 +21,12 @@ class Shape(PrimitiveProp):
 
     @property
     def rest_height(self) -> float:
-        """Height of the origin above what it stands on [m]."""
+        """Height of the origin above the surface that it rests on [m]."""
         return self._half_height
 
     @property
     def centre_offset(self) -> np.ndarray:
-        """The middle of what is gripped from above, seen from the origin [m]."""  # (3,)
+        """Grasp centre from above, in the object's frame [m]."""  # (3,)
         return np.array([0.0, 0.0, max(0.0, self._half_height - GRIP_DEPTH)])
 
 

@@ -1,4 +1,4 @@
-"""Episodes that differ: what varies, drawn by composer's variations from the run's seed."""
+"""Domain randomization: what varies from cycle to cycle, sampled from the run's seed."""
 
 from .randomization import Randomization as Randomization
 from .randomizer import Randomizer as Randomizer

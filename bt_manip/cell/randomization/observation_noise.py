@@ -1,4 +1,4 @@
-"""Observables that are noisy and late."""
+"""Noise and delay of observables."""
 
 from collections.abc import Callable
 from typing import Any
@@ -12,29 +12,28 @@ from bt_manip.exceptions import did_you_mean
 
 from ..exceptions import CellError
 from .sampling import Varied
-from .variations import Within
+from .variations import Clipped
 
 
-def observe_with(
+def add_noise_and_delay(
     entity: composer.Entity, name: str, *, noise: Varied = None, delay: float | None = None
 ) -> None:
-    """Let an observable of an entity be noisy and late, by composer's means.
+    """Set noise and delay of an entity's observable, by composer's corruptor and delay.
 
     Args:
         entity: The entity.
         name: Name of the observable.
-        noise: Drawn for each observation. What wants the value itself (``plus``, ``times``:
-            composer's ``noises``) gives the observation, everything else is added to it.
-        delay: How many steps late it is.
+        noise: Sampled for each observation. Variations that use the value (``plus``, ``times``:
+            composer's ``noises``) replace the observation, all others are added to it.
+        delay: Number of steps.
 
     Raises:
-        CellError: When the entity has no such observable, or there is no such delay.
+        CellError: If the entity has no such observable, or the delay is not a number of steps.
     """
     known = entity.observables.as_dict(fully_qualified=False)
     if name not in known:
-        raise CellError(
-            f"'{entity.mjcf_model.model}' has no observable '{name}'{did_you_mean(name, known)}"
-        )
+        near = did_you_mean(name, known)
+        raise CellError(f"'{entity.mjcf_model.model}' has no observable '{name}'{near}")
     observable = known[name]
     if delay is not None:
         if delay < 0 or delay != round(delay):
@@ -45,16 +44,16 @@ def observe_with(
 
 
 def _corruptor(noise: Varied) -> Callable[..., np.ndarray]:
-    whole = _wants_value(noise)
+    replaces = _uses_value(noise)
 
     def corrupt(value: Any, random_state: np.random.RandomState) -> np.ndarray:
-        drawn = variation.evaluate(noise, value, value, random_state)
-        return np.asarray(drawn if whole else value + drawn)
+        sampled = variation.evaluate(noise, value, value, random_state)
+        return np.asarray(sampled if replaces else value + sampled)
 
     return corrupt
 
 
-def _wants_value(noise: Varied) -> bool:
-    if isinstance(noise, Within):
-        return _wants_value(noise.varied)
+def _uses_value(noise: Varied) -> bool:
+    if isinstance(noise, Clipped):
+        return _uses_value(noise.varied)
     return isinstance(noise, noises.Additive | noises.Multiplicative)

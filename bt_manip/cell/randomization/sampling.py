@@ -1,4 +1,4 @@
-"""Drawing values by composer's variations, each from a stream of its own."""
+"""Sampling of composer's variations, each from a random stream of its own."""
 
 import hashlib
 from typing import Any
@@ -7,13 +7,13 @@ import numpy as np
 from dm_control.composer import variation
 
 Varied = Any
-"""One of composer's variations, or a value that is always the same."""
+"""One of composer's variations, or a constant."""
 
 
 def stream(seed: int, cycle: int, *key: str | int) -> np.random.RandomState:
-    """Give what one thing's value is drawn from in one cycle of a run.
+    """Return the random stream of one value in one cycle of a run.
 
-    It depends on nothing but these: neither on what else is drawn, nor on what was drawn before.
+    It depends on nothing else: neither on which other values vary, nor on earlier samples.
 
     Args:
         seed: Seed of the run.
@@ -24,7 +24,7 @@ def stream(seed: int, cycle: int, *key: str | int) -> np.random.RandomState:
 
 
 def generator(seed: int, *key: str | int) -> np.random.Generator:
-    """Give the same for what is drawn once, before the first cycle.
+    """Return the random generator of values that are sampled once, before the first cycle.
 
     Args:
         seed: Seed of the run.
@@ -39,16 +39,13 @@ def _sequence(seed: int, cycle: int, key: tuple[str | int, ...]) -> np.random.Se
     return np.random.SeedSequence(seed, spawn_key=(cycle, *words))
 
 
-def draw(varied: Varied, nominal: Any, random_state: np.random.RandomState) -> Any:
-    """Draw a value.
+def sample(varied: Varied, nominal: Any, random_state: np.random.RandomState) -> Any:
+    """Sample a value as plain data: a number or a list of numbers.
 
     Args:
-        varied: What it is drawn by; composer's variations get the nominal value, too.
+        varied: The variation; composer's variations get the nominal value too.
         nominal: The value without variation: a number or an array.
-        random_state: What it is drawn from.
-
-    Returns:
-        A number or a list of numbers: plain data.
+        random_state: The random stream.
     """
     value = variation.evaluate(varied, nominal, nominal, random_state)
     numbers = np.asarray(value)

@@ -1,7 +1,8 @@
-"""What stands in a scene, and how it is put there anew when an episode begins."""
+"""The objects of a scene, which are placed anew at the beginning of each cycle."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,120 +11,120 @@ import pinocchio as pin
 from ..cell import Cell
 from ..exceptions import CellError, OverlapError
 from ..objects.catalogue import Catalogue
+from ..objects.cell_object import as_object
 
 ATTEMPTS = 100
-"""How often a place is drawn until it is free."""
+"""Number of poses that are sampled before an object counts as impossible to place."""
 
 
 @dataclass(frozen=True)
 class SceneObject:
-    """Something that stands in a scene.
+    """An object of a scene, without variation.
 
     Attributes:
         model: Registered name or address of the object.
-        T_wo: Its pose in the world, without variation.
-        made_with: What it is made with, by keyword.
-        free: Whether it moves freely; None leaves it to the object.
+        T_wo: Its pose in the world.
+        parameters: Keyword arguments that it is made with.
+        free: Whether it moves freely; None: as the object declares.
     """
 
     model: str
     T_wo: pin.SE3
-    made_with: Mapping[str, Any] = field(default_factory=dict)
+    parameters: Mapping[str, Any] = field(default_factory=dict)
     free: bool | None = False
-
-    def parameters(self, catalogue: Catalogue) -> Mapping[str, Any]:
-        """Give all that it could be made with."""
-        return catalogue.nominal(self.model, **self.made_with).parameters
 
 
 class SceneObjects:
-    """What stands in a scene, by name; what was taken out of the cell is left out."""
+    """The objects of a scene by name, and their nominal parameters."""
 
-    def __init__(self, cell: Cell, catalogue: Catalogue, stands: Mapping[str, SceneObject]) -> None:
-        """Know what stands where without variation."""
+    def __init__(
+        self, cell: Cell, catalogue: Catalogue, objects: Mapping[str, SceneObject]
+    ) -> None:
+        """Place the objects of a scene in a cell."""
         self._cell, self._catalogue = cell, catalogue
-        self._stands = dict(stands)
-        self._samples: dict[str, Any] = {}
-        self._later: dict[str, Any] = {}
+        self._objects = dict(objects)
+        self._nominal: dict[str, Any] = {}  # by name in the scene
+        self._nominal_models: dict[str, Any] = {}
 
     def __iter__(self) -> Iterator[tuple[str, SceneObject]]:
-        """Go through all of them."""
-        return iter(self._stands.items())
+        """Iterate over all objects by name."""
+        return iter(self._objects.items())
 
     def present(self) -> list[str]:
-        """Name those that are in the cell."""
-        return [name for name in self._stands if name in self._cell.entities]
+        """Return the names of those that are in the cell."""
+        return [name for name in self._objects if name in self._cell.entities]
 
-    def parameter(self, name: str, parameter: str) -> Any:
-        """Give the nominal value of a parameter of something that stands here."""
-        return _value(self._sample(name), parameter)
+    def parameters(self, scene_object: SceneObject) -> Mapping[str, Any]:
+        """Return all parameters that an object has, with their nominal values."""
+        return self._catalogue.nominal(scene_object.model, **scene_object.parameters).parameters
 
-    def nominal(self, model: str, parameter: str) -> Any:
-        """Give the nominal value of a parameter of an object that comes later."""
-        if model not in self._later:
-            self._later[model] = self._catalogue.nominal(model)
-        return _value(self._later[model], parameter)
+    def nominal_parameter(self, name: str, parameter: str) -> Any:
+        """Return the nominal value of a scene object's parameter."""
+        return _value(self._nominal_object(name), parameter)
 
-    def put(
+    def nominal_model_parameter(self, model: str, parameter: str) -> Any:
+        """Return the nominal value of a parameter of an object that is added during a cycle."""
+        if model not in self._nominal_models:
+            self._nominal_models[model] = self._catalogue.nominal(model)
+        return _value(self._nominal_models[model], parameter)
+
+    def place(
         self,
         name: str,
-        parameters: Callable[[int], Mapping[str, Any]] | None,
-        pose: Callable[[int, pin.SE3], pin.SE3],
+        sample_parameters: Callable[[int], Mapping[str, Any]] | None,
+        sample_pose: Callable[[int, pin.SE3], pin.SE3],
     ) -> None:
-        """Draw until it finds a free place, and put it there.
+        """Sample until an object is at a free pose.
 
         Args:
-            name: Which one.
-            parameters: Draws what it is made with, by the number of the attempt; None leaves it
-                as it is.
-            pose: Draws where it stands, by the number of the attempt, given where its bottom
-                would be where it was without variation.
+            name: The object.
+            sample_parameters: Samples its parameters, by the number of the attempt; None: keep the
+                object as it is.
+            sample_pose: Samples its pose, by the number of the attempt and the nominal pose.
 
         Raises:
-            CellError: When no place was free in `ATTEMPTS` attempts, or it cannot be made so.
+            CellError: If no pose was free in `ATTEMPTS` attempts, or it cannot be made so.
         """
-        stand = self._stands[name]
+        nominal = self._objects[name]
         for attempt in range(ATTEMPTS):
             try:
-                if parameters is None:
-                    self._cell.move(name, pose(attempt, stand.T_wo))
+                if sample_parameters is None:
+                    self._cell.move(name, sample_pose(attempt, nominal.T_wo))
                 else:
-                    self._make_anew(name, stand, parameters(attempt), attempt, pose)
+                    pose = partial(sample_pose, attempt)
+                    self._replace(name, nominal, sample_parameters(attempt), pose)
                 return
             except OverlapError as error:
                 reason = error
         raise CellError(f"no free place for '{name}' in {ATTEMPTS} attempts; in the last, {reason}")
 
-    def _make_anew(
+    def _replace(
         self,
         name: str,
-        stand: SceneObject,
-        drawn: Mapping[str, Any],
-        attempt: int,
-        pose: Callable[[int, pin.SE3], pin.SE3],
+        nominal: SceneObject,
+        sampled: Mapping[str, Any],
+        pose: Callable[[pin.SE3], pin.SE3],
     ) -> None:
+        """Replace an object by one with sampled parameters, its bottom at the same height."""
         try:
-            entity = self._catalogue.nominal(stand.model, **{**stand.made_with, **drawn})
+            entity = self._catalogue.nominal(nominal.model, **{**nominal.parameters, **sampled})
         except CellError as error:
-            raise CellError(f"'{name}' cannot be made as drawn: {error}") from error
-        rise = _rest_height(entity) - _rest_height(self._sample(name))
-        T_wo = pin.SE3(stand.T_wo.rotation, stand.T_wo.translation + np.array([0.0, 0.0, rise]))
+            raise CellError(f"'{name}' cannot be made as sampled: {error}") from error
+        before = as_object(self._nominal_object(name)).rest_height
+        rise = float(as_object(entity).rest_height) - float(before)
+        T_wo = pin.SE3(nominal.T_wo.rotation, nominal.T_wo.translation + np.array([0.0, 0.0, rise]))
         with self._cell.editing():
             self._cell.remove(name)
-            self._cell.add(entity, pose(attempt, T_wo), name=name, free=stand.free)
+            self._cell.add(entity, pose(T_wo), name=name, free=nominal.free)
 
-    def _sample(self, name: str) -> Any:
-        if name not in self._samples:
-            stand = self._stands[name]
-            self._samples[name] = self._catalogue.nominal(stand.model, **stand.made_with)
-        return self._samples[name]
-
-
-def _rest_height(entity: Any) -> float:
-    return float(getattr(entity, "rest_height", 0.0))
+    def _nominal_object(self, name: str) -> Any:
+        if name not in self._nominal:
+            nominal = self._objects[name]
+            self._nominal[name] = self._catalogue.nominal(nominal.model, **nominal.parameters)
+        return self._nominal[name]
 
 
 def _value(entity: Any, parameter: str) -> Any:
-    """Give what an object was made with, or what its model's file says where nobody did."""
+    """Return a parameter of an object; if it is None, what the object's model file says."""
     value = entity.parameters.get(parameter)
     return getattr(entity, parameter, None) if value is None else value
