@@ -1,4 +1,4 @@
-"""What behaviours that use the arm have in common."""
+"""Base classes of behaviours that use the cell or an arm."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
@@ -23,12 +23,12 @@ FAILURES = (CellError, ControlError, GripperError, ModelError, MotionError, Unkn
 
 
 class CellBehaviour(Action):
-    """A behaviour that looks at the cell, and knows for how long it has been at it."""
+    """A behaviour that uses the cell and measures its own simulated time."""
 
     memory: ClassVar[tuple[str, ...]] = ("_started",)
 
     amounts: ClassVar[Mapping[str, str]] = {}
-    """Ports that hold numbers of 0 or above, with their units."""
+    """Ports that must not be negative, with their units."""
 
     _started = 0.0  # [s] simulated
 
@@ -37,13 +37,13 @@ class CellBehaviour(Action):
         self.cell: Cell = infrastructure["cell"]
 
     def initialise(self) -> None:
-        """Begin, or fail with the reason why it cannot be done."""
+        """Start, or fail with the reason."""
         self._started = self.cell.time
         if self.try_to(self.check_amounts):
             self.try_to(self.start)
 
     def check_amounts(self) -> None:
-        """Refuse amounts that are none.
+        """Check that the ports in `amounts` are not negative.
 
         Raises:
             MotionError: Naming the port.
@@ -52,7 +52,7 @@ class CellBehaviour(Action):
             check_non_negative(getattr(self, port), f"port '{port}'", unit)
 
     def try_to(self, begin: Callable[[], None]) -> bool:
-        """Begin something, or fail with the reason why it cannot be done; tell which it was."""
+        """Call a function, or fail with its error; return whether it succeeded."""
         try:
             begin()
         except FAILURES as error:
@@ -64,11 +64,11 @@ class CellBehaviour(Action):
         """Start what the behaviour waits for.
 
         Raises:
-            CellError: When what it refers to is not in the cell.
-            MotionError: When there is no such motion.
-            GripperError: When the gripper cannot do what is asked, or there is none.
-            ModelError: When an address leads to no model.
-            UnknownPartError: When nothing is registered by a name.
+            CellError: When an object is not in the cell.
+            MotionError: When the motion is not feasible.
+            GripperError: When there is no gripper or it rejects the command.
+            ModelError: When a model cannot be found.
+            UnknownPartError: When a name is not registered.
         """
 
     @property
@@ -83,7 +83,7 @@ class ArmBehaviour(RobotPort, CellBehaviour):
     memory: ClassVar[tuple[str, ...]] = (*CellBehaviour.memory, *RobotPort.memory)
 
     def initialise(self) -> None:
-        """Begin with the robot that is meant now."""
+        """Start with the selected robot."""
         self._started = self.cell.time
         if self.try_to(self.choose_robot) and self.try_to(self.check_amounts):
             self.try_to(self.start)
@@ -96,17 +96,17 @@ class ArmBehaviour(RobotPort, CellBehaviour):
 
     @property
     def T_wt(self) -> pin.SE3:
-        """Where the tool is, by the measured joint positions."""
+        """Pose of the tool at the measured joint positions."""
         return self.arm.model.pose(self.arm.robot.q)
 
 
 class MotionBehaviour(ArmBehaviour):
-    """Start a motion, wait until the arm has arrived, brake when halted.
+    """Start a motion, wait until the arm has arrived, and stop it when halted.
 
     A motion has arrived when its reference has ended and the measured joints are within
     `ARRIVED` of it; the controller gets `SETTLING` of simulated time for the rest.
 
-    Where another robot is in the way, it is tried again every `RETRY`, for as long as `wait` says.
+    A motion that another robot blocks is retried every `RETRY`, for up to `wait` seconds.
     """
 
     ARRIVED = 5e-3  # [rad]; a controller without an integral leaves some friction uncompensated
@@ -116,19 +116,19 @@ class MotionBehaviour(ArmBehaviour):
     wait = Input(
         float,
         default=10.0,
-        doc="Longest simulated time to wait for another robot to go out of the way [s].",
+        doc="Longest simulated time to wait for another robot that blocks the motion [s].",
     )
 
     memory: ClassVar[tuple[str, ...]] = (*ArmBehaviour.memory, "_ended", "_blocked", "_tried")
     amounts: ClassVar[Mapping[str, str]] = {"wait": "s"}
 
     _ended: float | None = None  # [s] when the reference came to rest
-    _blocked: float | None = None  # [s] since when another robot has been in the way
-    _tried = 0.0  # [s] when the motion was asked for last
+    _blocked: float | None = None  # [s] since when another robot has blocked the motion
+    _tried = 0.0  # [s] of the last attempt
 
     @property
     def largest_error(self) -> float:
-        """Error of a joint up to which the arm has arrived [rad]."""
+        """Largest joint error at which the arm has arrived [rad]."""
         return self.ARRIVED
 
     def initialise(self) -> None:
@@ -138,10 +138,10 @@ class MotionBehaviour(ArmBehaviour):
             self.begin_motion(self.start)
 
     def begin_motion(self, begin: Callable[[], None]) -> Status:
-        """Begin a motion, wait where another robot is in its way, or fail and say why.
+        """Start a motion, wait while another robot blocks it, or fail with the reason.
 
         Args:
-            begin: Asks the arm for the motion.
+            begin: Requests the motion from the arm.
         """
         try:
             begin()
@@ -152,7 +152,7 @@ class MotionBehaviour(ArmBehaviour):
             self._blocked = now if self._blocked is None else self._blocked
             if now - self._blocked >= self.wait - 1e-9:
                 return self.fail(f"{error}, for {self.wait:g} s" if self.wait else str(error))
-            self.feedback_message = f"waits: {error}"
+            self.feedback_message = f"waiting: {error}"
             return Status.RUNNING
         except FAILURES as error:
             return self.fail(str(error))
@@ -160,7 +160,7 @@ class MotionBehaviour(ArmBehaviour):
         return Status.FAILURE if self._node_ended else Status.RUNNING  # it may call `fail` itself
 
     def begin_again(self) -> Status:
-        """Ask once more for the motion that another robot was in the way of."""
+        """Retry the motion that another robot blocked."""
         return self.begin_motion(self.start)
 
     def update(self) -> Status:
@@ -175,7 +175,7 @@ class MotionBehaviour(ArmBehaviour):
             self.feedback_message = "paused"
             return Status.RUNNING
         if arm.moving:
-            self.feedback_message = f"{arm.remaining:.2f} s to go"
+            self.feedback_message = f"{arm.remaining:.2f} s left"
             return Status.RUNNING
         error = float(np.max(np.abs(arm.q - arm.robot.q)))
         if error <= self.largest_error:
@@ -184,17 +184,17 @@ class MotionBehaviour(ArmBehaviour):
             self._ended = self.cell.time
         if self.cell.time - self._ended > self.SETTLING:
             return self.fail(
-                f"the arm came to rest {error:.4f} rad from its target; something holds it"
+                f"the arm stopped {error:.4f} rad from its target; something obstructs it"
             )
-        self.feedback_message = f"settling, {error:.4f} rad to go"
+        self.feedback_message = f"settling, {error:.4f} rad left"
         return Status.RUNNING
 
     def arrived(self) -> Status:
-        """Say what follows when the arm has arrived; by default the behaviour succeeds."""
+        """Return the status after arrival; by default SUCCESS."""
         self.feedback_message = "arrived"
         return Status.SUCCESS
 
     def terminate(self, new_status: Status) -> None:
-        """Brake when halted in the middle."""
+        """Stop the arm when halted during the motion."""
         if new_status == Status.INVALID and self.arm.busy:
             self.arm.stop()

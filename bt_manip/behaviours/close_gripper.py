@@ -6,12 +6,12 @@ from .arm_behaviour import ArmBehaviour
 
 
 class CloseGripper(ArmBehaviour):
-    """Close the gripper on whatever is in it, or on nothing."""
+    """Close the gripper, with or without an object in it."""
 
     needs_gripper = True
 
-    force = Input(float, default=50.0, doc="Force to hold with at each contact [N].")
-    patience = Input(float, default=2.0, doc="Longest simulated time to try [s].")
+    force = Input(float, default=50.0, doc="Gripping force at each contact [N].")
+    patience = Input(float, default=2.0, doc="Timeout in simulated time [s].")
 
     amounts = {"patience": "s"}
 
@@ -27,7 +27,7 @@ class CloseGripper(ArmBehaviour):
         if self.elapsed > self.patience:
             return self.fail(
                 f"no steady grip after {self.patience:g} s: {self.gripper.status}, "
-                f"asked {self.force:g} N"
+                f"commanded {self.force:g} N"
             )
         return Status.RUNNING
 

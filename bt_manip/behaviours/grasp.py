@@ -7,18 +7,17 @@ from .payload import payload_of
 
 
 class Grasp(ArmBehaviour):
-    """Close the gripper on an object until it holds that steadily.
+    """Close the gripper on an object until the grip is steady.
 
-    The grasp has succeeded when the gripper calls its grip steady: its force has stayed near the
-    asked one for a while. The closing impact passes any force within milliseconds, so a single
-    sample says nothing. From then on the object is the arm's payload.
+    The grip is steady when its force has stayed near the commanded one for a while; the impact of
+    closing exceeds any force for milliseconds. The object then becomes the arm's payload.
     """
 
     needs_gripper = True
 
     object = Input(str, doc="Name of the object.")
-    force = Input(float, default=50.0, doc="Force to hold with at each contact [N].")
-    patience = Input(float, default=2.0, doc="Longest simulated time to try [s].")
+    force = Input(float, default=50.0, doc="Gripping force at each contact [N].")
+    patience = Input(float, default=2.0, doc="Timeout in simulated time [s].")
 
     amounts = {"patience": "s"}
 
@@ -37,7 +36,7 @@ class Grasp(ArmBehaviour):
         if self.elapsed > self.patience:
             return self.fail(
                 f"no steady grip after {self.patience:g} s: {self.gripper.status}, "
-                f"asked {self.force:g} N"
+                f"commanded {self.force:g} N"
             )
         return Status.RUNNING
 

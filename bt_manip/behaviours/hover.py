@@ -7,11 +7,11 @@ from .poses import centre_pose, top_grasp_poses
 
 
 class Hover(GrippingBehaviour):
-    """Move the tool over an object, where it can go straight on to grip it.
+    """Move the tool to the pre-grasp pose over an object, from which it can approach straight.
 
-    Of the grasps of the object the best is taken at which the gripper has clearance, which the arm
-    reaches and comes to without touching anything. Where none comes from above, the tool is beside
-    the object. What stands fixed is not to be gripped: over that the tool only points down.
+    The best feasible grasp is taken: the gripper has clearance, and the arm reaches it on a
+    collision-free approach. The pose is beside the object when no grasp from above is feasible.
+    Over a fixed object the tool only points down.
     """
 
     object = Input(str, doc="Name of the object.")
@@ -23,24 +23,24 @@ class Hover(GrippingBehaviour):
 
     memory = (*GrippingBehaviour.memory, "_reason")
 
-    _reason = ""  # why the grasp is this one
+    _reason = ""  # description of the chosen grasp
 
     def start(self) -> None:
-        """Choose a grasp and move to the nearest configuration before it."""
+        """Choose a grasp and move to its pre-grasp configuration."""
         self._reason = ""
         T_wo = centre_pose(self.cell, self.object)
-        if self._stands_fixed():
+        if self._is_fixed():
             self.arm.move_to_pose(top_grasp_poses(T_wo, self.height), speed=self.speed)
             return
         plan = self.grasp_planner.plan(self.object, self.height, T_wo.translation)
         self.grasp, self._reason = plan.grasp.to_text(), plan.reason
         self.arm.move_to_configuration(plan.q_pregrasp, speed=self.speed)
 
-    def _stands_fixed(self) -> bool:
+    def _is_fixed(self) -> bool:
         return bool(self.cell.model.body_weldid[self.cell.body_id(self.object)] == 0)
 
     def update(self) -> Status:
-        """Wait until the arm has arrived, and say which grasp it is for."""
+        """Wait until the arm has arrived, and describe the grasp."""
         status = super().update()
         if self._reason and status is not Status.FAILURE:
             self.feedback_message = f"{self.feedback_message}; {self._reason}"

@@ -13,7 +13,7 @@ class IsHolding(RobotCondition):
     object = Input(str, doc="Name of the object.")
 
     def update(self) -> Status:
-        """Ask the gripper."""
+        """Check what the gripper holds."""
         held = self.gripper.held
         if self.object in held:
             return Status.SUCCESS

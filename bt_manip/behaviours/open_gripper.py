@@ -6,11 +6,11 @@ from .arm_behaviour import ArmBehaviour
 
 
 class OpenGripper(ArmBehaviour):
-    """Open the gripper; what it held is no payload any more."""
+    """Open the gripper; the arm then has no payload."""
 
     needs_gripper = True
 
-    patience = Input(float, default=2.0, doc="Longest simulated time to try [s].")
+    patience = Input(float, default=2.0, doc="Timeout in simulated time [s].")
 
     amounts = {"patience": "s"}
 
@@ -27,7 +27,7 @@ class OpenGripper(ArmBehaviour):
         if self.elapsed > self.patience:
             return self.fail(
                 f"the gripper is not open after {self.patience:g} s ({self.gripper.status}); "
-                "something holds it"
+                "something obstructs it"
             )
         return Status.RUNNING
 

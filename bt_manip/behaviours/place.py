@@ -1,4 +1,4 @@
-"""Set down what the gripper holds."""
+"""Set down the held object."""
 
 import math
 from collections.abc import Sequence
@@ -11,31 +11,31 @@ from bt_manip.cell import CellError
 from bt_manip.grasping import GripperClearance, with_clearance
 
 from .extent import extent
-from .letting_go import LettingGoBehaviour
 from .poses import nearest_orientation, pose_input, yaw_of
+from .releasing import ReleasingBehaviour
 
 _QUARTER_TURN = math.pi / 2
 OVER, DOWN = "over", "down"
 
 
-class PlacingBehaviour(LettingGoBehaviour):
-    """Carry what is held over a place, lower it straight down, and let it go.
+class PlacingBehaviour(ReleasingBehaviour):
+    """Move the held object over a target, lower it straight down, and release it.
 
-    Of the quarter turns by which it can be set down one is taken at which the gripper has the
-    clearance to open; of those the one with the nearest configuration.
+    Of the four yaws a quarter turn apart, those at which the gripper has clearance to open are
+    used; of these the one with the nearest configuration.
     """
 
-    object = Input(str, doc="Name of the object that is held.")
-    height = Input(float, default=0.1, doc="How far over the place it comes down from [m].")
-    gap = Input(float, default=1e-3, doc="How far over the place it is let go [m].")
+    object = Input(str, doc="Name of the held object.")
+    height = Input(float, default=0.1, doc="Height over the target from which it is lowered [m].")
+    gap = Input(float, default=1e-3, doc="Height over the target at which it is released [m].")
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
 
-    memory = (*LettingGoBehaviour.memory, "_phase")
+    memory = (*ReleasingBehaviour.memory, "_phase")
 
     _phase = OVER
 
     def start(self) -> None:
-        """Move over the place."""
+        """Move over the target."""
         self._phase = OVER
         if self.object not in self.gripper.held:
             held = ", ".join(self.gripper.held) or "nothing"
@@ -47,46 +47,43 @@ class PlacingBehaviour(LettingGoBehaviour):
         poses = [pin.SE3(T.rotation, T.translation + up) for T in grips]
         self.arm.move_to_pose(poses, speed=self.speed, approach=self.height)
 
-    def place(self) -> tuple[np.ndarray, float]:
-        """Say where the middle of the object's bottom shall come to be, and its yaw [m, rad].
+    def target(self) -> tuple[np.ndarray, float]:
+        """Return the target of the object's bottom centre, and of its yaw [m, rad].
 
         Raises:
-            CellError: When there is no such place.
+            CellError: When there is no such target.
         """
         raise NotImplementedError
 
     def ignored(self) -> Sequence[str]:
-        """Name what the gripper may come near to when it lets go."""
+        """List the entities that are no obstacles to the opening gripper."""
         return [self.object]
 
     def arrived(self) -> Status:
-        """Go on: from over the place down to it, and then open."""
+        """Lower the object when over the target; release it when there."""
         if self._phase == DOWN:
-            return self.let_go()
+            return self.release()
         if self.object not in self.gripper.held:
-            return self.fail(f"'{self.object}' was lost on the way")
+            return self.fail(f"'{self.object}' was lost during the motion")
         self._phase, self._ended = DOWN, None
-        self.feedback_message = "going down"
+        self.feedback_message = "lowering"
         return self.begin_motion(self._lower)
 
     def begin_again(self) -> Status:
-        """Ask once more for the motion that another robot was in the way of."""
+        """Retry the motion that another robot blocked."""
         return self.begin_motion(self._lower if self._phase == DOWN else self.start)
 
     def _lower(self) -> None:
         self.arm.move_linear(nearest_orientation(self._grips(), self.T_wt), speed=self.speed)
 
     def _grips(self) -> list[pin.SE3]:
-        """List the tool poses at which the object, held as it is, is where it shall be let go.
-
-        One for each quarter turn.
-        """
+        """List the tool poses at which the held object is at its target, one per quarter turn."""
         cell = self.cell
-        bottom, yaw = self.place()
+        bottom, yaw = self.target()
         T_wo = cell.pose(self.object)
         lower, upper = extent(cell, self.object)
-        middle = 0.5 * (lower + upper)
-        below = np.array([middle[0], middle[1], lower[2]])
+        centre = 0.5 * (lower + upper)
+        below = np.array([centre[0], centre[1], lower[2]])
         T_wt = self.T_wt
         found = []
         for quarter in range(4):
@@ -97,25 +94,25 @@ class PlacingBehaviour(LettingGoBehaviour):
 
 
 class PlaceOn(PlacingBehaviour):
-    """Set what the gripper holds down on the middle of another object, and let it go."""
+    """Set the held object down on the centre of another one, and release it."""
 
     support = Input(str, doc="Name of the object to set it down on.")
 
-    def place(self) -> tuple[np.ndarray, float]:
-        """Give the middle of the other's top, and how that one is turned."""
+    def target(self) -> tuple[np.ndarray, float]:
+        """Return the centre of the support's top, and its yaw."""
         if self.support == self.object:
             raise CellError(f"'{self.object}' cannot be set down on itself")
         lower, upper = extent(self.cell, self.support)
-        middle = 0.5 * (lower + upper)
-        top = np.array([middle[0], middle[1], upper[2]])
+        centre = 0.5 * (lower + upper)
+        top = np.array([centre[0], centre[1], upper[2]])
         return top, yaw_of(self.cell.pose(self.support))
 
 
 class PlaceAt(PlacingBehaviour):
-    """Set what the gripper holds down at a pose, and let it go."""
+    """Set the held object down at a pose, and release it."""
 
-    pose = pose_input("Where the middle of its bottom comes to be: x;y;z;qw;qx;qy;qz [m].")
+    pose = pose_input("Target pose of its bottom centre: x;y;z;qw;qx;qy;qz [m].")
 
-    def place(self) -> tuple[np.ndarray, float]:
-        """Give the pose's position and its yaw."""
+    def target(self) -> tuple[np.ndarray, float]:
+        """Return the position and yaw of the pose."""
         return self.pose.translation, yaw_of(self.pose)

@@ -12,7 +12,7 @@ from .poses import centre_pose
 
 
 class Reach(GrippingBehaviour):
-    """Bring the open gripper to an object on a straight line, clear of its neighbours."""
+    """Approach an object on a straight line with the open gripper, clear of its neighbours."""
 
     object = Input(str, doc="Name of the object.")
     height = Input(
@@ -26,8 +26,8 @@ class Reach(GrippingBehaviour):
     )
 
     def start(self) -> None:
-        """Move straight to the grip."""
-        T_wt = self._grip()
+        """Move straight to the grasp."""
+        T_wt = self._grasp_pose()
         if self.height is not None:
             centre, a = centre_pose(self.cell, self.object).translation, T_wt.rotation[:, 2]
             deeper = -self.height - float(a @ (T_wt.translation - centre))
@@ -36,12 +36,12 @@ class Reach(GrippingBehaviour):
             self.grasp_planner.check_clearance(self.object, T_wt)
         self.arm.move_linear(T_wt, speed=self.speed)
 
-    def _grip(self) -> pin.SE3:
-        """Give the pose of the tool at the grip.
+    def _grasp_pose(self) -> pin.SE3:
+        """Return the pose of the tool at the grasp.
 
         Raises:
             CellError: When there is no such object.
-            MotionError: When there is no grasp.
+            MotionError: When there is no feasible grasp.
         """
         if not self.grasp:
             return self.grasp_planner.nearest(self.object, self.T_wt)[1]

@@ -1,4 +1,4 @@
-"""The port that says which robot a behaviour means."""
+"""The port that selects the robot of a behaviour."""
 
 import contextlib
 from collections.abc import Mapping
@@ -13,15 +13,14 @@ from bt_manip.exceptions import PortError, did_you_mean
 from bt_manip.robots import Gripper, GripperError
 
 ENTRY = "robot"
-"""Key of the blackboard entry that names the robot where no port does."""
+"""Blackboard entry that selects the robot where the port does not."""
 
 
 class RobotPort(Node):
     """A behaviour of one robot.
 
-    Where nothing is given, the robot is what the entry ``robot`` of the blackboard scope says: a
-    sub-tree that gets ``robot="left"`` is a sub-tree of that robot. Where there is no such entry
-    either, it is the only robot of the cell.
+    The robot is selected by the port, or else by the entry ``robot`` of the blackboard scope (a
+    sub-tree with ``robot="left"`` uses that robot), or else it is the only robot of the cell.
     """
 
     robot = Input(
@@ -33,29 +32,29 @@ class RobotPort(Node):
     memory: ClassVar[tuple[str, ...]] = ("_robot_name",)
 
     needs_gripper: ClassVar[bool] = False
-    """Whether it fails where the robot has no gripper."""
+    """Whether it fails when the robot has no gripper."""
 
     _robot_name = ""
 
     def setup(self, **infrastructure: Any) -> None:
-        """Keep the robots, and find out which is meant where that is already known.
+        """Keep the robots, and select one if it is known already.
 
         Raises:
             CellError: When there are several and none is named, or none has the name.
         """
         super().setup(**infrastructure)
         self._robots: Mapping[str, Any] = infrastructure["robots"]
-        # An entry may be written later; that there is no gripper fails the behaviour, not the run.
+        # The entry may be written later; a missing gripper fails the behaviour, not the run.
         with contextlib.suppress(PortError, GripperError):
             self.choose_robot()
 
     def choose_robot(self) -> None:
-        """Take the robot that is meant now.
+        """Select the robot.
 
         Raises:
             CellError: When there are several and none is named, or none has the name.
             GripperError: When it needs a gripper and has none.
-            PortError: When the entry that is to say it was never written.
+            PortError: When the port refers to an entry that was never written.
         """
         name = self.robot
         if not name and ENTRY in self.scope:
@@ -64,7 +63,7 @@ class RobotPort(Node):
             if len(self._robots) > 1:
                 known = ", ".join(f"'{known}'" for known in self._robots)
                 raise CellError(
-                    f"the cell has the robots {known}; say which by the port robot, here or at "
+                    f"the cell has the robots {known}; select one by the port robot, here or at "
                     "the sub-tree"
                 )
             name = next(iter(self._robots))
@@ -76,24 +75,24 @@ class RobotPort(Node):
 
     @property
     def robot_name(self) -> str:
-        """Name of the robot that is meant."""
+        """Name of the selected robot."""
         return self._robot_name
 
     @property
     def arm(self) -> Arm:
-        """The arm of the robot that is meant."""
+        """Arm of the selected robot."""
         arm: Arm = self._robots[self._robot_name].arm
         return arm
 
     @property
     def controllers(self) -> ControllerManager:
-        """The controllers of the robot that is meant."""
+        """Controllers of the selected robot."""
         controllers: ControllerManager = self._robots[self._robot_name].controllers
         return controllers
 
     @property
     def gripper(self) -> Gripper:
-        """The gripper of the robot that is meant.
+        """Gripper of the selected robot.
 
         Raises:
             GripperError: When it has none.
@@ -108,7 +107,7 @@ class RobotCondition(RobotPort, Condition):
     """A condition on one robot."""
 
     def initialise(self) -> None:
-        """Look at the robot that is meant now."""
+        """Select the robot."""
         try:
             self.choose_robot()
         except (CellError, GripperError) as error:

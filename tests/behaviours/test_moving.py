@@ -40,7 +40,7 @@ def test_hover_ends_over_the_object_pointing_down(station, trial):
 def test_hover_runs_while_the_arm_moves_and_says_how_long_still(trial):
     hovering = trial(Hover(object="cube", height=0.3))
     assert hovering.tick() is RUNNING
-    assert "s to go" in hovering.behaviour.feedback_message
+    assert "s left" in hovering.behaviour.feedback_message
 
 
 def test_hover_over_an_unknown_object_fails_with_the_nearest_name(trial):
@@ -181,7 +181,7 @@ def test_an_arm_that_something_holds_fails_with_how_far_it_is(station, trial, mo
     hand = station.cell.body_id("panda/hand")
     assert moving.tick() is RUNNING
     station.cell.data.xfrc_applied[hand] = [0, 400.0, 0, 0, 0, 0]
-    assert moving.fails_with("something holds it")
+    assert moving.fails_with("something obstructs it")
 
 
 def test_is_at_says_how_far_away_the_tool_is(station, trial):

@@ -67,7 +67,7 @@ def test_place_at_puts_the_middle_of_the_bottom_at_the_pose(with_the_cube, trial
 
 def test_it_comes_down_straight(with_the_cube, trial):
     placing = trial(PlaceAt(object="cube", pose=PLACE, height=0.1))
-    placing.tick_until(lambda: placing.behaviour.feedback_message == "going down", timeout=5.0)
+    placing.tick_until(lambda: placing.behaviour.feedback_message == "lowering", timeout=5.0)
     while placing.tick() is RUNNING and with_the_cube.gripper.width < 0.055:
         assert with_the_cube.cell.pose("cube").translation[:2] == pytest.approx(
             [0.35, -0.15], abs=1.5e-3
@@ -82,7 +82,7 @@ def test_what_is_lost_on_the_way_is_told(with_the_cube, trial):
     placing = trial(PlaceAt(object="cube", pose=PLACE))
     placing.tick()
     with_the_cube.gripper.open()
-    assert placing.fails_with("'cube' was lost on the way")
+    assert placing.fails_with("'cube' was lost during the motion")
 
 
 @pytest.mark.parametrize(

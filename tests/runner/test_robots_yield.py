@@ -19,7 +19,7 @@ def test_behaviour_waits_until_the_other_robot_has_left(station, left, right):
     waiting = set_up(station, MoveToPose(robot="right", pose=pose_to_text(MIDDLE)))
     for _ in range(50):
         assert waiting.tick() is NodeStatus.RUNNING
-    assert "waits: 'left' blocks" in waiting.behaviour.feedback_message
+    assert "waiting: 'left' blocks" in waiting.behaviour.feedback_message
     assert not right.arm.moving
     left.arm.move_to_configuration(left.robot.description.home)
     assert waiting.until_done(6.0) is NodeStatus.SUCCESS

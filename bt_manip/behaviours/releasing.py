@@ -1,29 +1,29 @@
-"""What behaviours that let go at the end of a motion have in common."""
+"""Base class of behaviours that release an object after a motion."""
 
 from bt_manip.bt import Input, Status
 
 from .arm_behaviour import MotionBehaviour
 
 
-class LettingGoBehaviour(MotionBehaviour):
-    """Move, and then open the gripper until it touches nothing."""
+class ReleasingBehaviour(MotionBehaviour):
+    """Move, then open the gripper until it is free."""
 
     needs_gripper = True
 
-    patience = Input(float, default=2.0, doc="Longest simulated time for the gripper to open [s].")
+    patience = Input(float, default=2.0, doc="Timeout for opening, in simulated time [s].")
 
     memory = (*MotionBehaviour.memory, "_opening")
     amounts = {**MotionBehaviour.amounts, "patience": "s"}
 
-    _opening: float | None = None  # [s] when the gripper began to open
+    _opening: float | None = None  # [s] start of the opening
 
     def initialise(self) -> None:
-        """Start the motion, with the gripper as it is."""
+        """Start the motion without moving the gripper."""
         self._opening = None
         super().initialise()
 
-    def let_go(self) -> Status:
-        """Open, and wait until the gripper touches nothing."""
+    def release(self) -> Status:
+        """Open the gripper and wait until it is free."""
         if self._opening is None:
             self._opening = self.cell.time
             self.gripper.open()
