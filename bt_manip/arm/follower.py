@@ -100,7 +100,7 @@ class TrajectoryFollower:
 
     @property
     def state(self) -> ArmState:
-        """What the reference does now; the arrays are live."""
+        """The present state; its arrays are live."""
         return ArmState(
             self.q, self.v, self.a, self.trajectory, self.time, self.speed_scale, self.stopping
         )

@@ -89,7 +89,7 @@ def in_sequence(*parts: Trajectory | None) -> Trajectory:
 
 
 class PlanningScene(NamedTuple):
-    """What motions are planned with.
+    """The model, solvers and obstacles with which motions are planned.
 
     Attributes:
         delay: Joins a stop and a motion (None where there is none) with a rest between them, in
@@ -115,7 +115,7 @@ def plan(
     Args:
         request: The request.
         state: The present state of the arm.
-        scene: What it is planned with.
+        scene: Model, solvers and obstacles.
         rng: Random generator of the planner.
 
     Returns:
@@ -227,7 +227,7 @@ def _plan_to_configurations(
     keeps a motion that ends near it, so that it does not stop at each request.
 
     Returns:
-        The stop and the motion after it; None for what is not needed.
+        The stop and the motion after it; None where one is not needed.
     """
     world, model, speed = scene.world, scene.model, request.speed
     target = next(targets)

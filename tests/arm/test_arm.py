@@ -161,12 +161,12 @@ def test_linear_motion_keeps_the_tool_on_its_line(arm, watch):
     arm.move_linear(end)
     watch.run()
     watch.check()
-    way = end.translation - start.translation
+    along = end.translation - start.translation
     turn = pin.log3(start.rotation.T @ end.rotation)
     for q, *_ in watch.rows:
         T = arm.model.pose(q)
-        done = (T.translation - start.translation) @ way / (way @ way)
-        on_line = pin.SE3(start.rotation @ pin.exp3(done * turn), start.translation + done * way)
+        done = (T.translation - start.translation) @ along / (along @ along)
+        on_line = pin.SE3(start.rotation @ pin.exp3(done * turn), start.translation + done * along)
         assert np.abs(pin.log6(on_line.actInv(T)).np).max() < 1e-4
     assert np.abs(pin.log6(end.actInv(arm.model.pose(arm.q))).np).max() < 1e-5
 
@@ -298,7 +298,9 @@ def test_motion_does_not_depend_on_the_control_step(robot):
     assert np.abs(fine.q - coarse.q).max() < 1e-12
 
 
-@pytest.mark.parametrize("kind", ["straight", "line", "braked line", "turned", "stopped", "rest"])
+@pytest.mark.parametrize(
+    "kind", ["segment", "line", "line after a stop", "turned", "stopped", "rest"]
+)
 def test_restored_arm_continues_bit_for_bit(robot, kind):
     arm = Arm(robot)
     watch = Watch(arm)
@@ -310,7 +312,7 @@ def test_restored_arm_continues_bit_for_bit(robot, kind):
     watch.run(137)
     if kind == "turned":
         arm.move_to_configuration(arm.model.home)
-    elif kind == "braked line":
+    elif kind == "line after a stop":
         arm.move_linear(down(0.4, 0.2, 0.3))
     elif kind == "stopped":
         arm.stop()

@@ -78,9 +78,9 @@ def at_random(station, rng, moves: int) -> tuple[float, int]:
     nearest, made = distance(station), 0
     for _ in range(moves):
         robot = station.robots[("left", "right")[int(rng.integers(2))]]
-        place = rng.uniform((-0.2, -0.25, 1.1), (0.2, 0.25, 1.35))
+        position = rng.uniform((-0.2, -0.25, 1.1), (0.2, 0.25, 1.35))
         try:
-            robot.arm.move_to_pose(spatial.pointing_down(place, rng.uniform(-1.5, 1.5)))
+            robot.arm.move_to_pose(spatial.pointing_down(position, rng.uniform(-1.5, 1.5)))
             made += 1
         except MotionError as error:
             assert error.reason in ("robot", "unreachable", "collision")
