@@ -1,13 +1,10 @@
-"""Who touches whom and how hard, against weights computed by hand."""
+"""Contacts and their forces, against weights computed by hand."""
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from dm_control import composer, mjcf
 
 from bt_manip.cell import Cell, CellError, Cube, Table
-from bt_manip.cell.contacts.contact_monitor import ContactMonitor
-from bt_manip.cell.naming import BodyNames
 from bt_manip.spatial import pose
 
 G = 9.81
@@ -109,64 +106,3 @@ def test_penetration_is_the_deepest_overlap():
 def test_an_unknown_body_offers_the_nearest(cell):
     with pytest.raises(CellError, match="did you mean 'heavy'"):
         cell.contacts.wrench("heavi")
-
-
-class Claw(composer.Entity):
-    """A fixed post with a finger beside it."""
-
-    def _build(self):
-        self.root = mjcf.from_xml_string("""
-            <mujoco model="claw"><worldbody>
-              <body name="post" pos="0 0 0.2">
-                <geom size="0.05" mass="1"/>
-                <body name="finger" pos="0.2 0 0"><geom size="0.05" mass="1"/></body>
-              </body>
-            </worldbody></mujoco>""")
-
-    @property
-    def mjcf_model(self):
-        return self.root
-
-    @property
-    def contact_bodies(self):
-        return [self.root.find("body", "finger")]
-
-
-def test_fingers_may_touch_and_the_rest_of_a_robot_may_not():
-    cell = Cell()
-    cell.add(Claw())
-    cell.add(Cube(), pose((0.2, 0, 0.274)))  # rests on the finger
-    cell.step()
-    assert cell.contact_monitor.summary() == ((), ("cube",), True)
-    cell.add(Cube(), pose((0, 0, 0.274)))  # rests on the post
-    cell.step()
-    assert cell.contact_monitor.summary().unexpected == (("claw/post", "cube_1"),)
-    assert cell.contact_monitor.summary().held == ("cube",)
-
-
-def test_a_held_thing_that_meets_another_is_not_free():
-    cell = Cell()
-    cell.add(Claw())
-    cell.add(Cube(), pose((0.2, 0, 0.274)))
-    cell.add(Cube(), pose((0.2, 0, 0.3235)))
-    cell.step(2)
-    assert cell.contact_monitor.summary() == ((), ("cube",), False)
-
-
-def test_things_that_are_not_robots_touch_each_other_as_they_like(cell):
-    assert cell.contact_monitor.summary() == ((), (), True)
-
-
-def test_every_step_is_judged_by_its_own_contacts_as_they_come_and_go():
-    cell = Cell()
-    with cell.editing():
-        cell.add(Claw())
-        cell.add(Cube(), pose((0.21, 0.01, 0.35), (0.9, 0.4, 0.3, 0.2)))  # tumbles off the finger
-        cell.add(Cube(), pose((0.0, 0.02, 0.33), (0.9, 0.1, 0.5, 0.0)))  # and this one off the post
-    judged = set()
-    for _ in range(800):
-        cell.step()
-        anew = ContactMonitor(cell.data, BodyNames(cell.model), {"claw": ["claw/finger"]})
-        assert cell.contact_monitor.summary() == anew.summary()
-        judged.add(cell.data.contact.geom.tobytes())
-    assert len(judged) > 5

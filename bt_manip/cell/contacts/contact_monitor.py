@@ -1,4 +1,4 @@
-"""A judgement of every step: does anything touch what it should not?"""
+"""Classification of each step's contacts: what robots hold, and what they should not touch."""
 
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
@@ -8,91 +8,84 @@ import numpy as np
 
 from ..naming import BodyNames, entity_of
 
-# Different contact lists seen since the compile; a run of the reference task sees some hundreds.
-_MOST_REMEMBERED = 4096
+_MAX_CACHED = 4096
+"""Number of cached lists of contacts; a run of pick_place has some hundreds."""
 
 
 class ContactSummary(NamedTuple):
-    """What the contacts of one step mean."""
+    """The meaning of one step's contacts."""
 
     unexpected: tuple[tuple[str, str], ...]
-    """Pairs of bodies where a robot touches something with another body than those of its gripper
-    that may, or touches another robot."""
+    """Pairs of bodies of which one is of a robot but not a contact body of its gripper, or that are
+    of two robots."""
     held: tuple[str, ...]
-    """Entities that grippers touch, robots apart."""
+    """Entities in contact with grippers, robots excluded."""
     free: bool
-    """Neither grippers nor what they touch meet anything but each other."""
+    """Whether grippers and the entities they hold touch only each other."""
 
 
-NOTHING = ContactSummary((), (), True)
+NO_CONTACTS = ContactSummary((), (), True)
 
 
 class ContactMonitor:
-    """Judges contacts in about a microsecond a step, by remembering judged contact lists.
+    """Classifies contacts in about 1 us a step, by caching the summaries of contact lists.
 
-    Nothing of a robot but the contact bodies of its gripper may touch anything, and these may not
-    touch another robot; things that are not robots may touch each other as they like.
+    Of a robot only the contact bodies of its gripper may touch anything, except other robots.
+    Contacts between entities that are not robots are always allowed.
     """
 
-    def __init__(self, data: mujoco.MjData, labels: BodyNames, robots: Mapping[str, Iterable[str]]):
-        """Build the table for one compiled model.
+    def __init__(
+        self, data: mujoco.MjData, body_names: BodyNames, robots: Mapping[str, Iterable[str]]
+    ):
+        """Classify the contacts of one compiled model.
 
         Args:
-            data: Where the contacts stand.
-            labels: Names of the geoms.
-            robots: The bodies of each robot that may touch things, as ``entity/body``; by the
-                names of the robots.
+            data: Its data.
+            body_names: Its names.
+            robots: The contact bodies of each robot's gripper, as ``entity/body``, by the names of
+                the robots.
         """
         self._data = data
-        # By number of contacts: MuJoCo keeps them at the beginning of its arena, where they are
-        # looked at without being looked up, which takes longer than all the rest.
+        # Views of the contacts' geoms by number of contacts, which MuJoCo stores at a fixed
+        # address: `data.contact.geom` takes longer than all the rest.
         self._pairs: dict[int, np.ndarray] = {}
-        self._label = labels.of_geom
+        self._names = body_names.of_geom
         self._contact_bodies = frozenset(body for bodies in robots.values() for body in bodies)
         self._robots = frozenset(robots)
-        self._seen: dict[bytes, ContactSummary] = {b"": NOTHING}
+        self._cached: dict[bytes, ContactSummary] = {b"": NO_CONTACTS}
 
     def summary(self) -> ContactSummary:
-        """Judge the contacts of the last step."""
+        """Return the summary of the last step's contacts."""
         n = self._data.ncon
         pairs = self._pairs.get(n)
         if pairs is None:
             pairs = self._pairs[n] = self._data.contact.geom
         key = pairs.tobytes()
-        touch = self._seen.get(key)
-        if touch is None:
-            if len(self._seen) >= _MOST_REMEMBERED:
-                self._seen.clear()
-            touch = self._seen[key] = self._judge(pairs.tolist())
-        return touch
+        summary = self._cached.get(key)
+        if summary is None:
+            if len(self._cached) >= _MAX_CACHED:
+                self._cached.clear()
+            summary = self._cached[key] = self._classify(pairs.tolist())
+        return summary
 
-    def _judge(self, geoms: list[list[int]]) -> ContactSummary:
-        label = self._label
-        pairs = {(label[a], label[b]) for a, b in geoms}
-        unexpected = {
-            (min(pair), max(pair))
-            for pair in pairs
-            if any(self._forbidden(b) for b in pair) or self._of_two_robots(*pair)
-        }
+    def _classify(self, geoms: list[list[int]]) -> ContactSummary:
+        names = self._names
+        pairs = {(names[a], names[b]) for a, b in geoms}
+        unexpected = {(min(pair), max(pair)) for pair in pairs if self._is_unexpected(*pair)}
         held = {
             entity_of(other)
             for pair in pairs
             for body, other in (pair, pair[::-1])
             if body in self._contact_bodies and entity_of(other) not in self._robots
         }
-        mine = {*self._contact_bodies, *held}
-        free = all(
-            (self._mine(a, mine) == self._mine(b, mine)) for a, b in pairs
-        )  # a pair of which one side is ours and the other is not breaks it
+        gripped = {*self._contact_bodies, *held}
+        inside = [[b in gripped or entity_of(b) in gripped for b in pair] for pair in pairs]
+        free = all(first == second for first, second in inside)
         return ContactSummary(tuple(sorted(unexpected)), tuple(sorted(held)), free)
 
-    def _forbidden(self, body: str) -> bool:
-        return entity_of(body) in self._robots and body not in self._contact_bodies
-
-    def _of_two_robots(self, first: str, second: str) -> bool:
-        robots = {entity_of(first), entity_of(second)}
-        return len(robots) > 1 and robots <= self._robots
-
-    @staticmethod
-    def _mine(body: str, mine: set[str]) -> bool:
-        return body in mine or entity_of(body) in mine
+    def _is_unexpected(self, *bodies: str) -> bool:
+        robots = {entity_of(body) for body in bodies} & self._robots
+        two_robots = len(robots) > 1
+        return two_robots or any(
+            entity_of(body) in robots and body not in self._contact_bodies for body in bodies
+        )

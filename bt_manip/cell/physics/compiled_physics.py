@@ -187,7 +187,7 @@ def _overridden(hook: str, entities: Iterable[composer.Entity]) -> tuple[Hook, .
 
 
 def _contact_bodies(entities: Iterable[composer.Entity]) -> dict[str, list[str]]:
-    """Name the bodies that may touch things, of each entity that has such: the robots."""
+    """Return the contact bodies of each entity that declares them: the robots."""
     return {
         entity_of(entity.mjcf_model.full_identifier): [
             body_name(body.full_identifier) for body in entity.contact_bodies

@@ -1,0 +1,83 @@
+"""Contacts are classified: expected or not, held, and free of everything else."""
+
+import pytest
+from dm_control import composer, mjcf
+
+from bt_manip.cell import BodyNames, Cell, ContactMonitor, Cube, Table
+from bt_manip.spatial import pose
+
+G = 9.81
+SURFACE = 1.015
+
+
+@pytest.fixture
+def cell():
+    """A light cube on a heavy one on the table."""
+    cell = Cell()
+    with cell.editing():
+        cell.add(Table())
+        cell.add(Cube(mass=2.0), pose((0.1, 0.2, SURFACE + 0.025)), name="heavy")
+        cell.add(Cube(mass=0.5), pose((0.1, 0.2, SURFACE + 0.075)), name="light")
+    cell.step(500)
+    return cell
+
+
+class Claw(composer.Entity):
+    """A fixed post with a finger beside it."""
+
+    def _build(self):
+        self.root = mjcf.from_xml_string("""
+            <mujoco model="claw"><worldbody>
+              <body name="post" pos="0 0 0.2">
+                <geom size="0.05" mass="1"/>
+                <body name="finger" pos="0.2 0 0"><geom size="0.05" mass="1"/></body>
+              </body>
+            </worldbody></mujoco>""")
+
+    @property
+    def mjcf_model(self):
+        return self.root
+
+    @property
+    def contact_bodies(self):
+        return [self.root.find("body", "finger")]
+
+
+def test_contact_bodies_may_touch_and_the_rest_of_a_robot_may_not():
+    cell = Cell()
+    cell.add(Claw())
+    cell.add(Cube(), pose((0.2, 0, 0.274)))  # rests on the finger
+    cell.step()
+    assert cell.contact_monitor.summary() == ((), ("cube",), True)
+    cell.add(Cube(), pose((0, 0, 0.274)))  # rests on the post
+    cell.step()
+    assert cell.contact_monitor.summary().unexpected == (("claw/post", "cube_1"),)
+    assert cell.contact_monitor.summary().held == ("cube",)
+
+
+def test_a_held_object_in_contact_with_another_is_not_free():
+    cell = Cell()
+    cell.add(Claw())
+    cell.add(Cube(), pose((0.2, 0, 0.274)))
+    cell.add(Cube(), pose((0.2, 0, 0.3235)))
+    cell.step(2)
+    assert cell.contact_monitor.summary() == ((), ("cube",), False)
+
+
+def test_contacts_between_objects_are_expected(cell):
+    assert cell.contact_monitor.summary() == ((), (), True)
+
+
+def test_every_summary_is_of_the_contacts_of_its_own_step():
+    cell = Cell()
+    with cell.editing():
+        cell.add(Claw())
+        cell.add(Cube(), pose((0.21, 0.01, 0.35), (0.9, 0.4, 0.3, 0.2)))  # tumbles off the finger
+        cell.add(Cube(), pose((0.0, 0.02, 0.33), (0.9, 0.1, 0.5, 0.0)))  # and this one off the post
+    judged = set()
+    for _ in range(800):
+        cell.step()
+        anew = ContactMonitor(cell.data, BodyNames(cell.model), {"claw": ["claw/finger"]})
+        assert cell.contact_monitor.summary() == anew.summary()
+        judged.add(cell.data.contact.geom.tobytes())
+    assert len(judged) > 5
