@@ -1,4 +1,4 @@
-"""What every controller promises."""
+"""The contract of controllers."""
 
 import json
 from collections.abc import Callable
@@ -12,10 +12,10 @@ from bt_manip.cell import Cell
 from bt_manip.control import ComputedTorque, Controller, Hold
 from bt_manip.robots import Robot, RobotDescription, panda
 
-MOST_SAG = 0.02  # [rad]: a compliant controller may give way by its friction
-MOST_CREEP = 1e-3  # [rad] in the last quarter second of a second at rest
-MOST_LAG = 0.1  # [rad] while moving
-MOST_JUMP = 0.3  # of the effort limits, at a hand-over at rest
+MAX_STEADY_ERROR = 0.02  # [rad]: friction deflects a compliant controller
+MAX_DRIFT = 1e-3  # [rad] in the last quarter second of a second at rest
+MAX_LAG = 0.1  # [rad] while moving
+MAX_TORQUE_STEP = 0.3  # of the effort limits, when it takes over at rest
 
 
 @dataclass(frozen=True)
@@ -77,8 +77,8 @@ def is_stable_at_rest(case: ControllerCase) -> None:
     settled = robot.q
     cell.step(250)
     sag, creep = np.abs(robot.q - home).max(), np.abs(robot.q - settled).max()
-    assert sag < MOST_SAG, f"'{case.name}' is {sag:.4f} rad off after a second at rest"
-    assert creep < MOST_CREEP, f"'{case.name}' still moves by {creep:.5f} rad in 0.25 s"
+    assert sag < MAX_STEADY_ERROR, f"'{case.name}' is {sag:.4f} rad off after a second at rest"
+    assert creep < MAX_DRIFT, f"'{case.name}' still moves by {creep:.5f} rad in 0.25 s"
 
 
 def returns_from_a_push(case: ControllerCase) -> None:
@@ -89,7 +89,7 @@ def returns_from_a_push(case: ControllerCase) -> None:
     cell.data.qvel[robot.dof_adr] = 0.2
     cell.step(1500)
     off, speed = np.abs(robot.q - home).max(), np.abs(robot.v).max()
-    assert off < MOST_SAG, f"'{case.name}' is {off:.4f} rad off 1.5 s after a push"
+    assert off < MAX_STEADY_ERROR, f"'{case.name}' is {off:.4f} rad off 1.5 s after a push"
     assert speed < 0.02, f"'{case.name}' still swings at {speed:.3f} rad/s 1.5 s after a push"
 
 
@@ -104,8 +104,8 @@ def follows_a_motion(case: ControllerCase) -> None:
         cell.step()
         worst = max(worst, float(np.abs(robot.q - arm.q).max()))
     cell.step(750)
-    assert worst < MOST_LAG, f"'{case.name}' lags {worst:.3f} rad behind"
-    assert np.abs(robot.q - target).max() < MOST_SAG, f"'{case.name}' does not arrive"
+    assert worst < MAX_LAG, f"'{case.name}' lags {worst:.3f} rad behind"
+    assert np.abs(robot.q - target).max() < MAX_STEADY_ERROR, f"'{case.name}' does not arrive"
 
 
 def takes_over_smoothly(case: ControllerCase) -> None:
@@ -118,12 +118,12 @@ def takes_over_smoothly(case: ControllerCase) -> None:
     control.reference = Hold(before_robot.q)
     cell.step()
     jump = np.abs(control.tau - before.tau) / robot.limits.effort
-    assert jump.max() < MOST_JUMP, (
+    assert jump.max() < MAX_TORQUE_STEP, (
         f"'{case.name}' takes over with a jump of {jump.max():.0%} of an effort limit"
     )
     cell.step(200)
     moved = float(np.abs(robot.q - before_robot.q).max())
-    assert moved < MOST_SAG, f"'{case.name}' moves by {moved:.4f} rad when it takes over"
+    assert moved < MAX_STEADY_ERROR, f"'{case.name}' moves by {moved:.4f} rad when it takes over"
 
 
 def goes_on_from_its_state(case: ControllerCase) -> None:

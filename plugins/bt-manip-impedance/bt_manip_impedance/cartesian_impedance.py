@@ -1,4 +1,4 @@
-"""A controller under which the tool is held by damped springs."""
+"""Cartesian impedance control."""
 
 from collections.abc import Sequence
 
@@ -11,21 +11,23 @@ from bt_manip_impedance.gains import ratio, stiffnesses
 from bt_manip_impedance.joint_impedance import FRICTION_VELOCITY
 
 REGULARISATION = 1e-3
-"""Added to the tool's mobility [1/kg and 1/(kg m2)], which loses its rank at singularities."""
+"""Added to the diagonal of the tool's mobility, which is singular at singularities
+[1/kg and 1/(kg m2)]."""
 
 
 class CartesianImpedance(Controller):
-    """``tau = J' (K e + D de/dt) + N' tau_0 + M a_ref + bias + friction``: springs at the tool.
+    """Cartesian impedance control with a null-space posture.
 
-    The tool is pulled to where it would be on the reference, by springs along and about the
-    axes of the world. What pushes it away by d feels ``K d`` and never more: that is how hard it
-    presses on what it meets. Joints that the tool does not need are drawn to their reference by
-    weak springs, whose efforts ``tau_0`` are projected so that they do not accelerate the tool
+    ``tau = J' (K e + D de/dt) + N' tau_0 + M a_ref + bias + friction``
+
+    Damped springs along and about the world's axes pull the tool to its reference pose: a contact
+    that holds it off by d feels the force ``K d``. Weak joint springs keep the posture; their
+    torques ``tau_0`` are projected into the null space, so that they do not accelerate the tool
     (O. Khatib, "A unified approach for motion and force control of robot manipulators", IEEE J.
     of Robotics and Automation 3, 1987).
 
-    The damping of each spring follows the mass that is felt along its axis when the tool is free
-    in all others, ``1 / (J M^-1 J')_ii``, which stays finite in singularities.
+    The damping of each axis follows the tool's effective mass along it with all other axes free,
+    ``1 / (J M^-1 J')_ii``, which stays finite in singularities.
     """
 
     kind = "cartesian_impedance"
@@ -43,13 +45,13 @@ class CartesianImpedance(Controller):
 
         Args:
             robot: The robot to control.
-            stiffness: Along the world's axes, or each of them [N/m].
-            rotational_stiffness: About the world's axes, or each of them [N m/rad].
-            posture_stiffness: Of the joints, where the tool leaves them free [N m/rad].
-            damping_ratio: 1 comes back without swinging over [-].
+            stiffness: Along the world's axes, one number or three [N/m].
+            rotational_stiffness: About the world's axes, one number or three [N m/rad].
+            posture_stiffness: Of the joints, in the null space [N m/rad].
+            damping_ratio: 1 is critical damping [-].
 
         Raises:
-            ControlError: When a number is negative or not finite, or there are too many or few.
+            ControlError: If a number is negative or not finite, or their count is wrong.
         """
         super()._build(robot)
         linear = stiffnesses("stiffness", stiffness, 3)
@@ -61,28 +63,28 @@ class CartesianImpedance(Controller):
     def compute(
         self, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
     ) -> np.ndarray:
-        """Give the efforts of the springs, the dampers and the feed-forward [N m]."""  # (nv,)
+        """Return the torques of springs, dampers and feedforward [N m]."""  # (nv,)
         model = self.model
         friction = model.damping * v_ref + model.friction * np.tanh(v_ref / FRICTION_VELOCITY)
-        feed_forward = pin.rnea(model.model, model.data, q, v, a_ref) + friction
+        feedforward = pin.rnea(model.model, model.data, q, v, a_ref) + friction
         error = self.error(q, q_ref)
         M = _inertia(model, q)
         J = model.jacobian(q)
         J_Minv = np.linalg.solve(M, J.T).T  # (6, nv)
         mobility = J_Minv @ J.T  # (6, 6)
         damping = 2.0 * self.damping_ratio * np.sqrt(self.stiffness / np.diagonal(mobility))
-        late = v_ref - v
-        wrench = self.stiffness * error + damping * (J @ late)
-        posture = self.posture_stiffness * (q_ref - q) + late * (
+        v_error = v_ref - v
+        wrench = self.stiffness * error + damping * (J @ v_error)
+        posture = self.posture_stiffness * (q_ref - q) + v_error * (
             2.0 * self.damping_ratio * np.sqrt(self.posture_stiffness * np.diagonal(M))
         )
         mobility[np.diag_indices(6)] += REGULARISATION
-        # What the posture would accelerate the tool by is taken off it again.
+        # Cancel the acceleration of the tool by the posture torques.
         wrench -= np.linalg.solve(mobility, J_Minv @ posture)
-        return feed_forward + J.T @ wrench + posture
+        return feedforward + J.T @ wrench + posture
 
     def error(self, q: np.ndarray, q_ref: np.ndarray) -> np.ndarray:
-        """Give how far the tool is from where it should be: along and about the world's axes."""
+        """Return the pose error of the tool along and about the world's axes."""
         T_wt, T_ref = self.model.pose(q), self.model.pose(q_ref)
         R = T_wt.rotation
         turn = R @ pin.log3(R.T @ T_ref.rotation)
@@ -90,6 +92,6 @@ class CartesianImpedance(Controller):
 
 
 def _inertia(model, q: np.ndarray) -> np.ndarray:
-    """Give the arm's inertia matrix; Pinocchio fills the upper half alone."""
+    """Return the joint inertia matrix; Pinocchio computes the upper triangle only."""
     upper = np.triu(pin.crba(model.model, model.data, q))
     return upper + np.triu(upper, 1).T

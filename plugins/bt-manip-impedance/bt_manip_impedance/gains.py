@@ -1,4 +1,4 @@
-"""Check what users ask of springs and dampers."""
+"""Checks of stiffness and damping arguments."""
 
 from collections.abc import Sequence
 
@@ -8,10 +8,10 @@ from bt_manip.control import ControlError
 
 
 def stiffnesses(name: str, given: float | Sequence[float] | np.ndarray, n: int) -> np.ndarray:
-    """Give n stiffnesses from one for all, or one for each.
+    """Return n stiffnesses from one number, or from n.
 
     Raises:
-        ControlError: When a number is negative or not finite, or there are too many or few.
+        ControlError: If a number is negative or not finite, or their count is wrong.
     """
     values = np.asarray(given, dtype=float)
     if values.shape not in ((), (n,)):
@@ -22,10 +22,10 @@ def stiffnesses(name: str, given: float | Sequence[float] | np.ndarray, n: int) 
 
 
 def ratio(name: str, given: float) -> float:
-    """Give a damping ratio.
+    """Return a damping ratio.
 
     Raises:
-        ControlError: When it is negative or not finite.
+        ControlError: If it is negative or not finite.
     """
     if not 0.0 <= given < np.inf:
         raise ControlError(f"{name} must be finite and not negative, got {given!r}")

@@ -1,4 +1,4 @@
-"""A controller under which every joint is a damped spring."""
+"""Joint impedance control."""
 
 from collections.abc import Sequence
 
@@ -14,12 +14,14 @@ FRICTION_VELOCITY = 0.01
 
 
 class JointImpedance(Controller):
-    """``tau = K e + D de/dt + M a_ref + bias + friction``: each joint a damped spring.
+    """Joint impedance control: a damped spring between each joint and its reference.
 
-    The damping follows the inertia that a joint feels at each configuration, ``D = 2 zeta
-    sqrt(K M_jj)``, so that the arm is damped alike stretched out and folded. Without an integral,
-    whatever holds the arm off its reference is pushed with ``K e`` and never more. Friction is
-    fed forward by where the reference moves, or soft springs would drag far behind it.
+    ``tau = K e + D de/dt + M a_ref + bias + friction``
+
+    The damping ``D = 2 zeta sqrt(K M_jj)`` follows the inertia of each joint, so that the damping
+    ratio is the same in all configurations. There is no integral: a contact that holds a joint off
+    by e feels the torque ``K e``. Friction is compensated by the reference velocity; soft springs
+    would lag far behind otherwise.
     """
 
     kind = "joint_impedance"
@@ -35,12 +37,12 @@ class JointImpedance(Controller):
 
         Args:
             robot: The robot to control.
-            stiffness: Of each joint or of all [N m/rad]; default: 7 times the effort limit, with
-                which a joint has to be held 140 mrad off before it pushes with all it has.
-            damping_ratio: 1 comes back without swinging over [-].
+            stiffness: One number, or one per joint [N m/rad]; default: 7 times the effort limit,
+                with which an error of 140 mrad saturates a joint.
+            damping_ratio: 1 is critical damping [-].
 
         Raises:
-            ControlError: When a number is negative or not finite, or there are too many or few.
+            ControlError: If a number is negative or not finite, or their count is wrong.
         """
         super()._build(robot)
         effort = robot.limits.effort
@@ -51,14 +53,14 @@ class JointImpedance(Controller):
     def compute(
         self, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
     ) -> np.ndarray:
-        """Give the efforts of the springs, the dampers and the feed-forward [N m]."""  # (nv,)
+        """Return the torques of springs, dampers and feedforward [N m]."""  # (nv,)
         model = self.model
         spring = self.stiffness * (q_ref - q) + self.damping(q) * (v_ref - v)
         friction = model.damping * v_ref + model.friction * np.tanh(v_ref / FRICTION_VELOCITY)
         return spring + pin.rnea(model.model, model.data, q, v, a_ref) + friction
 
     def damping(self, q: np.ndarray) -> np.ndarray:
-        """Give the damping of each joint at a configuration [N m s/rad]."""  # (nv,)
+        """Return the damping of each joint at a configuration [N m s/rad]."""  # (nv,)
         model = self.model
         inertia = np.diagonal(pin.crba(model.model, model.data, q))
         return 2.0 * self.damping_ratio * np.sqrt(self.stiffness * inertia)

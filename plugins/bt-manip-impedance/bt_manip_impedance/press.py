@@ -8,50 +8,49 @@ from bt_manip.bt import Input, Status
 from bt_manip.cell import CellError
 
 PRESSED = 0.95
-"""Fraction of the travel at which a cap is down: the spring is stiff towards the end."""
-
+"""Fraction of the travel at which the cap counts as down; its stop is soft."""
 
 CLEAR = 0.03
-"""How far over the cap's top the tool goes afterwards [m]."""
+"""Height over the cap that the tool retreats to [m]."""
 
 
 class Press(MotionBehaviour):
-    """Press a button all the way down, hold it, and let go, without ever pressing too hard.
+    """Press a button down, hold it and release it, with a limited force.
 
-    The tool is sent to a place inside the button, as if nobody knew exactly where that stands: how
-    hard it presses is up to the controller's stiffness. A controller that insists on the place
-    presses ever harder, until this lets go and fails.
+    The reference moves to a point inside the button, as if its position were not exactly known: the
+    force follows from the controller's stiffness. Under a stiff controller the force exceeds the
+    limit, and the behaviour releases the button and fails.
     """
 
-    memory = (*MotionBehaviour.memory, "_since", "_verdict")
+    memory = (*MotionBehaviour.memory, "_since", "_outcome")
 
     object = Input(str, doc="Name of the button.")
-    depth = Input(float, default=0.02, doc="How far below the cap's top the tool is sent [m].")
-    hold = Input(float, default=0.3, doc="How long it is held down [s].")
-    max_force = Input(float, default=40.0, doc="Greatest force that the button may feel [N].")
+    depth = Input(float, default=0.02, doc="Depth of the reference below the cap's top [m].")
+    hold = Input(float, default=0.3, doc="Time that the button is held down [s].")
+    max_force = Input(float, default=40.0, doc="Largest allowed contact force [N].")
     speed = Input(float, default=0.1, doc="Fraction of the arm's limits, above 0 and up to 1.")
 
     _since: float | None = None  # [s] when the cap was down
-    _verdict: str | None = None  # why it will fail, empty for success; None while it presses
+    _outcome: str | None = None  # reason of a failure, empty for success; None while it presses
 
     def start(self) -> None:
         """Move straight down."""
-        self._since = self._verdict = None
+        self._since = self._outcome = None
         button = self.cell.find(self.object)
         if not hasattr(button, "travel"):
-            raise CellError(f"'{self.object}' is no button")
+            raise CellError(f"'{self.object}' is not a button")
         self._move_over_the_cap(-self.depth)
 
     def update(self) -> Status:
-        """Wait until the cap has been down for long enough, and then until it is free again."""
-        if self._verdict is None:
-            self._judge()
+        """Hold the cap down for the given time, then wait for the retreat."""
+        if self._outcome is None:
+            self._check_button()
         elif not self.arm.moving:
-            return self.fail(self._verdict) if self._verdict else Status.SUCCESS
+            return self.fail(self._outcome) if self._outcome else Status.SUCCESS
         return Status.RUNNING
 
-    def _judge(self) -> None:
-        """Look at the button, and let go of it when there is a verdict."""
+    def _check_button(self) -> None:
+        """Measure depth and force, and retreat when the outcome is known."""
         button, now = self.cell.find(self.object), self.cell.time
         force = float(np.linalg.norm(self.cell.contacts.wrench(self.object).force))
         self.feedback_message = f"{1e3 * button.depth:.1f} mm down, {force:.1f} N"
@@ -62,24 +61,24 @@ class Press(MotionBehaviour):
         if self._ended is None and not self.arm.moving:
             self._ended = now
         if force > self.max_force:
-            self._verdict = (
+            self._outcome = (
                 f"'{self.object}' is pressed with {force:.1f} N, at most {self.max_force:g} N "
                 "are allowed; a stiff controller cannot do this"
             )
         elif self._since is not None:
             if now - self._since >= self.hold:
-                self._verdict = ""
+                self._outcome = ""
         elif self._ended is not None and now - self._ended > self.SETTLING:
-            self._verdict = (
+            self._outcome = (
                 f"'{self.object}' is down by {1e3 * button.depth:.1f} of "
-                f"{1e3 * button.travel:.1f} mm when the arm stands; it takes more depth, or more "
+                f"{1e3 * button.travel:.1f} mm when the arm has stopped; give it more depth or "
                 "stiffness"
             )
-        if self._verdict is not None:
+        if self._outcome is not None:
             self._move_over_the_cap(CLEAR)
 
     def _move_over_the_cap(self, height: float) -> None:
-        """Move the tool straight to a height over the cap's top [m]."""
+        """Move the tool on a straight line to a height over the cap's top [m]."""
         T_wt, T_wo = self.T_wt, self.cell.pose(self.object)
         top = self.cell.find(self.object).height
         goal = T_wo.translation + np.array([0.0, 0.0, top + height])

@@ -1,4 +1,4 @@
-"""A button to press."""
+"""A push button."""
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
@@ -12,7 +12,7 @@ from bt_manip.cell import CellError
 
 RADIUS = 0.025  # [m]
 HOUSING = 0.02  # [m] height
-PRELOAD = 0.2  # fraction of the full force that the cap already takes to move at all
+PRELOAD = 0.2  # fraction of the full force at which the cap begins to move
 
 
 class PushButton(composer.Entity):
@@ -33,12 +33,12 @@ class PushButton(composer.Entity):
 
         Args:
             name: Model name.
-            travel: How far the cap goes down [m].
-            force: What it takes to push it all the way [N].
+            travel: Travel of the cap [m].
+            force: Force at the end of the travel [N].
             colour: Red, green and blue of the cap, from 0 to 1.
 
         Raises:
-            CellError: When travel or force is not positive, or the travel longer than the housing.
+            CellError: If travel or force is not positive, or the travel longer than the housing.
         """
         if not 0.0 < travel <= HOUSING:
             raise CellError(f"travel must be above 0 and at most {HOUSING} m, got {travel!r}")
@@ -52,7 +52,7 @@ class PushButton(composer.Entity):
             "geom", name="housing", type="cylinder", size=(1.3 * RADIUS, HOUSING / 2),
             pos=(0, 0, HOUSING / 2), rgba=(0.25, 0.25, 0.27, 1),
         )  # fmt: skip
-        # Its weight is taken off it, so that it works alike on a table and on a wall.
+        # Without weight, so that it works in any orientation.
         cap = housing.add("body", name="cap", pos=(0, 0, HOUSING), gravcomp=1)
         stiffness = (1.0 - PRELOAD) * force / travel
         self._joint = cap.add(
@@ -64,7 +64,7 @@ class PushButton(composer.Entity):
             "geom", name="cap", type="cylinder", size=(RADIUS, travel / 2 + 0.001),
             pos=(0, 0, travel / 2 + 0.001), mass=0.05, rgba=(*colour, 1),
         )  # fmt: skip
-        # The cap sinks into the housing, which would otherwise hold it up.
+        # The cap sinks into the housing.
         root.contact.add("exclude", name="cap_in_housing", body1=housing, body2=cap)
 
     def _build_observables(self) -> "PushButtonObservables":
@@ -72,44 +72,44 @@ class PushButton(composer.Entity):
 
     @property
     def mjcf_model(self) -> mjcf.RootElement:
-        """The model that composer attaches."""
+        """The MJCF model."""
         return self._mjcf_root
 
     @property
     def parameters(self) -> Mapping[str, Any]:
-        """What it was made with, as plain data."""
+        """Its parameters, as plain data."""
         return MappingProxyType(self._parameters)
 
     @property
     def height(self) -> float:
-        """Height of the cap's top over the bottom when nobody presses it [m]."""
+        """Height of the released cap's top over the bottom [m]."""
         return HOUSING + self.travel + 0.002
 
     @property
     def joint(self) -> mjcf.Element:
-        """The slide that the cap moves on; its position counts downwards from the top [m]."""
+        """The slide joint of the cap; its position counts downwards from the top [m]."""
         return self._joint
 
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Look at the compiled model (composer's hook)."""
+        """Bind to the compiled model (composer's hook)."""
         self._data = physics.data.ptr
         self._address = int(physics.model.ptr.joint(self._joint.full_identifier).qposadr[0])
 
     @property
     def depth(self) -> float:
-        """How far the cap is down [m]."""
+        """Depth of the cap below its released position [m]."""
         return float(self._data.qpos[self._address])
 
     @property
     def pressed(self) -> bool:
-        """Whether the cap is down by more than half of its travel."""
+        """Whether the cap is below half of its travel."""
         return self.depth > 0.5 * self.travel
 
 
 class PushButtonObservables(composer.Observables):
-    """What learning may see of a button."""
+    """Observables of a button."""
 
     @composer.observable
     def depth(self) -> observable.MJCFFeature:
-        """How far the cap is down [m]."""
+        """Depth of the cap below its released position [m]."""
         return observable.MJCFFeature("qpos", self._entity.joint)

@@ -1,4 +1,4 @@
-"""The tool is held by damped springs around its reference."""
+"""Cartesian impedance control: damped springs between the tool and its reference."""
 
 import mujoco
 import numpy as np
@@ -26,13 +26,13 @@ def under_control(*, friction=True, **gains) -> tuple[Cell, CartesianImpedance]:
 
 
 def mujoco_jacobian(cell: Cell, robot: Robot) -> np.ndarray:
-    """Give MuJoCo's own Jacobian of the tool: linear over angular."""  # (6, nv)
+    """Return MuJoCo's Jacobian of the tool: linear over angular."""  # (6, nv)
     linear, angular = np.zeros((3, cell.model.nv)), np.zeros((3, cell.model.nv))
     mujoco.mj_jacSite(cell.model, cell.data, linear, angular, robot.tool_site_id)
     return np.vstack((linear, angular))[:, robot.dof_adr]
 
 
-def test_on_its_reference_it_carries_the_arm_and_its_friction():
+def test_on_the_reference_the_torque_is_that_of_bias_and_friction():
     cell, controller = under_control()
     robot = controller.robot
     q, v = robot.q + 0.1, np.full(7, 0.3)
@@ -44,7 +44,7 @@ def test_on_its_reference_it_carries_the_arm_and_its_friction():
     np.testing.assert_allclose(tau, cell.data.qfrc_bias[dofs] + friction, atol=1e-9)
 
 
-def test_a_small_way_off_it_pushes_the_tool_with_stiffness_times_error():
+def test_near_the_reference_the_wrench_is_stiffness_times_error():
     stiffness, turning = [100.0, 200.0, 300.0], [10.0, 20.0, 30.0]
     cell, controller = under_control(
         stiffness=stiffness, rotational_stiffness=turning, posture_stiffness=0.0
@@ -58,7 +58,7 @@ def test_a_small_way_off_it_pushes_the_tool_with_stiffness_times_error():
     np.testing.assert_allclose(spring, J.T @ wrench, atol=1e-3 * abs(spring).max())
 
 
-def test_a_turn_is_undone_about_its_own_axis():
+def test_a_rotation_error_is_about_its_own_axis():
     cell, controller = under_control()
     robot = controller.robot
     q_ref = robot.q
@@ -68,7 +68,7 @@ def test_a_turn_is_undone_about_its_own_axis():
     np.testing.assert_allclose(abs(error), [0, 0, 0, 0, 0, 0.8], atol=1e-6)
 
 
-def test_posture_does_not_accelerate_the_tool():
+def test_posture_torques_do_not_accelerate_the_tool():
     cell, controller = under_control(stiffness=0.0, rotational_stiffness=0.0)
     robot, rest = controller.robot, np.zeros(7)
     tau = controller.compute(robot.q, rest, robot.q + 0.3, rest, rest)
@@ -86,7 +86,7 @@ def test_posture_does_not_accelerate_the_tool():
 
 
 @pytest.mark.parametrize("axis", range(3))
-def test_pushed_by_a_force_the_tool_gives_way_by_that_over_stiffness(axis):
+def test_a_force_deflects_the_tool_by_force_over_stiffness(axis):
     cell, controller = under_control(stiffness=500.0, friction=False)
     robot = controller.robot
     start = robot.tool_pose.translation.copy()
@@ -102,7 +102,7 @@ def test_pushed_by_a_force_the_tool_gives_way_by_that_over_stiffness(axis):
     np.testing.assert_allclose(moved, push / 500.0, atol=5e-4)
 
 
-def test_let_go_it_comes_back_without_swinging_over():
+def test_a_released_tool_returns_without_overshoot():
     cell, controller = under_control(friction=False)
     robot = controller.robot
     _ = controller.reference  # where it stands now

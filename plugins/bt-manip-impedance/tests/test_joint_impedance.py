@@ -1,4 +1,4 @@
-"""Each joint is a damped spring around its reference."""
+"""Joint impedance control: damped springs between the joints and their reference."""
 
 from collections.abc import Callable
 
@@ -23,7 +23,7 @@ def under_control(**gains) -> tuple[Cell, JointImpedance]:
 
 
 def at(cell: Cell, q: np.ndarray, v: np.ndarray, controller: JointImpedance) -> np.ndarray:
-    """Put the arm somewhere and give MuJoCo's own bias forces there."""  # (nv,)
+    """Set the arm's state and return MuJoCo's bias forces."""  # (nv,)
     robot = controller.robot
     fingers = robot.gripper.mechanism.qpos_adr
     cell.data.qpos[fingers] = controller.model.locked_qpos[fingers]  # where the model has them
@@ -38,7 +38,7 @@ def make() -> Callable[..., tuple[Cell, JointImpedance]]:
     return under_control
 
 
-def test_on_its_reference_it_carries_the_arm_and_its_friction(make):
+def test_on_the_reference_the_torque_is_that_of_bias_and_friction(make):
     cell, controller = make()
     q, v = controller.robot.q + 0.1, np.full(7, 0.3)
     dofs = controller.robot.dof_adr
@@ -48,7 +48,7 @@ def test_on_its_reference_it_carries_the_arm_and_its_friction(make):
     np.testing.assert_allclose(tau, bias + friction, atol=1e-9)
 
 
-def test_off_its_reference_it_pushes_with_stiffness_times_error(make):
+def test_off_the_reference_the_torque_is_stiffness_times_error(make):
     cell, controller = make(stiffness=[100.0 * i for i in range(1, 8)])
     q, rest = controller.robot.q, np.zeros(7)
     bias = at(cell, q, rest, controller)
@@ -56,7 +56,7 @@ def test_off_its_reference_it_pushes_with_stiffness_times_error(make):
     np.testing.assert_allclose(tau - bias, np.arange(1.0, 8.0), atol=1e-9)
 
 
-def test_held_off_by_a_torque_it_gives_way_by_that_over_stiffness(make):
+def test_an_external_torque_deflects_a_joint_by_torque_over_stiffness(make):
     cell, controller = make(stiffness=500.0)
     robot, joint = controller.robot, 3
     start = robot.q

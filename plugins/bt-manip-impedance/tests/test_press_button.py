@@ -1,4 +1,4 @@
-"""The tree that needs a compliant arm."""
+"""The tree press_button needs a compliant controller."""
 
 import pytest
 
@@ -14,7 +14,7 @@ def parts():
 
 
 def press(parts, controller=None, scene=None, **ports):
-    """Run the tree; give its status, the reason of a failure, and how deep the cap has been."""
+    """Run the tree; return its status, failure reason, and the cap's largest and last depth."""
     wants = parts.surroundings["press_button"]
     station = build_station(
         parts,
@@ -37,22 +37,22 @@ def press(parts, controller=None, scene=None, **ports):
     return status, reason, max(depths), button.depth
 
 
-def test_a_compliant_arm_presses_the_button_and_lets_go(parts):
+def test_a_compliant_arm_presses_and_releases_the_button(parts):
     status, reason, deepest, at_end = press(parts)
     assert status is NodeStatus.SUCCESS, reason
     assert deepest > 0.95 * 0.008
     assert at_end < 1e-4
 
 
-def test_a_stiff_arm_presses_too_hard_and_lets_go_all_the_same(parts):
+def test_a_stiff_arm_exceeds_the_force_and_releases_the_button(parts):
     status, reason, _, at_end = press(parts, controller="computed_torque")
     assert status is NodeStatus.FAILURE
     assert "at most 40 N are allowed" in reason
     assert at_end < 1e-4
 
 
-def test_what_is_no_button_cannot_be_pressed(parts):
+def test_another_object_than_a_button_cannot_be_pressed(parts):
     station = build_station(parts)
     behaviour = Press("press", object="basket")
     assert station.run(behaviour) is NodeStatus.FAILURE
-    assert behaviour.feedback_message == "'basket' is no button"
+    assert behaviour.feedback_message == "'basket' is not a button"

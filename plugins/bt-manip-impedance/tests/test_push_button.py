@@ -1,4 +1,4 @@
-"""A button is a spring with a beginning and an end."""
+"""A button is a preloaded spring with a stop."""
 
 import numpy as np
 import pinocchio as pin
@@ -26,23 +26,23 @@ def press(cell: Cell, force: float) -> PushButton:
     return button
 
 
-def test_nobody_presses_it(cell):
+def test_a_button_that_is_not_pressed_is_up(cell):
     button = press(cell, 0.0)
     assert button.depth == pytest.approx(0.0, abs=1e-4)
     assert not button.pressed
 
 
-def test_below_the_preload_it_does_not_move(cell):
+def test_the_cap_does_not_move_below_the_preload(cell):
     assert press(cell, 0.15 * FORCE).depth == pytest.approx(0.0, abs=1e-4)
 
 
 @pytest.mark.parametrize(("force", "depth"), [(4.0, 0.002), (6.0, 0.004), (8.0, 0.006)])
-def test_from_there_on_force_and_depth_are_in_proportion(cell, force, depth):
+def test_above_the_preload_the_depth_is_proportional_to_the_force(cell, force, depth):
     # A fifth of the force lifts it off the stop; the rest is spread over the travel.
     assert press(cell, force).depth == pytest.approx(depth, abs=1e-4)
 
 
-def test_it_is_pressed_beyond_the_middle(cell):
+def test_it_is_pressed_below_half_of_its_travel(cell):
     assert not press(cell, 5.5).pressed
     assert press(cell, 6.5).pressed
 
@@ -51,7 +51,7 @@ def test_it_ends_at_its_travel(cell):
     assert press(cell, 1.2 * FORCE).depth == pytest.approx(TRAVEL, abs=1e-4)
 
 
-def test_it_can_be_asked_for_as_an_observable(cell):
+def test_the_depth_is_an_observable(cell):
     button = press(cell, 6.0)
     assert button.observables.depth(cell.physics) == pytest.approx(button.depth)
 

@@ -15,9 +15,9 @@ class Gear(Controller):
         self.kp, self.kd = kp, kd  # [1/s2], [1/s]: both poles at -30 rad/s
 
     def compute(self, q, v, q_ref, v_ref, a_ref):
-        """Give the efforts for one step of 1 ms [N m]."""  # (nv,)
-        model = self.model  # it carries the payload, too
+        """Return the joint torques of one step of 1 ms [N m]."""  # (nv,)
+        model = self.model  # includes the payload
         a = a_ref + self.kp * (q_ref - q) + self.kd * (v_ref - v)
-        # Dry friction by where the reference goes: the measured velocity would chatter at rest.
+        # Dry friction by the reference velocity: the measured one would chatter at rest.
         friction = model.damping * v + model.friction * np.tanh(v_ref / 0.01)
         return model.rnea(q, v, a) + friction

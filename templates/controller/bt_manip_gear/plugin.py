@@ -1,11 +1,11 @@
-"""What this package brings to bt-manip."""
+"""The parts that this package registers."""
 
 from bt_manip import hookimpl
 
 
 @hookimpl
 def register_controllers(register):
-    """Bring the controller."""
+    """Register the controller."""
     from bt_manip_gear.gear import Gear
 
     register("gear", Gear)

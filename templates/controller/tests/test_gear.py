@@ -1,4 +1,4 @@
-"""The controller follows, and keeps the contract of all controllers."""
+"""The controller follows its reference and keeps the contract of controllers."""
 
 import numpy as np
 from bt_manip.cell import Cell
