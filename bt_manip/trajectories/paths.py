@@ -1,5 +1,6 @@
 """Paths in joint space over the path parameter s from 0 to 1."""
 
+from functools import lru_cache
 from math import factorial
 from typing import Any, Protocol
 
@@ -60,12 +61,8 @@ class SplinePath:
         self.knots = np.array(knots)
         self.nq = self.knots.shape[1] if nq is None else nq
         self.end = self.knots[-1, : self.nq]
-        spline = make_interp_spline(np.linspace(0.0, 1.0, len(self.knots)), self.knots, k=DEGREE)
-        breakpoints = spline.t[DEGREE:-DEGREE]
-        orders = range(DEGREE, -1, -1)  # PPoly wants the highest power first
-        powers = [spline(breakpoints[:-1], order) / factorial(order) for order in orders]
-        polynomials = PPoly(np.array(powers), breakpoints)
-        # Evaluated several times faster than the B-splines.
+        breakpoints, powers = _unit_splines(len(self.knots))
+        polynomials = PPoly(powers @ self.knots, breakpoints)
         self._derivatives = [polynomials, polynomials.derivative(1), polynomials.derivative(2)]
 
     def evaluate(self, s: np.ndarray, order: int = 2) -> list[np.ndarray]:
@@ -75,6 +72,19 @@ class SplinePath:
     def get_state(self) -> dict[str, Any]:
         """Return the path as plain data."""
         return {"kind": "spline", "knots": self.knots.tolist(), "nq": self.nq}
+
+
+@lru_cache(maxsize=8)
+def _unit_splines(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return breakpoints and powers (highest first) of the splines through n unit vectors.
+
+    A spline is linear in its knots, so these are computed once for each number of knots.
+    """  # (k + 1,), (DEGREE + 1, k, n)
+    spline = make_interp_spline(np.linspace(0.0, 1.0, n), np.eye(n), k=DEGREE)
+    breakpoints = spline.t[DEGREE:-DEGREE]
+    orders = range(DEGREE, -1, -1)
+    powers = [spline(breakpoints[:-1], order) / factorial(order) for order in orders]
+    return breakpoints, np.array(powers)
 
 
 def path_from_state(state: dict[str, Any]) -> Path:
