@@ -127,10 +127,10 @@ class Robot(composer.Entity):
         self.qpos_adr, self.dof_adr = model.jnt_qposadr[arm], model.jnt_dofadr[arm]
         data = self.mj_data
         self._q = reader(data.qpos, self.qpos_adr)
-        self._v, self._a, self._tau = [
-            reader(x, self.dof_adr) for x in (data.qvel, data.qacc, data.qfrc_actuator)
-        ]
+        self._v, self._a = reader(data.qvel, self.dof_adr), reader(data.qacc, self.dof_adr)
         self.ctrl_adr = motors(self.arm_actuators)
+        # qfrc_actuator would add the torque of other actuators on these joints, such as adhesion.
+        self._tau = reader(data.actuator_force, self.ctrl_adr)
         self.tool_site_id = int(model.site(self.tool_site.full_identifier).id)
         self.wrist_body_id = wrist_of(model, self.tool_site_id, arm)
 

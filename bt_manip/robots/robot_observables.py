@@ -20,7 +20,7 @@ class RobotObservables(composer.Observables):
     @composer.observable
     def joint_torques(self) -> observable.Observable:
         """Efforts that the motors make at the arm's joints [N m]."""
-        return observable.MJCFFeature("qfrc_actuator", self._entity.arm_joints)
+        return observable.MJCFFeature("force", self._entity.arm_actuators)
 
     @composer.observable
     def tool_position(self) -> observable.Observable:

@@ -1,0 +1,190 @@
+"""A gripper without fingers, from a plugin, does all that a gripper has to; so does none at all."""
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+from bt_manip.behaviours import (
+    CloseGripper,
+    Drop,
+    Grasp,
+    Hover,
+    IsHolding,
+    Lift,
+    MoveHome,
+    MoveToPose,
+    OpenGripper,
+    PlaceAt,
+    PlaceOn,
+    Reach,
+    SpawnObject,
+)
+from bt_manip.bt import NodeStatus, Sequence
+from bt_manip.cell.objects import Cube, Sphere
+from bt_manip.models import bundled_path
+from bt_manip.plugins import Choice, load_plugins
+from bt_manip.runner import build_station
+from bt_manip.spatial import pose
+
+ARM = """
+model = "arm.xml"
+arm_joints = ["joint1", "joint2", "joint3", "joint4", "joint5", "joint6", "joint7"]
+home = [0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785]
+velocity = 2.0
+acceleration = 7.5
+jerk = 4000.0
+[tool]
+frame = "tool"
+"""
+MAGNET = """
+[gripper]
+kind = "magnet"
+body = "face"
+max_force = 60.0
+"""
+FACE = """<body name="face" pos="0 0 0.0634">
+  <geom type="cylinder" size="0.015 0.02" pos="0 0 0.02" mass="0.1" gap="0.004"/>
+</body>"""
+
+
+@pytest.fixture(scope="module")
+def parts():
+    choice = Choice(folders=(Path(__file__).with_name("plugin"),))
+    yield load_plugins(entry_points=(), warn=pytest.fail, choice=choice).parts
+    for name in [name for name in sys.modules if name.startswith("_bt_manip_plugin_")]:
+        del sys.modules[name]
+
+
+@pytest.fixture
+def build(parts, tmp_path):
+    """Build a station with the Panda's arm, with what is given in place of its fingers."""
+
+    def make(face, gripper):
+        text = Path(bundled_path("panda/panda.xml")).read_text()
+        text = re.sub(r'<body name="left_finger".*?</body>', face, text, flags=re.DOTALL)
+        text = re.sub(r'<body name="right_finger".*?</body>', "", text, flags=re.DOTALL)
+        text = re.sub(r"<(motor|exclude) [^>]*finger[^>]*/>", "", text)
+        (tmp_path / "arm.xml").write_text(text)
+        (tmp_path / "bare.toml").write_text(ARM + gripper)
+        return build_station(parts, robot=str(tmp_path / "bare.toml"))
+
+    return make
+
+
+@pytest.fixture
+def with_magnet(build):
+    return build(FACE, MAGNET)
+
+
+@pytest.fixture
+def without(build):
+    return build("", "")
+
+
+def place(station, entity=None):
+    station.cell.add(entity or Cube(), pose((0.45, 0.1, 1.05)), name="thing")
+    station.cell.step(300)
+
+
+def test_it_picks_a_cube_and_drops_it_with_the_same_behaviours(with_magnet):
+    tree = Sequence(children=[
+        SpawnObject(region=(0.3, 0.4, -0.2, 0.2)),
+        OpenGripper(), Hover(object="cube"), Reach(object="cube"), Grasp(object="cube", force=20.0),
+        Lift(), IsHolding(object="cube"), Drop(container="basket"),
+    ])  # fmt: skip
+    assert with_magnet.run(tree) is NodeStatus.SUCCESS, tree.tip().feedback_message
+    assert with_magnet.arm.payload is None
+    with_magnet.cell.step(500)
+    assert with_magnet.cell.pose("cube").translation[2] < 1.1
+
+
+def picked(station):
+    place(station)
+    tree = Sequence(children=[Hover(object="thing"), Reach(object="thing"),
+                              Grasp(object="thing", force=20.0), Lift(height=0.2)])  # fmt: skip
+    assert station.run(tree) is NodeStatus.SUCCESS
+    return station
+
+
+def test_what_it_holds_is_known_to_everybody(with_magnet):
+    station = picked(with_magnet)
+    assert station.gripper.held == ("thing",)
+    assert station.arm.payload.mass == pytest.approx(0.0565, rel=0.1)
+    world = station.arm.world
+    world.refresh()
+    assert world.held == "thing"
+    assert not world.collisions(station.robot.q)  # its face may touch the cube
+    summary = station.cell.contact_monitor.summary()
+    assert summary.unexpected == () and summary.held == ("thing",)
+
+
+def test_it_goes_on_from_a_state_bit_for_bit(with_magnet):
+    station = picked(with_magnet)
+    state = station.get_state()
+    station.cell.step(100)
+    ended = station.cell.state_bytes()
+    station.set_state(state)
+    station.cell.step(100)
+    assert station.cell.state_bytes() == ended
+
+
+def test_an_object_is_set_down_where_it_shall_stand(with_magnet):
+    station = picked(with_magnet)
+    assert (
+        station.run(PlaceAt(object="thing", pose=pose((0.45, -0.2, 1.015)))) is NodeStatus.SUCCESS
+    )
+    assert station.gripper.is_open and station.gripper.held == ()
+
+
+def test_its_failures_say_what_it_is_at(with_magnet, tmp_path):
+    place(with_magnet, Sphere())
+    for behaviour, reason in (
+        (Hover(object="thing"), "'thing' has no flat top for a magnet"),
+        (Grasp(object="thing", force=20.0), "the gripper closed without gripping 'thing'"),
+        (Grasp(object="thing", force=80.0), "the gripper holds with up to 60 N, not 80 N"),
+    ):
+        assert with_magnet.run(behaviour) is NodeStatus.FAILURE
+        assert reason in behaviour.feedback_message
+
+
+def test_a_wrong_parameter_is_found_before_anything_moves(build):
+    with pytest.raises(Exception, match="bare.toml:.*'gripper.face' means nothing"):
+        build(FACE, MAGNET + 'face = "x"\n')
+    with pytest.raises(Exception, match="unknown gripper 'magnt'; did you mean 'magnet'"):
+        build(FACE, MAGNET.replace('"magnet"', '"magnt"'))
+
+
+def test_an_arm_without_a_gripper_moves_and_its_state_comes_back(without):
+    assert without.robot.gripper is None and without.infrastructure["gripper"] is None
+    up = pose((0.45, 0.1, 1.3), (0.0, 1.0, 0.0, 0.0))
+    assert without.run(MoveToPose(pose=up)) is NodeStatus.SUCCESS
+    state = without.get_state()
+    assert without.run(MoveHome()) is NodeStatus.SUCCESS
+    ended = without.cell.state_bytes()
+    without.set_state(state)
+    assert without.run(MoveHome()) is NodeStatus.SUCCESS
+    assert without.cell.state_bytes() == ended
+    assert without.cell.contact_monitor.summary().unexpected == ()
+
+
+@pytest.mark.parametrize(
+    "behaviour",
+    [
+        OpenGripper(), CloseGripper(), Grasp(object="thing"), IsHolding(object="thing"),
+        Hover(object="thing"), Reach(object="thing"), Drop(container="basket"),
+        PlaceOn(object="thing", support="table"),
+    ],
+    ids=lambda behaviour: type(behaviour).__name__,
+)  # fmt: skip
+def test_what_needs_a_gripper_fails_and_says_that_there_is_none(without, behaviour):
+    place(without)
+    assert without.run(behaviour) is NodeStatus.FAILURE
+    assert behaviour.feedback_message.startswith("robot 'bare' has no gripper")
+
+
+def test_an_arm_without_a_gripper_touches_things_unexpectedly(without):
+    without.cell.add(Cube(), without.robot.tool_pose * pose((0.0, 0.0, 0.0)), name="thing")
+    without.cell.step()
+    assert without.cell.contact_monitor.summary().unexpected == (("bare/hand", "thing"),)
