@@ -30,7 +30,7 @@ CUBE = Example({"object": "cube"})
         (behaviours.never_steps_the_physics, broken.PushesThePhysics, Example(),
          "changes the physics' state"),
         (behaviours.halts_in_every_state, broken.DrivesOn, CUBE, "does not brake the arm"),
-        (behaviours.halts_in_every_state, broken.ClosesOn, Example(), "leaves the fingers moving"),
+        (behaviours.halts_in_every_state, broken.ClosesOn, Example(), "leaves the gripper moving"),
         (behaviours.gives_a_reason_when_it_fails, broken.FailsSilently, CUBE, "without a reason"),
         (behaviours.gives_a_reason_when_it_fails, broken.RaisesInsteadOfFailing, CUBE,
          "raises instead of failing: there is no 'nothing_is_called_so' in the cell"),
