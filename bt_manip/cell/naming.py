@@ -47,7 +47,7 @@ def body_name(full_name: str) -> str:
 
 
 def entity_of(body: str) -> str:
-    """Give the entity's part of a body label: ``panda`` of ``panda/link7``."""
+    """Return the entity of a body name: ``panda`` of ``panda/link7``."""
     return body.partition("/")[0]
 
 
