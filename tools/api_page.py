@@ -35,7 +35,7 @@ STABLE = {
         "MoveLinear MoveThrough MoveArc Approach Retreat FollowTarget Stop SetSpeed "
         "SwitchController pose_to_text pose_from_text pose_input poses_input "
         "centre_pose bottom_pose top_grasp_poses downward_poses nearest_orientation yaw_of "
-        "payload_of"
+        "payload_of extent"
     ),
     "bt_manip.cell": "Cell CellError OverlapError PhysicsDiverged Region Camera looking_at",
     "bt_manip.cell.objects": (
@@ -54,7 +54,7 @@ STABLE = {
         "Planner PlanningProblem PlanningResult RRTConnect LineTo ArcTo TurnAbout"
     ),
     "bt_manip.arm": "Arm",
-    "bt_manip.control": "Controller ControlError ComputedTorque GravityCompensatedPD Reference",
+    "bt_manip.control": "Controller ControlError ComputedTorque GravityCompensatedPD Reference Hold",
     "bt_manip.models": "ModelError load_model find_model bundled_path",
     "bt_manip.plugins": "load_plugins Plugins",
     "bt_manip.runner": (

@@ -3,8 +3,7 @@
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.behaviours.arm_behaviour import MotionBehaviour
-from bt_manip.behaviours.extent import extent
+from bt_manip.behaviours import MotionBehaviour, extent
 from bt_manip.bt import Input, Status
 from bt_manip.cell import CellError
 

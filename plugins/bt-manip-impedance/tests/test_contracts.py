@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from bt_manip.behaviours import CloseGripper, Grasp, Hover, Lift, Reach
-from bt_manip.behaviours.extent import extent
+from bt_manip.behaviours import CloseGripper, Grasp, Hover, Lift, Reach, extent
 from bt_manip.runner import build_station as build
 from bt_manip.testing import Example, built_in_situations, contracts_of, play, trees_of
 

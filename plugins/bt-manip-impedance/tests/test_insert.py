@@ -6,8 +6,7 @@ from itertools import groupby
 import numpy as np
 import pytest
 
-from bt_manip.behaviours import Grasp, Hover, Lift, Reach
-from bt_manip.behaviours.extent import extent
+from bt_manip.behaviours import Grasp, Hover, Lift, Reach, extent
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import build_station
