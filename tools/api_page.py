@@ -54,7 +54,9 @@ STABLE = {
         "Planner PlanningProblem PlanningResult RRTConnect LineTo ArcTo TurnAbout"
     ),
     "bt_manip.arm": "Arm",
-    "bt_manip.control": "Controller ControlError ComputedTorque GravityCompensatedPD Reference Hold",
+    "bt_manip.control": (
+        "Controller ControlError ComputedTorque GravityCompensatedPD Reference Hold"
+    ),
     "bt_manip.models": "ModelError load_model find_model bundled_path",
     "bt_manip.plugins": "load_plugins Plugins",
     "bt_manip.runner": (
