@@ -124,7 +124,7 @@ def top_grasp_poses(T_wo: pin.SE3, height: float) -> list[pin.SE3]:
         height: Height of the tool centre point over that centre [m].
 
     Returns:
-        Poses a quarter turn apart: each pair of opposite faces with either finger first.
+        Poses a quarter turn apart: each pair of opposite faces, both ways round.
     """
     position = T_wo.translation + np.array([0.0, 0.0, height])
     yaw = yaw_of(T_wo)

@@ -34,7 +34,7 @@ _SEARCHES = ((0, MARGIN), (1, MARGIN), (8, MARGIN), (8, 0.0))
 
 _FROM_ABOVE = math.cos(math.radians(30.0))
 _AT_PREGRASP = 0.05  # [rad] of tool distance up to which the tool is already at the pre-grasp pose
-_CLOSING_STEP = 0.3  # of the opening between checks: 24 mm of the Panda's, two of its fingers
+_CLOSING_STEP = 0.3  # of the opening between checks: 24 mm of the Panda's 80
 _MAX_CLOSING_PENETRATION = 0.5e-3  # [m]
 _MAX_LIFT_PENETRATION = 1e-3  # [m] of the lifted object in what it touches
 

@@ -189,7 +189,7 @@ class Gripper(composer.Entity, abc.ABC):
     @property
     @abc.abstractmethod
     def status(self) -> str:
-        """What it is at, in a few words, such as ``"fingers press with 50 and 50 N"``."""
+        """What it is at, in a few words: its forces, or how far it is open."""
 
     # Geometry
 

@@ -11,7 +11,7 @@ from ..exceptions import CellError
 from .prop import Prop, colour_of, positive
 
 GRIP_DEPTH = 0.03
-"""How far under its top a thing is gripped that is higher than fingers are long [m]."""
+"""How far under its top a thing is gripped that is higher than grippers are deep [m]."""
 
 # As stiff as the other objects: with MuJoCo's default a 50 N grip sinks 3.4 mm into each side.
 _SOLREF = (0.004, 1.0)
