@@ -3,6 +3,7 @@
 Importing this costs nothing: each name is imported when it is first used.
 """
 
+import warnings
 from typing import TYPE_CHECKING
 
 from bt_manip.lazy_exports import lazy_exports
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
     from bt_manip.plugins import load_plugins as load_plugins
     from bt_manip.runner import build_station as build_station
     from bt_manip.version import __version__ as __version__
+
+# dm_control tries GLFW if MUJOCO_GL is unset, and does without where there is no display.
+warnings.filterwarnings("ignore", r".*X11: (The DISPLAY environment variable|Failed to open)")
 
 __getattr__ = lazy_exports(
     __name__,

@@ -50,10 +50,13 @@ EXIT_CODES = (
     help="Simulated time between two ticks of the tree [ms].",
 )  # fmt: skip
 @click.option(
-    "--real-time", type=float, metavar="X",
-    help="Slow down to X simulated seconds per second; as fast as it can without.",
+    "--real-time", type=click.FloatRange(min=0.0), metavar="X",
+    help="Simulated seconds per second of wall time; 0 is as fast as possible.  "
+    "[default: 1 with --window, else 0]",
 )  # fmt: skip
-@click.option("--view", is_flag=True, help="Open MuJoCo's window.")
+@click.option(
+    "--window", is_flag=True, help="Show the cell in a window, which stays open after the run."
+)
 @click.option(
     "--report", type=click.Path(path_type=Path), metavar="FILE",
     help="Write what happened as JSON.",

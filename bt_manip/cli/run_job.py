@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from bt_manip.plugins import Plugins
     from bt_manip.recording import Recorder, RunReport, Trace
     from bt_manip.runner import RunObserver
+    from bt_manip.viewer import Window
 
 CYCLE_FAILED = 1
 FAULT = 3
@@ -40,7 +41,7 @@ class RunOptions:
     settings: dict[str, str]
     tick_ms: float
     real_time: float | None
-    view: bool
+    window: bool
     report: Path | None
     trace: Path | None
     records: tuple[str, ...]
@@ -87,6 +88,7 @@ class _Job:
         self._plugins: Plugins | None = None
         self._recorder: Recorder | None = None
         self._trace: Trace | None = None
+        self._window: Window | None = None
         self._error = ""
         self.started = False
 
@@ -102,7 +104,7 @@ class _Job:
     def _prepare(self) -> tuple[Any, list["RunObserver"]]:
         """Find everything that is wrong before anything is simulated."""
         options = self._options
-        window = self._window()
+        window = self._can_open_window()
         from rich.console import Console
 
         from bt_manip.registry import Surroundings
@@ -127,7 +129,7 @@ class _Job:
             seed=self._seed(resumed, seed_of(scene, parts)),
             tick=options.tick_ms / 1e3,
             settings=options.settings,
-            real_time=options.real_time,
+            real_time=(float(window) if options.real_time is None else options.real_time) or None,
         )
         # Only now what takes long to import: what is wrong above is said at once.
         from bt_manip.cli.run_observers import extra_observers
@@ -155,7 +157,8 @@ class _Job:
         if window:
             from bt_manip.viewer import Window
 
-            observers.append(Window())
+            self._window = Window()
+            observers.append(self._window)
         return prepared, observers
 
     def _seed(self, resumed: "Mapping[str, Any] | None", default: int) -> int:
@@ -183,7 +186,7 @@ class _Job:
         return FAULT
 
     def finish(self, code: int) -> int:
-        """Write and print what there is; give the exit code of the whole."""
+        """Write and print the results, then wait for the window; return the exit code."""
         status = {FAULT: "ERROR", 0: None}.get(code, "INTERRUPTED")
         report = self._report(status)
         if code == 0 and report.status != "SUCCESS":
@@ -200,7 +203,19 @@ class _Job:
         except OSError as error:  # a disk that is full, a folder that has gone meanwhile
             click.echo(f"Error: {error}", err=True)
             return FAULT
+        finally:
+            self._keep_window()
         return code
+
+    def _keep_window(self) -> None:
+        """Keep the window open until it is closed, or Ctrl-C."""
+        if self._window is None:
+            return
+        if self._window.is_open and not self._interrupt.requested:
+            self._tell("The window stays open; close it or press Ctrl-C to leave.")
+            self._window.wait_until_closed(lambda: self._interrupt.requested)
+            self._interrupt.exit_code = 0  # the run itself was over
+        self._window.close()
 
     def _report(self, status: str | None) -> "RunReport":
         if self._recorder is not None:
@@ -223,16 +238,16 @@ class _Job:
 
         print_cycles(self._console, report)
 
-    def _window(self) -> bool:
-        """Tell whether there will be a window; settle how mujoco draws before it is imported."""
-        if self._options.view:
+    def _can_open_window(self) -> bool:
+        """Whether there will be a window; without one, mujoco is imported without OpenGL."""
+        if self._options.window:
             from bt_manip.viewer import NoDisplayError, require_display
 
             try:
                 require_display()
                 return True
             except NoDisplayError as error:
-                print_warning(f"--view: {error}; the run goes on without a window")
+                print_warning(f"--window: {error}; the run goes on without a window")
         os.environ.setdefault("MUJOCO_GL", "disable")
         return False
 

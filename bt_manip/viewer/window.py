@@ -1,38 +1,52 @@
-"""MuJoCo's own window onto a run."""
+"""MuJoCo's desktop viewer on a run."""
 
 import threading
 import time
+from collections.abc import Callable
 from typing import Any
 
 import mujoco
+import numpy as np
 
 from bt_manip.runner import RunObserver
 from bt_manip.viewer.display import require_display
 
 REFRESH = 1.0 / 60.0
-"""Wall time between two pictures [s]."""
+"""Wall time between two frames [s]."""
 
 CLOSING = 5.0
-"""Wall time that the window may take to close [s]."""
+"""Longest wall time to wait for the viewer's thread [s]; drawing in software takes seconds."""
+
+OVERVIEW = "overview"
+"""Name of the camera that gives the first viewpoint, where a cell has one."""
+
+FREE_CAMERA = (-125.0, -20.0)
+"""Azimuth and elevation of the first viewpoint where there is no such camera [deg]."""
 
 
 class Window(RunObserver):
     """Shows the cell in MuJoCo's passive viewer, which draws in a thread of its own.
 
-    The viewer gets a copy of the state, never the state itself: it steps and pushes what it has
-    been given, and a run that is watched shall be the same run. Closing the window does not end
-    the run.
+    The viewer gets a copy of the state, because it writes to what it is given: a run with a
+    window is the same run as without. Closing the window does not end the run, and the window
+    stays open after the run until `close`.
     """
 
     def __init__(self) -> None:
-        """Make sure that there is a display.
+        """Check that there is a display.
 
         Raises:
-            NoDisplayError: When there is none.
+            NoDisplayError: If there is none.
         """
         require_display()
         self._handle: Any = None
+        self._threads: set[threading.Thread] = set()
         self._next = 0.0
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the window has been opened and not been closed since."""
+        return self._handle is not None and bool(self._handle.is_running())
 
     def run_started(self, run: Any) -> None:
         """Open the window."""
@@ -45,36 +59,87 @@ class Window(RunObserver):
             self._cell.model, self._data, show_left_ui=False, show_right_ui=False
         )
         self._threads = set(threading.enumerate()) - before
+        with self._handle.lock():
+            aim(self._handle.cam, self._cell.model, self._data)
+        self._handle.sync()
 
     def after_compile(self) -> None:
-        """Hand the new model to the window that is open."""
-        if self._handle is None or not self._handle.is_running():
+        """Show the new model; the viewpoint stays as the user has left it."""
+        if not self.is_open:
             return
         self._data = _copy(self._cell)
+        camera = self._handle.cam
+        viewpoint = camera.lookat.copy(), camera.distance, camera.azimuth, camera.elevation
         # The handle has no call for another model; the simulation behind it has.
         simulation = self._handle._sim()
         if simulation is not None:
             simulation.load(self._cell.model, self._data, "")
+            with self._handle.lock():
+                camera.lookat[:], camera.distance, camera.azimuth, camera.elevation = viewpoint
 
     def after_tick(self) -> None:
-        """Show the present state, when it is time to."""
-        now = time.perf_counter()
-        if now < self._next or self._handle is None or not self._handle.is_running():
-            return
-        with self._handle.lock():
-            mujoco.mj_copyData(self._data, self._cell.model, self._cell.data)
-        self._handle.sync()
-        self._next = now + REFRESH
+        """Show the present state if the last frame is `REFRESH` old.
+
+        Where drawing is slow, frames are dropped: the run waits for them a fifth of the time.
+        """
+        before = time.perf_counter()
+        if before >= self._next and self.is_open:
+            self._show()
+            after = time.perf_counter()
+            self._next = after + max(REFRESH, 4.0 * (after - before))
 
     def run_ended(self) -> None:
+        """Show the last state."""
+        if self.is_open:
+            self._show()
+
+    def wait_until_closed(self, stop: Callable[[], bool]) -> None:
+        """Keep the window open until the user closes it or ``stop`` returns True."""
+        while self.is_open and not stop():
+            time.sleep(REFRESH)
+
+    def close(self) -> None:
         """Close the window."""
         handle, self._handle = self._handle, None
         if handle is None:
             return
         handle.close()
-        # A thread that still draws while Python shuts down brings the process to a fall.
+        # A thread that still draws while Python shuts down crashes the process.
         for thread in self._threads:
             thread.join(CLOSING)
+
+    def _show(self) -> None:
+        with self._handle.lock():
+            mujoco.mj_copyData(self._data, self._cell.model, self._cell.data)
+        self._handle.sync()
+
+
+def aim(camera: mujoco.MjvCamera, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Aim a free camera at the centre of a model, from a distance at which its extent is seen.
+
+    The direction and the distance are those of the camera `OVERVIEW`, where the model has one.
+
+    Args:
+        camera: The camera to set.
+        model: The model; ``stat.center`` and ``stat.extent`` are used.
+        data: Its state, after ``mj_forward``.
+    """
+    camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+    camera.lookat[:] = model.stat.center
+    camera.distance = 1.5 * model.stat.extent
+    camera.azimuth, camera.elevation = FREE_CAMERA
+    number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, OVERVIEW)
+    if number < 0:
+        return
+    forward = -data.cam_xmat[number].reshape(3, 3)[:, 2]
+    depth = float(forward @ (model.stat.center - data.cam_xpos[number]))
+    if depth > 0.0:
+        camera.lookat[:] = data.cam_xpos[number] + depth * forward
+        # The free camera has another field of view: the same height is seen from nearer.
+        halves = np.deg2rad([model.cam_fovy[number], model.vis.global_.fovy]) / 2.0
+        camera.distance = depth * np.tan(halves[0]) / np.tan(halves[1])
+        camera.azimuth = np.rad2deg(np.arctan2(forward[1], forward[0]))
+        camera.elevation = np.rad2deg(np.arcsin(np.clip(forward[2], -1.0, 1.0)))
 
 
 def _copy(cell: Any) -> mujoco.MjData:

@@ -127,7 +127,7 @@ def test_an_unknown_object(refused, tmp_path):
         (("--tick", "0"), "tick"),
         (("--tick", "2.5"), "whole number of control steps"),
         (("--tick", "nan"), "tick"),
-        (("--real-time", "0"), "real-time"),
+        (("--real-time", "-1"), "real-time"),
         (("--set", "name"), "KEY=VALUE"),
         (("--set", "nme=x"), "did you mean 'name'"),
         (("--trace", "missing/t.npz"), "missing"),

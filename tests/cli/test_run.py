@@ -89,7 +89,7 @@ def test_without_a_display_the_window_is_missed_and_the_run_goes_on(bt_manip, tr
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     monkeypatch.setattr("sys.platform", "linux")
-    code, _, err = bt_manip("run", f"{trees}:quick", "--view")
+    code, _, err = bt_manip("run", f"{trees}:quick", "--window")
     assert code == 0
     assert "there is no display" in err
 
