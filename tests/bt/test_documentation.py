@@ -45,17 +45,6 @@ def test_every_script_around_a_tick_is_on_the_page(page):
         assert f"| `{attribute}` | `{name}` |" in page
 
 
-@pytest.mark.parametrize("name", ["authoring-python", "from-behaviortree-cpp", "from-py-trees"])
-def test_the_python_on_a_page_runs(repository, name):
-    text = (repository / "docs" / f"{name}.md").read_text(encoding="utf-8")
-    namespace = {"__name__": name}
-    for code in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
-        exec(compile(code, f"{name}.md", "exec"), namespace)
-    if name == "authoring-python":
-        assert namespace["tree"].failure_reason() == ""
-        assert [n.name for n in namespace["same"].nodes][0] == "approach twice"
-
-
 def test_the_tree_on_the_page_can_be_read(page):
     from bt_manip.bt import Action, Input
 

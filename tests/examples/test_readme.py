@@ -1,4 +1,4 @@
-"""What the README shows works as it stands there."""
+"""The commands, messages and picture of the README are those of the program."""
 
 import importlib.util
 import re
@@ -47,24 +47,6 @@ def test_what_is_wrong_with_it_is_said_as_quoted(tree, old, new, code, quote, ca
     tree.write_text(tree.read_text().replace(old, new))
     assert run_app(Interrupt(), ["run", str(tree)]) == code
     assert quote in "".join(capfd.readouterr())
-
-
-def test_the_first_tree_in_python_is_the_same(capsys):
-    exec(block("python", "station.run(pick)"), {})
-    assert capsys.readouterr().out == "SUCCESS\n"
-
-
-def test_the_first_behaviours_test_passes():
-    names: dict = {"__name__": "readme"}
-    exec(block("python", "class TurnTool"), names)
-    (test,) = (value for name, value in names.items() if name.startswith("test_"))
-    test()
-
-
-def test_every_file_that_it_links_exists():
-    links = [link for link in re.findall(r"\]\(([^)]+)\)", README) if "://" not in link]
-    assert len(links) > 5
-    assert [link for link in links if not (ROOT / link).exists()] == []
 
 
 def test_its_picture_is_what_the_project_draws(opengl):

@@ -1,8 +1,6 @@
 """One address for each model, wherever it is from."""
 
 import os
-import re
-from pathlib import Path
 
 import pytest
 
@@ -74,12 +72,3 @@ def test_a_wrong_address_is_one_clear_error(address, words, tmp_path, monkeypatc
 def test_meshes_collide_by_hull_or_parts_and_by_nothing_else(tmp_path):
     with pytest.raises(ModelError, match="not by 'sphere'"):
         load_model("bundled:cube", convex="sphere")
-
-
-def test_the_python_of_the_page_on_models_runs(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    page = Path(__file__).resolve().parents[2] / "docs" / "models.md"
-    blocks = re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)
-    assert blocks
-    for block in blocks:
-        exec(compile(block, str(page), "exec"), {})

@@ -69,14 +69,6 @@ def test_the_first_page_leads_to_all_others():
     assert links == {f"hooks/{hook}.md" for hook in HOOKS} | {f"tutorials/{k}.md" for k in KINDS}
 
 
-@pytest.mark.parametrize("path", sorted(DOCS.rglob("*.md")), ids=lambda path: path.stem)
-def test_links_lead_somewhere(path):
-    for link, _, part in re.findall(r"\]\(([^)#]+)(#([^)]+))?\)", path.read_text()):
-        assert (path.parent / link).is_file(), link
-        headings = re.findall(r"^#+ (.*)", (path.parent / link).read_text(), re.MULTILINE)
-        assert not part or part in [h.lower().replace(" ", "-") for h in headings], part
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_code_of_a_tutorial_is_that_of_the_package_which_ci_runs(kind):
     """The packages themselves are written, installed and tested in test_scaffold.py."""

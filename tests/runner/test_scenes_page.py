@@ -1,4 +1,4 @@
-"""The page about scenes says what is so: its file can be built, its code runs."""
+"""The page about scenes shows a valid file and lists every quantity and variation."""
 
 import re
 from pathlib import Path
@@ -19,12 +19,6 @@ def test_the_file_of_the_page_is_a_scene(tmp_path, parts):
     station.randomizer.begin(0)
     assert station.randomizer.sampled["objects"]["drink"].keys() == {"mass"}
     assert {"drink", "cube", "side"} < station.cell.entities.keys()
-
-
-def test_the_code_of_the_page_runs(capsys):
-    for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL):
-        exec(compile(block, "scenes.md", "exec"), {})
-    assert "'mass'" in capsys.readouterr().out
 
 
 def test_every_quantity_and_variation_is_on_the_page():

@@ -1,0 +1,164 @@
+"""Everything that the pages show works as printed, and everything that they link or name exists."""
+
+import os
+import re
+import shlex
+import tomllib
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import click
+import pytest
+
+import bt_manip.testing.contract_list
+import bt_manip.testing.tree_reading  # noqa: F401  inner sessions of pytest must not unload it
+
+pytest_plugins = ("pytester",)
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = {
+    path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
+    for path in (
+        ROOT / "README.md",
+        ROOT / "CONTRIBUTING.md",
+        *sorted((ROOT / "docs").rglob("*.md")),
+        ROOT / "examples" / "README.md",
+        *sorted((ROOT / "plugins").glob("*/README.md")),
+    )
+}
+COVERED_ELSEWHERE = {
+    "docs/plugins/tutorials/": "test_scaffold.py writes, installs and tests these packages",
+}
+"""Pages whose Python is not run here, and why."""
+
+PRINTS = {
+    "docs/authoring-python.md": (r"^SUCCESS $",),
+    "docs/cell.md": (r"\('bin', 'cube'\)",),
+    "docs/motion.md": (
+        r"^tool: 0\.000 mm from its target",
+        r"^\d\d %: the line can be followed only for \d\d %",
+    ),
+    "docs/scenes.md": (r"'mass'",),
+}
+"""Regular expressions for the output of a page."""
+
+
+def blocks(page: str, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", PAGES[page], re.DOTALL | re.MULTILINE)
+
+
+def file_name(block: str) -> str:
+    """Return the name in the block's first line, if the block is a file such as ``# test_x.py``."""
+    found = re.match(r"# (\S+\.py)\n", block)
+    return found[1] if found else ""
+
+
+def pages_with(language: str) -> list[str]:
+    return [page for page in PAGES if blocks(page, language)]
+
+
+RUN = [page for page in pages_with("python") if not page.startswith(tuple(COVERED_ELSEWHERE))]
+
+
+@pytest.mark.parametrize("page", RUN)
+def test_the_python_of_a_page_runs_from_the_first_block_to_the_last(
+    page, tmp_path, monkeypatch, capsys
+):
+    """Blocks of a page share their names; tests without arguments are called."""
+    monkeypatch.chdir(tmp_path)
+    names: dict = {"__name__": "page", "__file__": str(tmp_path / "page.py")}
+    for block in blocks(page, "python"):
+        if not file_name(block):
+            exec(compile(block, page, "exec"), names)
+    for name, value in names.items():
+        if name.startswith("test_") and callable(value) and not value.__code__.co_argcount:
+            value()
+    printed = capsys.readouterr().out
+    for pattern in PRINTS.get(page, ()):
+        assert re.search(pattern, printed, re.MULTILINE), printed
+
+
+@pytest.mark.parametrize("page", [p for p in RUN if any(map(file_name, blocks(p, "python")))])
+def test_the_test_files_of_a_page_pass(page, situations, pytester):
+    situations.reset()
+    files = {file_name(block): block for block in blocks(page, "python") if file_name(block)}
+    for name, block in files.items():
+        (pytester.path / name).write_text(block)
+    result = pytester.runpytest_inprocess("-p", "no:cacheprovider")
+    result.assert_outcomes(passed=sum(block.count("def test_") for block in files.values()))
+
+
+@pytest.mark.parametrize("page", pages_with("toml"))
+def test_the_toml_of_a_page_can_be_read(page):
+    for block in blocks(page, "toml"):
+        tomllib.loads(block)
+
+
+@pytest.mark.parametrize("page", pages_with("xml"))
+def test_the_xml_of_a_page_is_well_formed(page):
+    for block in blocks(page, "xml"):
+        ElementTree.fromstring(f"<page>{block}</page>")
+
+
+def commands(page: str) -> list[str]:
+    """Return the ``bt-manip`` command lines of a page, of blocks and of inline code."""
+    fenced = re.findall(r"^```(?:sh)?\n(.*?)^```", PAGES[page], re.DOTALL | re.MULTILINE)
+    text = "\n".join(fenced).replace("\\\n", " ")
+    lines = re.findall(r"^(?:\.venv/bin/)?bt-manip (.*)$", text, re.MULTILINE)
+    inline = re.findall(r"`bt-manip ([^`]*)`", PAGES[page])
+    found = [re.sub(r"\s#.*", "", line).replace("\n", " ") for line in (*lines, *inline)]
+    return [line for line in found if not re.search(r"[\[|]|\.\.\.", line)]  # not a synopsis
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)])
+def test_the_commands_of_a_page_exist_with_their_options(page):
+    from bt_manip.cli.app import app
+
+    for line in commands(page):
+        command, words = app, shlex.split(line)
+        context = click.Context(app)
+        options = {name for p in app.params for name in (*p.opts, *p.secondary_opts)}
+        while words and isinstance(command, click.Group):
+            if words[0].startswith("-"):
+                break
+            name = words.pop(0)
+            found = command.get_command(context, name)
+            assert found is not None, f"bt-manip {line}: no command '{name}'"
+            command = found
+            options |= {name for p in command.params for name in (*p.opts, *p.secondary_opts)}
+        given = {word.partition("=")[0] for word in words if word.startswith("--")}
+        assert given <= options | {"--help"}, f"bt-manip {line}"
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_the_links_of_a_page_lead_to_files_and_headings(page):
+    for link, _, heading in re.findall(r"\]\(([^)#\s]*)(#([^)\s]+))?\)", PAGES[page]):
+        if "://" in link:
+            continue
+        target = (ROOT / page).parent / link if link else ROOT / page
+        assert target.exists(), link
+        if heading:
+            titles = re.findall(r"^#+ (.*)", target.read_text(encoding="utf-8"), re.MULTILINE)
+            assert heading in [title.lower().replace(" ", "-") for title in titles], heading
+
+
+@pytest.mark.parametrize("page", ["CONTRIBUTING.md", "docs/architecture.md", "README.md"])
+def test_the_files_that_a_page_names_exist(page):
+    named = re.findall(r"`((?:[\w.-]+/)+[\w.-]*|[\w-]+/[\w-]+\.\w+)`", PAGES[page])
+    roots = (ROOT, ROOT / "bt_manip", ROOT / "docs")
+    missing = [name for name in named if not any((root / name).exists() for root in roots)]
+    assert missing == []
+
+
+def test_the_readme_leads_to_every_page():
+    linked = set(re.findall(r"\]\(([\w./-]+\.md)(?:#[\w-]+)?\)", PAGES["README.md"]))
+    pages = {page for page in PAGES if page.startswith("docs/") and page.count("/") == 1}
+    assert pages | {"CONTRIBUTING.md"} <= linked
+
+
+@pytest.fixture(autouse=True)
+def restore_working_directory():
+    """Return to the directory in which the session began."""
+    before = Path.cwd()
+    yield
+    os.chdir(before)
