@@ -24,7 +24,7 @@ SAYS = {
     ),
     "2_first_tree.py": (
         r"50 N: SUCCESS",
-        r"500 N: FAILURE .* Grasp::\d+: the gripper presses with up to 140 N, not 500 N",
+        r"500 N: FAILURE .* Grasp::\d+: the gripper holds with up to 140 N, not 500 N",
     ),
     "3_the_same_in_xml.py": (
         r"as it is: SUCCESS",

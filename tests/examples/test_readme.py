@@ -37,7 +37,7 @@ def test_the_first_tree_runs(tree):
 @pytest.mark.parametrize(
     ("old", "new", "code", "quote"),
     [
-        ('force="30"', 'force="300"', 1, "the gripper presses with up to 140 N, not 300 N"),
+        ('force="30"', 'force="300"', 1, "the gripper holds with up to 140 N, not 300 N"),
         ("<Grasp", "<Graps", 2, "no node is named 'Graps'; did you mean 'Grasp'?"),
     ],
 )
