@@ -26,12 +26,12 @@ from bt_manip.trajectories import Trajectory
 from .external_force_guard import CHECK_INTERVAL, ExternalForceGuard
 from .follower import TrajectoryFollower
 from .motion_planning import (
-    Follow,
-    MoveAlongToolPath,
-    MoveToConfiguration,
-    MoveToPose,
+    ConfigurationRequest,
+    FollowRequest,
     PlanningScene,
+    PoseRequest,
     Request,
+    ToolPathRequest,
     in_sequence,
     plan,
 )
@@ -129,7 +129,7 @@ class Arm:
         speed = check_speed(speed)
         target = check_configuration(q, self.model.nq)
         check_position_limits(target, self.model.limits.lower, self.model.limits.upper)
-        self._move(MoveToConfiguration(target, speed), planner=planner, rng=rng)
+        self._move(ConfigurationRequest(target, speed), planner=planner, rng=rng)
 
     def move_to_pose(
         self,
@@ -159,7 +159,7 @@ class Arm:
         speed = check_speed(speed)
         margin = check_non_negative(margin, "margin from the joint limits", "rad")
         approach = check_non_negative(approach, "length of the approach", "m")
-        self._move(MoveToPose(T_wt, speed, margin, approach), planner=planner, rng=rng)
+        self._move(PoseRequest(T_wt, speed, margin, approach), planner=planner, rng=rng)
 
     def move_linear(self, T_wt: pin.SE3, speed: float = 1.0, *, contact: bool = False) -> None:
         """Move the tool to a pose on a straight line, rotating uniformly.
@@ -201,7 +201,7 @@ class Arm:
             MotionError: When the path cannot be followed to its end (the message and `fraction`
                 say how far), collides, or exceeds the effort limits.
         """
-        self._move(MoveAlongToolPath(steps, check_speed(speed), blend, contact))
+        self._move(ToolPathRequest(steps, check_speed(speed), blend, contact))
 
     def follow(self, T_wt: pin.SE3, speed: float = 1.0) -> None:
         """Turn towards a moving target; to be called again whenever it has moved.
@@ -217,7 +217,7 @@ class Arm:
             MotionError: When the pose is unreachable or inside an obstacle.
         """
         speed = check_speed(speed)
-        self._move(Follow(check_pose(T_wt), speed))
+        self._move(FollowRequest(check_pose(T_wt), speed))
 
     def _move(
         self,
@@ -242,7 +242,7 @@ class Arm:
         motion = plan(request, self.follower.state, scene, rng)
         was_guarded = self.moving and self._guarded and not self.fault
         self.follower.follow(motion, self.model)
-        contact = isinstance(request, MoveAlongToolPath) and request.contact
+        contact = isinstance(request, ToolPathRequest) and request.contact
         self.fault, self._guarded = "", self.world is not None and not contact
         if self.guard is not None and not was_guarded:
             self.guard.begin(self.model, self.v, self.a)

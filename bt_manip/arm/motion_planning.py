@@ -47,14 +47,14 @@ _AT_TARGET = 1e-10  # [rad] at which no motion is needed; Ruckig fails below 1e-
 _SLOWEST = 1e-3  # path velocity from which a motion at full speed is inferred
 
 
-class MoveToConfiguration(NamedTuple):
+class ConfigurationRequest(NamedTuple):
     """Move the joints to a configuration."""
 
     q: np.ndarray  # [rad]  (nq,)
     speed: float  # 0 to 1; at 0.5 a motion takes twice the time
 
 
-class MoveToPose(NamedTuple):
+class PoseRequest(NamedTuple):
     """Move the joints to the nearest configuration that puts the tool at one of several poses."""
 
     T_wt: pin.SE3 | Sequence[pin.SE3]
@@ -63,7 +63,7 @@ class MoveToPose(NamedTuple):
     approach: float  # [m] straight along the tool's z axis, possible from there if anywhere
 
 
-class MoveAlongToolPath(NamedTuple):
+class ToolPathRequest(NamedTuple):
     """Move the tool along lines and arcs."""
 
     steps: Sequence[Step]
@@ -72,14 +72,14 @@ class MoveAlongToolPath(NamedTuple):
     contact: bool  # whether contact is intended; then collisions are not checked
 
 
-class Follow(NamedTuple):
+class FollowRequest(NamedTuple):
     """Turn towards the present pose of a moving target, near the present configuration."""
 
     T_wt: pin.SE3
     speed: float
 
 
-Request = MoveToConfiguration | MoveToPose | MoveAlongToolPath | Follow
+Request = ConfigurationRequest | PoseRequest | ToolPathRequest | FollowRequest
 
 
 def in_sequence(*parts: Trajectory | None) -> Trajectory:
@@ -120,19 +120,19 @@ def plan(
 
     Returns:
         The motion; None when the arm already is at the target, or when its present motion serves a
-        `Follow` request.
+        `FollowRequest`.
 
     Raises:
         MotionError: When the target is unreachable or inside an obstacle, when no collision-free
             path is found, or when it exceeds the effort limits.
     """
     targets: Iterator[np.ndarray] = iter(())
-    if isinstance(request, MoveAlongToolPath):
+    if isinstance(request, ToolPathRequest):
         scene = scene._replace(world=None) if request.contact else scene
     else:
         targets = _targets(request, state, scene)
     for start, s_dot, s_ddot in _starts(state):
-        if isinstance(request, MoveAlongToolPath):
+        if isinstance(request, ToolPathRequest):
             stop, motion = _plan_tool_path(request, start, scene)
         else:
             targets, wanted = tee(targets)
@@ -147,12 +147,14 @@ def plan(
 
 
 def _targets(
-    request: MoveToConfiguration | MoveToPose | Follow, state: ArmState, scene: PlanningScene
+    request: ConfigurationRequest | PoseRequest | FollowRequest,
+    state: ArmState,
+    scene: PlanningScene,
 ) -> Iterator[np.ndarray]:
     """Return the configurations that fulfil a request, the best first, each found when needed."""
-    if isinstance(request, MoveToConfiguration):
+    if isinstance(request, ConfigurationRequest):
         return iter([request.q])
-    if isinstance(request, Follow):
+    if isinstance(request, FollowRequest):
         found = scene.ik.follow(request.T_wt, state.target)
         if not found.solved:
             found = scene.ik.nearest(request.T_wt, state.target)
@@ -213,7 +215,7 @@ def _scaled(
 
 
 def _plan_to_configurations(
-    request: MoveToConfiguration | MoveToPose | Follow,
+    request: ConfigurationRequest | PoseRequest | FollowRequest,
     targets: Iterator[np.ndarray],
     start: ArmState,
     scene: PlanningScene,
@@ -238,7 +240,7 @@ def _plan_to_configurations(
         turn = _turn(start, target, model, speed)
         if turn is not None and (world is None or trajectory_is_free(world, turn, target)):
             return None, turn
-        if isinstance(request, Follow) and world and _ends_near(start, target, world):
+        if isinstance(request, FollowRequest) and world and _ends_near(start, target, world):
             return None, None
     stop, q = _stop(start, model)
     if np.abs(target - q).max() < _AT_TARGET:
@@ -280,7 +282,7 @@ def _ends_near(start: ArmState, target: np.ndarray, world: CollisionWorld) -> bo
 
 
 def _plan_tool_path(
-    request: MoveAlongToolPath, start: ArmState, scene: PlanningScene
+    request: ToolPathRequest, start: ArmState, scene: PlanningScene
 ) -> tuple[Trajectory | None, Trajectory | None]:
     """Plan a tool path from where the arm comes to rest; return as `_plan_to_configurations`."""
     model = scene.model

@@ -12,14 +12,14 @@ from bt_manip.cli.plugin_options import load_chosen_plugins, plugin_options
 if TYPE_CHECKING:
     from bt_manip.plugins import Plugins
 
-KINDS = (
+LISTED = (
     "trees", "behaviours", "objects", "robots", "grippers", "controllers", "planners",
     "scenes", "model_sources", "recorders", "plugins",
 )  # fmt: skip
 
 
 @click.command("list")
-@click.argument("kind", required=False, type=click.Choice(KINDS))
+@click.argument("kind", required=False, type=click.Choice(LISTED))
 @plugin_options
 def list_parts(kind: str | None) -> None:
     """List what is registered, with the plugin that it is from.
@@ -28,7 +28,7 @@ def list_parts(kind: str | None) -> None:
     """
     os.environ.setdefault("MUJOCO_GL", "disable")
     plugins = load_chosen_plugins()
-    for chosen in [kind] if kind else KINDS:
+    for chosen in [kind] if kind else LISTED:
         if kind is None:
             click.echo(f"{chosen}:")
         indent = "  " if kind is None else ""

@@ -21,7 +21,11 @@ from .motion_profile import MotionProfile, ScalarState, integrate_acceleration
 STEP = 1e-3  # [s] of constant path jerk
 MIN_STEP = 1e-4  # [s] for short stops
 MIN_STEPS, MAX_STEPS = 100, 250  # of a stop; the latter bounds the computing
-MARGINS = 4 * (0.995,) + (0.96, 0.96, 0.9)  # fractions of the limits, one per iteration: nearly all
+STOP_MARGINS = 4 * (0.995,) + (
+    0.96,
+    0.96,
+    0.9,
+)  # of the limits, one per iteration: nearly all
 # searches converge within four; what exceeds a limit then usually does so by less than 4 %
 MIN_FINAL_JERK = 0.1  # of the greatest path jerk at rest, for the last phase
 FINAL_JERK = 0.97  # of the highest path jerk, for the last phase
@@ -54,7 +58,7 @@ def stop_profiles(
     model: RobotModel | None = None,
     effort_fraction: float = 1.0,
 ) -> Iterator[MotionProfile]:
-    """Yield at most ``len(MARGINS)`` profiles of s that stop as fast as the limits allow.
+    """Yield at most ``len(STOP_MARGINS)`` profiles of s that stop as fast as the limits allow.
 
     The caller checks the limits: an early profile may exceed them a little.
 
@@ -73,7 +77,7 @@ def stop_profiles(
     shortest = shortest_stop_time(d1 * s_dot, d2 * s_dot * s_dot + d1 * s_ddot, path.limits)
     limits = DecelerationLimits(path, s, fastest * STEP, model, effort_fraction)
     samples = _first_guess(limits, start, shortest, path.end)
-    for limits.margin in MARGINS:
+    for limits.margin in STOP_MARGINS:
         found = None if samples is None else _iterate(limits, start, samples, path.end)
         if found is None:
             return

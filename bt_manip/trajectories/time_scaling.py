@@ -35,8 +35,16 @@ from .trajectory import TimeScaledTrajectory, Trajectory, sample_times
 
 POINTS = 160  # of the rest of the trajectory at which the limits are evaluated
 SMOOTHING_STEP = 5e-3  # [s] s_ddot is averaged over two steps and linear in between
-MAX_STEPS = 400  # of a change, which bounds its size
-MARGINS = (0.995, 0.97, 0.9, 0.8, 0.6, 0.4, 0.2)  # fractions of the limits, tried in turn
+MAX_CHANGE_STEPS = 400  # of a change, which bounds its size
+LIMIT_FRACTIONS = (
+    0.995,
+    0.97,
+    0.9,
+    0.8,
+    0.6,
+    0.4,
+    0.2,
+)  # fractions of the limits, tried in turn
 NEAR_OPTIMAL = 0.8  # smallest of these with which a change need not be improved
 RISE_TIMES = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)  # [s] from rest, tried where no margin succeeds
 MAX_S_DDOT = 100.0  # [1/s]
@@ -86,7 +94,7 @@ def change_speed_scale(
         stop = stop_time_scaling(nominal, state, model, at_speed_scale(nominal, s, s_dot))
         return None if stop is None else SpeedScaleChange(stop, True)
     changes = _changes(nominal, state, speed_scale, model)
-    for margin, (trajectory, changing) in zip(MARGINS, changes, strict=True):
+    for margin, (trajectory, changing) in zip(LIMIT_FRACTIONS, changes, strict=True):
         if _inside(trajectory, changing, speed_scale, model):
             return SpeedScaleChange(trajectory, margin >= NEAR_OPTIMAL)
     for trajectory, changing in _rises(nominal, s, speed_scale) if s_dot == s_ddot == 0.0 else ():
@@ -150,7 +158,7 @@ def _then_constant(
 def _changes(
     nominal: Trajectory, state: ScalarState, speed_scale: float, model: RobotModel
 ) -> Iterator[tuple[TimeScaledTrajectory, float]]:
-    """Yield changes that use the fractions `MARGINS` of the limits, and how long they change."""
+    """Yield changes that use the fractions `LIMIT_FRACTIONS` of the limits, and how long they change."""
     s, s_dot, _ = state
     path = np.linspace(s, nominal.duration, POINTS)
     q, v, a = nominal.sample(path)
@@ -160,7 +168,7 @@ def _changes(
     # -below <= factors u + squares s_dot^2 <= above
     factors, squares = np.hstack([v, mass]), np.hstack([a, coriolis])
     above, below = np.hstack([bound, free - gravity]), np.hstack([bound, free + gravity])
-    for margin in MARGINS:
+    for margin in LIMIT_FRACTIONS:
         speeds = _forward_pass(
             factors, squares, margin * above, margin * below, path, s_dot, speed_scale, margin
         )
@@ -204,7 +212,7 @@ def _smoothed(path: np.ndarray, speeds: np.ndarray, state: ScalarState) -> Motio
     last = int((speeds != speeds[-1]).sum())  # constant from there on
     middle = np.maximum(0.5 * (speeds[1 : last + 1] + speeds[:last]), 1e-4)
     t = np.concatenate([[0.0], np.cumsum(np.diff(path[: last + 1]) / middle)])
-    step = max(SMOOTHING_STEP, t[-1] / MAX_STEPS)
+    step = max(SMOOTHING_STEP, t[-1] / MAX_CHANGE_STEPS)
     n = int(np.ceil(t[-1] / step)) + 2
     times = step * np.arange(-2, n + 3)
     scales = np.interp(times, t, speeds[: last + 1])

@@ -22,7 +22,7 @@ from .trajectory import PathTrajectory, sample_times
 TOPP_GRIDS = (120, 360)  # intervals of the grid; the finer one for bends the first cannot resolve
 MIN_SMOOTHING_STEP = 6e-3  # [s] path acceleration is averaged over two steps, linear in between
 SMOOTHING = (0.5, 1.0, 1.7)  # steps, in the time a joint's acceleration takes to its limit
-MAX_STEPS = 250  # of a profile, which bounds its size
+MAX_TIMING_STEPS = 250  # of a profile, which bounds its size
 AIM = 0.999  # fraction of a limit to which an excess is corrected
 DAMPING_ITERATIONS = 8  # for the velocity at which damping is evaluated, where not negligible
 _TINY = 1e-9
@@ -142,7 +142,9 @@ def _smoothed(s: np.ndarray, s_dot: np.ndarray, step: float) -> MotionProfile:
     """Return the profile with its acceleration averaged over two steps and linear in between."""
     intervals = 2.0 * np.diff(s) / np.maximum(s_dot[1:] + s_dot[:-1], _TINY)
     t = np.concatenate([[0.0], np.cumsum(intervals)])
-    n = max(2, int(np.ceil(t[-1] / max(step, t[-1] / MAX_STEPS))))  # at least one in the middle
+    n = max(
+        2, int(np.ceil(t[-1] / max(step, t[-1] / MAX_TIMING_STEPS)))
+    )  # at least one in the middle
     step = t[-1] / n
     times = step * np.arange(-2, n + 3)
     v = np.interp(times, t, s_dot, left=0.0, right=0.0)  # linear in time between grid points

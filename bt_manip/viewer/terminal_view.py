@@ -10,14 +10,14 @@ from rich.text import Text
 from bt_manip.runner import RunObserver
 from bt_manip.viewer.tree_text import running_leaves, tree_lines
 
-REFRESH = 0.125
+REDRAW = 0.125
 """Wall time between two pictures [s]; drawing one takes some milliseconds."""
 
 
 class TerminalView(RunObserver):
     """Shows the tree with statuses and reasons, the cycle, the phase and the real-time factor.
 
-    It is drawn between ticks, at most every `REFRESH` seconds of wall time, and never from a
+    It is drawn between ticks, at most every `REDRAW` seconds of wall time, and never from a
     thread of its own: so it sees a tree at rest and costs the run a few percent.
     """
 
@@ -58,7 +58,7 @@ class TerminalView(RunObserver):
         now = time.perf_counter()
         if self._live is not None and now >= self._next:
             self._live.update(self._picture(now), refresh=True)
-            self._next = time.perf_counter() + REFRESH
+            self._next = time.perf_counter() + REDRAW
 
     def cycle_ended(self, status: str, reason: str) -> None:
         """Count, and leave the reason of a failure on the screen."""

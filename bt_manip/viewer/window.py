@@ -11,7 +11,7 @@ import numpy as np
 from bt_manip.runner import RunObserver
 from bt_manip.viewer.display import require_display
 
-REFRESH = 1.0 / 60.0
+FRAME_PERIOD = 1.0 / 60.0
 """Wall time between two frames [s]."""
 
 CLOSING = 5.0
@@ -78,7 +78,7 @@ class Window(RunObserver):
                 camera.lookat[:], camera.distance, camera.azimuth, camera.elevation = viewpoint
 
     def after_tick(self) -> None:
-        """Show the present state if the last frame is `REFRESH` old.
+        """Show the present state if the last frame is `FRAME_PERIOD` old.
 
         Where drawing is slow, frames are dropped: the run waits for them a fifth of the time.
         """
@@ -86,7 +86,7 @@ class Window(RunObserver):
         if before >= self._next and self.is_open:
             self._show()
             after = time.perf_counter()
-            self._next = after + max(REFRESH, 4.0 * (after - before))
+            self._next = after + max(FRAME_PERIOD, 4.0 * (after - before))
 
     def run_ended(self) -> None:
         """Show the last state."""
@@ -96,7 +96,7 @@ class Window(RunObserver):
     def wait_until_closed(self, stop: Callable[[], bool]) -> None:
         """Keep the window open until the user closes it or ``stop`` returns True."""
         while self.is_open and not stop():
-            time.sleep(REFRESH)
+            time.sleep(FRAME_PERIOD)
 
     def close(self) -> None:
         """Close the window."""

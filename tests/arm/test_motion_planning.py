@@ -5,11 +5,11 @@ import pytest
 
 from bt_manip import spatial
 from bt_manip.arm.motion_planning import (
-    Follow,
-    MoveAlongToolPath,
-    MoveToConfiguration,
-    MoveToPose,
+    ConfigurationRequest,
+    FollowRequest,
     PlanningScene,
+    PoseRequest,
+    ToolPathRequest,
     plan,
 )
 from bt_manip.planning import LineTo
@@ -26,10 +26,10 @@ def request_of(kind, arm, start, right):
     here = arm.model.pose(arm.q)
     above = spatial.pose((0.0, 0.0, 0.05)) * here
     return {
-        "configuration": MoveToConfiguration(start + [0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 0.8),
-        "pose": MoveToPose(right, 1.0, 0.05, 0.0),
-        "tool path": MoveAlongToolPath([LineTo(above)], 1.0, 0.0, False),
-        "follow": Follow(above, 1.0),
+        "configuration": ConfigurationRequest(start + [0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 0.8),
+        "pose": PoseRequest(right, 1.0, 0.05, 0.0),
+        "tool path": ToolPathRequest([LineTo(above)], 1.0, 0.0, False),
+        "follow": FollowRequest(above, 1.0),
     }[kind]
 
 
@@ -67,7 +67,7 @@ def test_requests_of_the_arm_are_planned_by_that_function(walled):
     arm.reset(start)
     scene = PlanningScene(arm.model, arm.ik, arm.world, arm.planner)
     motion = plan(
-        MoveToPose(right, 1.0, 0.05, 0.0), arm.follower.state, scene, np.random.default_rng(0)
+        PoseRequest(right, 1.0, 0.05, 0.0), arm.follower.state, scene, np.random.default_rng(0)
     )
     arm.move_to_pose(right)
     assert arm.trajectory.get_state() == motion.trajectory.get_state()
@@ -77,5 +77,5 @@ def test_no_motion_is_planned_to_the_present_configuration(walled):
     arm, start, _ = walled
     arm.reset(start)
     scene = PlanningScene(arm.model, arm.ik, arm.world, arm.planner)
-    request = MoveToConfiguration(start.copy(), 1.0)
+    request = ConfigurationRequest(start.copy(), 1.0)
     assert plan(request, arm.follower.state, scene, np.random.default_rng(0)) is None

@@ -5,7 +5,7 @@ import pytest
 
 from bt_manip.trajectories import KinematicLimits, StraightPath
 from bt_manip.trajectories.deceleration_limits import LimitedPath
-from bt_manip.trajectories.stop_search import MARGINS, shortest_stop_time, stop_profiles
+from bt_manip.trajectories.stop_search import STOP_MARGINS, shortest_stop_time, stop_profiles
 
 from .pendulum import pendulum
 
@@ -34,7 +34,7 @@ def test_effort_limits_of_a_weak_motor_determine_the_stop():
 def test_a_search_evaluates_a_bounded_number_of_profiles():
     model = pendulum(acceleration=5.0, jerk=500.0)
     profiles = list(stop_profiles(straight(model), MOVING))
-    assert 0 < len(profiles) <= len(MARGINS)
+    assert 0 < len(profiles) <= len(STOP_MARGINS)
     for profile in profiles:
         s, s_dot, s_ddot = profile.sample(np.linspace(0.0, profile.duration - 1e-6, 200))
         assert np.all(np.diff(s) >= 0.0) and s[-1] <= 1.0

@@ -15,7 +15,7 @@ from bt_manip.trajectories import (
 )
 from bt_manip.trajectories.limit_check import CONTROL_STEP, has_jump
 from bt_manip.trajectories.motion_profile import profile_to_velocity
-from bt_manip.trajectories.stop_search import MARGINS
+from bt_manip.trajectories.stop_search import STOP_MARGINS
 from tests.measuring.stops import measure_stops
 
 TURN = np.array([1.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
@@ -33,7 +33,7 @@ def test_stops_of_every_kind_of_motion_keep_path_and_limits_within_bounded_count
         assert stop.duration <= stop.remaining + 1e-9, stop
         ratios.append(stop.ratio)
     assert np.median(ratios) <= 1.02
-    assert len(checked) <= 10 * 2 * len(MARGINS)
+    assert len(checked) <= 10 * 2 * len(STOP_MARGINS)
 
 
 def test_a_joint_at_constant_velocity_stops_in_the_time_of_the_textbook(arm):

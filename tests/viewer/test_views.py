@@ -68,7 +68,7 @@ def watch():
 
 @pytest.fixture(autouse=True)
 def draw_every_tick(monkeypatch):
-    monkeypatch.setattr("bt_manip.viewer.terminal_view.REFRESH", 0.0)
+    monkeypatch.setattr("bt_manip.viewer.terminal_view.REDRAW", 0.0)
 
 
 def test_the_terminal_shows_tree_cycle_phase_and_pace(watch):

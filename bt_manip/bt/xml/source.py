@@ -19,7 +19,7 @@ from bt_manip.bt.xml.problem import Place
 from bt_manip.exceptions import TreeError
 
 MAX_CHARACTERS: Final = 16_000_000
-MAX_DEPTH: Final = 498  # of the engine's parser
+MAX_NESTING: Final = 498  # of the engine's parser
 
 _NAME: Final = r"[A-Za-z_:\u0080-\U0010ffff][A-Za-z0-9_:.\-\u0080-\U0010ffff]*"
 _ATTRIBUTE: Final = re.compile(
@@ -152,8 +152,8 @@ class _Parser:
                         source.root = element
                     if not empty:
                         stack.append(element)
-                        if len(stack) > MAX_DEPTH:
-                            raise self._error(start, f"nested deeper than {MAX_DEPTH} levels")
+                        if len(stack) > MAX_NESTING:
+                            raise self._error(start, f"nested deeper than {MAX_NESTING} levels")
                     done = not stack
         if stack:
             raise XmlError(stack[-1].place, f"<{stack[-1].name}> is not closed")

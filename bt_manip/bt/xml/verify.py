@@ -9,8 +9,8 @@ from bt_manip.bt.xml.document import Document
 from bt_manip.bt.xml.problem import Problems, hint
 from bt_manip.bt.xml.source import Element, Source
 
-MAX_DEPTH: Final = 256
-EXPLICIT: Final = ("Action", "Condition", "Control", "Decorator", "SubTree")
+MAX_TREE_DEPTH: Final = 256
+EXPLICIT_OR_SUBTREE: Final = ("Action", "Condition", "Control", "Decorator", "SubTree")
 """Elements whose attribute ID says which node they are."""
 
 
@@ -62,14 +62,14 @@ class _Verifier:
             self._problems.error(extra.place, "only one <TreeNodesModel> is allowed")
         if models:
             for child in root.children:
-                if child.name in EXPLICIT and "ID" not in child.attributes:
+                if child.name in EXPLICIT_OR_SUBTREE and "ID" not in child.attributes:
                     self._problems.error(child.place, f"<{child.name}> needs the attribute 'ID'")
         single = len(root.children) == 1
         for child in root.children:
             if child.name == "BehaviorTree":
                 self._tree(child, single)
                 self._nodes(child, single)
-            elif child.name not in ("include", "TreeNodesModel", *EXPLICIT):
+            elif child.name not in ("include", "TreeNodesModel", *EXPLICIT_OR_SUBTREE):
                 self._problems.warning(
                     child.place,
                     f"<{child.name}> has no meaning here; known: <BehaviorTree>, <include>, "
@@ -98,8 +98,8 @@ class _Verifier:
         stack = [(child, 1) for child in reversed(tree.children)]
         while stack:
             node, depth = stack.pop()
-            if depth > MAX_DEPTH:
-                self._problems.error(node.place, f"nested deeper than {MAX_DEPTH} levels")
+            if depth > MAX_TREE_DEPTH:
+                self._problems.error(node.place, f"nested deeper than {MAX_TREE_DEPTH} levels")
                 continue
             self._node(node, single)
             stack.extend((child, depth + 1) for child in reversed(node.children))
@@ -110,7 +110,7 @@ class _Verifier:
     def _node(self, element: Element, single: bool) -> None:
         count = len(element.children)
         name = element.name
-        explicit = name in EXPLICIT
+        explicit = name in EXPLICIT_OR_SUBTREE
         node_id = element.get("ID") or ""
         if explicit and not node_id:
             self._problems.error(element.place, f"<{name}> needs the attribute 'ID'")
@@ -128,7 +128,7 @@ class _Verifier:
                 self._problems.error(element.place, f"the node name '{name}' {problem}")
                 return
         if lookup not in self._registry:
-            near = hint(lookup, [*self._registry.names(), *EXPLICIT])
+            near = hint(lookup, [*self._registry.names(), *EXPLICIT_OR_SUBTREE])
             if lookup in self._document.trees:
                 near = f'; to tick the tree of that name write <SubTree ID="{lookup}"/>'
             place = element.place_of("ID") if explicit else element.place
@@ -149,7 +149,7 @@ class _Verifier:
 
     def _reactive(self, element: Element) -> None:
         for child in element.children:
-            if child.name in EXPLICIT and child.name != "SubTree":
+            if child.name in EXPLICIT_OR_SUBTREE and child.name != "SubTree":
                 report = self._problems.warning if self._strict else self._problems.error
                 report(
                     child.place,

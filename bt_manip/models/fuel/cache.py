@@ -11,7 +11,7 @@ from bt_manip.models.errors import ModelError
 from bt_manip.models.fuel.address import FuelAddress, fuel_server
 from bt_manip.models.model_config import MODEL_CONFIG
 
-CACHE_VARIABLE = "GZ_FUEL_CACHE_PATH"
+FUEL_CACHE_VARIABLE = "GZ_FUEL_CACHE_PATH"
 """Gazebo's own environment variable for the place of the cache."""
 
 _STAGE = ".bt_manip_"
@@ -25,7 +25,7 @@ class FuelCache:
 
     def __init__(self, root: Path | None = None) -> None:
         """Use a folder; by default the one that Gazebo uses."""
-        given = os.environ.get(CACHE_VARIABLE, "")
+        given = os.environ.get(FUEL_CACHE_VARIABLE, "")
         self.root = root or (Path(given) if given else Path.home() / ".gz" / "fuel")
 
     def folder(self, address: FuelAddress) -> Path:
