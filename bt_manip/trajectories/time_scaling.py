@@ -158,7 +158,7 @@ def _then_constant(
 def _changes(
     nominal: Trajectory, state: ScalarState, speed_scale: float, model: RobotModel
 ) -> Iterator[tuple[TimeScaledTrajectory, float]]:
-    """Yield changes that use the fractions `LIMIT_FRACTIONS` of the limits, and how long they change."""
+    """Yield changes that use `LIMIT_FRACTIONS` of the limits, and their durations [s]."""
     s, s_dot, _ = state
     path = np.linspace(s, nominal.duration, POINTS)
     q, v, a = nominal.sample(path)
