@@ -1,6 +1,7 @@
 """The table of cycles that a run ends with."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 from rich import box
 from rich.console import Console
@@ -8,41 +9,87 @@ from rich.table import Table
 from rich.text import Text
 
 from bt_manip.recording import CycleReport, RunReport
+from bt_manip.viewer import print_wrapped
 
 _PLACED = {True: "yes", False: "no", None: "-"}
 
 
+class _Column(NamedTuple):
+    title: str
+    text: Callable[[CycleReport], str]
+    is_number: bool = True
+
+
+_COLUMNS = (
+    _Column("status", lambda cycle: cycle.status, is_number=False),
+    _Column("object", lambda cycle: _handled(cycle), is_number=False),
+    _Column("placed", lambda cycle: _PLACED[cycle.placed], is_number=False),
+    _Column("time\n[s]", lambda cycle: f"{cycle.duration_s:.2f}"),
+    _Column("grip\n[N]", lambda cycle: _number(cycle.grip_force_n, "{:.1f}")),
+    _Column("error\n[mrad]", lambda cycle: _number(cycle.max_tracking_error_rad, "{:.2f}", 1e3)),
+    _Column("effort\n[%]", lambda cycle: f"{100 * cycle.limits.effort:.0f}"),
+)
+"""Columns beside the number of the cycle; in narrow terminals the last ones are left out."""
+
+_FEWEST = 4
+"""Number of these columns that are never left out; the names of objects are wrapped instead."""
+
+
 def print_cycles(console: Console, report: RunReport) -> None:
-    """Print a line for each cycle and one for the whole run."""
+    """Print a row for each cycle and a sentence on the run, all within the console's width."""
     if report.cycles:
-        console.print(_table(report.cycles, lines=console.is_terminal))
+        console.print(_fitting_table(console, report.cycles))
         for number, cycle in enumerate(report.cycles, 1):
             if cycle.reason:
-                _print(console, f"cycle {number}: {cycle.reason}")
+                print_wrapped(console, f"cycle {number}: {cycle.reason}")
             for pair in cycle.unexpected_contacts:
-                _print(console, f"cycle {number}: {pair[0]} touched {pair[1]}")
-    _print(console, _summary(report))
+                print_wrapped(console, f"cycle {number}: {pair[0]} touched {pair[1]}")
+    print_wrapped(console, summary(report))
 
 
-def _table(cycles: Sequence[CycleReport], *, lines: bool) -> Table:
+def summary(report: RunReport) -> str:
+    """Return a sentence on how the cycles of a run ended."""
+    ended = [c for c in report.cycles if c.status in ("SUCCESS", "FAILURE")]
+    how = {"INTERRUPTED": "was interrupted", "ERROR": "ended by a fault"}.get(report.status, "")
+    simulated = f"{report.simulated_s:.1f} s simulated"
+    if not ended:
+        return f"The run {how or 'ended'} before a cycle was complete, after {simulated}."
+    succeeded = sum(c.status == "SUCCESS" for c in ended)
+    line = f"{succeeded} of {len(ended)} cycles succeeded"
+    judged = [c.placed for c in ended if c.placed is not None]
+    if judged:
+        line += f", {sum(judged)} object{'' if sum(judged) == 1 else 's'} placed"
+    if len(ended) > 1:
+        line += f", {sum(c.duration_s for c in ended) / len(ended):.2f} s each"
+    if how:
+        line += f"; then the run {how}"
+    return f"{line}; {simulated} at {report.real_time_factor:.1f} x real time."
+
+
+def _fitting_table(console: Console, cycles: Sequence[CycleReport]) -> Table:
+    """Return the table with as many columns as fit."""
+    for count in range(len(_COLUMNS), _FEWEST, -1):
+        table = _table(cycles, _COLUMNS[:count], lines=console.is_terminal)
+        if console.measure(table).maximum < console.width:
+            return table
+    return _table(cycles, _COLUMNS[:_FEWEST], lines=console.is_terminal)
+
+
+def _table(cycles: Sequence[CycleReport], columns: Sequence[_Column], *, lines: bool) -> Table:
     table = Table(box=box.SIMPLE_HEAD if lines else None, pad_edge=lines)
-    for title in ("cycle", "status", "object", "placed"):
-        table.add_column(title, no_wrap=True)
-    for title in ("time [s]", "grip [N]", "error [mrad]", "effort [%]"):
-        # Text, because in a string rich would take the unit in [ ] for a style.
-        table.add_column(Text(title), no_wrap=True, justify="right")
+    table.add_column("cycle", no_wrap=True)
+    for column in columns:
+        table.add_column(
+            Text(column.title),  # in a string, rich would take the unit in [ ] for a style
+            justify="right" if column.is_number else "left",
+            no_wrap=column.title != "object",
+            overflow="fold",
+        )
     for number, cycle in enumerate(cycles, 1):
-        style = "" if cycle.status == "SUCCESS" else "red"
         table.add_row(
             str(number),
-            cycle.status,
-            _handled(cycle),
-            _PLACED[cycle.placed],
-            f"{cycle.duration_s:.2f}",
-            _number(cycle.grip_force_n, "{:.1f}"),
-            _number(cycle.max_tracking_error_rad, "{:.2f}", 1e3),
-            f"{100 * cycle.limits.effort:.0f}",
-            style=style,
+            *(column.text(cycle) for column in columns),
+            style="" if cycle.status == "SUCCESS" else "red",
         )
     return table
 
@@ -54,22 +101,5 @@ def _handled(cycle: CycleReport) -> str:
     return cycle.object or "-"
 
 
-def _summary(report: RunReport) -> str:
-    ended = [c for c in report.cycles if c.status in ("SUCCESS", "FAILURE")]
-    succeeded = [c for c in ended if c.status == "SUCCESS"]
-    line = f"{len(succeeded)} of {len(ended)} cycles succeeded"
-    judged = [c.placed for c in ended if c.placed is not None]
-    if judged:
-        line += f", {sum(judged)} placed"
-    if ended:
-        line += f", mean {sum(c.duration_s for c in ended) / len(ended):.2f} s"
-    line += f"; {report.simulated_s:.1f} s simulated, {report.real_time_factor:.1f} x real time"
-    return line
-
-
 def _number(value: float | None, form: str, scale: float = 1.0) -> str:
     return "-" if value is None else form.format(scale * value)
-
-
-def _print(console: Console, line: str) -> None:
-    console.print(line, markup=False, highlight=False, soft_wrap=True)

@@ -169,7 +169,9 @@ class _Job:
 
     def _tell(self, message: str) -> None:
         """Say something while the run goes on and a view may hold the terminal."""
-        self._console.print(message, markup=False, highlight=False, soft_wrap=True)
+        from bt_manip.viewer import print_wrapped
+
+        print_wrapped(self._console, message)
 
     def fault(self, error: BaseException) -> int:
         """Say what is broken, and whose it is."""
@@ -237,6 +239,16 @@ class _Job:
         from bt_manip.cli.cycle_table import print_cycles
 
         print_cycles(self._console, report)
+        options = self._options
+        untried = {
+            "--window": not options.window,
+            "--cycles 10": options.cycles == 1,
+            "--real-time 1": options.real_time is None and not options.window,
+        }
+        ended = report.status in ("SUCCESS", "FAILURE")
+        if ended and self._console.is_terminal and any(untried.values()):
+            wanted = ", ".join(option for option, is_new in untried.items() if is_new)
+            self._tell(f"Options to try next: {wanted}")
 
     def _can_open_window(self) -> bool:
         """Whether there will be a window; without one, mujoco is imported without OpenGL."""

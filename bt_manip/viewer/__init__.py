@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from bt_manip.viewer.png import write_png as write_png
     from bt_manip.viewer.terminal_view import TerminalView as TerminalView
     from bt_manip.viewer.window import Window as Window
+    from bt_manip.viewer.wrapping import print_wrapped as print_wrapped
 
 __getattr__ = lazy_exports(
     __name__,
@@ -27,6 +28,7 @@ __getattr__ = lazy_exports(
         "PlainView": ".plain_view",
         "TerminalView": ".terminal_view",
         "Window": ".window",
+        "print_wrapped": ".wrapping",
         "require_display": ".display",
     },
 )

@@ -5,6 +5,7 @@ from typing import Any
 from rich.console import Console
 
 from bt_manip.runner import RunObserver
+from bt_manip.viewer.wrapping import print_wrapped
 
 
 class PlainView(RunObserver):
@@ -38,7 +39,7 @@ class PlainView(RunObserver):
         """Print how it went."""
         total = f"/{self._cycles}" if self._cycles else ""
         line = f"cycle {self._cycle + 1}{total}: {status} after {self._elapsed:.2f} s"
-        self._print(f"{line}: {reason}" if reason else line)
+        print_wrapped(self._console, f"{line}: {reason}" if reason else line)
 
     def run_ended(self) -> None:
         """Let go of the tree."""
@@ -53,7 +54,5 @@ class PlainView(RunObserver):
         if node.children or new.name not in ("SUCCESS", "FAILURE"):
             return
         message = f": {node.feedback_message}" if node.feedback_message else ""
-        self._print(f"{self._elapsed:7.2f} s  {new.name:7}  {node.name}{message}")
-
-    def _print(self, line: str) -> None:
-        self._console.print(line, markup=False, highlight=False, soft_wrap=True)
+        line = f"{self._elapsed:7.2f} s  {new.name:7}  {node.name}{message}"
+        print_wrapped(self._console, line, indent=20)

@@ -9,6 +9,7 @@ from rich.text import Text
 
 from bt_manip.runner import RunObserver
 from bt_manip.viewer.tree_text import running_leaves, tree_lines
+from bt_manip.viewer.wrapping import print_wrapped
 
 REDRAW = 0.125
 """Wall time between two pictures [s]; drawing one takes some milliseconds."""
@@ -64,9 +65,8 @@ class TerminalView(RunObserver):
         """Count, and leave the reason of a failure on the screen."""
         self._ended[status] = self._ended.get(status, 0) + 1
         if status != "SUCCESS" and self._live is not None:
-            self._console.print(
-                Text(f"cycle {self._cycle + 1} failed: {reason}", style="red"), soft_wrap=True
-            )
+            line = f"cycle {self._cycle + 1} failed: {reason}"
+            print_wrapped(self._console, line, style="red")
 
     def run_ended(self) -> None:
         """Give the terminal back as it was."""

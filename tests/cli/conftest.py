@@ -1,7 +1,14 @@
 """The command line, run inside the test's own process, and trees that are over at once."""
 
+import os
+import pty
+import select
+import signal
+import subprocess
+import sys
 import textwrap
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -71,3 +78,56 @@ def bt_manip(capfd: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
         return Outcome(code, out, err)
 
     return run
+
+
+class Terminal:
+    """A program that believes to be in front of a person."""
+
+    def __init__(self, *command: str, cwd: Path, **more: str) -> None:
+        self.shown = b""
+        self._own, theirs = pty.openpty()
+        environment = {**os.environ, "TERM": "xterm", "COLUMNS": "100", "LINES": "40", **more}
+        self._process = subprocess.Popen(
+            command, stdin=theirs, stdout=theirs, stderr=theirs, cwd=cwd, env=environment
+        )
+        os.close(theirs)
+
+    def wait_for(self, text: bytes) -> None:
+        deadline = time.monotonic() + 60.0  # [s] of a hopeless wait, not of a passing test
+        while text not in self.shown:
+            if time.monotonic() > deadline or not self._read():
+                raise AssertionError(f"{text!r} never came:\n{self.shown.decode()}")
+
+    def interrupt(self) -> None:
+        self._process.send_signal(signal.SIGINT)
+
+    def end(self) -> int:
+        while self._read():
+            pass
+        os.close(self._own)
+        return self._process.wait(30)
+
+    def _read(self) -> bool:
+        ready, _, _ = select.select([self._own], [], [], 60)
+        try:
+            data = os.read(self._own, 65536) if ready else b""
+        except OSError:  # the other end is closed
+            data = b""
+        self.shown += data
+        return bool(data)
+
+
+@pytest.fixture
+def terminal(tmp_path) -> Iterator[Callable[..., Terminal]]:
+    """Start the program at a terminal; keywords are environment variables."""
+    started: list[Terminal] = []
+
+    def start(*arguments: str, **environment: str) -> Terminal:
+        command = (sys.executable, "-m", "bt_manip", *arguments)
+        started.append(Terminal(*command, cwd=tmp_path, **environment))
+        return started[-1]
+
+    yield start
+    for each in started:
+        each._process.kill()
+        each._process.wait(30)

@@ -1,15 +1,8 @@
 """Ctrl-C at any moment: 130, the report, a whole terminal."""
 
 import json
-import os
-import pty
-import select
 import signal
-import subprocess
-import sys
-import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -154,57 +147,6 @@ def test_the_second_one_ends_it_without_braking(pressed, monkeypatch):
 HIDE, SHOW = b"\x1b[?25l", b"\x1b[?25h"
 
 
-class Terminal:
-    """A program that believes to be in front of a person."""
-
-    def __init__(self, *command: str, cwd: Path) -> None:
-        self.shown = b""
-        self._own, theirs = pty.openpty()
-        environment = {**os.environ, "TERM": "xterm", "COLUMNS": "100", "LINES": "40"}
-        self._process = subprocess.Popen(
-            command, stdin=theirs, stdout=theirs, stderr=theirs, cwd=cwd, env=environment
-        )
-        os.close(theirs)
-
-    def wait_for(self, text: bytes) -> None:
-        deadline = time.monotonic() + 60.0  # [s] of a hopeless wait, not of a passing test
-        while text not in self.shown:
-            if time.monotonic() > deadline or not self._read():
-                raise AssertionError(f"{text!r} never came:\n{self.shown.decode()}")
-
-    def interrupt(self) -> None:
-        self._process.send_signal(signal.SIGINT)
-
-    def end(self) -> int:
-        while self._read():
-            pass
-        os.close(self._own)
-        return self._process.wait(30)
-
-    def _read(self) -> bool:
-        ready, _, _ = select.select([self._own], [], [], 60)
-        try:
-            data = os.read(self._own, 65536) if ready else b""
-        except OSError:  # the other end is closed
-            data = b""
-        self.shown += data
-        return bool(data)
-
-
-@pytest.fixture
-def terminal(tmp_path) -> Iterator[Callable[..., Terminal]]:
-    started: list[Terminal] = []
-
-    def start(*arguments: str) -> Terminal:
-        started.append(Terminal(sys.executable, "-m", "bt_manip", *arguments, cwd=tmp_path))
-        return started[-1]
-
-    yield start
-    for each in started:
-        each._process.kill()
-        each._process.wait(30)
-
-
 def test_in_the_middle_of_a_run(terminal, trees, tmp_path):
     shell = terminal("run", f"{trees}:endless", "--cycles", "0", "--report", "r.json")
     shell.wait_for(b"real time")
@@ -212,6 +154,7 @@ def test_in_the_middle_of_a_run(terminal, trees, tmp_path):
     shell.interrupt()
     assert shell.end() == 130
     assert b"Traceback" not in shell.shown
+    assert b"The run was interrupted before a cycle was complete, after " in shell.shown
     assert shell.shown.rfind(SHOW) > shell.shown.rfind(HIDE)
     report = json.loads((tmp_path / "r.json").read_text())
     assert report["status"] == "INTERRUPTED"

@@ -1,6 +1,7 @@
 """bt-manip run: what it prints, writes and returns."""
 
 import json
+import re
 import textwrap
 
 import numpy as np
@@ -31,6 +32,35 @@ def test_a_failed_cycle_does_not_stop_the_run(bt_manip, trees, tmp_path):
     assert [cycle["status"] for cycle in read["cycles"]] == ["FAILURE"] * 3
     assert read["status"] == "FAILURE"
     assert read["tree"] == f"{trees}:failing"
+
+
+ESCAPES = re.compile(r"\x1b\[[0-9;?]*\w")
+
+
+@pytest.mark.parametrize("width", [60, 80])
+def test_all_lines_fit_where_the_output_is_no_terminal(bt_manip, trees, monkeypatch, width):
+    monkeypatch.setenv("COLUMNS", str(width))
+    _, out, _ = bt_manip("run", f"{trees}:failing")
+    assert max(map(len, out.splitlines())) <= width
+    assert "Options" not in out and "\x1b" not in out
+
+
+def test_at_a_terminal_the_last_line_says_what_to_try_next(terminal, trees):
+    shell = terminal("run", f"{trees}:quick", COLUMNS="60", NO_COLOR="1")
+    assert shell.end() == 0
+    shown = shell.shown.decode()
+    assert not re.search(r"\x1b\[[0-9;]*3\dm", shown)  # no colour
+    *_, table = shown.split("\x1b[?25h")
+    lines = ESCAPES.sub("", table).splitlines()
+    assert max(map(len, lines)) <= 60
+    assert lines[-1] == "Options to try next: --window, --cycles 10, --real-time 1"
+
+
+def test_options_that_were_used_are_not_offered(terminal, trees):
+    used = "--cycles", "2", "--real-time", "0"
+    shell = terminal("run", f"{trees}:quick", *used)
+    assert shell.end() == 0
+    assert shell.shown.decode().splitlines()[-1] == "Options to try next: --window"
 
 
 def test_quiet_prints_nothing(bt_manip, trees):

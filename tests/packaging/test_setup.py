@@ -113,4 +113,4 @@ def test_the_readmes_plugin_is_picked_and_placed(tmp_path, monkeypatch):
         capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert "1 placed" in done.stdout
+    assert "1 object placed" in done.stdout

@@ -1,6 +1,7 @@
 """Views show a run and leave the terminal as they found it."""
 
 import io
+import re
 from types import SimpleNamespace
 from typing import Any
 
@@ -114,6 +115,11 @@ def test_with_many_cycles_each_cycle_is_a_line(watch):
     assert [line.split(":")[0] for line in lines] == ["cycle 1/3", "cycle 2/3", "cycle 3/3"]
 
 
-def test_long_reasons_are_not_broken(watch):
-    lines = watch(PlainView, Slip("grasp " * 30), terminal=False, width=40).splitlines()
-    assert len(lines) == 2
+@pytest.mark.parametrize(("view", "terminal"), [(PlainView, False), (TerminalView, True)])
+def test_long_reasons_are_wrapped_between_words(watch, monkeypatch, view, terminal):
+    monkeypatch.setattr("bt_manip.viewer.terminal_view.REFRESH", 1e9)
+    shown = watch(view, Slip("grasp " * 30), terminal=terminal, width=40)
+    lines = re.sub(r"\x1b\[[0-9;?]*\w", "", shown).splitlines()
+    assert max(map(len, lines)) <= 40
+    assert " ".join(shown.split()).count("grasp") >= 30
+    assert "gras\n" not in shown

@@ -1,0 +1,73 @@
+"""The table of cycles fits any terminal and cuts nothing; a sentence says how the run ended."""
+
+import io
+import re
+
+import pytest
+from rich.console import Console
+
+from bt_manip.cli.cycle_table import print_cycles, summary
+from bt_manip.recording import CycleReport, RunReport
+
+
+def cycle(**facts) -> CycleReport:
+    facts = {"status": "SUCCESS", "object": "cube", "placed": True, "duration_s": 12.34, **facts}
+    return CycleReport(**facts)
+
+
+def report(*cycles: CycleReport, status: str = "SUCCESS", simulated_s: float = 24.7) -> RunReport:
+    return RunReport(
+        tree="t", seed=0, status=status, cycles=cycles, state_digest="", versions={},
+        simulated_s=simulated_s, real_time_factor=4.0,
+    )  # fmt: skip
+
+
+def printed(run: RunReport, width: int, terminal: bool = True) -> list[str]:
+    out = io.StringIO()
+    print_cycles(Console(file=out, width=width, force_terminal=terminal, no_color=True), run)
+    return re.sub(r"\x1b\[[0-9;]*m", "", out.getvalue()).splitlines()
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+@pytest.mark.parametrize("width", [50, 60, 80])
+def test_every_line_fits_and_nothing_is_cut(width, terminal):
+    failed = cycle(status="FAILURE", placed=None, reason="pick/Grasp: " + "too heavy " * 20)
+    text = printed(report(cycle(), failed), width, terminal)
+    assert max(map(len, text)) <= width
+    whole = "\n".join(text)
+    assert "…" not in whole
+    for word in ("cycle", "status", "object", "placed", "time", "SUCCESS", "FAILURE", "cube"):
+        assert word in whole
+
+
+def test_at_80_columns_all_figures_are_shown_and_at_60_the_main_ones():
+    wide, narrow = (" ".join(printed(report(cycle()), width)) for width in (80, 60))
+    assert all(unit in wide for unit in ("[s]", "[N]", "[mrad]", "[%]"))
+    assert "[s]" in narrow and "[%]" not in narrow
+
+
+def test_a_long_name_is_wrapped():
+    text = printed(report(cycle(object="fuel_openrobotics_wood_cube_" + "x" * 60)), 60)
+    assert max(map(len, text)) <= 60
+    assert "".join(text).count("x") == 60 + "".join(text).count("x real")
+
+
+@pytest.mark.parametrize(
+    ("run", "says"),
+    [
+        (report(cycle(), simulated_s=12.3),
+         "1 of 1 cycles succeeded, 1 object placed; 12.3 s simulated at 4.0 x real time."),
+        (report(cycle(), cycle(status="FAILURE", placed=False), status="FAILURE"),
+         "1 of 2 cycles succeeded, 1 object placed, 12.34 s each; 24.7 s simulated at 4.0 x real "
+         "time."),
+        (report(cycle(status="INTERRUPTED"), status="INTERRUPTED", simulated_s=1.5),
+         "The run was interrupted before a cycle was complete, after 1.5 s simulated."),
+        (report(cycle(), cycle(status="INTERRUPTED"), status="INTERRUPTED"),
+         "1 of 1 cycles succeeded, 1 object placed; then the run was interrupted; 24.7 s simulated "
+         "at 4.0 x real time."),
+        (report(cycle(status="ERROR"), status="ERROR", simulated_s=0.0),
+         "The run ended by a fault before a cycle was complete, after 0.0 s simulated."),
+    ],
+)  # fmt: skip
+def test_a_sentence_says_how_the_run_ended(run, says):
+    assert summary(run) == says
