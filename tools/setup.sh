@@ -66,8 +66,33 @@ set -- -e ".[dev]"
 for package in plugins/*/pyproject.toml; do
     [ -f "$package" ] && set -- "$@" -e "$(dirname "$package")"
 done
-export PIP_DISABLE_PIP_VERSION_CHECK=1
+log=.venv/setup.log
+: >"$log"
+
+# Run pip with its output in the log; a terminal shows its last step.
+install() {
+    .venv/bin/python -m pip install --disable-pip-version-check -c constraints.txt "$@" \
+        >>"$log" 2>&1 </dev/null &
+    pip=$!
+    trap 'kill "$pip" 2>/dev/null; exit 130' INT TERM
+    if [ -t 1 ]; then
+        while kill -0 "$pip" 2>/dev/null; do
+            step=$(grep -E '^ *(Collecting|Downloading|Building|Installing)' "$log" | tail -n 1)
+            printf '\r\033[K  %.70s' "${step#"${step%%[! ]*}"}"
+            sleep 1
+        done
+        printf '\r\033[K'
+    fi
+    if ! wait "$pip"; then
+        tail -n 5 "$log" >&2
+        echo "Packages cannot be installed; pip's output is in $log" >&2
+        exit 1
+    fi
+}
+
+echo "Installing packages into .venv, which takes a minute or two (log: $log)"
 # The tools that build packages come from the constraints too, so nothing is built in isolation.
-.venv/bin/python -m pip install --quiet -c constraints.txt hatchling
-.venv/bin/python -m pip install --quiet -c constraints.txt --no-build-isolation "$@"
+install hatchling
+install --no-build-isolation "$@"
 touch .venv/.ready
+echo "Ready: 'source .venv/bin/activate' makes bt-manip a command of your shell"

@@ -57,6 +57,39 @@ def test_setup_says_which_python_it_needs(tmp_path):
     assert "make setup PYTHON=" in done.stderr
 
 
+PYTHON = """#!/bin/sh
+case "$*" in
+    --version) echo "Python 3.12.1" ;;
+    "-m venv --clear .venv") mkdir -p .venv/bin && cp "$0" .venv/bin/python ;;
+    "-m pip install"*) echo "Collecting noise"; exit "${PIP:-0}" ;;
+esac
+"""
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_setup_prints_its_steps_and_keeps_the_output_of_pip_in_a_log(tmp_path, fails):
+    (tmp_path / "tools").mkdir()
+    script = tmp_path / "tools" / "setup.sh"
+    script.write_text((REPOSITORY / "tools" / "setup.sh").read_text())
+    python = tmp_path / "python"
+    python.write_text(PYTHON)
+    python.chmod(0o755)
+    done = subprocess.run(
+        ["sh", script], capture_output=True, text=True,
+        env={"PATH": "/usr/bin:/bin", "HOME": str(tmp_path), "PYTHON": str(python),
+             "PIP": str(int(fails))},
+    )  # fmt: skip
+    assert "Making .venv with Python 3.12.1" in done.stdout
+    assert "Collecting" not in done.stdout
+    assert "Collecting noise" in (tmp_path / ".venv" / "setup.log").read_text()
+    assert (tmp_path / ".venv" / ".ready").exists() is not fails
+    if fails:
+        assert done.returncode == 1
+        assert "pip's output is in .venv/setup.log" in done.stderr
+    else:
+        assert (done.returncode, done.stderr) == (0, "")
+
+
 @pytest.mark.parametrize("version", [(3, 10, 2), (3, 13, 0)])
 def test_a_start_on_another_python_says_so(version, monkeypatch, capsys):
     monkeypatch.setattr(sys, "version_info", version)
