@@ -117,7 +117,7 @@ def test_with_many_cycles_each_cycle_is_a_line(watch):
 
 @pytest.mark.parametrize(("view", "terminal"), [(PlainView, False), (TerminalView, True)])
 def test_long_reasons_are_wrapped_between_words(watch, monkeypatch, view, terminal):
-    monkeypatch.setattr("bt_manip.viewer.terminal_view.REFRESH", 1e9)
+    monkeypatch.setattr("bt_manip.viewer.terminal_view.REDRAW", 1e9)
     shown = watch(view, Slip("grasp " * 30), terminal=terminal, width=40)
     lines = re.sub(r"\x1b\[[0-9;?]*\w", "", shown).splitlines()
     assert max(map(len, lines)) <= 40
