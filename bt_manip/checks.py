@@ -13,6 +13,7 @@ import pinocchio as pin
 from bt_manip.exceptions import MotionError
 
 ROTATION_TOLERANCE = 1e-6  # of the lengths and angles of a rotation matrix's axes
+POSITION_ROUNDING = 1e-6  # [rad] beyond a position limit that counts as at the limit
 _FLOAT = np.dtype(float)
 _SHOWN = 120  # characters of a value that a message shows
 
@@ -81,15 +82,20 @@ def check_configuration(q: Any, n: int) -> np.ndarray:
     return check_vector(q, "configuration", "rad", size=n)
 
 
-def check_position_limits(q: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> None:
-    """Refuse a configuration outside the position limits, naming the first such joint."""
-    outside = (q < lower) | (q > upper)
+def check_position_limits(q: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """Return a configuration, clipped where it exceeds a position limit by rounding only.
+
+    Raises:
+        MotionError: When it is outside the limits, naming the first such joint.
+    """
+    outside = (q < lower - POSITION_ROUNDING) | (q > upper + POSITION_ROUNDING)
     if outside.any():
         i = int(outside.argmax())
         raise invalid(
             f"joint {i + 1} cannot go to {q[i]:.4f} rad: its limits are "
             f"{lower[i]:.4f} to {upper[i]:.4f} rad"
         )
+    return np.clip(q, lower, upper)
 
 
 def check_pose(T: Any, name: str = "pose") -> pin.SE3:

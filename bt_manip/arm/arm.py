@@ -128,7 +128,8 @@ class Arm:
         """
         speed = check_speed(speed)
         target = check_configuration(q, self.model.nq)
-        check_position_limits(target, self.model.limits.lower, self.model.limits.upper)
+        limits = self.model.limits
+        target = check_position_limits(target, limits.lower, limits.upper)
         self._move(ConfigurationRequest(target, speed), planner=planner, rng=rng)
 
     def move_to_pose(

@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bt_manip.checks import POSITION_ROUNDING
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import RobotModel
 from bt_manip.trajectories import (
@@ -237,10 +238,10 @@ class TrajectoryFollower:
         """
         rows = trajectory.sample(sample_times(trajectory.duration, CONTROL_STEP))
         use, limits = sampled_limit_use(rows, model.limits), model.limits
-        middle, half = 0.5 * (limits.upper + limits.lower), 0.5 * (limits.upper - limits.lower)
-        bounded = np.isfinite(half)
-        here = float((np.abs(self.q - middle)[bounded] / half[bounded]).max(initial=0.0))
-        if not use._replace(position=0.0).inside or use.position > max(1.0, here) + 1e-9:
+        beyond = np.maximum(limits.lower - rows[0], rows[0] - limits.upper).max()
+        here = np.maximum(limits.lower - self.q, self.q - limits.upper).max()
+        allowed = max(here, 0.0) + POSITION_ROUNDING
+        if not use._replace(position=0.0).inside or beyond > allowed:
             raise MotionError(f"the planned motion exceeds a limit: {use}", reason="limits")
         return rows
 

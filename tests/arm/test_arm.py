@@ -387,3 +387,25 @@ def test_invalid_input_raises_and_changes_nothing(arm, ask, message, moving):
         ask(arm)
     assert "\n" not in str(raised.value)
     assert arm.get_state() == before
+
+
+@pytest.mark.parametrize("joint", range(7))
+@pytest.mark.parametrize("beyond", [-1e-6, 0.0, 1e-6])
+def test_joint_at_its_position_limit_is_neither_refused_as_start_nor_as_goal(arm, joint, beyond):
+    limits, home = arm.model.limits, arm.model.home
+    for bound, outwards in ((limits.lower, -1.0), (limits.upper, 1.0)):
+        at_limit = home.copy()
+        at_limit[joint] = bound[joint] + outwards * beyond
+        arm.reset(home)
+        arm.move_to_configuration(at_limit)
+        assert np.abs(arm.target - at_limit).max() <= 1.001e-6
+        arm.reset(at_limit)
+        arm.move_to_configuration(home)
+        assert np.array_equal(arm.target, home)
+
+
+def test_joint_farther_beyond_its_limit_is_refused(arm):
+    goal = arm.model.home.copy()
+    goal[2] = arm.model.limits.upper[2] + 2e-6
+    with pytest.raises(MotionError, match="joint 3 cannot go to"):
+        arm.move_to_configuration(goal)
