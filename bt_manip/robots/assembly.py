@@ -1,5 +1,6 @@
 """One model of an arm and its gripper, from the files that a description names."""
 
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import mujoco
@@ -8,13 +9,15 @@ from dm_control import mjcf
 
 from bt_manip import spatial
 from bt_manip.exceptions import did_you_mean
+from bt_manip.models import ModelError, menagerie_file
 
 from .errors import RobotError
 from .gripper import GripperDescription
-from .model_files import locate_model
 from .robot_description import RobotDescription
 
-_SITE = int(mujoco.mjtObj.mjOBJ_SITE)
+MENAGERIE = "menagerie:"
+"""What the address of a model of MuJoCo Menagerie begins with."""
+
 _TOOL = "tool_frame"
 _WORLD_SETTINGS = ("option", "visual", "statistic", "size")
 _ROTATIONS = ("quat", "euler", "axisangle", "xyaxes", "zaxis")
@@ -77,7 +80,7 @@ def find_element(root: mjcf.RootElement, kind: str, name: str, where: str) -> An
 
 
 def _read(model: str, where: str) -> tuple[mjcf.RootElement, mujoco.MjModel]:
-    path = locate_model(model, where)
+    path = _locate(model, where)
     try:
         alone = mujoco.MjModel.from_xml_path(str(path))
     except ValueError as error:
@@ -85,6 +88,18 @@ def _read(model: str, where: str) -> tuple[mjcf.RootElement, mujoco.MjModel]:
     root = mjcf.from_path(str(path), escape_separators=True)
     _drop_world(root)
     return root, alone
+
+
+def _locate(model: str, where: str) -> Path:
+    """Give the file of a model: a path, or ``menagerie:NAME`` or ``menagerie:NAME/ENTRY``."""
+    if not model.startswith(MENAGERIE):
+        if not Path(model).is_file():
+            raise RobotError(f"{where}: no model file {model}")
+        return Path(model)
+    try:
+        return menagerie_file(model.removeprefix(MENAGERIE))
+    except ModelError as error:
+        raise RobotError(f"{where}: model '{model}': {error}") from error
 
 
 def _compile(root: mjcf.RootElement, where: str) -> mujoco.MjModel:
@@ -181,8 +196,8 @@ def _add_pedestal(root: mjcf.RootElement, description: RobotDescription) -> None
 
 
 def _site_pose(alone: mujoco.MjModel, site: Any) -> pin.SE3:
-    index = mujoco.mj_name2id(alone, _SITE, site.full_identifier)
-    return spatial.pose(alone.site_pos[index], alone.site_quat[index])
+    compiled = alone.site(site.full_identifier)
+    return spatial.pose(compiled.pos, compiled.quat)
 
 
 def _place(element: Any, T: pin.SE3) -> None:

@@ -7,9 +7,9 @@ import pinocchio as pin
 
 from bt_manip.toml_tables import TomlFile, TomlTable
 
+from .assembly import MENAGERIE
 from .errors import RobotError
 from .gripper import DEFAULT_KIND, GripperDescription
-from .model_files import MENAGERIE
 from .robot_description import RobotDescription, ToolLimits
 
 
@@ -41,7 +41,7 @@ def read_description(path: Path | str) -> RobotDescription:
         tool_frame=tool.needed_text("frame"),
         T_ft=tool.pose(),
         T_rb=pin.SE3.Identity() if base is None else base.pose(),
-        pedestal=None if base is None else _pedestal(base),
+        pedestal=None if base is None else base.numbers("pedestal", 3),
         home=table.needed_numbers("home", n),
         velocity=table.needed_numbers("velocity", n),
         acceleration=table.needed_numbers("acceleration", n),
@@ -54,11 +54,6 @@ def read_description(path: Path | str) -> RobotDescription:
         if part is not None:
             part.finish()
     return description
-
-
-def _pedestal(base: TomlTable) -> tuple[float, float, float] | None:
-    size = base.numbers("pedestal", 3)
-    return None if size is None else (size[0], size[1], size[2])
 
 
 def _model(text: str, path: Path) -> str:

@@ -4,7 +4,8 @@ Pinocchio's own MJCF reader drops base poses, frames, defaults and gravity witho
 MuJoCo has compiled is what is simulated, so the model that plans and controls is built from that.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -15,9 +16,6 @@ from bt_manip.exceptions import did_you_mean
 
 from .errors import RobotError
 
-_BODY = int(mujoco.mjtObj.mjOBJ_BODY)
-_JOINT = int(mujoco.mjtObj.mjOBJ_JOINT)
-_SITE = int(mujoco.mjtObj.mjOBJ_SITE)
 _FREE = int(mujoco.mjtJoint.mjJNT_FREE)
 _BALL = int(mujoco.mjtJoint.mjJNT_BALL)
 _HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
@@ -27,8 +25,6 @@ def build_model(
     mj_model: mujoco.MjModel,
     *,
     joints: Sequence[str],
-    root_body: str | None = None,
-    frames: Iterable[str] | None = None,
     qpos: np.ndarray | None = None,
 ) -> pin.Model:
     """Build the model of some joints of a compiled MuJoCo model; all others are locked.
@@ -39,54 +35,36 @@ def build_model(
     Args:
         mj_model: What is simulated.
         joints: Names of the hinge and slide joints that move, from the base outwards.
-        root_body: Body whose sub-tree is the robot; by default everything below the world that
-            hangs together with the first joint.
-        frames: Names of the sites and bodies that become frames; by default all of the sub-tree.
         qpos: Where the other joints are locked; by default ``mj_model.qpos0``.  # (mj_model.nq,)
 
     Raises:
         RobotError: When a joint or body is unknown, of the wrong kind or in the wrong order, or
             when a tendon's armature couples the joints.
     """
-    moving = [find(mj_model, _JOINT, name) for name in joints]
+    moving = [find(mj_model, "joint", name) for name in joints]
     for name, joint in zip(joints, moving, strict=True):
         if int(mj_model.jnt_type[joint]) in (_FREE, _BALL):
             raise RobotError(f"joint '{name}' is free or a ball: an arm has hinges and slides")
     if moving != sorted(set(moving)):
         raise RobotError(
             f"joints in the wrong order: {list(joints)}; the model has them as "
-            f"{[_name(mj_model, _JOINT, joint) for joint in sorted(set(moving))]}"
+            f"{[mj_model.joint(joint).name for joint in sorted(set(moving))]}"
         )
-    if root_body is None:
-        root = int(mj_model.body_rootid[mj_model.jnt_bodyid[moving[0]]])
-    else:
-        root = find(mj_model, _BODY, root_body)
-    wanted = None if frames is None else set(frames)
+    root = int(mj_model.body_rootid[mj_model.jnt_bodyid[moving[0]]])
     qpos = mj_model.qpos0 if qpos is None else np.asarray(qpos, dtype=float)
 
     model = pin.Model()
-    model.name = _name(mj_model, _BODY, root)
+    model.name = _name(mj_model.body(root))
     # Where each body is: the Pinocchio joint it hangs on, and its pose in that joint's frame.
     placed: dict[int, tuple[int, pin.SE3]] = {0: (0, pin.SE3.Identity())}
-    available: set[str] = set()
-    for body in _ancestors(mj_model, root):
-        _add_joints(model, mj_model, body, (), qpos, placed)
-    for body in range(root, mj_model.nbody):
-        if body != root and int(mj_model.body_parentid[body]) not in placed:
-            continue
-        if body != root and not _is_below(mj_model, body, root):
-            continue
+    for body in np.flatnonzero(mj_model.body_rootid == root).tolist():
         _add_joints(model, mj_model, body, moving, qpos, placed)
         _add_inertia(model, mj_model, body, placed[body])
-        available |= _add_frames(model, mj_model, body, placed[body], wanted)
+        _add_frames(model, mj_model, body, placed[body])
 
     missing = [n for n, j in zip(joints, moving, strict=True) if not model.existJointName(n)]
     if missing:
         raise RobotError(f"joints {missing} are not below body '{model.name}'")
-    for name in sorted((wanted or set()) - available):
-        raise RobotError(
-            f"no site or body '{name}' below '{model.name}'{did_you_mean(name, available)}"
-        )
     dofs = mj_model.jnt_dofadr[moving]
     model.gravity.linear = _gravity(mj_model)
     model.armature = mj_model.dof_armature[dofs] + _transmitted_armature(mj_model, moving)
@@ -96,39 +74,23 @@ def build_model(
     return model
 
 
-def find(mj_model: mujoco.MjModel, kind: int, name: str) -> int:
-    """Give the id of a named body, joint or site, or offer the nearest right names.
+def find(mj_model: mujoco.MjModel, kind: str, name: str) -> int:
+    """Give the id of a named ``"body"``, ``"joint"`` or ``"site"``.
 
     Raises:
         RobotError: When there is none of that name.
     """
-    found = mujoco.mj_name2id(mj_model, kind, name)
-    if found < 0:
-        what, count = {
-            _BODY: ("body", mj_model.nbody),
-            _JOINT: ("joint", mj_model.njnt),
-            _SITE: ("site", mj_model.nsite),
-        }[kind]
-        valid = [n for i in range(count) if (n := mujoco.mj_id2name(mj_model, kind, i))]
-        raise RobotError(f"the model has no {what} '{name}'{did_you_mean(name, valid)}")
-    return int(found)
+    named = getattr(mj_model, kind)
+    try:
+        return int(named(name).id)
+    except KeyError:
+        count = {"body": mj_model.nbody, "joint": mj_model.njnt, "site": mj_model.nsite}[kind]
+        near = did_you_mean(name, [named(i).name for i in range(count)])
+        raise RobotError(f"the model has no {kind} '{name}'{near}") from None
 
 
-def _name(mj_model: mujoco.MjModel, kind: int, index: int) -> str:
-    return mujoco.mj_id2name(mj_model, kind, index) or f"#{index}"
-
-
-def _ancestors(mj_model: mujoco.MjModel, body: int) -> list[int]:
-    chain = []
-    while body != 0 and (body := int(mj_model.body_parentid[body])) != 0:
-        chain.append(body)
-    return chain[::-1]
-
-
-def _is_below(mj_model: mujoco.MjModel, body: int, root: int) -> bool:
-    while body > root:
-        body = int(mj_model.body_parentid[body])
-    return body == root
+def _name(element: Any) -> str:
+    return element.name or f"#{element.id}"
 
 
 def _translation(p: np.ndarray) -> pin.SE3:
@@ -148,8 +110,6 @@ def _add_joints(
     placed: dict[int, tuple[int, pin.SE3]],
 ) -> None:
     """Walk through the joints of a body, as mj_kinematics does, and note where the body is."""
-    if body == 0:
-        return
     parent, T = placed[int(mj_model.body_parentid[body])]
     T = T * spatial.pose(mj_model.body_pos[body], mj_model.body_quat[body])
     first = int(mj_model.body_jntadr[body])
@@ -169,7 +129,7 @@ def _add_joints(
             shift = _rotation(axis, offset) if kind == _HINGE else _translation(axis * offset)
             T = T * anchor * shift
             if joint in moving:
-                name = _name(mj_model, _JOINT, joint)
+                name = _name(mj_model.joint(joint))
                 parent = model.addJoint(parent, _joint_model(kind, axis), T, name)
                 model.addJointFrame(parent)
                 T = pin.SE3.Identity()
@@ -206,23 +166,17 @@ def _add_inertia(
 
 
 def _add_frames(
-    model: pin.Model,
-    mj_model: mujoco.MjModel,
-    body: int,
-    place: tuple[int, pin.SE3],
-    wanted: set[str] | None,
-) -> set[str]:
-    """Add the body and its sites, those that are wanted, and give the names of all of them."""
+    model: pin.Model, mj_model: mujoco.MjModel, body: int, place: tuple[int, pin.SE3]
+) -> None:
+    """Add the body and its sites."""
     parent, T = place
     joint_frame = model.getFrameId(model.names[parent], pin.FrameType.JOINT) if parent else 0
-    frames = [(_name(mj_model, _BODY, body), T, pin.FrameType.BODY)]
+    frames = [(_name(mj_model.body(body)), T, pin.FrameType.BODY)]
     for site in np.flatnonzero(mj_model.site_bodyid == body):
         T_bs = spatial.pose(mj_model.site_pos[site], mj_model.site_quat[site])
-        frames.append((_name(mj_model, _SITE, int(site)), T * T_bs, pin.FrameType.OP_FRAME))
+        frames.append((_name(mj_model.site(site)), T * T_bs, pin.FrameType.OP_FRAME))
     for name, placement, kind in frames:
-        if wanted is None or name in wanted:
-            model.addFrame(pin.Frame(name, parent, joint_frame, placement, kind))
-    return {name for name, _, _ in frames}
+        model.addFrame(pin.Frame(name, parent, joint_frame, placement, kind))
 
 
 def _gravity(mj_model: mujoco.MjModel) -> np.ndarray:

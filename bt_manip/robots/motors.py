@@ -6,7 +6,7 @@ from typing import Any
 import mujoco
 from dm_control import mjcf
 
-from .limit_reading import is_motor
+from .joint_limits import is_motor
 
 
 def ensure_motors(

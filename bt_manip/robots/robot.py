@@ -1,7 +1,7 @@
 """A robot as a composer entity: arm joints with torque motors, a tool, maybe a gripper."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -12,15 +12,18 @@ from .addresses import reader
 from .assembly import assemble, find_element
 from .errors import GripperError, RobotError
 from .gripper import Gripper
-from .limit_reading import read_limits
-from .model_building import find
+from .joint_limits import read_limits
 from .motors import ensure_motors
 from .robot_description import RobotDescription
 from .robot_model import RobotModel
 from .robot_observables import RobotObservables
-from .sensing import WristWrench, tool_velocity, wrist_of, wrist_wrench
 
-_JOINT = int(mujoco.mjtObj.mjOBJ_JOINT)
+
+class WristWrench(NamedTuple):
+    """What the arm exerts on all that is beyond its wrist."""
+
+    force: np.ndarray  # (3,) [N]
+    torque: np.ndarray  # (3,) [N m]
 
 
 class Robot(composer.Entity):
@@ -116,23 +119,17 @@ class Robot(composer.Entity):
         self.mj_model = model = physics.model.ptr
         self.mj_data = physics.data.ptr
 
-        def joints(elements: list[Any]) -> list[int]:
-            return [find(model, _JOINT, e.full_identifier) for e in elements]
-
-        def motors(elements: list[Any]) -> np.ndarray:
-            ids = [model.actuator(e.full_identifier).id for e in elements]
-            return np.array(ids, dtype=np.intp)
-
-        arm = joints(self.arm_joints)
+        arm = [model.joint(joint.full_identifier).id for joint in self.arm_joints]
         self.qpos_adr, self.dof_adr = model.jnt_qposadr[arm], model.jnt_dofadr[arm]
         data = self.mj_data
         self._q = reader(data.qpos, self.qpos_adr)
         self._v, self._a = reader(data.qvel, self.dof_adr), reader(data.qacc, self.dof_adr)
-        self.ctrl_adr = motors(self.arm_actuators)
+        motors = [model.actuator(motor.full_identifier).id for motor in self.arm_actuators]
+        self.ctrl_adr = np.array(motors, dtype=np.intp)
         # qfrc_actuator would add the torque of other actuators on these joints, such as adhesion.
         self._tau = reader(data.actuator_force, self.ctrl_adr)
         self.tool_site_id = int(model.site(self.tool_site.full_identifier).id)
-        self.wrist_body_id = wrist_of(model, self.tool_site_id, arm)
+        self.wrist_body_id = _wrist(model, self.tool_site_id, arm)
 
     def initialize_episode(
         self, physics: mjcf.Physics, random_state: np.random.RandomState
@@ -175,16 +172,26 @@ class Robot(composer.Entity):
     @property
     def tool_velocity(self) -> np.ndarray:
         """Velocity of the tool: linear, then angular, in the world, as of the last step."""
-        return tool_velocity(self.mj_model, self.mj_data, self.tool_site_id)  # (6,) [m/s, rad/s]
+        velocity, site = np.zeros(6), mujoco.mjtObj.mjOBJ_SITE
+        mujoco.mj_objectVelocity(self.mj_model, self.mj_data, site, self.tool_site_id, velocity, 0)
+        return np.concatenate([velocity[3:], velocity[:3]])  # (6,) [m/s, rad/s]
 
     def wrist_wrench(self, frame: pin.SE3 | None = None) -> WristWrench:
         """Give the wrench that the last link exerts on what is mounted on it, as of the last step.
 
+        MuJoCo computes the forces between bodies only when somebody asks, as here: a force sensor
+        in the model would make it do so in every step.
+
         Args:
             frame: The wrench is taken about its origin, along its axes; default: the tool's.
         """
-        body = self.wrist_body_id
-        return wrist_wrench(self.mj_model, self.mj_data, body, frame or self.tool_pose)
+        model, data, body = self.mj_model, self.mj_data, self.wrist_body_id
+        T = frame or self.tool_pose
+        mujoco.mj_rnePostConstraint(model, data)
+        # cfrc_int: torque over force, in the world's axes, about the centre of mass of the tree.
+        torque, force = data.cfrc_int[body, :3].copy(), data.cfrc_int[body, 3:].copy()
+        torque += np.cross(data.subtree_com[model.body_rootid[body]] - T.translation, force)
+        return WristWrench(T.rotation.T @ force, T.rotation.T @ torque)
 
     def make_model(self) -> RobotModel:
         """Build the model for planning and control; the robot must be compiled into a world.
@@ -208,6 +215,23 @@ class Robot(composer.Entity):
             tool_limits=self.description.tool_limits,
             qpos=qpos,
         )
+
+
+def _wrist(model: mujoco.MjModel, site: int, joints: list[int]) -> int:
+    """Find the body that is mounted on the last link, where a wrist sensor would sit.
+
+    The last link itself, where nothing is mounted on it as a body of its own.
+
+    Args:
+        model: The compiled model.
+        site: The tool.
+        joints: The arm's joints.
+    """
+    links = {int(body) for body in model.jnt_bodyid[joints]}
+    body = mounted = int(model.site_bodyid[site])
+    while body and body not in links:
+        mounted, body = body, int(model.body_parentid[body])
+    return mounted
 
 
 def compile_alone(robot: Robot) -> mjcf.Physics:

@@ -67,7 +67,7 @@ class RobotDescription:
     tool_limits: ToolLimits = ToolLimits()
     T_ft: pin.SE3 = field(default_factory=pin.SE3.Identity)
     T_rb: pin.SE3 = field(default_factory=pin.SE3.Identity)
-    pedestal: tuple[float, float, float] | None = None
+    pedestal: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         """Check that there is one number a joint, and that what has a size has one."""

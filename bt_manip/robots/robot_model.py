@@ -57,7 +57,7 @@ class RobotModel:
         Raises:
             RobotError: When a name is unknown or the joints are no arm.
         """
-        find(mj_model, int(mujoco.mjtObj.mjOBJ_SITE), tool_frame)
+        find(mj_model, "site", tool_frame)
         self.model = build_model(mj_model, joints=joints, qpos=qpos)
         if limits.lower.shape != (self.model.nq,):
             raise RobotError(f"limits of {limits.lower.size} joints for {self.model.nq} joints")

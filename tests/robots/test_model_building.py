@@ -76,13 +76,8 @@ def test_other_joints_are_locked_where_they_are_asked_to_be(odd, rng):
 def test_an_arm_on_an_arm_stands_on_the_locked_one(odd, rng):
     qpos = odd.qpos0.copy()
     qpos[odd.joint("ja").qposadr] = 0.8
-    model = build_model(odd, joints=["jb", "jc1"], root_body="b", qpos=qpos)
+    model = build_model(odd, joints=["jb", "jc1"], qpos=qpos)
     assert verify(odd, model, rng=rng, n=20, qpos=qpos).worst < EXACT
-
-
-def test_only_the_wanted_frames_are_kept(odd):
-    model = build_model(odd, joints=ARM, frames=["tool"])
-    assert model.existFrame("tool") and not model.existFrame("on_a")
 
 
 def test_gravity_that_is_disabled_is_disabled(odd, rng):
@@ -100,8 +95,7 @@ def test_armature_of_actuators_is_counted_with_the_gear_squared(odd):
 def test_a_wrong_model_is_told_from_the_right_one(odd, rng):
     model = build_model(odd, joints=ARM)
     model.inertias[2] = pin.Inertia.Random()
-    with pytest.raises(RobotError, match="differs from MuJoCo"):
-        verify(odd, model, rng=rng, n=5, tolerance=EXACT)
+    assert verify(odd, model, rng=rng, n=5).worst > 1e-3
 
 
 @pytest.mark.parametrize(
@@ -118,14 +112,11 @@ def test_joints_that_make_no_arm_are_refused(odd, joints, message):
         build_model(odd, joints=joints)
 
 
-def test_joints_outside_of_the_root_body_are_refused(odd):
-    with pytest.raises(RobotError, match="not below body 'b'"):
-        build_model(odd, joints=["ja", "jb"], root_body="b")
-
-
-def test_an_unknown_frame_is_refused(odd):
-    with pytest.raises(RobotError, match="no site or body 'tol'.*did you mean 'tool'"):
-        build_model(odd, joints=ARM, frames=["tol"])
+def test_joints_of_two_trees_are_refused():
+    body = '<body name="{0}"><joint name="j{0}"/><geom size=".1"/></body>'
+    two = f"<mujoco><worldbody>{body.format('a')}{body.format('b')}</worldbody></mujoco>"
+    with pytest.raises(RobotError, match="not below body 'a'"):
+        build_model(mujoco.MjModel.from_xml_string(two), joints=["ja", "jb"])
 
 
 def test_every_arm_of_the_menagerie_is_exact(menagerie, rng):
