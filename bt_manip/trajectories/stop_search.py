@@ -21,12 +21,13 @@ from .motion_profile import MotionProfile, ScalarState, integrate_acceleration
 STEP = 1e-3  # [s] of constant path jerk
 MIN_STEP = 1e-4  # [s] for short stops
 MIN_STEPS, MAX_STEPS = 100, 250  # of a stop; the latter bounds the computing
-STOP_MARGINS = 4 * (0.995,) + (
-    0.96,
-    0.96,
-    0.9,
-)  # of the limits, one per iteration: nearly all
-# searches converge within four; what exceeds a limit then usually does so by less than 4 %
+STOP_MARGINS = (0.995, 0.995, 0.995, 0.995, 0.96, 0.96, 0.9)
+"""Fractions of the limits that are used, one per iteration.
+
+Nearly all searches converge within four; what exceeds a limit then usually does so by less than
+4 %.
+"""
+
 MIN_FINAL_JERK = 0.1  # of the greatest path jerk at rest, for the last phase
 FINAL_JERK = 0.97  # of the highest path jerk, for the last phase
 GUESS_EVERY = 2  # nodes that the forward pass takes at once
