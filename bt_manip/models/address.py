@@ -44,7 +44,7 @@ class FoundModel:
 
 
 def is_address(text: str) -> bool:
-    """Tell whether a text is an address, and not a registered name."""
+    """Return whether a text is an address, and not a registered name."""
     return not all(c.isalnum() or c in "_-" for c in text)
 
 
@@ -62,7 +62,7 @@ def find_model(
     Args:
         address: ``bundled:cube``, a path, ``package://NAME/PATH``, ``menagerie:NAME``,
             ``fuel:OWNER/NAME`` with or without a version, or the URL of a model on Fuel.
-        progress: Told how far a download is.
+        progress: Called with the progress of a download.
         sources: What finds models, by what stands before the colon; default: `built_in_sources`.
 
     Raises:
@@ -86,7 +86,7 @@ def find_model(
 
 
 def built_in_sources() -> dict[str, Source]:
-    """Give the sources that need no plugin, by the kinds of address that they know."""
+    """Return the sources that need no plugin, by the kinds of address that they know."""
     return {
         "bundled": lambda address, progress: _bundled(_rest(address)),
         "fuel": _fuel,

@@ -27,7 +27,7 @@ def bundled_root(kind: str) -> Path:
 
 
 def bundled_path(name: str, kind: str = "models") -> Path:
-    """Give the path of a bundled file.
+    """Return the path of a bundled file.
 
     Args:
         name: Path inside the bundle, such as ``"panda/panda.xml"``.

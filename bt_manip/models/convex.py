@@ -19,14 +19,14 @@ THRESHOLD = 0.05
 
 
 def cache_root() -> Path:
-    """Give the folder where results are kept."""
+    """Return the folder where results are kept."""
     if given := os.environ.get(CACHE_VARIABLE, ""):
         return Path(given)
     return platformdirs.user_cache_path("bt_manip")
 
 
 def can_decompose() -> bool:
-    """Tell whether what finds convex parts is installed."""
+    """Return whether what finds convex parts is installed."""
     from importlib.util import find_spec
 
     return find_spec("coacd") is not None

@@ -52,7 +52,7 @@ def _allowed(path: Path, root: Path | None) -> Path | None:
 
 
 def _values(path: Path | None, key: str) -> list[str]:
-    """Give what stands behind a word at the beginning of lines."""
+    """Return what stands behind a word at the beginning of lines."""
     if path is None:
         return []
     with path.open(encoding="utf-8", errors="replace") as lines:

@@ -23,7 +23,7 @@ def load_model(
     Args:
         address: As for `find_model`.
         convex: What meshes collide by: their ``"hull"``, or convex ``"parts"`` of them.
-        progress: Told how far a download is.
+        progress: Called with the progress of a download.
         sources: As for `find_model`.
 
     Raises:

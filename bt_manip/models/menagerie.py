@@ -13,11 +13,11 @@ from bt_manip.models.progress import Progress, terminal_progress
 
 
 def menagerie_file(name: str, progress: Progress = terminal_progress) -> Path:
-    """Give the file of a model, downloaded on first use.
+    """Return the file of a model, downloaded on first use.
 
     Args:
         name: ``franka_emika_panda``, or ``franka_emika_panda/hand`` for another of its models.
-        progress: Told how far a download is.
+        progress: Called with the progress of a download.
 
     Raises:
         ModelError: When there is no such model, or what comes is not what was announced.
@@ -51,7 +51,7 @@ def menagerie_names() -> list[str]:
 
 
 def is_cached(name: str) -> bool:
-    """Tell whether a model can be had without a network."""
+    """Return whether a model can be had without a network."""
     import mujoco_menagerie as menagerie
 
     cache, robot = menagerie.Cache(), menagerie.get(name)

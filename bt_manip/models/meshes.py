@@ -152,7 +152,7 @@ def _joined(parts: list[_Part]) -> _Part:
 
 
 def _collada_turn(data: bytes, path: Path) -> np.ndarray:
-    """Give the turn and scale into metres with z up."""  # (3, 3)
+    """Return the turn and scale into metres with z up."""  # (3, 3)
     root = parse_xml(data, path)
     asset = root.find("{*}asset")
     unit, up = 1.0, "Y_UP"

@@ -1,6 +1,6 @@
-"""Plugins: how they are found, chosen, checked, and kept from harming each other.
+"""Plugins: finding, selecting, checking and isolating them.
 
-Each name is imported when it is first used: ``--help`` needs only the names of plugins.
+Each name is imported on first use: ``--help`` needs only the names of plugins.
 """
 
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""Where plugins are: in installed packages, or as single files in a folder."""
+"""Entry points of plugins: installed packages, and single files in a folder."""
 
 import importlib.metadata
 import importlib.util
@@ -12,11 +12,11 @@ from typing import Any, Protocol
 from bt_manip.exceptions import BtManipError
 
 PREFIX = "bt-manip-"
-"""What the names of packages with plugins begin with."""
+"""Conventional prefix of the names of plugin packages."""
 
 
 class EntryPoint(Protocol):
-    """What is read of an entry point; `importlib.metadata.EntryPoint` is one."""
+    """Interface of `importlib.metadata.EntryPoint`."""
 
     @property
     def name(self) -> str:
@@ -24,7 +24,7 @@ class EntryPoint(Protocol):
 
     @property
     def value(self) -> str:
-        """Where it is, as ``package.module``, or a file."""
+        """Its location, as ``package.module`` or a file."""
 
     @property
     def module(self) -> str:
@@ -40,7 +40,7 @@ class EntryPoint(Protocol):
 
 @dataclass(frozen=True)
 class FilePlugin:
-    """A plugin that is one file; it is found by its place, and never through ``sys.path``."""
+    """Single-file plugin, loaded by its path and not through ``sys.path``."""
 
     path: Path
 
@@ -58,11 +58,11 @@ class FilePlugin:
 
     @property
     def module(self) -> str:
-        """A name that no module on ``sys.path`` has."""
+        """Module name that cannot clash with modules on ``sys.path``."""
         return "_bt_manip_plugin_" + re.sub(r"\W", "_", self.name)
 
     def load(self) -> Any:
-        """Run the file; what fails leaves no module behind."""
+        """Import the file; a failure leaves no module in ``sys.modules``."""
         known = sys.modules.get(self.module)
         if known is not None and known.__file__ == self.value:
             return known
@@ -79,14 +79,14 @@ class FilePlugin:
 
 
 def installed() -> tuple[EntryPoint, ...]:
-    """Find the plugins of installed packages."""
-    from bt_manip import hookspecs  # with pluggy, which names alone do not need
+    """Return the entry points of installed plugins."""
+    from bt_manip import hookspecs  # imports pluggy, which names do not need
 
     return tuple(importlib.metadata.entry_points(group=hookspecs.GROUP))
 
 
 def in_folders(folders: Iterable[Path]) -> tuple[EntryPoint, ...]:
-    """Find the plugins of one file: each ``*.py`` whose name does not begin with ``_``.
+    """Return the single-file plugins: each ``*.py`` whose name does not begin with ``_``.
 
     Raises:
         BtManipError: When there is no such folder.
@@ -101,12 +101,12 @@ def in_folders(folders: Iterable[Path]) -> tuple[EntryPoint, ...]:
 
 
 def names_of(point: EntryPoint) -> set[str]:
-    """Give the names that block a plugin: its own and its package's, with and without prefix."""
+    """Return the names that block a plugin: its name and its package's, with and without prefix."""
     return block_names(point.name, "" if point.dist is None else str(point.dist.name))
 
 
 def block_names(name: str, package: str) -> set[str]:
-    """Give the names that block a plugin, by its name and its package's, which may be empty."""
+    """Return the names that block a plugin; the package name may be empty."""
     if not package:
         return {name}
     plain = re.sub(r"[-_.]+", "-", package).lower()

@@ -11,19 +11,19 @@ from bt_manip.exceptions import BtManipError, did_you_mean
 
 
 class Implementation(NamedTuple):
-    """What a plugin has for a hook."""
+    """Function of a plugin that implements a hook."""
 
     hook: str
     function: Callable[..., Any]
-    arguments: tuple[str, ...]  # those that it takes, of those that are offered
+    arguments: tuple[str, ...]  # of the hook's arguments, those that it takes
 
 
 def implementations(plugin: object) -> list[Implementation]:
-    """Find a plugin's hooks, in the order of the specifications.
+    """Return the hook implementations of a plugin, in the order of the specifications.
 
     Raises:
-        BtManipError: When a hook is misspelt, takes what is not offered, is no plain function or
-            wraps others, or there is none.
+        BtManipError: When a hook is misspelt, takes unknown arguments, is not a plain function,
+            or wraps others; when there is no hook.
     """
     manager = pluggy.PluginManager(hookspecs.GROUP)
     manager.add_hookspecs(hookspecs)
@@ -52,7 +52,7 @@ def implementations(plugin: object) -> list[Implementation]:
 
 
 def _check_function(name: str, function: Callable[..., Any]) -> None:
-    """Refuse what would be called in vain."""
+    """Raise an error for a function that cannot be called as this hook."""
     if inspect.isgeneratorfunction(function) or inspect.isasyncgenfunction(function):
         raise BtManipError(f"'{name}' has a yield in it; a hook is a plain function")
     if inspect.iscoroutinefunction(function):
@@ -68,7 +68,7 @@ def _check_function(name: str, function: Callable[..., Any]) -> None:
 
 
 def _taken(function: Callable[..., Any]) -> list[str]:
-    """Name the arguments that a function has to be given; what has a default keeps it."""
+    """Return the names of a function's arguments without a default."""
     return [
         name
         for name, parameter in inspect.signature(function).parameters.items()

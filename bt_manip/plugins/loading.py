@@ -1,9 +1,9 @@
-"""Find plugins, check them one by one, and collect what they bring.
+"""Find plugins, check them one by one, and collect their parts.
 
-pluggy does not isolate: one plugin that does not import or raises stops all others, and a misspelt
-hook passes unseen. So each plugin is loaded, checked and called here by itself, what it registers
-is kept apart until all of its hooks have returned, and whatever goes wrong on the way is one
-warning that names it. Nothing of a broken plugin stays.
+pluggy does not isolate plugins: an import error or exception in one of them stops all others, and
+misspelt hooks are not reported. Here each plugin is loaded, checked and called separately. Its
+parts are registered only after all of its hooks have returned. A failure is one warning that names
+the plugin, and nothing of the plugin is registered.
 """
 
 import contextlib
@@ -32,22 +32,22 @@ def load_plugins(
     warn: Callable[[str], None] | None = None,
     choice: Choice | None = None,
 ) -> Plugins:
-    """Load the built-in plugin and all that are installed and wanted.
+    """Load the built-in plugin and all installed ones that are not blocked.
 
     Args:
         entry_points: The plugins to load beside the built-in one; those installed in the group
             ``bt_manip`` when None.
-        builtin: What takes the place of the built-in plugin, for tests.
-        warn: What is called with the one line about each broken plugin; `warnings.warn` with
-            a `PluginWarning` when None.
-        choice: Which plugins are not wanted, and folders with more of them; when None, what the
-            environment variables ``BT_MANIP_BLOCK`` and ``BT_MANIP_PLUGINS_DIR`` say.
+        builtin: Replacement of the built-in plugin, for tests.
+        warn: Called with one line for each broken plugin; `warnings.warn` with a
+            `PluginWarning` when None.
+        choice: Blocked plugins, and folders with further ones; read from the environment
+            variables ``BT_MANIP_BLOCK`` and ``BT_MANIP_PLUGINS_DIR`` when None.
 
     Returns:
-        The parts of all plugins that work, and every plugin with what it brings or its problem.
+        The parts of all working plugins, and every plugin with its parts or its problem.
 
     Raises:
-        BtManipError: When a folder that plugins are to be taken from does not exist.
+        BtManipError: When a plugin folder does not exist.
     """
     if warn is None:
         warn = _warn
@@ -81,7 +81,7 @@ def _warn(message: str) -> None:
 
 
 def _missing(plugins: Iterable[Plugin]) -> str:
-    """Say which plugins are not there, for whoever looks for something that is not."""
+    """Describe broken and blocked plugins, for errors about unknown parts."""
     broken = [f"'{p.name}'" for p in plugins if p.status == "broken"]
     blocked = [f"'{p.name}'" for p in plugins if p.status == "blocked"]
     note = f" (left out because broken: plugin {', '.join(broken)})" if broken else ""
@@ -89,7 +89,7 @@ def _missing(plugins: Iterable[Plugin]) -> str:
 
 
 def _builtin(plugin: object, parts: Parts) -> Plugin:
-    """Collect the built-in parts; a fault in them is a bug and is not caught."""
+    """Collect the built-in parts; errors in them are bugs and are not caught."""
     version = importlib.metadata.version("bt-manip")
     stage = Stage(BUILTIN, parts)
     observers = _call_hooks(plugin, stage)
@@ -99,13 +99,13 @@ def _builtin(plugin: object, parts: Parts) -> Plugin:
 
 
 def _load(point: EntryPoint, parts: Parts, taken: list[str]) -> Plugin:
-    """Load one plugin; give it with its problem where it has one, and then nothing of it stays."""
+    """Load one plugin; on a failure return it with its problem and register nothing."""
     found = _found(point)
     stage = Stage(point.name, parts)
     try:
         if point.name in taken:
             raise BtManipError("another plugin has the same name")
-        # What a plugin prints is not what a command was asked for: it goes where warnings go.
+        # The output of a plugin must not mix with the output of the command.
         with contextlib.redirect_stdout(sys.stderr):
             plugin = point.load()
             found = replace(found, source=_file_of(plugin) or found.source)
@@ -116,7 +116,7 @@ def _load(point: EntryPoint, parts: Parts, taken: list[str]) -> Plugin:
 
 
 def _call_hooks(plugin: object, stage: Stage) -> tuple[ObserverHook, ...]:
-    """Call the hooks of one plugin that register; give those that are called during runs."""
+    """Call the registering hooks of a plugin; return its observing ones."""
     observers = []
     for name, function, arguments in implementations(plugin):
         if name in hookspecs.OBSERVING:
@@ -128,14 +128,14 @@ def _call_hooks(plugin: object, stage: Stage) -> tuple[ObserverHook, ...]:
 
 
 def _found(point: EntryPoint) -> Plugin:
-    """Tell what is known of a plugin that is not loaded."""
+    """Return the description of a plugin that is not loaded."""
     dist = point.dist
     version, package = ("", "") if dist is None else (str(dist.version), str(dist.name))
     return Plugin(point.name, version, point.value, module=point.module, package=package)
 
 
 def _file_of(plugin: object) -> str:
-    """Give the file that a plugin came from, if it came from one."""
+    """Return the file of a plugin, or an empty string."""
     if not isinstance(plugin, ModuleType):
         plugin = sys.modules.get(_module_of(plugin))
     return str(getattr(plugin, "__file__", None) or "")
@@ -148,7 +148,7 @@ def _module_of(plugin: object) -> str:
 
 
 def _describe(error: BaseException) -> str:
-    """Say in one line what went wrong and, where it is in the plugin's code, in which line."""
+    """Describe an error in one line, with the line of the plugin's code if known."""
     text = " ".join(str(error).split())
     lines = [(f, n) for f, n in traceback.walk_tb(error.__traceback__) if _foreign(f)]
     where = f", at {lines[-1][0].f_code.co_filename}:{lines[-1][1]}" if lines else ""
@@ -160,7 +160,7 @@ def _describe(error: BaseException) -> str:
 
 
 def _foreign(frame: FrameType) -> bool:
-    """Tell whether code is neither bt-manip's nor Python's own for importing."""
+    """Return whether a frame belongs neither to bt-manip nor to Python's import system."""
     module = str(frame.f_globals.get("__name__", ""))
     ours = module.startswith("bt_manip.") or module.partition(".")[0] == "importlib"
     return not ours and not frame.f_code.co_filename.startswith("<frozen")

@@ -1,4 +1,4 @@
-"""What is known of plugins once they are loaded."""
+"""Loaded plugins, and those that are broken or blocked."""
 
 import traceback
 from collections.abc import Callable, Iterator, Mapping
@@ -9,7 +9,7 @@ from bt_manip.plugins.entry_points import block_names
 from bt_manip.registry import Parts
 
 BUILTIN = "builtin"
-"""Name of the plugin that brings the built-in parts."""
+"""Name of the plugin with the built-in parts."""
 
 
 class PluginWarning(UserWarning):
@@ -23,7 +23,7 @@ class ObserverHook:
     Attributes:
         name: The hook: ``"before_tick"``, ...
         function: The plugin's function.
-        arguments: Names of the arguments that it takes, of those that the hook offers.
+        arguments: Names of the hook's arguments that it takes.
     """
 
     name: str
@@ -37,14 +37,14 @@ class Plugin:
 
     Attributes:
         name: Its name, that of its entry point.
-        version: Version of the package that it is from; empty when unknown.
-        package: Name of that package; empty when it is from none.
-        source: The file that it was loaded from, or the value of its entry point.
-        provides: Names of the parts that it brings, by kind.
-        observers: Its functions that watch runs.
-        problem: What is wrong with it; empty when it works.
-        blocked: Whether the user does not want it; it was not loaded then.
-        module: Name of the module that it is, for telling whose code raised.
+        version: Version of its package; empty when unknown.
+        package: Name of its package; empty when there is none.
+        source: Its file, or the value of its entry point.
+        provides: Names of its parts, by kind.
+        observers: Its functions that observe runs.
+        problem: Description of its error; empty when it works.
+        blocked: Whether it is blocked and therefore not loaded.
+        module: Name of its module, to attribute exceptions.
     """
 
     name: str
@@ -59,52 +59,51 @@ class Plugin:
 
     @property
     def status(self) -> Literal["ok", "broken", "blocked"]:
-        """How it is with this plugin."""
+        """Status of the plugin."""
         if self.blocked:
             return "blocked"
         return "broken" if self.problem else "ok"
 
     @property
     def names(self) -> set[str]:
-        """The names that it can be blocked by."""
+        """Names that block it."""
         return block_names(self.name, self.package)
 
     @property
     def label(self) -> str:
-        """Name it with its version and its file, for messages."""
+        """Name, version and file, for messages."""
         version = f" {self.version}" if self.version else ""
         where = f" ({self.source})" if self.source else ""
         return f"plugin '{self.name}'{version}{where}"
 
     @property
     def warning(self) -> str:
-        """Say in one line that it is left out, why, and how to be asked no more."""
+        """One line: it is left out, the reason, and the option that blocks it."""
         return f"{self.label} is left out: {self.problem}{self.way_out}"
 
     @property
     def way_out(self) -> str:
-        """Say how a user does without this plugin."""
+        """Hint at the option that blocks it."""
         return f" (to do without it: --block {self.name})"
 
 
 @dataclass(frozen=True)
 class Plugins:
-    """All plugins that were found, and the parts of those that work."""
+    """All plugins, and the parts of those that work."""
 
     parts: Parts
     plugins: tuple[Plugin, ...]
 
     def find(self, name: str) -> Plugin | None:
-        """Give the plugin of a name, one that works before one that does not."""
+        """Return the plugin of a name, preferring one that works, or None."""
         named = sorted((p for p in self.plugins if p.name == name), key=lambda p: p.status != "ok")
         return named[0] if named else None
 
     def blame(self, error: BaseException) -> Plugin | None:
-        """Name the plugin whose code an exception came out of.
+        """Return the plugin whose code raised an exception, or None for bt-manip's own code.
 
-        The innermost frame that belongs to a plugin's package decides; where there is none, the
-        exception's ``culprit``, the name of a module, when it has one, or its ``plugin``. The
-        built-in plugin is nobody to blame.
+        The innermost frame of a plugin's package decides. Without one, the exception's attribute
+        ``culprit`` (name of a module) or ``plugin`` decides.
         """
         owners = {p.module.partition(".")[0]: p for p in self.plugins if p.name != BUILTIN}
         chain = _chain(error)
@@ -117,7 +116,7 @@ class Plugins:
 
 
 def _chain(error: BaseException) -> list[BaseException]:
-    """List an exception and what it was raised from."""
+    """Return an exception and its causes."""
     chain: list[BaseException] = []
     cause: BaseException | None = error
     while cause is not None and cause not in chain:
@@ -127,7 +126,7 @@ def _chain(error: BaseException) -> list[BaseException]:
 
 
 def _modules(chain: list[BaseException]) -> Iterator[str]:
-    """Name the modules that an exception came through, from the innermost, then the culprits."""
+    """Yield the modules of an exception's frames, innermost first, then its culprits."""
     for link in reversed(chain):  # the first of a chain of exceptions is the innermost
         frames = [frame for frame, _ in traceback.walk_tb(link.__traceback__)]
         for frame in reversed(frames):

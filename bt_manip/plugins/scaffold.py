@@ -1,4 +1,4 @@
-"""Write the package of a new plugin."""
+"""Write the package of a new plugin from a template."""
 
 import keyword
 import re
@@ -13,31 +13,30 @@ from bt_manip.plugins.loading import load_plugins
 from bt_manip.plugins.plugin import BUILTIN, Plugins
 
 KINDS = ("object", "controller", "robot", "behaviour", "planner")
-"""What a new plugin can bring."""
+"""Kinds of parts with a template."""
 
 _NAME = re.compile(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*")
-_LONGEST = 24  # letters, with which the lines of the templates stay short enough
+_LONGEST = 24  # letters, so that lines of the templates stay short
 _PLACEHOLDER = re.compile("bt-manip-gear|bt_manip_gear|Gear|gear")
 
 
 def write_plugin(name: str, kind: str, parent: Path, plugins: Plugins | None = None) -> Path:
     """Write a package that installs, lints and passes its tests at once.
 
-    The templates are such packages themselves, of a part that is called gear. What is written is
-    there as a whole or not at all.
+    The templates are such packages with a part called gear. The package is written atomically.
 
     Args:
         name: Name of the plugin, in lower case with ``-`` between words.
-        kind: What it brings, one of `KINDS`.
-        parent: Folder in which the package's own is made.
-        plugins: Those that it will stand beside; the built-in one alone when None.
+        kind: Kind of its part, one of `KINDS`.
+        parent: Folder in which the package's folder is created.
+        plugins: Installed plugins, whose names are taken; only the built-in one when None.
 
     Returns:
         The package's folder, ``bt-manip-NAME``.
 
     Raises:
-        BtManipError: When the name is none, or taken, or there is such a folder already, or
-            nothing can be written there.
+        BtManipError: When the name is invalid or taken, the folder exists, or it cannot be
+            written.
     """
     if not _NAME.fullmatch(name) or len(name) > _LONGEST:
         raise _no_name(name)
@@ -74,7 +73,7 @@ def write_plugin(name: str, kind: str, parent: Path, plugins: Plugins | None = N
 
 
 def _write(folder: Path, texts: dict[str, str]) -> None:
-    """Write files beside their place, and give them their place when all are there."""
+    """Write files to a temporary folder and rename it when all are written."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     unfinished = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
     try:
@@ -100,7 +99,7 @@ def _belongs(path: Path, template: Path) -> bool:
 
 
 def _check_free(name: str, part: str, kind: str, plugins: Plugins) -> None:
-    """Refuse a name that a plugin of this name could not register."""
+    """Raise an error if a plugin of this name could not register its part."""
     if name == BUILTIN:
         raise BtManipError(f"a plugin cannot be called '{BUILTIN}'")
     there = plugins.find(name)
@@ -115,7 +114,7 @@ def _check_free(name: str, part: str, kind: str, plugins: Plugins) -> None:
 
 
 def _check_unused(name: str, names: dict[str, str], files: list[Path]) -> None:
-    """Refuse a name that the template's code has for something else."""
+    """Raise an error if the template's code uses the name for something else."""
     if names["gear"] == "gear":
         return
     for path in files:
@@ -131,7 +130,7 @@ def _check_unused(name: str, names: dict[str, str], files: list[Path]) -> None:
 
 
 def _words(path: Path) -> set[str]:
-    """Collect the names in a module, without those behind a dot."""
+    """Return the names in a module, without attributes."""
     found, before = set(), ""
     with path.open("rb") as file:
         for token in tokenize.tokenize(file.readline):

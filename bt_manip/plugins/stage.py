@@ -1,4 +1,4 @@
-"""What one plugin registers, kept apart until it is certain that all of it is right."""
+"""Parts of one plugin before they are merged into those of all plugins."""
 
 import inspect
 from collections.abc import Callable
@@ -10,14 +10,14 @@ from bt_manip.registry import Parts, Surroundings
 
 
 class Stage:
-    """Keeps what one plugin registers apart until all of its hooks have returned."""
+    """Collects the parts of one plugin until all of its hooks have returned."""
 
     def __init__(self, owner: str, parts: Parts) -> None:
-        """Begin with nothing.
+        """Initialise without parts.
 
         Args:
             owner: Name of the plugin.
-            parts: The parts of all plugins, which its own will be added to.
+            parts: Parts of all plugins, into which they are merged.
         """
         self._owner = owner
         self._parts = parts.by_kind()
@@ -27,9 +27,9 @@ class Stage:
         self._open = True
 
     def register(self, kind: str) -> Callable[..., None]:
-        """Give the function that the hook of a kind is called with.
+        """Return the function ``register`` of the hook of a kind.
 
-        What it is given and cannot take, it refuses with a `BtManipError`.
+        It raises `BtManipError` for invalid arguments.
         """
         take: Callable[..., None] = getattr(self, f"_register_{kind}")
         signature = inspect.signature(take)
@@ -45,13 +45,13 @@ class Stage:
         return register
 
     def merge(self) -> dict[str, tuple[str, ...]]:
-        """Hand everything over; nothing can be registered from then on.
+        """Merge the parts into those of all plugins; nothing can be registered afterwards.
 
         Returns:
-            Names of what was registered, by kind.
+            Names of the registered parts, by kind.
 
         Raises:
-            BtManipError: When an object's ``kind`` is none by which it could be made again.
+            BtManipError: When an object's ``kind`` is not a registered name.
         """
         self._open = False
         self._check_kinds()
@@ -66,7 +66,7 @@ class Stage:
             raise BtManipError("'register' is to be called inside the hook, not later")
         registry = self._parts[kind]
         registry.check(name)
-        assert isinstance(name, str)  # check() saw to it
+        assert isinstance(name, str)  # by check()
         if name in self._items[kind]:
             raise BtManipError(f"it registers {registry.kind} '{name}' twice")
         self._items[kind][name] = item
@@ -92,7 +92,7 @@ class Stage:
                 raise BtManipError(f"object '{name}': {error}") from None
 
     def _check_kinds(self) -> None:
-        """Refuse an object that a snapshot could not make again by its ``kind``."""
+        """Raise an error for an object that a snapshot could not recreate by its ``kind``."""
         known = {*self._parts["objects"], *self._items["objects"]}
         if not self._items["objects"]:
             return
@@ -135,8 +135,8 @@ class Stage:
         from bt_manip.bt import BehaviourRegistry
         from bt_manip.bt.nodes import Action
 
-        # A fresh registry has the nodes of the language: it refuses their names, and whatever
-        # is no node.
+        # A new registry has the nodes of the language: it refuses their names, and classes
+        # that are not nodes.
         BehaviourRegistry().register(cls, name)
         if getattr(cls, "update", None) is Action.update:
             raise BtManipError(f"behaviour '{cls.__name__}' has no 'update'")

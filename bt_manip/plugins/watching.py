@@ -1,4 +1,4 @@
-"""Let plugins watch a run without being able to end it."""
+"""Observers of plugins, isolated so that their exceptions do not end a run."""
 
 from collections.abc import Callable
 from typing import Any
@@ -10,11 +10,11 @@ Warn = Callable[[str], None]
 
 
 def plugin_observers(plugins: Plugins, warn: Warn) -> list[RunObserver]:
-    """Make one observer for each plugin whose hooks watch runs.
+    """Return one observer for each plugin with observing hooks.
 
     Args:
         plugins: All plugins.
-        warn: Takes the one line about a plugin that raised; it is not called any more.
+        warn: Called with one line about a plugin that raised.
     """
     return [
         guarded(HookObserver(plugin), plugin, warn)
@@ -24,15 +24,15 @@ def plugin_observers(plugins: Plugins, warn: Warn) -> list[RunObserver]:
 
 
 class HookObserver(RunObserver):
-    """Hands what happens in a run on to the hooks of one plugin."""
+    """Calls the observing hooks of one plugin."""
 
     def __init__(self, plugin: Plugin) -> None:
-        """Serve a plugin."""
+        """Initialise for a plugin."""
         self._hooks = plugin.observers
         self._offers: dict[str, Any] = {}
 
     def run_started(self, run: Any) -> None:
-        """Keep what hooks may ask for."""
+        """Store the arguments of the hooks."""
         self._offers = {"station": run.station, "tree": run.tree}
 
     def after_compile(self) -> None:
@@ -64,12 +64,12 @@ class HookObserver(RunObserver):
 
 
 def guarded(observer: RunObserver, plugin: Plugin, warn: Warn) -> RunObserver:
-    """Let an observer of a plugin watch until it raises, and not any more from then on.
+    """Wrap an observer of a plugin so that it is not called again after it raised.
 
     Args:
-        observer: What watches.
-        plugin: Whose it is.
-        warn: Takes the one line that says what happened.
+        observer: The observer.
+        plugin: Its plugin.
+        warn: Called with one line about the exception.
     """
     if type(observer).after_step is RunObserver.after_step:
         return _Guard(observer, plugin, warn)
@@ -77,38 +77,38 @@ def guarded(observer: RunObserver, plugin: Plugin, warn: Warn) -> RunObserver:
 
 
 class _Guard(RunObserver):
-    """Passes on everything but control steps."""
+    """Forwards all calls except control steps."""
 
     def __init__(self, observer: RunObserver, plugin: Plugin, warn: Warn) -> None:
         self._observer, self._plugin, self._warn = observer, plugin, warn
         self._works = True
 
     def run_started(self, run: Any) -> None:
-        """Pass it on."""
+        """Forward the call."""
         self._try("run_started", run)
 
     def after_compile(self) -> None:
-        """Pass it on."""
+        """Forward the call."""
         self._try("after_compile")
 
     def cycle_started(self, cycle: int) -> None:
-        """Pass it on."""
+        """Forward the call."""
         self._try("cycle_started", cycle)
 
     def before_tick(self) -> None:
-        """Pass it on."""
+        """Forward the call."""
         self._try("before_tick")
 
     def after_tick(self) -> None:
-        """Pass it on."""
+        """Forward the call."""
         self._try("after_tick")
 
     def cycle_ended(self, status: str, reason: str) -> None:
-        """Pass it on."""
+        """Forward the call."""
         self._try("cycle_ended", status, reason)
 
     def run_ended(self) -> None:
-        """Pass it on, also to one that raised: it may hold something."""
+        """Forward the call, also after an exception: resources must be released."""
         self._works, said = True, not self._works
         self._try("run_ended", quiet=said)
 
@@ -129,10 +129,10 @@ class _Guard(RunObserver):
 
 
 class _StepGuard(_Guard):
-    """Passes on control steps too."""
+    """Forwards control steps, too."""
 
     def after_step(self) -> None:
-        """Pass it on."""
+        """Forward the call."""
         self._try("after_step")
 
 

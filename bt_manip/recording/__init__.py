@@ -1,6 +1,6 @@
-"""What a run leaves behind: its report, its trace, its digest.
+"""Report, trace and digest of a run.
 
-Each name is imported when it is first used: the report needs nothing of the physics.
+Each name is imported on first use: the report does not need the physics.
 """
 
 from typing import TYPE_CHECKING

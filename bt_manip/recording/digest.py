@@ -1,4 +1,4 @@
-"""A fingerprint of a whole run."""
+"""Digest of all states of a run."""
 
 import hashlib
 
@@ -6,21 +6,20 @@ import hashlib
 class StateDigest:
     """SHA-256, chained over the state of the physics and all node statuses after every tick.
 
-    The state is MuJoCo's integration state: all that the next step depends on. So two runs with
-    the same digest went through the same states, bit for bit. Each tick's digest is that of the
-    tick before, of the state and of the statuses: what is known of a run can be kept and gone on
-    from.
+    The state is MuJoCo's integration state, on which the next step depends. Two runs with the same
+    digest have the same states, bit for bit. The digest of a tick covers the previous digest, the
+    state and the statuses, so a run can be continued from a saved digest.
     """
 
     def __init__(self) -> None:
-        """Begin with nothing."""
+        """Initialise with an empty digest."""
         self._digest = b""
 
     def update(self, state: bytes, statuses: bytes) -> None:
-        """Take in one tick.
+        """Add one tick.
 
         Args:
-            state: The integration state, as `bt_manip.cell.Cell.state_bytes` gives it.
+            state: The integration state, as returned by `bt_manip.cell.Cell.state_bytes`.
             statuses: One byte for each node of the tree.
         """
         taken = hashlib.sha256(self._digest)
@@ -29,13 +28,13 @@ class StateDigest:
         self._digest = taken.digest()
 
     def hexdigest(self) -> str:
-        """Give the digest of all ticks so far."""
+        """Return the digest of all ticks so far, as hexadecimal digits."""
         return self._digest.hex() or hashlib.sha256().hexdigest()
 
     def get_state(self) -> str:
-        """Give the digest of all ticks so far, empty where there were none."""
+        """Return the digest of all ticks so far; empty without ticks."""
         return self._digest.hex()
 
     def set_state(self, state: str) -> None:
-        """Go on from a digest."""
+        """Continue from a digest."""
         self._digest = bytes.fromhex(state)

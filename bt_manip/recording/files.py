@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all."""
+"""Atomic writing of files."""
 
 import os
 import stat
@@ -12,11 +12,11 @@ from bt_manip.exceptions import BtManipError
 
 
 def check_writable(path: Path, what: str) -> None:
-    """Make sure that a file can be written later, without touching it.
+    """Check that a file can be written later, without changing it.
 
     Args:
         path: The file.
-        what: What it is for, to begin the message with: ``"report"``.
+        what: Purpose, the first word of the message: ``"report"``.
 
     Raises:
         BtManipError: When it cannot be written.
@@ -44,10 +44,10 @@ def check_writable(path: Path, what: str) -> None:
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[BinaryIO]:
-    """Open a file for writing that takes its name only when all of it has been written.
+    """Open a temporary file for writing, and rename it to ``path`` at the end of the block.
 
-    When the block raises, what stood under the name before is still there, unchanged. A pipe or
-    a device is written directly.
+    When the block raises, an existing file remains unchanged. Pipes and devices are written
+    directly.
     """
     target = _target(path)
     if _is_special(target):
@@ -68,7 +68,7 @@ def whole_file(path: Path) -> Iterator[BinaryIO]:
 
 
 def _target(path: Path) -> Path:
-    """Follow links: the file behind a link is replaced, not the link."""
+    """Resolve links: the target of a link is replaced, not the link."""
     return Path(os.path.realpath(path))
 
 
@@ -77,7 +77,7 @@ def _part(target: Path) -> Path:
 
 
 def _is_special(target: Path) -> bool:
-    """Tell whether the path is a pipe or device, which no other file can take the place of."""
+    """Return whether the path is a pipe or device, which cannot be replaced by a file."""
     try:
         mode = target.stat().st_mode
     except OSError:

@@ -1,4 +1,4 @@
-"""What a motion used of its limits, and how well it was followed."""
+"""Use of limits and tracking error of motions."""
 
 import numpy as np
 
@@ -7,22 +7,22 @@ from bt_manip.robots import JointLimits
 
 
 class MotionStatistics:
-    """Gathers extremes over control steps, many steps at a time.
+    """Maxima over control steps, updated in blocks of steps.
 
-    Differences between steps (jerk, torque rate, tool speed) reach across the blocks that the
-    steps come in, and across cycles: nothing jumps there either.
+    Differences between steps (jerk, torque rate, tool speed) are also taken between blocks and
+    between cycles.
     """
 
     def __init__(self, limits: JointLimits, dt: float) -> None:
-        """Begin with nothing seen.
+        """Initialise without steps.
 
         Args:
-            limits: What the fractions are of.
+            limits: Limits that the fractions refer to.
             dt: Time between two steps [s].
         """
         self._limits = limits
         self._dt = dt
-        # A joint without bounds uses none of its range.
+        # A joint without bounds has no use of its range.
         half_range = (limits.upper - limits.lower) / 2.0
         bounded = np.isfinite(half_range)
         centre = np.add(limits.upper, limits.lower, where=bounded, out=np.zeros_like(limits.upper))
@@ -32,7 +32,7 @@ class MotionStatistics:
         self.begin()
 
     def begin(self) -> None:
-        """Forget the extremes so far; the last step stays, to take differences from."""
+        """Reset the maxima; the last step is kept for differences."""
         self._use = np.zeros(5)  # position, velocity, acceleration, jerk, effort
         self.torque_rate = 0.0  # [N m/s]
         self.tool_speed = 0.0  # [m/s]
@@ -49,7 +49,7 @@ class MotionStatistics:
         tool: np.ndarray,
         free: np.ndarray,
     ) -> None:
-        """Take in control steps.
+        """Add control steps.
 
         Args:
             q: Positions of the joints [rad].  # (n, nq)
@@ -86,5 +86,5 @@ class MotionStatistics:
 
     @property
     def limit_use(self) -> CycleLimitUse:
-        """Give the largest fraction of each kind of limit."""
+        """Largest fraction of each kind of limit."""
         return CycleLimitUse(*(float(use) for use in self._use))

@@ -1,4 +1,4 @@
-"""The action leaves of a cycle, in the order in which they ended."""
+"""Phases of a cycle: the action leaves that ended."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,17 +8,17 @@ from bt_manip.recording.report import Phase
 
 
 class PhaseLog:
-    """Watches a tree's nodes and keeps what its action leaves did."""
+    """Tree observer that records the action leaves, in the order in which they end."""
 
     def __init__(self, clock: Callable[[], float]) -> None:
-        """Begin with nothing.
+        """Initialise without phases.
 
         Args:
-            clock: Gives the simulated time [s].
+            clock: Returns the simulated time [s].
         """
         self._clock = clock
         self.ended: list[Callable[[Any, Phase], None]] = []
-        """Called with the node and its phase when an action leaf has ended."""
+        """Called with node and phase when an action leaf has ended."""
         self.begin()
 
     def begin(self) -> None:
@@ -29,11 +29,11 @@ class PhaseLog:
 
     @property
     def phases(self) -> tuple[Phase, ...]:
-        """Give the phases that have ended in this cycle."""
+        """Phases that have ended in this cycle."""
         return tuple(self._phases)
 
     def __call__(self, node: Any, old: Any, new: Any) -> None:
-        """Note that a node has another status."""
+        """Record a change of a node's status."""
         if node.kind is not NodeKind.ACTION:
             return
         if new.name == "RUNNING":
@@ -58,5 +58,5 @@ class PhaseLog:
 
 
 def _seconds(duration: float) -> float:
-    """Round away what adding up control steps of 1 ms leaves behind the microsecond."""
+    """Round to microseconds: sums of control steps of 1 ms have rounding errors."""
     return round(duration, 6)

@@ -1,4 +1,4 @@
-"""Whether an object has come to rest where it belongs, judged by the physics alone."""
+"""Check from the physics whether an object rests in a container."""
 
 from typing import Any
 
@@ -13,13 +13,13 @@ STILL_TURNING = 0.2  # [rad/s], a corner of a 50 mm cube at 9 mm/s
 
 
 class PlacementCheck:
-    """Judges objects against the containers of one compiled model of a cell."""
+    """Checks objects against the containers of one compiled model of a cell."""
 
     def __init__(self, cell: Any) -> None:
-        """Measure the containers.
+        """Compute the boxes of the containers.
 
         Args:
-            cell: The cell; it must not be compiled anew while this judges.
+            cell: The cell; a new compile makes this check invalid.
         """
         self._cell = cell
         self.objects = {
@@ -30,28 +30,28 @@ class PlacementCheck:
             for name, entity in cell.objects.items()
             if as_object(entity).category == CONTAINER
         }
-        self._middles: dict[str, np.ndarray] = {}
+        self._centres: dict[str, np.ndarray] = {}
 
     def placed(self, name: str) -> bool:
-        """Tell whether an object rests in a container and touches only it and other objects.
+        """Return whether an object rests in a container and touches only it and other objects.
 
         Args:
             name: An object that moves freely.
         """
         return any(self._rests_in(name, container) for container in self._boxes)
 
-    def _middle(self, name: str) -> np.ndarray:
-        """Give the middle of an object, in its own frame [m]."""  # (3,)
-        if name not in self._middles:
+    def _centre(self, name: str) -> np.ndarray:
+        """Return the centre of an object, in its own frame [m]."""  # (3,)
+        if name not in self._centres:
             lower, upper = _box(self._cell, name)
-            self._middles[name] = 0.5 * (lower + upper)
-        return self._middles[name]
+            self._centres[name] = 0.5 * (lower + upper)
+        return self._centres[name]
 
     def _rests_in(self, name: str, container: str) -> bool:
         cell = self._cell
         lower, upper = self._boxes[container]
-        # The middle of what can be touched: what is high is gripped far above it.
-        centre = cell.pose(container).actInv(cell.pose(name).act(self._middle(name)))
+        # The centre of the collision geometry: tall objects are gripped far above it.
+        centre = cell.pose(container).actInv(cell.pose(name).act(self._centre(name)))
         if container == name or (centre < lower).any() or (centre > upper).any():
             return False
         velocity = cell.velocity(name)
@@ -67,7 +67,7 @@ def _is_free(cell: Any, name: str) -> bool:
 
 
 def _box(cell: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Measure the box around an entity's collision shapes, in its own frame."""  # 2 x (3,)
+    """Return the box around an entity's collision geometry, in its own frame [m]."""  # 2 x (3,)
     model, data = cell.model, cell.data
     T_we = cell.pose(name)
     lower, upper = np.full(3, np.inf), np.full(3, -np.inf)

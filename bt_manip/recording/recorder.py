@@ -1,4 +1,4 @@
-"""Watch a run and report it."""
+"""Record a run and write its report."""
 
 import time
 from collections.abc import Mapping, Sequence
@@ -8,30 +8,30 @@ from bt_manip.recording.digest import StateDigest
 from bt_manip.recording.phases import PhaseLog
 from bt_manip.recording.placement import PlacementCheck
 from bt_manip.recording.report import CycleReport, Phase, RunReport, versions
-from bt_manip.recording.robot_log import RobotLog, together
+from bt_manip.recording.robot_log import RobotLog, combined
 from bt_manip.recording.trace import Trace, columns_of
 from bt_manip.runner import RunObserver
 
 GRASP = "Grasp"
-"""Registered name of the behaviour at whose end the grip is measured."""
+"""Registered name of the behaviour after which the grip force is measured."""
 
 REMOVE_OBJECT = "RemoveObject"
-"""Registered name of the behaviour that a tree which places something ends with."""
+"""Registered name of the behaviour that ends a tree that places an object."""
 
 
 class Recorder(RunObserver):
-    """Gathers the report of a run, and its trace where one is wanted.
+    """Collects the report of a run, and optionally its trace.
 
-    It only looks: a run with a recorder goes through the same states as one without.
+    It changes nothing: a run has the same states with and without a recorder.
     """
 
     def __init__(self, tree: str, seed: int, trace: Trace | None = None) -> None:
-        """Begin with nothing recorded.
+        """Initialise without records.
 
         Args:
             tree: The tree as the user named it.
             seed: Seed of the run.
-            trace: Where the course of the joints goes.
+            trace: Receives every control step, if given.
         """
         self._tree_name = tree
         self._seed = seed
@@ -44,12 +44,12 @@ class Recorder(RunObserver):
         self._time_start = self._time_now = 0.0
         self._object: str | None = None
         self._judged: dict[str, bool] = {}
-        self._unexpected: dict[tuple[str, str], None] = {}  # a set that keeps its order
+        self._unexpected: dict[tuple[str, str], None] = {}  # an ordered set
 
-    # What the runner calls
+    # Called by the runner
 
     def run_started(self, run: Any) -> None:
-        """Allocate what a step is copied into, and watch the tree."""
+        """Allocate the step logs and observe the tree."""
         self._run = run
         self._station = station = run.station
         self._cell = station.cell
@@ -65,7 +65,7 @@ class Recorder(RunObserver):
         self._wall_start = time.perf_counter()
 
     def after_compile(self) -> None:
-        """Bind to the new model; note what came and what went."""
+        """Bind to the new model; record added objects."""
         self._flush()
         for log in self._logs:
             log.steps.bind()
@@ -78,7 +78,7 @@ class Recorder(RunObserver):
                 self._judged.pop(name, None)
 
     def cycle_started(self, cycle: int) -> None:
-        """Begin a cycle."""
+        """Start a cycle."""
         self._flush()
         self._begin_cycle()
         self._unfinished = True
@@ -92,19 +92,19 @@ class Recorder(RunObserver):
             self._flush()
 
     def after_tick(self) -> None:
-        """Take the state into the digest."""
+        """Add the state to the digest."""
         cell = self._cell
         self._time_now = cell.time
         self._digest.update(cell.state_bytes(), self._run.tree.statuses())
 
     def cycle_ended(self, status: str, reason: str) -> None:
-        """Keep the cycle."""
+        """Add the cycle to the report."""
         self._flush()
         self._cycles.append(self._cycle(status, reason))
         self._unfinished = False
 
     def run_ended(self) -> None:
-        """Stop the clock and let go of the tree."""
+        """Measure the wall time and stop observing the tree."""
         if self._wall_start is None:
             return
         self._flush()
@@ -115,15 +115,15 @@ class Recorder(RunObserver):
         if self._phases in self._run.tree.observers:
             self._run.tree.observers.remove(self._phases)
 
-    # What others ask
+    # Results
 
     def report(self, status: str | None = None, error: str = "") -> RunReport:
-        """Put together what there is.
+        """Return the report of the run so far.
 
         Args:
-            status: How the run ended, when not by its last cycle: ``"INTERRUPTED"`` or
-                ``"ERROR"``.
-            error: What ended it, for ``"ERROR"``.
+            status: Status of a run that did not end with its last cycle: ``"INTERRUPTED"``
+                or ``"ERROR"``.
+            error: Reason, for ``"ERROR"``.
         """
         cycles = list(self._cycles)
         if self._unfinished and status is not None:
@@ -145,17 +145,17 @@ class Recorder(RunObserver):
             error=error,
         )
 
-    # Going on with a run that was taken up from a snapshot
+    # Continuing a run from a snapshot
 
     def get_state(self) -> dict[str, Any]:
-        """Give as plain data what a report of the rest of the run builds on: the digest so far."""
+        """Return the digest so far, as plain data."""
         return {"digest": self._digest.get_state()}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Go on from the digest of another recorder; cycles and figures begin anew."""
+        """Continue from the digest of another recorder; cycles and figures start empty."""
         self._digest.set_state(state["digest"])
 
-    # Inside
+    # Internal
 
     def _begin_cycle(self) -> None:
         for log in self._logs:
@@ -167,7 +167,7 @@ class Recorder(RunObserver):
         self._unexpected = {}
 
     def _flush(self) -> None:
-        """Evaluate the steps that have gathered."""
+        """Evaluate the recorded steps."""
         blocks = {log.name: log.take() for log in self._logs}
         block = next(iter(blocks.values()))
         if not block.touches:
@@ -181,7 +181,7 @@ class Recorder(RunObserver):
             self._trace.append(block.t, *columns_of(blocks))
 
     def _judge(self, name: str) -> None:
-        """Judge an object in the step before it is taken out."""
+        """Check an object in the step before it is removed."""
         self._judged[name] = self._is_placed(name)
 
     def _is_placed(self, name: str) -> bool:
@@ -193,9 +193,9 @@ class Recorder(RunObserver):
             next(log for log in self._logs if log.name == name).grasped()
 
     def _placed(self, names: Sequence[str]) -> bool | None:
-        """Tell whether all objects of the cycle have come to where they belong."""
+        """Return whether all objects of the cycle are placed; None if nothing is to be placed."""
         judged = [self._judged.get(name) for name in names]
-        if self._places:  # what was never removed counts where it is
+        if self._places:  # objects that were not removed are checked now
             return bool(names) and all(
                 self._is_placed(name) if known is None else known
                 for name, known in zip(names, judged, strict=True)
@@ -219,5 +219,5 @@ class Recorder(RunObserver):
             unexpected_contacts=tuple(self._unexpected),
             randomized=self._station.randomizer.sampled,
             robots=robots if several else {},
-            **together(robots.values()),
+            **combined(robots.values()),
         )

@@ -1,4 +1,4 @@
-"""What a run comes to, as plain values and as JSON."""
+"""Report of a run, as plain values and as JSON."""
 
 import importlib.metadata
 import json
@@ -13,7 +13,7 @@ from bt_manip.recording.files import whole_file
 REPORTED_PACKAGES = (
     "bt-manip", "mujoco", "dm-control", "pin", "ruckig", "py_trees", "numpy",
 )  # fmt: skip
-"""What the course of a run depends on beside the tree and the seed."""
+"""Packages on which the states of a run depend, beside tree and seed."""
 
 
 @dataclass(frozen=True)
@@ -21,11 +21,11 @@ class Phase:
     """One action leaf from its start to its end.
 
     Attributes:
-        behaviour: The name that its class is registered under.
-        name: Its own name in the tree.
-        status: ``"SUCCESS"``, ``"FAILURE"``, or ``"HALTED"`` when something else ended it.
-        reason: Why it did not succeed.
-        start_s: Simulated time since the beginning of the cycle [s].
+        behaviour: Registered name of its class.
+        name: Its name in the tree.
+        status: ``"SUCCESS"``, ``"FAILURE"``, or ``"HALTED"``.
+        reason: Reason of a failure.
+        start_s: Simulated time since the start of the cycle [s].
         duration_s: Simulated time that it took [s].
     """
 
@@ -41,8 +41,8 @@ class Phase:
 class CycleLimitUse:
     """The largest fraction of each kind of limit that a joint used; 1.0 is the limit itself.
 
-    Position, velocity, acceleration and jerk are those of the reference, effort is the torque
-    that was commanded. Position counts from the middle of a joint's range.
+    Position, velocity, acceleration and jerk are those of the reference; effort is the commanded
+    torque. The position is measured from the centre of a joint's range.
     """
 
     position: float = 0.0
@@ -54,14 +54,14 @@ class CycleLimitUse:
 
 @dataclass(frozen=True)
 class RobotCycle:
-    """What one of several robots did in a cycle.
+    """Figures of one of several robots in a cycle.
 
     Attributes:
         picked: Names of the objects that it gripped.
         grip_force_n: As in `CycleReport`, of its last Grasp.
-        max_tracking_error_rad: As there, while no robot touched anything but what it held.
+        max_tracking_error_rad: As there, while no robot touched anything but its held object.
         limits: Largest fractions of limits used.
-        saturated_steps: Control steps in which its controller was cut off at an effort limit.
+        saturated_steps: Control steps in which an effort was clipped to its limit.
         max_torque_rate_nm_s: Largest change of a joint's torque [N m/s].
         max_tool_speed_m_s: Largest speed of the tool's origin [m/s].
     """
@@ -80,25 +80,25 @@ class CycleReport:
     """One run of the root from idle to SUCCESS or FAILURE.
 
     Attributes:
-        status: ``"SUCCESS"`` or ``"FAILURE"``; ``"INTERRUPTED"`` or ``"ERROR"`` for the cycle
-            that was under way when the run ended before its time.
-        reason: Why it failed, with the path of the node.
-        object: Name of the object that it handled, or None.
-        placed: Whether physics says that the object rested inside the container, in the step
-            before it was removed; None for a tree that places nothing.
+        status: ``"SUCCESS"`` or ``"FAILURE"``; ``"INTERRUPTED"`` or ``"ERROR"`` for a cycle
+            that did not end.
+        reason: Reason of a failure, with the path of the node.
+        object: Name of the handled object, or None.
+        placed: Whether the object rested inside a container in the physics, in the step before
+            it was removed; None for a tree that places nothing.
         duration_s: Simulated time that it took [s].
-        phases: The action leaves in the order in which they ended.
+        phases: The action leaves, in the order of their ends.
         grip_force_n: Least of the gripper's forces at the end of Grasp [N], or None.
-        max_tracking_error_rad: Largest difference of a joint to its reference at the same time
-            while neither gripper nor payload touched anything but each other, or None [rad].
+        max_tracking_error_rad: Largest difference between a joint and its reference while gripper
+            and payload touched only each other, or None [rad].
         limits: Largest fractions of limits used.
-        saturated_steps: Control steps in which the controller was cut off at an effort limit.
-        unexpected_contacts: Pairs of names of what touched though it should not.
+        saturated_steps: Control steps in which an effort was clipped to its limit.
+        unexpected_contacts: Pairs of names of unexpected contacts.
         max_torque_rate_nm_s: Largest change of a joint's torque [N m/s].
         max_tool_speed_m_s: Largest speed of the tool's origin [m/s].
-        randomized: What was drawn for it: values by kind of thing, thing and quantity.
-        robots: With several robots in the cell what each of them did, by name; the figures above
-            are the worst of theirs then, or sums, and `placed` is of all that they picked.
+        randomized: Sampled values, by kind, name and quantity.
+        robots: With several robots, the figures of each by name; the figures above are then
+            maxima or sums, and `placed` refers to all picked objects.
     """
 
     status: str
@@ -129,11 +129,11 @@ class RunReport:
             ``"ERROR"``.
         cycles: Its cycles, in order.
         simulated_s: Simulated time [s].
-        wall_s: Time on the clock on the wall [s].
+        wall_s: Wall time [s].
         real_time_factor: Simulated time over wall time.
         state_digest: SHA-256 over the states and node statuses after every tick.
-        versions: Versions of what the run depends on, by package.
-        error: What ended the run when its status is ``"ERROR"``, with the plugin it came from.
+        versions: Versions of the packages that the run depends on.
+        error: Reason of the status ``"ERROR"``, with the plugin that raised.
     """
 
     tree: str
@@ -148,7 +148,7 @@ class RunReport:
     error: str = ""
 
     def to_json(self) -> str:
-        """Give the report as JSON text; a number that is not finite becomes null.
+        """Return the report as JSON; non-finite numbers become null.
 
         Cycles of a single robot have no `robots`.
         """
@@ -159,7 +159,7 @@ class RunReport:
         return json.dumps(content, indent=2, allow_nan=False) + "\n"
 
     def write(self, path: Path) -> None:
-        """Write the report as JSON, whole or not at all.
+        """Write the report as JSON, atomically.
 
         Raises:
             OSError: When the file cannot be written.
@@ -169,7 +169,7 @@ class RunReport:
 
 
 def versions() -> dict[str, str]:
-    """Give the versions of Python and of what the course of a run depends on."""
+    """Return the versions of Python and of the packages that a run depends on."""
     found = {"python": platform.python_version()}
     for name in REPORTED_PACKAGES:
         try:

@@ -1,4 +1,4 @@
-"""What one robot does in a run."""
+"""Records of one robot in a run."""
 
 from collections.abc import Iterable
 from dataclasses import astuple
@@ -12,16 +12,16 @@ from bt_manip.recording.step_log import StepBlock, StepLog
 
 
 class RobotLog:
-    """Copies a robot's steps and comes to its figures of each cycle.
+    """Copies a robot's control steps and computes its figures for each cycle.
 
     Attributes:
         name: The robot's name.
         grip: Least of the gripper's forces at the end of the last Grasp [N], or None.
-        picked: Names of the objects that it has gripped in this cycle.
+        picked: Names of the objects gripped in this cycle.
     """
 
     def __init__(self, cell: Any, robot: Any) -> None:
-        """Look at a robot.
+        """Bind to a robot.
 
         Args:
             cell: The `bt_manip.cell.Cell`.
@@ -34,14 +34,14 @@ class RobotLog:
         self.begin()
 
     def begin(self) -> None:
-        """Begin a cycle."""
+        """Start a cycle."""
         self.statistics.begin()
         self.grip: float | None = None
         self.picked: list[str] = []
         self._saturated_before = self._robot.controller.saturated_steps
 
     def take(self) -> StepBlock:
-        """Evaluate the steps since the last call, and give them."""
+        """Evaluate and return the steps since the last call."""
         block = self.steps.take()
         self.statistics.update(
             q=block.q, q_ref=block.q_ref, v_ref=block.v_ref, a_ref=block.a_ref, tau=block.tau,
@@ -51,13 +51,13 @@ class RobotLog:
         return block
 
     def grasped(self) -> None:
-        """Note what the gripper holds now, and how hard."""
+        """Record the held objects and the grip force."""
         gripper = self._robot.gripper
         self.grip = min(gripper.forces, default=None)
         self.picked += [name for name in gripper.held if name not in self.picked]
 
     def cycle(self) -> RobotCycle:
-        """Give the figures of the cycle."""
+        """Return the figures of the cycle."""
         statistics = self.statistics
         return RobotCycle(
             picked=tuple(self.picked),
@@ -70,8 +70,8 @@ class RobotLog:
         )
 
 
-def together(robots: Iterable[RobotCycle]) -> dict[str, Any]:
-    """Give the figures of a cycle over all of its robots, by the names that a cycle's have."""
+def combined(robots: Iterable[RobotCycle]) -> dict[str, Any]:
+    """Return the figures of a cycle over all robots, by the fields of `CycleReport`."""
     cycles = list(robots)
     limits = np.array([astuple(cycle.limits) for cycle in cycles]).max(axis=0)
     grips = [c.grip_force_n for c in cycles if c.grip_force_n is not None]

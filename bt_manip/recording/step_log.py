@@ -1,4 +1,4 @@
-"""Control steps that wait to be evaluated together."""
+"""Buffer of control steps, evaluated in blocks."""
 
 from typing import Any, NamedTuple
 
@@ -7,11 +7,11 @@ import numpy as np
 from bt_manip.robots import reader
 
 SIZE = 256
-"""Steps in a block: enough that evaluating it costs a step next to nothing."""
+"""Steps in a block: large enough that the evaluation costs little per step."""
 
 
 class StepBlock(NamedTuple):
-    """Control steps, one a row."""
+    """Control steps, one per row."""
 
     t: np.ndarray  # (n,) [s]
     q: np.ndarray  # (n, nq)
@@ -27,13 +27,13 @@ class StepBlock(NamedTuple):
 class StepLog:
     """Copies the state of a robot after each control step.
 
-    This runs a thousand times in a simulated second, so it only copies: what comes from the
-    physics is read through views that are bound once for a compiled model, and all of a step is
-    joined as bytes, which takes a fifth of the time that rows of an array take.
+    It runs in every control step, so it only copies. Quantities of the physics are read through
+    views that are bound once per compiled model. A step is joined as bytes, which takes a fifth of
+    the time of writing rows of an array.
     """
 
     def __init__(self, cell: Any, commanded: Any) -> None:
-        """Look at the present model of a cell.
+        """Bind to the current model of a cell.
 
         Args:
             cell: The `bt_manip.cell.Cell`.
@@ -48,7 +48,7 @@ class StepLog:
         self.bind()
 
     def bind(self) -> None:
-        """Look at the model that the cell has now."""
+        """Bind to the current model of the cell."""
         cell, robot = self._cell, self._robot
         self._data, self._judge = cell.data, cell.contact_monitor.summary
         self._tool: Any = cell.data.site_xpos[robot.tool_site_id]
@@ -58,7 +58,7 @@ class StepLog:
         )
 
     def append(self) -> bool:
-        """Copy the state after one step; tell whether the block is full."""
+        """Copy the state after one step; return whether the block is full."""
         arm, tau = self._arm, self._controllers.controller.tau
         parts: Any = (self._q(), self._v(), arm.q, arm.v, arm.a, tau, self._tool)
         self._rows.append(b"".join(parts))
@@ -67,7 +67,7 @@ class StepLog:
         return len(self._touches) >= SIZE
 
     def take(self) -> StepBlock:
-        """Give the steps since the last call and begin a new block."""
+        """Return the steps since the last call and start a new block."""
         n, nq = len(self._touches), self._nq
         rows = np.frombuffer(b"".join(self._rows[:n])).reshape(n, 6 * nq + 3)
         q, v, q_ref, v_ref, a_ref, tau, tool = np.split(rows, range(nq, 6 * nq + 1, nq), axis=1)

@@ -1,4 +1,4 @@
-"""The course of the joints at 1 kHz, as a file."""
+"""Trace of a run: every control step, as a file."""
 
 import tempfile
 import zipfile
@@ -13,11 +13,11 @@ from bt_manip.recording.files import check_writable, whole_file
 from bt_manip.recording.step_log import StepBlock
 
 COLUMNS = ("q", "v", "q_ref", "v_ref", "a_ref", "tau")
-"""What is traced beside the time; `q_ref`, `v_ref` and `a_ref` are what the arm asked for."""
+"""Traced quantities beside the time; `q_ref`, `v_ref` and `a_ref` are the arm's reference."""
 
 
 def columns_of(blocks: Mapping[str, StepBlock]) -> tuple[list[np.ndarray], list[str]]:
-    """Give what is traced of some robots, and what it is called: with several, ``robot/column``.
+    """Return the traced columns of robots and their names; with several, ``robot/column``.
 
     Args:
         blocks: The same control steps of each robot, by its name.
@@ -28,19 +28,19 @@ def columns_of(blocks: Mapping[str, StepBlock]) -> tuple[list[np.ndarray], list[
 
 
 class Trace:
-    """Keeps t, q, v, q_ref, v_ref, a_ref and tau of every control step for an ``.npz`` file.
+    """Writes t, q, v, q_ref, v_ref, a_ref and tau of every control step to an ``.npz`` file.
 
     With several robots in a cell the file has ``left/q`` and so on, by their names.
 
-    The rows wait in a temporary file, so that a run of any length needs no memory for them. The
-    file that was asked for is written at the end, whole or not at all.
+    The rows are buffered in a temporary file, not in memory. The requested file is written
+    atomically at the end.
     """
 
     def __init__(self, path: Path) -> None:
-        """Get ready to write.
+        """Check the path and open the temporary file.
 
         Args:
-            path: The file to be.
+            path: The file to write.
 
         Raises:
             BtManipError: When the file cannot be written.
@@ -60,7 +60,7 @@ class Trace:
         Args:
             t: Simulated times [s].  # (n,)
             columns: As many as names, each of them (n, nq).
-            names: What they are called, the same ones at each call.
+            names: Their names, the same at each call.
         """
         self._names, self._widths = tuple(names), tuple(column.shape[1] for column in columns)
         rows = np.column_stack((t, *columns))
@@ -68,7 +68,7 @@ class Trace:
         self._file.write(rows.tobytes())
 
     def close(self) -> None:
-        """Write the file and let the temporary one go.
+        """Write the file and delete the temporary one.
 
         Raises:
             OSError: When it cannot be written.
@@ -91,7 +91,7 @@ class Trace:
             self._file.close()
 
     def __enter__(self) -> "Trace":
-        """Give the trace itself."""
+        """Return the trace."""
         return self
 
     def __exit__(
@@ -100,11 +100,11 @@ class Trace:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Write what there is, also when something raised."""
+        """Write the file, also after an exception."""
         self.close()
 
 
 def _write(archive: zipfile.ZipFile, name: str, column: np.ndarray) -> None:
-    member = zipfile.ZipInfo(f"{name}.npy")  # without the time of day: same run, same bytes
+    member = zipfile.ZipInfo(f"{name}.npy")  # without a time stamp: same run, same bytes
     with archive.open(member, "w", force_zip64=True) as file:
         np.lib.format.write_array(file, column)

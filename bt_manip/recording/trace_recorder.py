@@ -1,4 +1,4 @@
-"""The trace of a run as a recorder of its own."""
+"""Recorder of the trace of a run."""
 
 from pathlib import Path
 from typing import Any
@@ -13,10 +13,10 @@ class TraceRecorder(RunObserver):
     """Write t, q, v, q_ref, v_ref, a_ref and tau of every control step to an .npz file."""
 
     def __init__(self, path: Path | None) -> None:
-        """Get ready to write.
+        """Check the path.
 
         Args:
-            path: The file to be.
+            path: The file to write.
 
         Raises:
             BtManipError: When there is no path, or the file cannot be written.
@@ -27,7 +27,7 @@ class TraceRecorder(RunObserver):
         self._logs: dict[str, StepLog] = {}
 
     def run_started(self, run: Any) -> None:
-        """Look at the station."""
+        """Bind to the station."""
         station = run.station
         self._logs = {name: StepLog(station.cell, one) for name, one in station.robots.items()}
 

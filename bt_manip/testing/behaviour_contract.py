@@ -244,7 +244,7 @@ def _names(case: BehaviourCase) -> list[str]:
 
 
 def _braking_time(station: Station) -> float:
-    """Give a generous time to come to rest in: twice what the hardest joint needs by itself [s]."""
+    """Return a generous stopping time: twice that of the slowest joint alone [s]."""
     limits, v = station.robot.limits, np.abs(station.arm.v)
     alone = v / limits.acceleration + 2.0 * limits.acceleration / limits.jerk
     return 2.0 * float(alone.max()) + _BRAKING_SLACK

@@ -101,7 +101,7 @@ class TreeCoverage:
         )
 
     def lines(self) -> Iterator[str]:
-        """Give a table as text."""
+        """Return a table as text."""
         yield f"{'tree':40} {'leaves':>12} {'branches':>14}"
         for name in sorted(self._trees):
             seen = self.of(name)

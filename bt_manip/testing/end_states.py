@@ -10,7 +10,7 @@ LEVEL = 2e-3  # [m]
 
 
 def assert_stands_still(cell: Cell, *names: str) -> None:
-    """Make sure that objects do not move.
+    """Assert that objects do not move.
 
     Raises:
         AssertionError: When one does.
@@ -23,7 +23,7 @@ def assert_stands_still(cell: Cell, *names: str) -> None:
 
 
 def assert_touches_only(cell: Cell, name: str, *others: str) -> None:
-    """Make sure that an object touches all of these, and nothing else.
+    """Assert that an object touches all of these, and nothing else.
 
     Raises:
         AssertionError: When it does otherwise.
@@ -36,7 +36,7 @@ def assert_touches_only(cell: Cell, name: str, *others: str) -> None:
 
 
 def assert_tower(cell: Cell, names: list[str], on: str) -> None:
-    """Make sure that objects stand still on one another, and touch nothing else.
+    """Assert that objects stand still on one another, and touch nothing else.
 
     Args:
         cell: The cell.
@@ -59,5 +59,5 @@ def assert_tower(cell: Cell, names: list[str], on: str) -> None:
 
 
 def rest_height(cell: Cell, name: str) -> float:
-    """Give the height of an object's origin above what it stands on [m]."""
+    """Return the height of an object's origin above what it stands on [m]."""
     return as_object(cell.find(name)).rest_height

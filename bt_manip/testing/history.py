@@ -37,7 +37,7 @@ class History:
             self.changes.append(StatusChange(self.tick, self.tree.clock(), node, new, message))
 
     def last(self, node: Any) -> StatusChange | None:
-        """Give the last change of a node, or None when it was never ticked."""
+        """Return the last change of a node, or None when it was never ticked."""
         return next((change for change in reversed(self.changes) if change.node is node), None)
 
     def ended(self, node: Any) -> list[NodeStatus]:
@@ -49,5 +49,5 @@ class History:
         ]
 
     def ticked(self, node: Any) -> bool:
-        """Tell whether a node was ever ticked."""
+        """Return whether a node was ever ticked."""
         return any(change.node is node for change in self.changes)

@@ -114,7 +114,7 @@ def play(station: Station, *behaviours: Behaviour, timeout: float = 10.0) -> Non
 
 
 def built_in_situations(build: Callable[[], Station]) -> Situations:
-    """Give the situations that come with bt-manip: a cube on the table, and the way to its grip.
+    """Return the situations that come with bt-manip: a cube on the table, and the way to its grip.
 
     Args:
         build: Builds a station with a table whose surface is 1.015 m above the floor.

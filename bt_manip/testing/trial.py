@@ -169,7 +169,7 @@ class Trial:
         return True
 
     def assert_ended(self, node: str, status: NodeStatus | str) -> None:
-        """Make sure that a node has ended with a status, at whichever tick.
+        """Assert that a node has ended with a status, at whichever tick.
 
         Raises:
             AssertionError: When it has not.
@@ -183,7 +183,7 @@ class Trial:
             )
 
     def assert_never_ticked(self, node: str) -> None:
-        """Make sure that a node has not been ticked.
+        """Assert that a node has not been ticked.
 
         Raises:
             AssertionError: When it has.

@@ -49,7 +49,7 @@ class FuelAddress:
         return f"{self.url}/{version}/{quote(self.name)}.zip?link=true"
 
     def at(self, version: int) -> "FuelAddress":
-        """Give the address of one version."""
+        """Return the address of one version."""
         return FuelAddress(self.server, self.owner, self.name, version)
 
     def __str__(self) -> str:
@@ -61,7 +61,7 @@ class FuelAddress:
 
 
 def fuel_server() -> str:
-    """Give the server that ``fuel:`` means.
+    """Return the server that ``fuel:`` means.
 
     Raises:
         ModelError: When the environment names none that can be.

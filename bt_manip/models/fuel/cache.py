@@ -29,7 +29,7 @@ class FuelCache:
         self.root = root or (Path(given) if given else Path.home() / ".gz" / "fuel")
 
     def folder(self, address: FuelAddress) -> Path:
-        """Give where all versions of a model lie, whether there are any or not."""
+        """Return where all versions of a model lie, whether there are any or not."""
         host = address.host.replace(":", "_")
         return self.root / host / address.owner.lower() / "models" / address.name.lower()
 
@@ -67,7 +67,7 @@ class FuelCache:
 
     @contextmanager
     def staging(self) -> Iterator[Path]:
-        """Give a folder to make a model in, on the cache's own disk; it goes in the end.
+        """Return a folder to make a model in, on the cache's own disk; it goes in the end.
 
         Raises:
             ModelError: When the cache cannot be written.

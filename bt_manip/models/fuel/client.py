@@ -47,7 +47,7 @@ class FuelClient:
             cache: Where models lie; default: where Gazebo has them.
             token: For private models; default: from the environment.
             limits: What a zip may come to.
-            progress: Told how far a download is.
+            progress: Called with the progress of a download.
         """
         self.cache = cache or FuelCache()
         self._token = os.environ.get(TOKEN_VARIABLE, "") if token is None else token
@@ -55,7 +55,7 @@ class FuelClient:
         self._progress = progress
 
     def find(self, address: FuelAddress) -> tuple[FuelAddress, Path]:
-        """Give a model's folder, from the cache if it is there in any version that is asked for.
+        """Return a model's folder, from the cache if it is there in any version that is asked for.
 
         Returns:
             The address with the version that it is, and the folder.
@@ -66,7 +66,7 @@ class FuelClient:
         return self.cache.find(address) or self.fetch(address)
 
     def fetch(self, address: FuelAddress) -> tuple[FuelAddress, Path]:
-        """Make sure that the newest version, or the one that is asked for, is in the cache.
+        """Assert that the newest version, or the one that is asked for, is in the cache.
 
         Raises:
             ModelError: When it cannot be fetched; nothing is left of it then.

@@ -42,7 +42,7 @@ def convert_sdf(
     Args:
         found: The file.
         convex: What meshes collide by: their ``"hull"``, or convex ``"parts"``.
-        progress: Told how far downloads of included models are.
+        progress: Called with how far downloads of included models are.
 
     Raises:
         ModelError: When the document is wrong; what only cannot be expressed is a warning.
@@ -133,7 +133,7 @@ class _Converter:
                 )
 
     def _above(self, link: str, of: str) -> bool:
-        """Tell whether a link is above another one in the tree."""
+        """Return whether a link is above another one in the tree."""
         while of in self._parents:
             of = self._parents[of]
             if of == link:

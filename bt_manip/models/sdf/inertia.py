@@ -12,7 +12,7 @@ _ROUNDING = 1e-6  # of the trace
 def inertial(
     reader: SdfReader, scopes: Scopes, name: str, link: Element, static: bool
 ) -> dict[str, object] | None:
-    """Give a link's inertial as MJCF has it; None lets the shapes decide.
+    """Return a link's inertial as MJCF has it; None lets the shapes decide.
 
     What is left out is 1: the mass [kg], and the inertia about each axis [kg m^2].
 
@@ -59,7 +59,7 @@ def _problem(mass: float, inertia: np.ndarray) -> str:
 
 
 def _balanced(reader: SdfReader, element: Element, name: str, inertia: np.ndarray) -> np.ndarray:
-    """Make sure that no principal moment is more than the other two together.
+    """Assert that no principal moment is more than the other two together.
 
     MuJoCo refuses such a body. A little is rounding, which flat things have; what is more is a
     guess of who wrote the file, and becomes a ball's inertia with the same trace.

@@ -40,7 +40,7 @@ class JointElement(NamedTuple):
 def joints_of(
     reader: SdfReader, scopes: Scopes, name: str, frame: Frame, child: str
 ) -> list[JointElement]:
-    """Give the joints that a joint of SDF becomes, in the order in which they turn.
+    """Return the joints that a joint of SDF becomes, in the order in which they turn.
 
     Args:
         reader: Reads values.
@@ -102,7 +102,7 @@ def _joint(
 def _direction(
     reader: SdfReader, scopes: Scopes, frame: Frame, child: str, T_lj: pin.SE3, axis: Element
 ) -> np.ndarray:
-    """Give the axis in the child link's frame."""  # (3,)
+    """Return the axis in the child link's frame."""  # (3,)
     xyz = reader.vector(axis, "xyz", (0, 0, 1))
     element = axis.find("xyz")
     rotation = T_lj.rotation

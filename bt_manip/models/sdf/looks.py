@@ -19,7 +19,7 @@ _GREY = (0.7, 0.7, 0.7, 1.0)
 def material_of(
     reader: SdfReader, assets: Assets, visual: Element, shape: SdfShape, fetch: FetchFuel
 ) -> str:
-    """Give the material of a visual.
+    """Return the material of a visual.
 
     Args:
         reader: Reads values.

@@ -49,11 +49,11 @@ class SdfReader:
         return models[0]
 
     def document(self, element: Element) -> SdfDocument:
-        """Give the document that an element is in."""
+        """Return the document that an element is in."""
         return self._documents[element.getroottree().getroot()]
 
     def where(self, element: Element) -> str:
-        """Give ``file:line`` of an element."""
+        """Return ``file:line`` of an element."""
         return f"{self.document(element).path}:{element.sourceline}"
 
     def warn(self, element: Element, text: str) -> None:
@@ -73,11 +73,11 @@ class SdfReader:
                 self.warn(child, f"<{child.tag}> of <{element.tag}> cannot be expressed")
 
     def text(self, element: Element, tag: str, default: str = "") -> str:
-        """Give the text of a child (or of a path of children)."""
+        """Return the text of a child (or of a path of children)."""
         return (element.findtext(tag) or default).strip()
 
     def flag(self, element: Element, tag: str, default: bool = False) -> bool:
-        """Give a child that says yes or no.
+        """Return a child that says yes or no.
 
         Raises:
             ModelError: When it says something else.
@@ -88,7 +88,7 @@ class SdfReader:
         raise self.error(element.find(tag), f"<{tag}>: expected true or false, got '{value}'")
 
     def number(self, element: Element, tag: str, default: float) -> float:
-        """Give a child that is a number; it may be infinite.
+        """Return a child that is a number; it may be infinite.
 
         Raises:
             ModelError: When it is none.
@@ -99,7 +99,7 @@ class SdfReader:
         return float(self.numbers(child, 1, finite=False)[0])
 
     def vector(self, element: Element, tag: str, default: Iterable[float]) -> np.ndarray:
-        """Give a child that is some finite numbers, as many as the default has.
+        """Return a child that is some finite numbers, as many as the default has.
 
         Raises:
             ModelError: When it is not.

@@ -87,7 +87,7 @@ class Scopes:
         raise self._reader.error(element, f"there is no frame '{name}' in the model{near}")
 
     def pose(self, name: str, origin: str = MODEL) -> pin.SE3:
-        """Give the pose of a frame seen from another one that it depends on.
+        """Return the pose of a frame seen from another one that it depends on.
 
         Raises:
             ModelError: When frames are relative to each other in a circle.
@@ -108,7 +108,7 @@ class Scopes:
         return T
 
     def root_placement(self) -> pin.SE3:
-        """Give the pose of the whole model's placement frame in it."""
+        """Return the pose of the whole model's placement frame in it."""
         frame = self._frames[MODEL]
         return self.pose(self._inner(MODEL, frame)) if frame.placement else pin.SE3.Identity()
 
@@ -125,7 +125,7 @@ class Scopes:
         return self.pose(link).inverse() * self.pose(base) * T
 
     def link_of(self, name: str) -> str:
-        """Give the link that a frame moves with, or the world.
+        """Return the link that a frame moves with, or the world.
 
         Raises:
             ModelError: When there is none.
@@ -159,7 +159,7 @@ class Scopes:
         return self.whole_name(name.removesuffix(MODEL), frame.placement, frame.element)
 
     def _base(self, frame: Frame) -> str:
-        """Give the frame that a frame's pose is relative to."""
+        """Return the frame that a frame's pose is relative to."""
         if frame.relative_to:
             return self._named(frame, frame.relative_to)
         if frame.kind == "joint":

@@ -44,7 +44,7 @@ class ShapeReader:
         self._convex = convex
 
     def read(self, element: Element, *, collides: bool, static: bool) -> list[SdfShape]:
-        """Give the geoms of a visual's or collision's geometry; none where there is no such.
+        """Return the geoms of a visual's or collision's geometry; none where there is no such.
 
         Raises:
             ModelError: When a measure is missing or wrong, or a mesh cannot be read.

@@ -10,7 +10,7 @@ _ROLLING = (0.005, 0.0001)  # [m] MuJoCo's own torsional and rolling friction
 
 
 def surface(reader: SdfReader, collision: Element) -> dict[str, object]:
-    """Give friction and softness of a collision; where it says nothing, friction is 1.
+    """Return friction and softness of a collision; where it says nothing, friction is 1.
 
     Raises:
         ModelError: When a number is none.

@@ -68,7 +68,7 @@ def _inside(uri: str, path: Path, root: Path) -> SdfDocument:
 
 
 def _own_folder(uri: str, document: SdfDocument) -> tuple[Path | None, str]:
-    """Tell whether a URI names the model that it stands in; give the folder and the rest.
+    """Return whether a URI names the model that it stands in; give the folder and the rest.
 
     In the cache of Fuel the folder above is the version, and the one above that has the name in
     lower case.
