@@ -199,5 +199,5 @@ def _parameter_names(make: Callable[..., Any]) -> list[str] | None:
     except (TypeError, ValueError):
         return None
     if any(p.kind is p.VAR_KEYWORD for p in parameters):
-        return None
+        return list(factory.defaults) if hasattr(factory, "defaults") else None
     return [p.name for p in parameters if p.name not in ("self", "name")]

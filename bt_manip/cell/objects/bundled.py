@@ -1,40 +1,35 @@
 """Objects whose models come with bt-manip: cube, table, basket."""
 
-from collections.abc import Sequence
-
 from bt_manip.models import bundled_path
 
 from .prop import Prop, positive
 
 
-class Cube(Prop):
+class BundledProp(Prop):
+    """An object whose model file comes with bt-manip; None keeps a value of the file.
+
+    The parameters are those of `Prop._load`: ``mass`` [kg], which counts where the object is placed
+    free, ``friction`` and ``colour``.
+    """
+
+    def _make_model(self, name: str) -> None:
+        self._load(bundled_path(f"{self.kind}/{self.kind}.xml"), name)
+
+
+class Cube(BundledProp):
     """A wooden cube to pick up; its origin is its centre."""
 
     kind = "cube"
     category = "graspable"
     free = True
+    defaults = {
+        "size": None,  # length of an edge [m]
+        "mass": None, "friction": None, "colour": None,
+    }  # fmt: skip
 
-    def _build(
-        self,
-        name: str = "cube",
-        size: float | None = None,
-        mass: float | None = None,
-        friction: float | None = None,
-        colour: Sequence[float] | None = None,
-    ) -> None:
-        """Load the cube; ``None`` keeps what the model file says.
-
-        Args:
-            name: Model name.
-            size: Length of an edge [m].
-            mass: Mass [kg].
-            friction: Coefficient of sliding friction [-].
-            colour: Red, green, blue, and opacity where given, from 0 to 1.
-        """
-        self._load(
-            bundled_path("cube/cube.xml"),
-            name, size=size, mass=mass, friction=friction, colour=colour,
-        )  # fmt: skip
+    def _make_model(self, name: str) -> None:
+        super()._make_model(name)
+        size = self._parameters["size"]
         if size is not None:
             for geom in (*self.collision_geoms, *self.visual_geoms):
                 geom.size = [positive("size", size, "m") / 2] * 3
@@ -50,26 +45,12 @@ class Cube(Prop):
         return self.size / 2
 
 
-class Table(Prop):
+class Table(BundledProp):
     """A table to work on; its origin is the floor under the middle of its top."""
 
     kind = "table"
     category = "surface"
-
-    def _build(
-        self,
-        name: str = "table",
-        friction: float | None = None,
-        colour: Sequence[float] | None = None,
-    ) -> None:
-        """Load the table; ``None`` keeps what the model file says.
-
-        Args:
-            name: Model name.
-            friction: Coefficient of sliding friction [-].
-            colour: Red, green, blue, and opacity where given, from 0 to 1.
-        """
-        self._load(bundled_path("table/table.xml"), name, friction=friction, colour=colour)
+    defaults = {"friction": None, "colour": None}
 
     @property
     def surface_height(self) -> float:
@@ -78,27 +59,9 @@ class Table(Prop):
         return float(top.pos[2] + top.size[2])
 
 
-class Basket(Prop):
+class Basket(BundledProp):
     """An open basket to drop things into; its origin is the middle of its bottom."""
 
     kind = "basket"
     category = "container"
-
-    def _build(
-        self,
-        name: str = "basket",
-        mass: float | None = None,
-        friction: float | None = None,
-        colour: Sequence[float] | None = None,
-    ) -> None:
-        """Load the basket; ``None`` keeps what the model file says.
-
-        Args:
-            name: Model name.
-            mass: Mass, which counts where the basket is placed free [kg].
-            friction: Coefficient of sliding friction [-].
-            colour: Red, green, blue, and opacity where given, from 0 to 1.
-        """
-        self._load(
-            bundled_path("basket/basket.xml"), name, mass=mass, friction=friction, colour=colour
-        )
+    defaults = {"mass": None, "friction": None, "colour": None}

@@ -35,7 +35,7 @@ class ModelObject(Prop):
     _bounds: Bounds
     _mass: float
 
-    def _build(
+    def _build(  # type: ignore[override]
         self,
         model: str | MjcfModel,
         name: str | None = None,

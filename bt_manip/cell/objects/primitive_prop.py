@@ -1,17 +1,13 @@
-"""The base class of objects built from primitive shapes."""
+"""The base class of objects of primitive shapes."""
 
 import math
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from dm_control import mjcf
 
 from ..exceptions import CellError
 from .prop import Prop, colour_of, positive
-
-GRIP_DEPTH = 0.03
-"""How far under its top a thing is gripped that is higher than grippers are deep [m]."""
 
 # As stiff as the other objects: with MuJoCo's default a 50 N grip sinks 3.4 mm into each side.
 _SOLREF = (0.004, 1.0)
@@ -20,36 +16,55 @@ _VOLUME = {
     "sphere": lambda s: 4.0 / 3.0 * math.pi * s[0] ** 3,
     "cylinder": lambda s: 2.0 * math.pi * s[0] ** 2 * s[1],
     "capsule": lambda s: 2.0 * math.pi * s[0] ** 2 * s[1] + 4.0 / 3.0 * math.pi * s[0] ** 3,
+    "mesh": lambda _: 1.0,  # is always the only shape
 }
+_UNITS = {"mass": "kg", "friction": "-"}  # all other numbers are lengths
 
 
 class PrimitiveProp(Prop):
     """An object of primitive shapes that are both visible and collide.
 
-    Subclasses call ``_begin``, add shapes, and distribute the mass with ``_weigh``. The origin is
-    the middle of the bottom unless they say otherwise.
+    All have a ``mass`` [kg], which counts where the object is placed free, a coefficient of sliding
+    ``friction`` [-], and a ``colour``: red, green, blue, and opacity where given, from 0 to 1.
+    Subclasses declare these and their own parameters in ``defaults``, and make shapes of them in
+    ``_add_shapes``. Parameters whose default is a float or a tuple are positive lengths. The origin
+    is the middle of the bottom unless a subclass says otherwise.
     """
-
-    _mass: float | None = None
 
     @property
     def mass(self) -> float:
         """Mass of all of it [kg]."""
-        return self._mass or 0.0
+        return float(self._parameters["mass"])
 
-    def _begin(self, name: str, **parameters: Any) -> None:
-        """Begin with an empty body and the parameters that the object was made with."""
-        self._parameters = {
-            key: list(value) if isinstance(value, tuple | np.ndarray) else value
-            for key, value in parameters.items()
-        }
+    def _make_model(self, name: str) -> None:
         self._mjcf_root = root = mjcf.RootElement(model=name)
         root.compiler.angle = "radian"
-        friction = positive("friction", parameters["friction"], "-")
+        values = {key: self._checked(key, value) for key, value in self._parameters.items()}
+        mass, friction, self._rgba = (values.pop(key) for key in ("mass", "friction", "colour"))
         root.default.geom.set_attributes(solref=_SOLREF, friction=(friction, 0.005, 0.0001))
         self._body = root.worldbody.add("body", name=self.kind)
-        self._rgba = colour_of(parameters["colour"])
-        self._mass = 0.0
+        self._add_shapes(**values)
+        geoms = self._all_geoms()
+        volumes = [_VOLUME[geom.type](geom.size) for geom in geoms]
+        for geom, volume in zip(geoms, volumes, strict=True):
+            geom.mass = mass * volume / sum(volumes)
+
+    def _checked(self, name: str, value: Any) -> Any:
+        """Check a parameter by the type of its default."""
+        default = self.defaults[name]
+        if name == "colour":
+            return colour_of(value)
+        if isinstance(default, float):
+            return positive(name, value, _UNITS.get(name, "m"))
+        if not isinstance(default, tuple):
+            return value
+        if len(value) != len(default):
+            raise CellError(f"{name} is {len(default)} lengths [m], got {tuple(value)}")
+        return tuple(positive(name, length, "m") for length in value)
+
+    def _add_shapes(self, *_: Any, **parameters: Any) -> None:
+        """Add all shapes, given the parameters of the subclass."""
+        raise NotImplementedError
 
     def _add(
         self,
@@ -58,49 +73,25 @@ class PrimitiveProp(Prop):
         pos: Sequence[float] = (0.0, 0.0, 0.0),
         *,
         euler: Sequence[float] = (0.0, 0.0, 0.0),
-        rgba: Sequence[float] | None = None,
         name: str | None = None,
     ) -> mjcf.Element:
         """Add a shape with MuJoCo's sizes: half lengths, radii [m]."""
         return self._body.add(
-            "geom", name=name, type=type, size=size, pos=pos, euler=euler,
-            rgba=self._rgba if rgba is None else rgba,
-        )  # fmt: skip
+            "geom", name=name, type=type, size=size, pos=pos, euler=euler, rgba=self._rgba
+        )
 
-    def _ring(
-        self, inner: float, thickness: float, height: float, bottom: float, sides: int = 16
-    ) -> None:
-        """Add a wall around the vertical axis: flat sides, tangential to a circle [m].
+    def _add_ring(self, inner: float, thickness: float, height: float, sides: int = 16) -> None:
+        """Add a wall around the vertical axis: flat sides, tangential to a circle.
 
         Args:
-            inner: Radius of the circle.
-            thickness: Of the wall.
-            height: Of the wall.
-            bottom: Height at which it begins.
-            sides: How many.
+            inner: Radius of the circle [m].
+            thickness: Thickness of the wall [m].
+            height: Height of the wall [m].
+            sides: Number of sides.
         """
         middle = inner + thickness / 2
         half_width = (inner + thickness) * math.tan(math.pi / sides)
         for i in range(sides):
             angle = 2 * math.pi * i / sides
-            place = (middle * math.cos(angle), middle * math.sin(angle), bottom + height / 2)
-            self._add("box", (thickness / 2, half_width, height / 2), place, euler=(0, 0, angle))
-
-    def _weigh(self, mass: float) -> None:
-        """Distribute a mass [kg] over the shapes by volume."""
-        self._mass = positive("mass", mass, "kg")
-        geoms = self._all_geoms()
-        volumes = [_VOLUME[geom.type](geom.size) for geom in geoms]
-        for geom, volume in zip(geoms, volumes, strict=True):
-            geom.mass = self._mass * volume / sum(volumes)
-
-
-def lengths(name: str, values: Sequence[float], count: int = 3) -> tuple[float, ...]:
-    """Check several lengths [m].
-
-    Raises:
-        CellError: If one is not positive, or the count is wrong.
-    """
-    if len(values) != count:
-        raise CellError(f"{name} is {count} lengths [m], got {tuple(values)}")
-    return tuple(positive(name, value, "m") for value in values)
+            pos = (middle * math.cos(angle), middle * math.sin(angle), height / 2)
+            self._add("box", (thickness / 2, half_width, height / 2), pos, euler=(0, 0, angle))

@@ -3,10 +3,12 @@
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from dm_control import composer, mjcf
+
+from bt_manip.exceptions import did_you_mean
 
 from ..exceptions import CellError
 from .cell_object import CellObject
@@ -16,15 +18,40 @@ from .object_observables import ObjectObservables
 class Prop(composer.Entity, CellObject):
     """An object with a model and parameters that change it.
 
-    Subclasses declare ``kind`` and ``category`` and load or build their model in ``_build``.
+    Subclasses declare ``kind``, ``category`` and ``defaults``, and make their model in
+    ``_make_model``; or all of it in ``_build``.
     """
 
     kind: str = "prop"
     category: str = "thing"
     free: bool = False
+    defaults: ClassVar[Mapping[str, Any]] = {}
+    """The parameters by name, with their default values."""
 
     _mjcf_root: mjcf.RootElement
     _parameters: dict[str, Any]
+
+    def _build(self, name: str | None = None, **parameters: Any) -> None:
+        """Build the object.
+
+        Args:
+            name: Model name; default: the kind.
+            parameters: Values of those in ``defaults``.
+
+        Raises:
+            CellError: If there is no such parameter, or a value is impossible.
+        """
+        for key in parameters:
+            if key not in self.defaults:
+                near = did_you_mean(key, self.defaults)
+                raise CellError(f"'{key}' is no parameter of a {self.kind}{near}")
+        given = {**self.defaults, **parameters}
+        self._parameters = {key: _plain(value) for key, value in given.items()}
+        self._make_model(name or self.kind)
+
+    def _make_model(self, name: str) -> None:
+        """Load or build the model, given its name."""
+        raise NotImplementedError
 
     def _build_observables(self) -> ObjectObservables:
         return ObjectObservables(self)
@@ -54,9 +81,9 @@ class Prop(composer.Entity, CellObject):
         """Mass according to the model and the parameters [kg]."""
         return float(sum(_mass_of(g) for g in self.collision_geoms))
 
-    def _load(self, path: Path, name: str, **parameters: Any) -> None:
+    def _load(self, path: Path, name: str) -> None:
         """Load the model file and apply mass, friction and colour."""
-        self._parameters = parameters
+        parameters = self._parameters
         self._mjcf_root = mjcf.from_path(str(path))
         self._mjcf_root.model = name
         mass = parameters.get("mass")
@@ -85,6 +112,11 @@ class Prop(composer.Entity, CellObject):
         if group is None:
             group = default_of(geom, "group")
         return group != 2
+
+
+def _plain(value: Any) -> Any:
+    """Return a parameter as plain data: arrays and tuples as lists."""
+    return np.asarray(value).tolist() if isinstance(value, list | tuple | np.ndarray) else value
 
 
 def _mass_of(geom: mjcf.Element) -> float:

@@ -1,0 +1,375 @@
+"""Objects of primitive shapes; the origin is the middle of the bottom unless told otherwise."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..exceptions import CellError
+from .primitive_prop import PrimitiveProp
+
+GRIP_DEPTH = 0.03
+"""Depth below its top at which an object is gripped that is higher than grippers are deep [m]."""
+
+# Convex shapes
+
+
+class Shape(PrimitiveProp):
+    """One convex body that moves freely; its origin is its centre."""
+
+    category = "graspable"
+    free = True
+    _half_height: float
+
+    @property
+    def rest_height(self) -> float:
+        """Height of the origin above the surface that it rests on [m]."""
+        return self._half_height
+
+    @property
+    def centre_offset(self) -> np.ndarray:
+        """Grasp centre from above, in the object's frame [m]."""  # (3,)
+        return np.array([0.0, 0.0, max(0.0, self._half_height - GRIP_DEPTH)])
+
+    def _add_rolling(
+        self, type: str, size: Sequence[float], rolling_friction: float, **pose: Any
+    ) -> None:
+        """Add a shape with a lever arm of rolling friction [m]."""
+        self._half_height = size[0]
+        geom = self._add(type, size, **pose)
+        geom.condim = 6  # rolling friction counts from six dimensions on
+        geom.friction = (self._parameters["friction"], 0.005, rolling_friction)
+
+
+class Box(Shape):
+    """A box."""
+
+    kind = "box"
+    defaults = {
+        "size": (0.06, 0.04, 0.04),  # lengths along x, y and z [m]
+        "mass": 0.1, "friction": 1.0, "colour": (0.72, 0.53, 0.33),
+    }  # fmt: skip
+
+    def _add_shapes(self, size: Sequence[float]) -> None:
+        x, y, z = size
+        self._half_height = z / 2
+        self._add("box", (x / 2, y / 2, z / 2))
+
+
+class Cylinder(Shape):
+    """A cylinder that stands on its end."""
+
+    kind = "cylinder"
+    defaults = {
+        "radius": 0.02,  # [m]
+        "height": 0.05,  # [m]
+        "mass": 0.1, "friction": 1.0, "colour": (0.42, 0.56, 0.68),
+    }  # fmt: skip
+
+    def _add_shapes(self, radius: float, height: float) -> None:
+        self._half_height = height / 2
+        self._add("cylinder", (radius, height / 2))
+
+
+class Peg(Shape):
+    """A round peg that stands upright, for a `HoleBoard`."""
+
+    kind = "peg"
+    defaults = {
+        "radius": 0.015,  # [m]
+        "length": 0.09,  # [m]
+        "mass": 0.08, "friction": 0.6, "colour": (0.83, 0.55, 0.25),
+    }  # fmt: skip
+
+    def _add_shapes(self, radius: float, length: float) -> None:
+        self._half_height = length / 2
+        self._add("cylinder", (radius, length / 2))
+
+
+class Sphere(Shape):
+    """A ball; rolling friction stops it."""
+
+    kind = "sphere"
+    defaults = {
+        "radius": 0.025,  # [m]
+        "mass": 0.05, "friction": 1.0,
+        "rolling_friction": 5e-4,  # lever arm of rolling friction [m]
+        "colour": (0.80, 0.36, 0.30),
+    }  # fmt: skip
+
+    def _add_shapes(self, radius: float, rolling_friction: float) -> None:
+        self._add_rolling("sphere", (radius,), rolling_friction)
+
+
+class Capsule(Shape):
+    """A cylinder with round ends, lying along its x axis."""
+
+    kind = "capsule"
+    defaults = {
+        "radius": 0.018,  # [m]
+        "length": 0.06,  # without the round ends [m]
+        "mass": 0.06, "friction": 1.0,
+        "rolling_friction": 5e-4,  # lever arm of rolling friction [m]
+        "colour": (0.85, 0.66, 0.32),
+    }  # fmt: skip
+
+    def _add_shapes(self, radius: float, length: float, rolling_friction: float) -> None:
+        size, along_x = (radius, length / 2), (0, np.pi / 2, 0)
+        self._add_rolling("capsule", size, rolling_friction, euler=along_x)
+
+
+class ConvexMesh(Shape):
+    """The convex hull of points, a truncated pyramid unless told otherwise.
+
+    The points are at least four that are not in one plane, around the centre of mass; at rest it
+    stands on the lowest. On the floor, which is a plane, MuJoCo makes at most four contacts: an
+    object that stands on more corners trembles there.
+    """
+
+    kind = "mesh"
+    defaults = {
+        # [m]; 40 mm wide at the bottom, 34 mm at the top, and 40 mm high
+        "points": [
+            [x, y, z]
+            for z, half in ((-0.02, 0.02), (0.02, 0.017))
+            for x in (-half, half)
+            for y in (-half, half)
+        ],
+        "mass": 0.08, "friction": 1.0, "colour": (0.55, 0.57, 0.60),
+    }  # fmt: skip
+
+    def _add_shapes(self, points: Sequence[Sequence[float]]) -> None:
+        corners = np.array(points, dtype=float)
+        flat = corners.ndim != 2 or corners.shape[1:] != (3,) or not np.isfinite(corners).all()
+        if flat or np.linalg.matrix_rank(corners - corners.mean(axis=0), tol=1e-6) < 3:
+            raise CellError("points are at least four places [m] that are not in one plane")
+        self._half_height = -float(corners[:, 2].min())
+        mesh = self._mjcf_root.asset.add("mesh", name="hull", vertex=corners.ravel())
+        self._body.add("geom", type="mesh", mesh=mesh, rgba=self._rgba)
+
+
+class Block(Shape):
+    """A wooden block; subclasses are of one colour each."""
+
+    kind = "block"
+    defaults = {
+        "size": 0.04,  # length of an edge [m]
+        "mass": 0.045, "friction": 1.0, "colour": (0.82, 0.68, 0.48),
+    }  # fmt: skip
+
+    def _add_shapes(self, size: float) -> None:
+        self._half_height = size / 2
+        self._add("box", (size / 2,) * 3)
+
+
+class RedBlock(Block):
+    """A red block."""
+
+    kind = "red_block"
+    defaults = {**Block.defaults, "colour": (0.78, 0.20, 0.18)}
+
+
+class GreenBlock(Block):
+    """A green block."""
+
+    kind = "green_block"
+    defaults = {**Block.defaults, "colour": (0.26, 0.58, 0.30)}
+
+
+class BlueBlock(Block):
+    """A blue block."""
+
+    kind = "blue_block"
+    defaults = {**Block.defaults, "colour": (0.20, 0.40, 0.72)}
+
+
+class YellowBlock(Block):
+    """A yellow block."""
+
+    kind = "yellow_block"
+    defaults = {**Block.defaults, "colour": (0.92, 0.76, 0.22)}
+
+
+# Vessels
+
+
+class Vessel(PrimitiveProp):
+    """An upright object that moves freely."""
+
+    category = "graspable"
+    free = True
+
+    @property
+    def centre_offset(self) -> np.ndarray:
+        """Grasp centre from above, in the object's frame [m]."""  # (3,)
+        height = float(self._parameters["height"])
+        return np.array([0.0, 0.0, max(height / 2, height - GRIP_DEPTH)])
+
+
+class Can(Vessel):
+    """A tin can."""
+
+    kind = "can"
+    defaults = {
+        "radius": 0.033,  # [m]
+        "height": 0.1,  # [m]
+        "mass": 0.2, "friction": 0.7, "colour": (0.72, 0.14, 0.16),
+    }  # fmt: skip
+
+    def _add_shapes(self, radius: float, height: float) -> None:
+        self._add("cylinder", (radius, height / 2), (0, 0, height / 2))
+
+
+class Bottle(Vessel):
+    """A bottle with a neck to grip; belly, shoulder and neck are in proportion."""
+
+    kind = "bottle"
+    defaults = {
+        "radius": 0.034,  # of the belly [m]
+        "height": 0.2,  # [m]
+        "mass": 0.3, "friction": 0.8, "colour": (0.22, 0.46, 0.34, 0.9),
+    }  # fmt: skip
+
+    def _add_shapes(self, radius: float, height: float) -> None:
+        belly, shoulder = 0.55 * height, 0.68 * height
+        self._add("cylinder", (radius, belly / 2), (0, 0, belly / 2))
+        for part in range(3):
+            step = (shoulder - belly) / 3
+            width = radius * (0.9 - 0.17 * part)
+            self._add("cylinder", (width, step / 2), (0, 0, belly + (part + 0.5) * step))
+        neck = height - shoulder
+        self._add("cylinder", (0.45 * radius, neck / 2), (0, 0, shoulder + neck / 2))
+
+
+class Mug(Vessel):
+    """A hollow mug with a handle along x."""
+
+    kind = "mug"
+    defaults = {
+        "radius": 0.032,  # outside [m]
+        "height": 0.085,  # [m]
+        "wall": 0.004,  # thickness of wall and bottom [m]
+        "mass": 0.2, "friction": 0.7, "colour": (0.90, 0.89, 0.84),
+    }  # fmt: skip
+
+    def _add_shapes(self, radius: float, height: float, wall: float) -> None:
+        inner = radius - wall
+        self._add("cylinder", (inner, wall / 2), (0, 0, wall / 2))
+        self._add_ring(inner, wall, height)
+        out, grip = radius + 0.022, 0.0045
+        for z in (0.25 * height, 0.75 * height):
+            self._add("box", (0.012, grip, grip), (radius + 0.01, 0, z))
+        self._add("box", (grip, grip, 0.25 * height + grip), (out, 0, height / 2))
+
+
+# Containers and furniture
+
+
+class Bin(PrimitiveProp):
+    """A deep box to throw things into."""
+
+    kind = "bin"
+    category = "container"
+    defaults = {
+        "size": (0.30, 0.22, 0.16),  # outer lengths along x, y and z [m]
+        "wall": 0.008,  # thickness of walls and bottom [m]
+        "mass": 0.8, "friction": 0.6, "colour": (0.25, 0.42, 0.55),
+    }  # fmt: skip
+
+    def _add_shapes(self, size: Sequence[float], wall: float) -> None:
+        x, y, z = size
+        self._add("box", (x / 2, y / 2, wall / 2), (0, 0, wall / 2), name="floor")
+        high, middle = (z - wall) / 2, (z + wall) / 2
+        for sign in (1, -1):
+            self._add("box", (wall / 2, y / 2, high), (sign * (x - wall) / 2, 0, middle))
+            self._add("box", (x / 2 - wall, wall / 2, high), (0, sign * (y - wall) / 2, middle))
+
+
+class Tray(Bin):
+    """A shallow box to set things down in."""
+
+    kind = "tray"
+    defaults = {
+        "size": (0.34, 0.24, 0.03),  # outer lengths along x, y and z [m]
+        "wall": 0.006,  # thickness of rim and bottom [m]
+        "mass": 0.4, "friction": 0.6, "colour": (0.62, 0.62, 0.60),
+    }  # fmt: skip
+
+    @property
+    def surface_height(self) -> float:
+        """Height of its floor above the origin [m]."""
+        return float(self._parameters["wall"])
+
+
+class Shelf(PrimitiveProp):
+    """A shelf that is open in front, which is towards -x."""
+
+    kind = "shelf"
+    category = "surface"
+    defaults = {
+        "size": (0.25, 0.6, 0.7),  # outer lengths along x, y and z [m]
+        "boards": 3,  # at least 2, top and bottom included
+        "thickness": 0.015,  # of all boards [m]
+        "mass": 6.0, "friction": 0.6, "colour": (0.76, 0.64, 0.48),
+    }  # fmt: skip
+
+    def _add_shapes(self, size: Sequence[float], boards: int, thickness: float) -> None:
+        x, y, z = size
+        half = thickness / 2
+        if boards < 2:
+            raise CellError(f"a shelf has at least 2 boards, got {boards}")
+        inside = (y - 2 * thickness) / 2
+        heights = [half + i * (z - thickness) / (boards - 1) for i in range(boards)]
+        for height in heights:
+            self._add("box", (x / 2, inside, half), (0, 0, height))
+        for sign in (1, -1):
+            self._add("box", (x / 2, half, z / 2), (0, sign * (y / 2 - half), z / 2))
+        self._add("box", (half, inside, z / 2), (x / 2 - half, 0, z / 2))
+        self.levels = tuple(height + half for height in heights)
+        """Heights of the boards' upper sides above the origin, the lowest first [m]."""
+
+    @property
+    def surface_height(self) -> float:
+        """Height of the top above the origin [m]."""
+        return self.levels[-1]
+
+
+class Wall(PrimitiveProp):
+    """A wall to move around."""
+
+    kind = "wall"
+    category = "obstacle"
+    defaults = {
+        "size": (0.04, 0.4, 0.4),  # lengths along x, y and z [m]
+        "mass": 8.0, "friction": 0.6, "colour": (0.72, 0.70, 0.66),
+    }  # fmt: skip
+
+    def _add_shapes(self, size: Sequence[float]) -> None:
+        x, y, z = size
+        self._add("box", (x / 2, y / 2, z / 2), (0, 0, z / 2))
+
+
+class HoleBoard(PrimitiveProp):
+    """A square board with a hole through its middle: a polygon of 16 sides around a circle."""
+
+    kind = "hole_board"
+    category = "socket"
+    defaults = {
+        "hole": 0.0165,  # radius of the circle that fits into the hole [m]
+        "size": (0.16, 0.16, 0.04),  # lengths along x, y and z [m]
+        "mass": 0.9, "friction": 0.4, "colour": (0.50, 0.53, 0.58),
+    }  # fmt: skip
+
+    def _add_shapes(self, hole: float, size: Sequence[float]) -> None:
+        x, y, z = size
+        # A ring closes the hole to a square opening in the board around it: the corners of the
+        # opening are inside the ring, its sides outside of the hole.
+        thickness = 0.8 * hole
+        opening = (hole + thickness) / 2**0.5
+        if min(x, y) / 2 <= opening:
+            raise CellError(f"a hole of radius {hole:g} m needs a board wider than {2 * opening:g}")
+        self._add_ring(hole, thickness, z)
+        side, end = (x / 2 - opening) / 2, (y / 2 - opening) / 2
+        for sign in (1, -1):
+            self._add("box", (side, y / 2, z / 2), (sign * (opening + side), 0, z / 2))
+            self._add("box", (opening, end, z / 2), (0, sign * (opening + end), z / 2))
