@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from bt_manip.recording.report import RunReport as RunReport
     from bt_manip.recording.report import versions as versions
     from bt_manip.recording.trace import Trace as Trace
-    from bt_manip.recording.trace_recorder import TraceRecorder as TraceRecorder
+    from bt_manip.recording.trace import TraceRecorder as TraceRecorder
 
 __getattr__ = lazy_exports(
     __name__,
@@ -23,7 +23,7 @@ __getattr__ = lazy_exports(
         "Recorder": ".recorder",
         "RunReport": ".report",
         "Trace": ".trace",
-        "TraceRecorder": ".trace_recorder",
+        "TraceRecorder": ".trace",
         "check_writable": ".files",
         "versions": ".report",
     },

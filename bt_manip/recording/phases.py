@@ -10,15 +10,14 @@ from bt_manip.recording.report import Phase
 class PhaseLog:
     """Tree observer that records the action leaves, in the order in which they end."""
 
-    def __init__(self, clock: Callable[[], float]) -> None:
+    def __init__(self, clock: Callable[[], float], ended: Callable[[Any, Phase], None]) -> None:
         """Initialise without phases.
 
         Args:
             clock: Returns the simulated time [s].
+            ended: Called with node and phase when an action leaf has ended.
         """
-        self._clock = clock
-        self.ended: list[Callable[[Any, Phase], None]] = []
-        """Called with node and phase when an action leaf has ended."""
+        self._clock, self._ended = clock, ended
         self.begin()
 
     def begin(self) -> None:
@@ -53,8 +52,7 @@ class PhaseLog:
             duration_s=_seconds(self._clock() - start),
         )
         self._phases.append(phase)
-        for listener in self.ended:
-            listener(node, phase)
+        self._ended(node, phase)
 
 
 def _seconds(duration: float) -> float:

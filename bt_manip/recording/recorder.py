@@ -1,10 +1,10 @@
 """Record a run and write its report."""
 
+import hashlib
 import time
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from bt_manip.recording.digest import StateDigest
 from bt_manip.recording.phases import PhaseLog
 from bt_manip.recording.placement import PlacementCheck
 from bt_manip.recording.report import CycleReport, Phase, RunReport, versions
@@ -17,6 +17,20 @@ GRASP = "Grasp"
 
 REMOVE_OBJECT = "RemoveObject"
 """Registered name of the behaviour that ends a tree that places an object."""
+
+
+def next_digest(digest: bytes, state: bytes, statuses: bytes) -> bytes:
+    """Return the SHA-256 digest of the previous digest, the state and the statuses.
+
+    The state is MuJoCo's integration state, on which the next step depends. Two runs with the same
+    digest have the same states, bit for bit.
+
+    Args:
+        digest: The digest after the previous tick; empty at the first.
+        state: The integration state, as returned by `bt_manip.cell.Cell.state_bytes`.
+        statuses: One byte for each node of the tree.
+    """
+    return hashlib.sha256(digest + state + statuses).digest()
 
 
 class Recorder(RunObserver):
@@ -36,7 +50,7 @@ class Recorder(RunObserver):
         self._tree_name = tree
         self._seed = seed
         self._trace = trace
-        self._digest = StateDigest()
+        self._digest = b""
         self._cycles: list[CycleReport] = []
         self._unfinished = False
         self._wall_start: float | None = None
@@ -55,8 +69,7 @@ class Recorder(RunObserver):
         self._cell = station.cell
         self._time_start = self._time_now = self._cell.time
         self._logs = [RobotLog(self._cell, robot) for robot in station.robots.values()]
-        self._phases = PhaseLog(lambda: self._cell.time)
-        self._phases.ended.append(self._phase_ended)
+        self._phases = PhaseLog(lambda: self._cell.time, self._phase_ended)
         run.tree.observers.append(self._phases)
         self._places = any(node.registration == REMOVE_OBJECT for node in run.tree.nodes)
         self._placement = PlacementCheck(self._cell)
@@ -95,7 +108,7 @@ class Recorder(RunObserver):
         """Add the state to the digest."""
         cell = self._cell
         self._time_now = cell.time
-        self._digest.update(cell.state_bytes(), self._run.tree.statuses())
+        self._digest = next_digest(self._digest, cell.state_bytes(), self._run.tree.statuses())
 
     def cycle_ended(self, status: str, reason: str) -> None:
         """Add the cycle to the report."""
@@ -140,7 +153,7 @@ class Recorder(RunObserver):
             simulated_s=simulated,
             wall_s=self._wall,
             real_time_factor=simulated / self._wall if self._wall > 0.0 else 0.0,
-            state_digest=self._digest.hexdigest(),
+            state_digest=(self._digest or hashlib.sha256().digest()).hex(),
             versions=versions(),
             error=error,
         )
@@ -149,11 +162,11 @@ class Recorder(RunObserver):
 
     def get_state(self) -> dict[str, Any]:
         """Return the digest so far, as plain data."""
-        return {"digest": self._digest.get_state()}
+        return {"digest": self._digest.hex()}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Continue from the digest of another recorder; cycles and figures start empty."""
-        self._digest.set_state(state["digest"])
+        self._digest = bytes.fromhex(state["digest"])
 
     # Internal
 

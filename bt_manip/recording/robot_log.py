@@ -6,9 +6,75 @@ from typing import Any
 
 import numpy as np
 
-from bt_manip.recording.motion_statistics import MotionStatistics
 from bt_manip.recording.report import CycleLimitUse, RobotCycle
 from bt_manip.recording.step_log import StepBlock, StepLog
+from bt_manip.robots import JointLimits
+
+
+class MotionStatistics:
+    """Maxima over control steps, updated in blocks of steps.
+
+    Differences between steps (jerk, torque rate, tool speed) are also taken between blocks and
+    between cycles.
+    """
+
+    def __init__(self, limits: JointLimits, dt: float) -> None:
+        """Initialise without steps.
+
+        Args:
+            limits: Limits that the fractions refer to.
+            dt: Time between two steps [s].
+        """
+        self._limits = limits
+        self._dt = dt
+        # A joint without bounds has no use of its range.
+        half_range = (limits.upper - limits.lower) / 2.0
+        bounded = np.isfinite(half_range)
+        centre = np.add(limits.upper, limits.lower, where=bounded, out=np.zeros_like(limits.upper))
+        self._middle = centre / 2.0
+        self._half_range = np.where(bounded, half_range, np.inf)
+        self._last: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
+        self.begin()
+
+    def begin(self) -> None:
+        """Reset the maxima; the last step is kept for differences."""
+        self._use = np.zeros(5)  # position, velocity, acceleration, jerk, effort
+        self.torque_rate = 0.0  # [N m/s]
+        self.tool_speed = 0.0  # [m/s]
+        self.tracking_error: float | None = None  # [rad]
+
+    def update(self, block: StepBlock) -> None:
+        """Update the maxima with control steps."""
+        if not block.touches:
+            return
+        a_ref, tau, tool = block.a_ref, block.tau, block.tool
+        if self._last is None:
+            self._last = (a_ref[0], tau[0], tool[0])
+        jerk, torque_rate, velocity = (
+            np.diff(rows, axis=0, prepend=last[None]) / self._dt
+            for rows, last in zip((a_ref, tau, tool), self._last, strict=True)
+        )
+        self._last = (a_ref[-1].copy(), tau[-1].copy(), tool[-1].copy())
+        limits = self._limits
+        used = (
+            (block.q_ref - self._middle, self._half_range),
+            (block.v_ref, limits.velocity),
+            (a_ref, limits.acceleration),
+            (jerk, limits.jerk),
+            (tau, limits.effort),
+        )
+        self._use = np.maximum(self._use, [float(np.max(np.abs(x) / most)) for x, most in used])
+        self.torque_rate = max(self.torque_rate, float(np.abs(torque_rate).max()))
+        self.tool_speed = max(self.tool_speed, float(np.linalg.norm(velocity, axis=1).max()))
+        free = np.array([touch.free for touch in block.touches])
+        if free.any():
+            error = float(np.abs(block.q[free] - block.q_ref[free]).max())
+            self.tracking_error = max(self.tracking_error or 0.0, error)
+
+    @property
+    def limit_use(self) -> CycleLimitUse:
+        """Largest fraction of each kind of limit."""
+        return CycleLimitUse(*(float(use) for use in self._use))
 
 
 class RobotLog:
@@ -43,11 +109,7 @@ class RobotLog:
     def take(self) -> StepBlock:
         """Evaluate and return the steps since the last call."""
         block = self.steps.take()
-        self.statistics.update(
-            q=block.q, q_ref=block.q_ref, v_ref=block.v_ref, a_ref=block.a_ref, tau=block.tau,
-            tool=block.tool,
-            free=np.fromiter((touch.free for touch in block.touches), bool, len(block.touches)),
-        )  # fmt: skip
+        self.statistics.update(block)
         return block
 
     def grasped(self) -> None:

@@ -4,13 +4,14 @@ import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 
+from bt_manip.exceptions import BtManipError
 from bt_manip.recording.files import check_writable, whole_file
-from bt_manip.recording.step_log import StepBlock
+from bt_manip.recording.step_log import StepBlock, StepLog
+from bt_manip.runner import RunObserver
 
 COLUMNS = ("q", "v", "q_ref", "v_ref", "a_ref", "tau")
 """Traced quantities beside the time; `q_ref`, `v_ref` and `a_ref` are the arm's reference."""
@@ -90,18 +91,53 @@ class Trace:
         finally:
             self._file.close()
 
-    def __enter__(self) -> "Trace":
-        """Return the trace."""
-        return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Write the file, also after an exception."""
-        self.close()
+class TraceRecorder(RunObserver):
+    """Write t, q, v, q_ref, v_ref, a_ref and tau of every control step to an .npz file."""
+
+    def __init__(self, path: Path | None) -> None:
+        """Check the path.
+
+        Args:
+            path: The file to write.
+
+        Raises:
+            BtManipError: When there is no path, or the file cannot be written.
+        """
+        if path is None:
+            raise BtManipError("a trace needs a file to be written to: --record trace=FILE.npz")
+        self._trace = Trace(path)
+        self._logs: dict[str, StepLog] = {}
+
+    def run_started(self, run: Any) -> None:
+        """Bind to the station."""
+        station = run.station
+        self._logs = {name: StepLog(station.cell, one) for name, one in station.robots.items()}
+
+    def after_compile(self) -> None:
+        """Bind to the new model."""
+        self._flush()
+        for log in self._logs.values():
+            log.bind()
+
+    def after_step(self) -> None:
+        """Copy the state after one control step."""
+        full = False
+        for log in self._logs.values():
+            full = log.append()
+        if full:
+            self._flush()
+
+    def run_ended(self) -> None:
+        """Write the file."""
+        self._flush()
+        self._trace.close()
+
+    def _flush(self) -> None:
+        blocks = {name: log.take() for name, log in self._logs.items()}
+        first = next(iter(blocks.values()), None)
+        if first is not None and first.touches:
+            self._trace.append(first.t, *columns_of(blocks))
 
 
 def _write(archive: zipfile.ZipFile, name: str, column: np.ndarray) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.cell import Cell, Cube
-from bt_manip.recording.digest import StateDigest
+from bt_manip.recording.recorder import next_digest
 
 
 def falling(push: float = 0.0) -> Cell:
@@ -18,11 +18,11 @@ def falling(push: float = 0.0) -> Cell:
 
 
 def run(*, push: float = 0.0, statuses: bytes = b"\x01") -> str:
-    cell, digest = falling(push), StateDigest()
+    cell, digest = falling(push), b""
     for _ in range(3):
         cell.step()
-        digest.update(cell.state_bytes(), statuses)
-    return digest.hexdigest()
+        digest = next_digest(digest, cell.state_bytes(), statuses)
+    return digest.hex()
 
 
 def test_the_same_run_has_the_same_digest():
@@ -38,10 +38,10 @@ def test_the_status_of_a_node_changes_it():
 
 
 def test_it_is_the_hash_of_mujocos_integration_state_and_the_statuses():
-    cell, digest = falling(0.5), StateDigest()
+    cell = falling(0.5)
     cell.step()
-    digest.update(cell.state_bytes(), b"\x01")
+    digest = next_digest(b"", cell.state_bytes(), b"\x01")
     spec = mujoco.mjtState.mjSTATE_INTEGRATION
     state = np.empty(mujoco.mj_stateSize(cell.model, spec))
     mujoco.mj_getState(cell.model, cell.data, state, spec)
-    assert digest.hexdigest() == hashlib.sha256(state.tobytes() + b"\x01").hexdigest()
+    assert digest.hex() == hashlib.sha256(state.tobytes() + b"\x01").hexdigest()

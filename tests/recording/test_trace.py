@@ -1,5 +1,7 @@
 """A trace holds every control step."""
 
+from contextlib import closing
+
 import numpy as np
 import pytest
 
@@ -14,7 +16,7 @@ def block(first: int, n: int) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
 
 
 def test_blocks_come_back_in_one_piece(tmp_path):
-    with Trace(tmp_path / "run.npz") as trace:
+    with closing(Trace(tmp_path / "run.npz")) as trace:
         trace.append(*block(0, 256))
         trace.append(*block(256, 3))
     t, columns = block(0, 259)
@@ -27,7 +29,7 @@ def test_blocks_come_back_in_one_piece(tmp_path):
 
 def test_rows_are_copied(tmp_path):
     t, columns = block(0, 4)
-    with Trace(tmp_path / "run.npz") as trace:
+    with closing(Trace(tmp_path / "run.npz")) as trace:
         trace.append(t, columns)
         columns[0][:] = np.nan
     with np.load(tmp_path / "run.npz") as read:
@@ -35,7 +37,7 @@ def test_rows_are_copied(tmp_path):
 
 
 def test_there_is_no_file_before_the_end(tmp_path):
-    with Trace(tmp_path / "run.npz") as trace:
+    with closing(Trace(tmp_path / "run.npz")) as trace:
         trace.append(*block(0, 4))
         assert list(tmp_path.iterdir()) == []
 
@@ -48,7 +50,7 @@ def test_a_run_without_a_step_leaves_an_empty_trace(tmp_path):
 
 def test_the_same_rows_make_the_same_bytes(tmp_path):
     for name in ("a.npz", "b.npz"):
-        with Trace(tmp_path / name) as trace:
+        with closing(Trace(tmp_path / name)) as trace:
             trace.append(*block(0, 10))
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
 

@@ -1,5 +1,6 @@
 """Two robots at one table: both pick, neither touches the other."""
 
+from contextlib import closing
 from io import StringIO
 
 import numpy as np
@@ -25,7 +26,7 @@ def run(parts, cycles: int, trace: Trace | None = None) -> RunReport:
 @pytest.fixture(scope="module")
 def traced(parts, tmp_path_factory) -> tuple[RunReport, dict[str, np.ndarray]]:
     path = tmp_path_factory.mktemp("run") / "trace.npz"
-    with Trace(path) as trace:
+    with closing(Trace(path)) as trace:
         report = run(parts, 1, trace)
     with np.load(path) as rows:
         return report, dict(rows)

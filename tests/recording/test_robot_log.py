@@ -1,9 +1,12 @@
 """Extremes of a motion, against numbers that a pencil gives."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from bt_manip.recording.motion_statistics import MotionStatistics
+from bt_manip.recording.robot_log import MotionStatistics
+from bt_manip.recording.step_log import StepBlock
 from bt_manip.robots import JointLimits
 
 DT = 1e-3
@@ -17,15 +20,19 @@ LIMITS = JointLimits(
 )
 
 
-def rows(n: int, **changes: np.ndarray) -> dict[str, np.ndarray]:
+def touches(*free: bool) -> list[SimpleNamespace]:
+    return [SimpleNamespace(free=one) for one in free]
+
+
+def rows(n: int, **changes: object) -> StepBlock:
     """Give n steps at rest in the middle of the range, but for some columns."""
     middle = np.tile([0.0, 2.0], (n, 1))
     still = np.zeros((n, 2))
-    steps = {
-        "q": middle, "q_ref": middle, "v_ref": still, "a_ref": still, "tau": still,
-        "tool": np.zeros((n, 3)), "free": np.ones(n, bool),
-    }  # fmt: skip
-    return steps | changes
+    steps = StepBlock(
+        t=np.arange(n) * DT, q=middle, v=still, q_ref=middle, v_ref=still, a_ref=still, tau=still,
+        tool=np.zeros((n, 3)), touches=touches(*[True] * n),
+    )  # fmt: skip
+    return steps._replace(**changes)
 
 
 @pytest.fixture
@@ -38,7 +45,7 @@ def column(*values: tuple[float, float]) -> np.ndarray:
 
 
 def test_at_rest_in_the_middle_nothing_is_used(statistics):
-    statistics.update(**rows(3))
+    statistics.update(rows(3))
     use = statistics.limit_use
     assert (use.position, use.velocity, use.acceleration, use.jerk, use.effort) == (0.0,) * 5
     assert statistics.tracking_error == 0.0
@@ -46,7 +53,7 @@ def test_at_rest_in_the_middle_nothing_is_used(statistics):
 
 def test_each_fraction_is_that_of_the_joint_that_uses_most(statistics):
     statistics.update(
-        **rows(
+        rows(
             2,
             q_ref=column((0.5, 2.0), (0.0, 3.8)),  # a half; 0.9 of the way from 2 to 4
             v_ref=column((-1.0, 0.0), (0.0, 1.0)),
@@ -60,41 +67,41 @@ def test_each_fraction_is_that_of_the_joint_that_uses_most(statistics):
 
 
 def test_jerk_is_the_difference_of_reference_accelerations(statistics):
-    statistics.update(**rows(3, a_ref=column((0.0, 0.0), (0.5, 0.0), (0.5, -1.5))))
+    statistics.update(rows(3, a_ref=column((0.0, 0.0), (0.5, 0.0), (0.5, -1.5))))
     # joint 0: 0.5 / 1 ms = 500 of 1000; joint 1: 1.5 / 1 ms = 1500 of 2000.
     assert statistics.limit_use.jerk == pytest.approx(0.75)
     assert statistics.limit_use.acceleration == pytest.approx(0.075)
 
 
 def test_differences_reach_across_blocks_and_cycles(statistics):
-    statistics.update(**rows(2))
+    statistics.update(rows(2))
     statistics.begin()
     jumped = np.tile([3.0, 0.0], (2, 1))
-    statistics.update(**rows(2, a_ref=jumped / 10, tau=jumped, tool=np.full((2, 3), 1e-3)))
+    statistics.update(rows(2, a_ref=jumped / 10, tau=jumped, tool=np.full((2, 3), 1e-3)))
     assert statistics.limit_use.jerk == pytest.approx(0.3 / DT / 1000.0)
     assert statistics.torque_rate == pytest.approx(3.0 / DT)
     assert statistics.tool_speed == pytest.approx(3**0.5)
 
 
 def test_the_first_step_has_no_difference(statistics):
-    statistics.update(**rows(1, tau=column((40.0, 0.0)), a_ref=column((5.0, 0.0))))
+    statistics.update(rows(1, tau=column((40.0, 0.0)), a_ref=column((5.0, 0.0))))
     assert statistics.torque_rate == 0.0
     assert statistics.limit_use.jerk == 0.0
 
 
 def test_tracking_counts_only_while_nothing_outside_is_touched(statistics):
     q = column((0.001, 2.0), (0.5, 2.0), (0.0, 1.998))
-    statistics.update(**rows(3, q=q, free=np.array([True, False, True])))
+    statistics.update(rows(3, q=q, touches=touches(True, False, True)))
     assert statistics.tracking_error == pytest.approx(0.002)
 
 
 def test_without_a_free_step_there_is_no_tracking_error(statistics):
-    statistics.update(**rows(3, free=np.zeros(3, bool)))
+    statistics.update(rows(3, touches=touches(False, False, False)))
     assert statistics.tracking_error is None
 
 
 def test_a_cycle_begins_with_nothing(statistics):
-    statistics.update(**rows(2, tau=column((0.0, 0.0), (60.0, 0.0))))
+    statistics.update(rows(2, tau=column((0.0, 0.0), (60.0, 0.0))))
     assert statistics.limit_use.effort == pytest.approx(1.2)
     statistics.begin()
     assert statistics.limit_use.effort == 0.0
@@ -107,9 +114,6 @@ def test_a_joint_without_bounds_uses_none_of_its_range():
     )  # fmt: skip
     statistics = MotionStatistics(endless, DT)
     one = np.full((1, 1), 0.5)
-    statistics.update(
-        q=one, q_ref=one, v_ref=one, a_ref=one, tau=one, tool=np.zeros((1, 3)),
-        free=np.ones(1, bool),
-    )  # fmt: skip
+    statistics.update(rows(1, q=one, v=one, q_ref=one, v_ref=one, a_ref=one, tau=one))
     assert statistics.limit_use.position == 0.0
     assert statistics.limit_use.velocity == 0.5
