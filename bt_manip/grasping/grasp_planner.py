@@ -87,8 +87,12 @@ class GraspPlanner:
             raise rejections.error()
 
     def _rejections(self, name: str) -> Rejections:
-        robots = [n for n, entity in self._cell.entities.items() if isinstance(entity, Robot)]
-        return Rejections(name, robots)
+        others = [
+            robot_name
+            for robot_name, entity in self._cell.entities.items()
+            if isinstance(entity, Robot) and entity is not self.arm.robot
+        ]
+        return Rejections(name, others)
 
     def _search(self, name: str, T_now: pin.SE3) -> GraspSearch:
         """Rank all grasp candidates of an object in its present pose."""

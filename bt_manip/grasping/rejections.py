@@ -22,7 +22,7 @@ class Rejections:
 
         Args:
             name: The object.
-            robots: Names of the robots: obstacles that may move away.
+            robots: Names of the other robots: obstacles that may move away.
         """
         self._name, self._robots = name, robots
         self.no_clearance: Counter[str] = Counter()  # the entity at the best grasp first
