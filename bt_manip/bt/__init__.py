@@ -15,7 +15,6 @@ from bt_manip.bt.nodes.actions.constant import AlwaysSuccess as AlwaysSuccess
 from bt_manip.bt.nodes.actions.script import Script as Script
 from bt_manip.bt.nodes.actions.script import ScriptCondition as ScriptCondition
 from bt_manip.bt.nodes.actions.sleep import Sleep as Sleep
-from bt_manip.bt.nodes.control import Control as Control
 from bt_manip.bt.nodes.controls.branching import IfThenElse as IfThenElse
 from bt_manip.bt.nodes.controls.branching import WhileDoElse as WhileDoElse
 from bt_manip.bt.nodes.controls.fallback import AsyncFallback as AsyncFallback
@@ -33,7 +32,6 @@ from bt_manip.bt.nodes.controls.switch import Switch4 as Switch4
 from bt_manip.bt.nodes.controls.switch import Switch5 as Switch5
 from bt_manip.bt.nodes.controls.switch import Switch6 as Switch6
 from bt_manip.bt.nodes.controls.try_catch import TryCatch as TryCatch
-from bt_manip.bt.nodes.decorator import Decorator as Decorator
 from bt_manip.bt.nodes.decorators.forcing import ForceFailure as ForceFailure
 from bt_manip.bt.nodes.decorators.forcing import ForceSuccess as ForceSuccess
 from bt_manip.bt.nodes.decorators.forcing import Inverter as Inverter
@@ -50,22 +48,24 @@ from bt_manip.bt.nodes.decorators.timing import Delay as Delay
 from bt_manip.bt.nodes.decorators.timing import Timeout as Timeout
 from bt_manip.bt.nodes.decorators.updated import SkipUnlessUpdated as SkipUnlessUpdated
 from bt_manip.bt.nodes.decorators.updated import WaitValueUpdate as WaitValueUpdate
+from bt_manip.bt.nodes.node import Comment as Comment
 from bt_manip.bt.nodes.node import Node as Node
 from bt_manip.bt.nodes.node import NodeKind as NodeKind
+from bt_manip.bt.nodes.parent import Control as Control
+from bt_manip.bt.nodes.parent import Decorator as Decorator
 from bt_manip.bt.nodes.subtree import SubTree as SubTree
 from bt_manip.bt.ports import InOut as InOut
 from bt_manip.bt.ports import Input as Input
 from bt_manip.bt.ports import Output as Output
 from bt_manip.bt.registry import BehaviourRegistry as BehaviourRegistry
 from bt_manip.bt.reload import TreeWatch as TreeWatch
-from bt_manip.bt.remarks import Comment as Comment
-from bt_manip.bt.remarks import as_written as as_written
 from bt_manip.bt.status import NodeStatus as NodeStatus
 from bt_manip.bt.status import Status as Status
 from bt_manip.bt.tree import Tree as Tree
 from bt_manip.bt.xml.from_nodes import Raw as Raw
 from bt_manip.bt.xml.from_nodes import TreeDefinition as TreeDefinition
 from bt_manip.bt.xml.from_nodes import TreeDocument as TreeDocument
+from bt_manip.bt.xml.from_nodes import as_written as as_written
 from bt_manip.bt.xml.from_nodes import tree_to_xml as tree_to_xml
 
 from .loading import Reading as Reading

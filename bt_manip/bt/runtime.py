@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -52,16 +53,6 @@ class Runtime:
         """Call the nodes whose time has come, the earliest deadline first."""
         now = self.clock() + _TOLERANCE
         due = [(deadline, node) for node, deadline in self.timers.items() if deadline <= now]
-        for _, node in sorted(due, key=_deadline):
+        for _, node in sorted(due, key=itemgetter(0)):
             if self.timers.pop(node, None) is not None:
                 node.on_timer()
-
-    def consume_wake_up(self) -> bool:
-        """Tell whether a wake-up is pending, and forget it."""
-        pending = self.wake_up
-        self.wake_up = False
-        return pending
-
-
-def _deadline(timer: tuple[float, "Node"]) -> float:
-    return timer[0]

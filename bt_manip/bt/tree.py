@@ -10,8 +10,8 @@ from py_trees.behaviour import Behaviour
 
 from bt_manip.bt.blackboard import Blackboard
 from bt_manip.bt.nodes.binding import Report, bind
+from bt_manip.bt.nodes.link import Link, behaviour_of
 from bt_manip.bt.nodes.node import Node
-from bt_manip.bt.nodes.parent import Link
 from bt_manip.bt.runtime import Clock, Observer, Runtime
 from bt_manip.bt.status import FAILURE, RUNNING, SUCCESS, NodeStatus
 from bt_manip.bt.tree_state import get_tree_state, set_tree_state
@@ -87,7 +87,7 @@ class Tree:
         """
         self._infrastructure = infrastructure
         for link in self.nodes:
-            behaviour = link if isinstance(link, Node) else link.behaviour
+            behaviour = behaviour_of(link)
             try:
                 behaviour.setup(**infrastructure)
             except Exception as error:
@@ -149,8 +149,7 @@ class Tree:
     def shutdown(self) -> None:
         """Let all behaviours release what they hold."""
         for link in self.nodes:
-            behaviour = link if isinstance(link, Node) else link.behaviour
-            behaviour.shutdown()
+            behaviour_of(link).shutdown()
 
     # ------------------------------------------------------------------ looking
 

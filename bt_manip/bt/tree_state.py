@@ -5,8 +5,8 @@ from typing import Any
 
 from bt_manip.bt import port_types
 from bt_manip.bt.blackboard import EMPTY, Blackboard, Entry
+from bt_manip.bt.nodes.link import Link
 from bt_manip.bt.nodes.node import Node
-from bt_manip.bt.nodes.parent import Link
 from bt_manip.bt.port_types import PortType
 from bt_manip.bt.runtime import Runtime
 from bt_manip.bt.status import PY_STATUS, NodeStatus

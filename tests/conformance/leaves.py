@@ -4,8 +4,8 @@ from enum import Enum
 from typing import Any, ClassVar
 
 from bt_manip.bt.nodes.action import Action, Condition, SyncAction
-from bt_manip.bt.nodes.decorator import Decorator
 from bt_manip.bt.nodes.node import Node
+from bt_manip.bt.nodes.parent import Decorator
 from bt_manip.bt.port_types import PortType
 from bt_manip.bt.ports import InOut, Input, Output
 from bt_manip.bt.registry import BehaviourRegistry

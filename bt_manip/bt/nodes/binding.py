@@ -7,9 +7,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 
 from bt_manip.bt.blackboard import Blackboard
-from bt_manip.bt.nodes.foreign import as_link
-from bt_manip.bt.nodes.names import NodeKind
-from bt_manip.bt.nodes.stock_life import StockLife
+from bt_manip.bt.nodes.link import Link, NodeKind, as_link
 from bt_manip.bt.port_types import STRING
 from bt_manip.bt.ports import pointed_key
 from bt_manip.bt.runtime import Runtime
@@ -85,7 +83,7 @@ class _Binder:
         if attached:
             binding.nodes.append(link)
             link._node_observers = self._runtime.observers
-        if isinstance(link, StockLife):
+        if isinstance(link, Behaviour):
             link._node_scope = scope  # type: ignore[attr-defined]
             self._declare(link, scope)
         if link.kind is NodeKind.SUBTREE:
@@ -93,7 +91,7 @@ class _Binder:
         for child in link.links:
             self._bind(child, scope, prefix, attached)
         for orphan in link.orphans:
-            if isinstance(orphan, StockLife):
+            if isinstance(orphan, Link):
                 self._bind(orphan, scope, prefix, False)
 
     def _enter(self, link: Any, scope: Blackboard, prefix: str) -> tuple[Blackboard, str]:

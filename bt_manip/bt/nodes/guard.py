@@ -1,7 +1,7 @@
 """The scripts around the tick of a node: pre- and post-conditions."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from bt_manip.bt.script.evaluation import Environment, is_true
 from bt_manip.bt.script.parser import ParsedScript, parse_script
@@ -10,11 +10,23 @@ from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, NodeSta
 if TYPE_CHECKING:
     from bt_manip.bt.nodes.node import Node
 
+CONDITIONS: Final = {
+    "failure_if": "_failureIf",
+    "success_if": "_successIf",
+    "skip_if": "_skipIf",
+    "while_true": "_while",
+    "on_success": "_onSuccess",
+    "on_failure": "_onFailure",
+    "post": "_post",
+    "on_halted": "_onHalted",
+}
+"""The scripts around a tick: their keyword in Python and their attribute in a document."""
+
 _AT_START = (("_failureIf", FAILURE), ("_successIf", SUCCESS), ("_skipIf", SKIPPED))
 
 
 class Guard:
-    """Decides before a tick whether the node is ticked at all, and runs scripts after it.
+    """Decides before a tick whether the node is ticked, and runs scripts after it.
 
     Attributes:
         pre_tick: Called before the tick of a node that has not completed; a SUCCESS or FAILURE
@@ -30,7 +42,7 @@ class Guard:
             double_quotes: Whether strings in them may stand between double quotes.
 
         Raises:
-            ScriptError: If one of them is no script.
+            ScriptError: If one of them is not a valid script.
         """
         self._scripts = {
             name: parse_script(text, double_quotes=double_quotes)
@@ -46,7 +58,7 @@ class Guard:
         self.post_tick: Callable[[Node, NodeStatus], NodeStatus | None] | None = None
 
     def before(self, node: "Node") -> NodeStatus | None:
-        """Give the status that replaces the tick, or None."""
+        """Return the status that replaces the tick, or None."""
         status = node._node_status
         if status is IDLE:
             for script, result, text in self._at_start:
@@ -65,7 +77,7 @@ class Guard:
         return None
 
     def after(self, node: "Node", state: NodeStatus) -> NodeStatus:
-        """Run the scripts that follow a completed tick, and give the final result."""
+        """Run the scripts that follow a completed tick, and return the final result."""
         if state is SUCCESS:
             self._run("_onSuccess", node)
             self._run("_post", node)

@@ -1,61 +1,68 @@
 """The base of all nodes: a py_trees behaviour that is ticked as the engine ticks its nodes."""
 
 import inspect
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Final
 
 from py_trees.behaviour import Behaviour
 
-from bt_manip.bt.blackboard import Blackboard
-from bt_manip.bt.nodes.binding import bind
-from bt_manip.bt.nodes.guard import Guard
-from bt_manip.bt.nodes.names import CONDITIONS, NodeKind, refuse_reserved
-from bt_manip.bt.nodes.names import RESERVED as RESERVED
+from bt_manip.bt.nodes.guard import CONDITIONS, Guard
+from bt_manip.bt.nodes.link import Link
+from bt_manip.bt.nodes.link import NodeKind as NodeKind
 from bt_manip.bt.nodes.port_access import PortAccess
-from bt_manip.bt.nodes.stock_life import StockLife
 from bt_manip.bt.ports import Port
-from bt_manip.bt.runtime import Observer, Runtime
-from bt_manip.bt.status import IDLE, PY_STATUS, RUNNING, SKIPPED, SUCCESS, NodeStatus, Status
+from bt_manip.bt.status import (
+    FAILURE,
+    IDLE,
+    PY_STATUS,
+    RUNNING,
+    SKIPPED,
+    SUCCESS,
+    NodeStatus,
+    Status,
+)
 from bt_manip.exceptions import NodeError, PortError, did_you_mean
 
-if TYPE_CHECKING:
-    from bt_manip.bt.remarks import Comment
+RESERVED: Final = frozenset({"name", "ID", "_autoremap", *CONDITIONS.values()})
+"""Attributes in a document that are never ports."""
+
+_ATTRIBUTES: Final = frozenset({
+    "name", "id", "status", "parent", "children", "logger", "feedback_message", "blackboards",
+    "blackbox_level", "iterator", "qualified_name", "attributes", "conditions", "decorated",
+    "current_child", "given", "is_named",
+})  # fmt: skip
+"""Attributes of instances in Python, which no port can replace."""
 
 _INVALID: Final = Status.INVALID
 _SUCCESS: Final = Status.SUCCESS
 
 
-class Node(PortAccess, StockLife, Behaviour):
+@dataclass(frozen=True)
+class Comment:
+    """A comment among the children of a node, in Python as in a document.
+
+    Attributes:
+        text: The text between ``<!--`` and ``-->``.
+        kind: ``comment``; or ``text`` for text, which the tree language ignores.
+    """
+
+    text: str
+    kind: str = "comment"
+
+
+class Node(PortAccess):
     """A node of a tree; see `Action`, `Condition`, `Control` and `Decorator`.
 
     Attributes:
-        kind: Which element of a document it is.
-        ports: Its ports by name, from the class's declarations.
-        registration: The name under which trees know its class.
         conditions: The scripts around its tick, by attribute (``_skipIf``).
         attributes: Other attributes that came with it from a document, for editors.
-        tag: Its element in a document, if that is not its own name: ``Action``.
-        remarks: Comments among its children, each with the index of the child that follows.
         is_named: Whether its name was given, and is not only that of its class.
-        path: Its path in its tree: the sub-trees that lead to it, and its name.
-        uid: Its number in its tree, from 1, depth first.
     """
 
-    kind: ClassVar[NodeKind]
-    ports: ClassVar[Mapping[str, Port]] = {}
-    memory: ClassVar[tuple[str, ...]] = ()
-    """Names of the attributes that make up its state over time, all of them plain data."""
-    registration: str = ""
-
-    _node_status: NodeStatus = IDLE
-    _node_runtime: Runtime | None = None
-    _node_scope: Blackboard | None = None
-    _node_observers: list[Observer] | tuple[()] = ()
     _node_guard: Guard | None = None
-    path: str = ""
-    uid: int = 0
-    orphans: tuple[Behaviour, ...] = ()
-    """Children of the node that a test replaced by this one: they exist, but nothing ticks them."""
+    _node_tag: str | None = None
+    """Its element in a document, if that is not its own name: ``Action``."""
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         """Collect the class's ports.
@@ -70,7 +77,7 @@ class Node(PortAccess, StockLife, Behaviour):
         for base in reversed(cls.__mro__):
             for attribute, value in vars(base).items():
                 if isinstance(value, Port):
-                    refuse_reserved(cls, attribute, value)
+                    _refuse_reserved(cls, attribute, value)
                     ports[value.name] = value
         cls.ports = ports
 
@@ -87,10 +94,9 @@ class Node(PortAccess, StockLife, Behaviour):
         """
         Behaviour.__init__(self, self.registration if name is None else name)
         self.is_named = name is not None
-        self.tag: str | None = None
-        self.remarks: list[tuple[int, Comment]] = []
+        self._node_comments: list[tuple[int, Comment]] = []  # with the index of the next child
         self.attributes: dict[str, str] = {}
-        self.conditions: dict[str, str] = {}
+        self.conditions = {}
         given: dict[str, Any] = {}
         for key, value in ports.items():
             if key in CONDITIONS:
@@ -116,7 +122,7 @@ class Node(PortAccess, StockLife, Behaviour):
     # ------------------------------------------------------------------ ticking
 
     def execute(self) -> NodeStatus:
-        """Tick the node and its children, and give the result.
+        """Tick the node and its children, and return the result.
 
         Raises:
             NodeError: If a node raised an exception.
@@ -166,11 +172,11 @@ class Node(PortAccess, StockLife, Behaviour):
         return state
 
     def _tick(self) -> NodeStatus:
-        """Do what this node does at a tick; the status is kept by `execute`."""
+        """Return the result of a tick; `execute` keeps it as the status."""
         raise NotImplementedError
 
     def halt(self) -> None:
-        """Interrupt the node and what runs below it."""
+        """Interrupt the node and its running children."""
         try:
             self._halt()
             if self._node_guard is not None:
@@ -184,99 +190,111 @@ class Node(PortAccess, StockLife, Behaviour):
         self._reset()
 
     def _reset(self) -> None:
-        """Return to idle; what py_trees shows stays, unless the node was running."""
+        """Return to idle; py_trees' status stays, unless the node was running."""
         if self._node_status is not IDLE:
             if self._node_status is RUNNING:
                 self.status = _INVALID
             self._set_status(IDLE)
 
-    def _set_status(self, new: NodeStatus) -> None:
-        old = self._node_status
-        if old is not new:
-            self._node_status = new
-            for observer in self._node_observers:
-                observer(self, old, new)
-
     def _error(self, error: Exception | str) -> NodeError:
-        text = str(error) if isinstance(error, str) else _describe(error)
+        text = str(error) or type(error).__name__
         path = self.path or self.name
         return NodeError(path, self.registration, text, culprit=type(self).__module__)
 
-    @property
-    def links(self) -> list[Any]:
-        """The children as this node ticks them; leaves have none."""
-        return []
+    # ------------------------------------------------------------------ below stock py_trees
 
-    @property
-    def engine_status(self) -> NodeStatus:
-        """The engine's status of the node: idle again as soon as its parent has completed."""
-        return self._node_status
+    def tick(self) -> Iterator[Behaviour]:
+        """Tick the node for a stock py_trees parent or tree, and yield the nodes it ticked."""
+        if self._node_status is SUCCESS or self._node_status is FAILURE:
+            self._reset()
+        runtime = self.runtime
+        if runtime.visited is not None:  # a stock node between two of ours: the outer one reports
+            self.execute()
+            return
+        if not _is_below_node(self):
+            runtime.fire_timers()
+        visited: list[Behaviour] = []
+        runtime.visited = visited
+        runtime.observers.append(_ignore)
+        try:
+            self.execute()
+        finally:
+            runtime.visited = None
+            runtime.observers.remove(_ignore)
+        yield from visited
 
-    # ------------------------------------------------------------------ surroundings
+    def tick_once(self) -> None:
+        """Tick the node for a stock py_trees parent or tree, without yielding."""
+        if self._node_status is SUCCESS or self._node_status is FAILURE:
+            self._reset()
+        if not _is_below_node(self):
+            self.runtime.fire_timers()
+        self.execute()
 
-    @property
-    def runtime(self) -> Runtime:
-        """The surroundings that all nodes of the tree share."""
-        if self._node_runtime is None:
-            self._bind_alone()
-        assert self._node_runtime is not None
-        return self._node_runtime
+    def stop(self, new_status: Status) -> None:
+        """Stop the node for a stock py_trees parent."""
+        if new_status is _INVALID:
+            if self._node_status is RUNNING:
+                self.halt()
+            self._reset()
+        else:
+            self.terminate(new_status)
+        self.status = new_status
 
-    @property
-    def scope(self) -> Blackboard:
-        """The blackboard scope that the node's ports and scripts see."""
-        if self._node_scope is None:
-            self._bind_alone()
-        assert self._node_scope is not None
-        return self._node_scope
+    def update(self) -> Any:
+        """Not used by nodes with children."""
+        return _INVALID
 
-    def _bind_alone(self) -> None:
-        """Give the tree around this node surroundings of its own, as no `Tree` did."""
-        top: Behaviour = self
-        while top.parent is not None:
-            top = top.parent
-        bind(top, Runtime(), Blackboard())
+    # ------------------------------------------------------------------ checks and timers
 
     @property
     def checked_port(self) -> str:
-        """The port that `check_ports` looks at, for the place of its errors."""
+        """The port that `check_ports` checks, for the place of its errors."""
         return ""
 
     def check_ports(self) -> None:
-        """Check what must be right before the first tick.
+        """Check the ports before the first tick.
 
         Raises:
-            PortError: If a port is missing or holds what it cannot.
-            ScriptError: If a script is none.
+            PortError: If a port is missing or holds an invalid value.
+            ScriptError: If a port holds an invalid script.
         """
 
     def on_timer(self) -> None:
         """React to the node's timer, before the first tick after its deadline."""
 
     def _because(self, reason: str) -> None:
-        """Remember why this node fails, for people."""
+        """Set the reason why this node fails."""
         self.feedback_message = reason
         if self._node_runtime is not None:
             self._node_runtime.reason = (self, reason)
 
-    # ------------------------------------------------------------------ state as plain data
-
-    def get_state(self) -> dict[str, Any]:
-        """Give what the node remembers between two ticks, as plain data."""
-        return {name: getattr(self, name) for name in self.memory}
-
-    def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take back what `get_state` gave."""
-        for name in self.memory:
-            setattr(self, name, state[name])
-
-    # ------------------------------------------------------------------ documentation
-
     @classmethod
     def summary(cls) -> str:
-        """Give the first line of the class's documentation."""
+        """Return the first line of the class's documentation."""
         return (inspect.getdoc(cls) or "").partition("\n")[0]
 
 
-def _describe(error: Exception) -> str:
-    return str(error) if str(error) else type(error).__name__
+def _refuse_reserved(cls: type, attribute: str, port: Port) -> None:
+    """Raise a `TypeError` for a port with a name that py_trees or the tree language needs."""
+    taken = attribute in _ATTRIBUTES or any(
+        attribute in vars(base) and not isinstance(vars(base)[attribute], Port)
+        for base in cls.__mro__
+    )
+    if taken or attribute in CONDITIONS:
+        raise TypeError(f"{cls.__name__}.{attribute}: a port cannot be named '{attribute}'")
+    if port.name in RESERVED or not port.name[:1].isalpha():
+        raise TypeError(f"{cls.__name__}.{attribute}: a port cannot be named '{port.name}'")
+
+
+def _is_below_node(node: Behaviour) -> bool:
+    parent = node.parent
+    while parent is not None:
+        if isinstance(parent, Link):
+            return True
+        parent = parent.parent
+    return False
+
+
+def _ignore(node: Any, old: Any, new: Any) -> None:
+    """Observe nothing: only makes nodes report that they were ticked."""

@@ -1,23 +1,53 @@
-"""What nodes with children have in common."""
+"""Nodes with children: Control with several, Decorator with one."""
 
+import uuid
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar, Final
 
 from py_trees.behaviour import Behaviour
+from py_trees.composites import Composite
+from py_trees.decorators import Decorator as PyTreesDecorator
 
-from bt_manip.bt.nodes.foreign import ForeignNode
-from bt_manip.bt.nodes.node import Node
-from bt_manip.bt.remarks import Comment
-from bt_manip.bt.status import IDLE, RUNNING
+from bt_manip.bt.nodes.link import ForeignNode, Link
+from bt_manip.bt.nodes.node import Comment, Node, NodeKind
+from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SUCCESS, NodeStatus, Status
 
-Link = Node | ForeignNode
-"""A child as its parent sees it."""
+_INVALID: Final = Status.INVALID
+_RUNNING: Final = Status.RUNNING
 
 
 class Parent(Node):
     """A node with children, ours or stock py_trees behaviours."""
 
     _links_cache: list[Link] | None = None
+
+    def _configure(self, args: tuple[Any, ...], more: Sequence[Any], ports: dict[str, Any]) -> None:
+        """Configure the node.
+
+        Args:
+            args: Optionally its name, then children and comments, each by itself or in lists.
+            more: More children and comments.
+            ports: As of every `Node`.
+        """
+        name: str | None = None
+        if args and (args[0] is None or isinstance(args[0], str)):
+            name, *args = args  # type: ignore[assignment]
+        found: list[Behaviour] = []
+        comments: list[tuple[int, Comment]] = []
+        for item in (*args, *more):
+            for child in item if isinstance(item, list | tuple) else (item,):
+                if isinstance(child, Comment):
+                    comments.append((len(found), child))
+                elif isinstance(child, Behaviour):
+                    found.append(child)
+                else:
+                    raise TypeError(f"expected a name and children; found {child!r}")
+        if self.kind is not NodeKind.CONTROL and len(found) > 1:
+            raise TypeError(f"{type(self).__name__} takes one child; found {len(found)}")
+        Node.__init__(self, name, **ports)
+        self._node_comments = comments
+        for child in found:
+            self._adopt(child)
 
     def _adopt(self, child: Behaviour) -> None:
         if not isinstance(child, Behaviour):
@@ -45,8 +75,21 @@ class Parent(Node):
         link._node_observers = self._node_observers
         return link
 
+    def _enter(self) -> None:
+        """Become running; py_trees' statuses of an earlier round are reset."""
+        status = self._node_status
+        if status is not RUNNING:
+            if status is IDLE:
+                for child in self.children:
+                    child.status = _INVALID
+            if self._node_observers:
+                self._set_status(RUNNING)
+            else:
+                self._node_status = RUNNING
+            self.status = _RUNNING
+
     def _reset_children(self) -> None:
-        """Halt the children that run, and set all to idle."""
+        """Halt the running children, and set all to idle."""
         watched = bool(self._node_observers)
         for link in self._links_cache or self.links:
             status = link._node_status
@@ -69,45 +112,109 @@ class Parent(Node):
         self._reset_children()
         self._reset()
 
-    def stop(self, new_status: Any) -> None:
-        """Stop the node and its children for a stock py_trees parent."""
-        super().stop(new_status)
-
     def tip(self) -> Behaviour | None:
-        """Give the deepest node that decided this node's present status."""
+        """Return the deepest node that decided this node's present status."""
         for child in reversed(self.children):
-            if child.status is self.status or child.status.name == "RUNNING":
+            if child.status is self.status or child.status is _RUNNING:
                 tip = child.tip()
                 if tip is not None:
                     return tip
         return Behaviour.tip(self)
 
 
-def name_and_children(
-    args: tuple[Any, ...], children: Sequence[Behaviour | Comment] | None
-) -> tuple[str | None, list[Behaviour], list[tuple[int, Comment]]]:
-    """Sort positional arguments into a name, children and comments.
+class Control(Parent, Composite):  # type: ignore[misc]  # stop() needs a status in both
+    """A node that directs several children.
 
-    Args:
-        args: Optionally a name, then children, each by itself or in lists.
-        children: More children.
-
-    Raises:
-        TypeError: If something else is among them.
+    A new control node implements ``_tick``: it ticks ``self.links[i].execute()`` and returns a
+    `NodeStatus`. It calls ``self._enter()`` first, and ``self._reset_children()`` when it is done.
     """
-    name: str | None = None
-    rest = list(args)
-    if rest and (isinstance(rest[0], str) or rest[0] is None):
-        name = rest.pop(0)
-    found: list[Behaviour] = []
-    remarks: list[tuple[int, Comment]] = []
-    for item in [*rest, *(children or ())]:
-        items = item if isinstance(item, list | tuple) else [item]
-        for child in items:
-            if isinstance(child, Comment):
-                remarks.append((len(found), child))
-                continue
-            if not isinstance(child, Behaviour):
-                raise TypeError(f"expected a name and children; found {child!r}")
-            found.append(child)
-    return name, found, remarks
+
+    kind: ClassVar = NodeKind.CONTROL
+    least_children: ClassVar[int] = 1
+    most_children: ClassVar[int | None] = None
+
+    def __init__(
+        self, *args: Any, children: Sequence[Behaviour] | None = None, **ports: Any
+    ) -> None:
+        """Configure the node.
+
+        Args:
+            *args: Optionally its name, then its children, singly or as a list.
+            children: Its children.
+            **ports: As of every `Node`.
+
+        Raises:
+            TypeError: If something else is among the children.
+        """
+        self._configure(args, children or (), ports)
+        self.current_child = None
+
+    def add_child(self, child: Behaviour) -> uuid.UUID:
+        """Append a child."""
+        self._adopt(child)
+        return child.id
+
+    def insert_child(self, child: Behaviour, index: int) -> uuid.UUID:
+        """Insert a child at an index."""
+        self._links_cache = None
+        return Composite.insert_child(self, child, index)
+
+    def prepend_child(self, child: Behaviour) -> uuid.UUID:
+        """Insert a child before all others."""
+        return self.insert_child(child, 0)
+
+    def remove_child(self, child: Behaviour) -> int:
+        """Remove a child; it is stopped if it runs."""
+        self._links_cache = None
+        return Composite.remove_child(self, child)
+
+    def remove_all_children(self) -> None:
+        """Remove all children; those that run are stopped."""
+        self._links_cache = None
+        Composite.remove_all_children(self)
+
+
+class Decorator(Parent, PyTreesDecorator):
+    """A node that changes the ticks or the result of one child.
+
+    A new decorator implements ``_tick``: it ticks ``self.link.execute()`` and returns a
+    `NodeStatus`. A child that has completed is reset after the tick.
+    """
+
+    kind: ClassVar = NodeKind.DECORATOR
+
+    def __init__(self, *args: Any, child: Behaviour | None = None, **ports: Any) -> None:
+        """Configure the node.
+
+        Args:
+            *args: Optionally its name, then its child.
+            child: Its child.
+            **ports: As of every `Node`.
+
+        Raises:
+            TypeError: If there is more than one child.
+        """
+        self._configure(args, () if child is None else (child,), ports)
+
+    @property
+    def decorated(self) -> Behaviour:  # type: ignore[override]
+        """The child, by py_trees' name."""
+        return self.children[0]
+
+    @property
+    def link(self) -> Link:
+        """The child as this node ticks it."""
+        return (self._links_cache or self.links)[0]
+
+    def execute(self) -> NodeStatus:
+        """Tick the node and its child, and return the result."""
+        state = Node.execute(self)
+        link = self.link
+        status = link._node_status
+        if status is SUCCESS or status is FAILURE:
+            link._reset()
+        return state
+
+    def _reset_child(self) -> None:
+        """Halt the child if it runs, and set it to idle."""
+        self._halt_child(0)

@@ -1,39 +1,51 @@
 """Reading and writing the ports of a node: literals, defaults and blackboard entries."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any
 
-from bt_manip.bt.blackboard import EMPTY
+from py_trees.behaviour import Behaviour
+
+from bt_manip.bt.blackboard import EMPTY, Blackboard
 from bt_manip.bt.literals import parse_integer
+from bt_manip.bt.nodes.binding import bind
+from bt_manip.bt.nodes.link import Link
 from bt_manip.bt.port_types import STRING, PortType, cast, fit, type_of
 from bt_manip.bt.ports import MISSING, Port, is_pointer, pointed_key
+from bt_manip.bt.runtime import Runtime
 from bt_manip.exceptions import BlackboardError, PortError
 
-if TYPE_CHECKING:
-    from bt_manip.bt.blackboard import Blackboard
-    from bt_manip.bt.runtime import Runtime
 
-
-class PortAccess:
-    """The part of a node that knows its ports.
+class PortAccess(Link, Behaviour):
+    """The part of a node that reads and writes its ports.
 
     Attributes:
-        given: What was given for each port: a text as in a document, or a Python value.
+        given: The value given for each port: a text as in a document, or a Python value.
     """
 
-    ports: ClassVar[Mapping[str, Port]]
-    name: str
-    path: str
+    _node_scope: Blackboard | None = None
 
     @property
-    def scope(self) -> "Blackboard":
-        """The blackboard scope that the ports see."""
-        raise NotImplementedError
+    def runtime(self) -> Runtime:
+        """The clock, timers and enumerations that all nodes of the tree share."""
+        if self._node_runtime is None:
+            self._bind_alone()
+        assert self._node_runtime is not None
+        return self._node_runtime
 
     @property
-    def runtime(self) -> "Runtime":
-        """The surroundings of the tree."""
-        raise NotImplementedError
+    def scope(self) -> Blackboard:
+        """The blackboard scope of the node's ports and scripts."""
+        if self._node_scope is None:
+            self._bind_alone()
+        assert self._node_scope is not None
+        return self._node_scope
+
+    def _bind_alone(self) -> None:
+        """Bind the tree around this node to a runtime and a scope of its own: no `Tree` did."""
+        top: Behaviour = self
+        while top.parent is not None:
+            top = top.parent
+        bind(top, Runtime(), Blackboard())
 
     def _start_ports(self, given: dict[str, Any]) -> None:
         self.given = given

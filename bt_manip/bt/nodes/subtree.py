@@ -7,8 +7,8 @@ from py_trees.behaviour import Behaviour
 
 from bt_manip.bt.blackboard import Blackboard
 from bt_manip.bt.literals import parse_boolean
-from bt_manip.bt.nodes.decorator import Decorator
 from bt_manip.bt.nodes.node import CONDITIONS, RESERVED, NodeKind
+from bt_manip.bt.nodes.parent import Decorator
 from bt_manip.bt.ports import is_pointer
 from bt_manip.bt.status import FAILURE, IDLE, SUCCESS, NodeStatus
 from bt_manip.exceptions import PortError

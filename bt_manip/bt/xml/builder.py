@@ -6,14 +6,13 @@ from py_trees.behaviour import Behaviour
 
 from bt_manip.bt.literals import parse_boolean
 from bt_manip.bt.nodes.guard import Guard
-from bt_manip.bt.nodes.node import CONDITIONS, RESERVED, Node, NodeKind
+from bt_manip.bt.nodes.node import CONDITIONS, RESERVED, Comment, Node, NodeKind
 from bt_manip.bt.nodes.parent import Parent
 from bt_manip.bt.nodes.scripted import ScriptPort
 from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.nodes.test_node import TestNode, TestNodeConfig
 from bt_manip.bt.ports import Port
 from bt_manip.bt.registry import BehaviourRegistry
-from bt_manip.bt.remarks import Comment
 from bt_manip.bt.script.parser import parse_script
 from bt_manip.bt.substitution import Substitutions, find_rule
 from bt_manip.bt.xml.dialect import Dialect
@@ -187,14 +186,14 @@ class Builder:
             if key not in RESERVED and not is_port_name(key)
         }
         if element.name in EXPLICIT:
-            node.tag = element.name
+            node._node_tag = element.name
         index = 0
         for item in element.content:
             if isinstance(item, Element):
                 index += 1
             else:
                 kind = "text" if isinstance(item, Text) else item.kind
-                node.remarks.append((index, Comment(item.text, kind)))
+                node._node_comments.append((index, Comment(item.text, kind)))
         self.places[id(node)] = element
 
     def _label(self, element: Element, default: str) -> str:

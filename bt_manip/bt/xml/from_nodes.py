@@ -3,15 +3,14 @@
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 from py_trees.behaviour import Behaviour
 
-from bt_manip.bt.nodes.node import Node
+from bt_manip.bt.nodes.node import Comment, Node
 from bt_manip.bt.nodes.parent import Parent
 from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.registry import BehaviourRegistry, name_problem
-from bt_manip.bt.remarks import Comment as Remark
 from bt_manip.bt.tree import Tree
 from bt_manip.bt.xml.elements import Attribute, Element, Source, SourceComment, Text
 from bt_manip.bt.xml.problem import Place
@@ -29,6 +28,30 @@ class Raw:
     text: str
 
 
+NodeT = TypeVar("NodeT", bound=Node)
+
+
+def as_written(
+    node: NodeT,
+    *,
+    tag: str | None = None,
+    attributes: Mapping[str, str] | None = None,
+    comments: Sequence[Comment] = (),
+) -> NodeT:
+    """Let a node keep the form that it has in a document, and return it.
+
+    Args:
+        node: The node.
+        tag: The element, where it is not the node's own name: ``Action`` for ``<Action ID=...>``.
+        attributes: Attributes for editors only, such as ``_collapsed``.
+        comments: Comments inside the element of a leaf, or after the last child.
+    """
+    node._node_tag = tag
+    node.attributes = dict(attributes or {})
+    node._node_comments += [(len(node.children), comment) for comment in comments]
+    return node
+
+
 @dataclass(frozen=True)
 class TreeDefinition:
     """A tree of a document.
@@ -43,8 +66,8 @@ class TreeDefinition:
     tree_id: str
     root: Behaviour
     attributes: Mapping[str, str] = field(default_factory=dict)
-    before: Sequence[Remark] = ()
-    after: Sequence[Remark] = ()
+    before: Sequence[Comment] = ()
+    after: Sequence[Comment] = ()
 
 
 @dataclass(frozen=True)
@@ -58,10 +81,10 @@ class TreeDocument:
         after: Comments after it.
     """
 
-    content: Sequence[TreeDefinition | Remark | Raw]
+    content: Sequence[TreeDefinition | Comment | Raw]
     attributes: Mapping[str, str] = field(default_factory=lambda: {"BTCPP_format": "4"})
-    before: Sequence[Remark | Raw] = ()
-    after: Sequence[Remark] = ()
+    before: Sequence[Comment | Raw] = ()
+    after: Sequence[Comment] = ()
 
 
 def tree_to_xml(
@@ -94,8 +117,8 @@ def tree_to_xml(
     writer = _Writer(registry)
     if isinstance(tree, TreeDocument):
         root = writer.document(tree)
-        before = [_remark(item) for item in tree.before]
-        after = [_remark(item) for item in tree.after]
+        before = [_comment(item) for item in tree.before]
+        after = [_comment(item) for item in tree.after]
     else:
         root = writer.trees(tree_id or "MainTree", tree)
         before, after = [], []
@@ -110,7 +133,7 @@ def tree_to_xml(
     return write_source(Source(root, before, after))
 
 
-def _remark(item: Remark | Raw) -> SourceComment | Text:
+def _comment(item: Comment | Raw) -> SourceComment | Text:
     if isinstance(item, Raw):
         return SourceComment(item.text, _NOWHERE, "instruction")
     return Text(item.text, _NOWHERE) if item.kind == "text" else SourceComment(item.text, _NOWHERE)
@@ -129,14 +152,14 @@ class _Writer:
             if isinstance(item, TreeDefinition):
                 given = {"ID": item.tree_id} if item.tree_id else {}
                 element = _element("BehaviorTree", {**given, **item.attributes})
-                element.content += [_remark(comment) for comment in item.before]
+                element.content += [_comment(comment) for comment in item.before]
                 element.content.append(self._node(item.root))
-                element.content += [_remark(comment) for comment in item.after]
+                element.content += [_comment(comment) for comment in item.after]
                 root.content.append(element)
             elif isinstance(item, Raw):
                 root.content.append(parse_source(item.text).root)
             else:
-                root.content.append(_remark(item))
+                root.content.append(_comment(item))
         return root
 
     def trees(self, main: str, behaviour: Behaviour) -> Element:
@@ -183,8 +206,8 @@ class _Writer:
         if not isinstance(behaviour, Node):
             element.content += [self._node(child) for child in behaviour.children]
             return element
-        if behaviour.tag is not None:
-            element.name = behaviour.tag
+        if behaviour._node_tag is not None:
+            element.name = behaviour._node_tag
             _set(element, "ID", name)
         if behaviour.is_named:
             _set(element, "name", behaviour.name)
@@ -193,7 +216,7 @@ class _Writer:
         self._finish(element, behaviour)
         if isinstance(behaviour, Parent):
             element.content += [self._node(child) for child in behaviour.children]
-        _insert_remarks(element, behaviour)
+        _insert_comments(element, behaviour)
         return element
 
     def _port(self, element: Element, node: Node, key: str) -> None:
@@ -225,13 +248,13 @@ class _Writer:
         self._finish(element, node)
         if node.children:
             self._subtrees.append(node)
-        _insert_remarks(element, node)
+        _insert_comments(element, node)
         return element
 
 
-def _insert_remarks(element: Element, node: Node) -> None:
-    for index, comment in reversed(node.remarks):
-        element.content.insert(index, _remark(comment))
+def _insert_comments(element: Element, node: Node) -> None:
+    for index, comment in reversed(node._node_comments):
+        element.content.insert(index, _comment(comment))
 
 
 def _element(name: str, attributes: Mapping[str, str]) -> Element:

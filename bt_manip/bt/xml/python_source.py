@@ -101,14 +101,14 @@ class _Writer:
             elif isinstance(item, Element):
                 content.append(_Call(self._use("Raw"), [_text(write_element(item))]))
             else:
-                content.append(self._remark(item))
+                content.append(self._comment(item))
         arguments: list[Any] = [_List(content)]
         attributes = {a.name: a.value for a in source.root.attributes.values()}
         arguments.append(("attributes", _text(attributes)))
         for name, items in (("before", source.prologue), ("after", source.epilogue)):
-            remarks = [self._prologue(item) for item in items]
-            if remarks:
-                arguments.append((name, _List(remarks)))
+            comments = [self._prologue(item) for item in items]
+            if comments:
+                arguments.append((name, _List(comments)))
         call = _layout(_Call(self._use("TreeDocument"), arguments), 1)
         return (
             "def document() -> TreeDocument:\n"
@@ -119,7 +119,7 @@ class _Writer:
     def _prologue(self, item: SourceComment | Text) -> Any:
         if isinstance(item, SourceComment) and item.kind == "instruction":
             return _Call(self._use("Raw"), [_text(item.text)])
-        return self._remark(item)
+        return self._comment(item)
 
     def _definition(self, tree_id: str, element: Element) -> Any:
         named = element.get("ID") is not None
@@ -136,10 +136,10 @@ class _Writer:
             ("after", element.content[index + 1 :]),
         ):
             if items:
-                arguments.append((name, _List([self._remark(item) for item in items])))
+                arguments.append((name, _List([self._comment(item) for item in items])))
         return _Call(self._use("TreeDefinition"), arguments)
 
-    def _remark(self, item: Any) -> Any:
+    def _comment(self, item: Any) -> Any:
         kind = [("kind", _text("text"))] if isinstance(item, Text) else []
         return _Call(self._use("Comment"), [_text(item.text), *kind])
 
@@ -158,7 +158,7 @@ class _Writer:
             inside = bool(element.children)
             for item in element.content if inside else ():
                 children.append(
-                    self._node(item) if isinstance(item, Element) else self._remark(item)
+                    self._node(item) if isinstance(item, Element) else self._comment(item)
                 )
             if len(children) == 1:
                 arguments.append(children[0])
@@ -182,7 +182,7 @@ class _Writer:
         if others:
             extra.append(("attributes", _text(others)))
         if not element.children and element.content:
-            extra.append(("comments", _List([self._remark(item) for item in element.content])))
+            extra.append(("comments", _List([self._comment(item) for item in element.content])))
         if not extra:
             return call
         return _Call(self._use("as_written"), [call, *extra])

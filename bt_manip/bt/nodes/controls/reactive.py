@@ -2,7 +2,7 @@
 
 from typing import ClassVar
 
-from bt_manip.bt.nodes.control import Control
+from bt_manip.bt.nodes.parent import Control
 from bt_manip.bt.status import FAILURE, RUNNING, SKIPPED, SUCCESS, NodeStatus
 
 

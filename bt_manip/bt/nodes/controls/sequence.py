@@ -1,7 +1,7 @@
 """Sequence and its two kin: children one after the other, until one fails."""
 
-from bt_manip.bt.nodes.control import Control
 from bt_manip.bt.nodes.controls.in_order import InOrder
+from bt_manip.bt.nodes.parent import Control
 
 
 class Sequence(InOrder):

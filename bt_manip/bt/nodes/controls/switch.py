@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from bt_manip.bt import literals
-from bt_manip.bt.nodes.control import Control
+from bt_manip.bt.nodes.parent import Control
 from bt_manip.bt.port_types import STRING
 from bt_manip.bt.ports import Input, Port
 from bt_manip.bt.status import RUNNING, SKIPPED, NodeStatus

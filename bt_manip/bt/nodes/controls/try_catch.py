@@ -2,7 +2,7 @@
 
 from typing import Any, ClassVar
 
-from bt_manip.bt.nodes.control import Control
+from bt_manip.bt.nodes.parent import Control
 from bt_manip.bt.ports import Input
 from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, NodeStatus
 from bt_manip.exceptions import PortError

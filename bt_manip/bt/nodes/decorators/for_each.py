@@ -3,7 +3,7 @@
 from typing import Any, ClassVar
 
 from bt_manip.bt.literals import split_list
-from bt_manip.bt.nodes.decorator import Decorator
+from bt_manip.bt.nodes.parent import Decorator
 from bt_manip.bt.port_types import INT
 from bt_manip.bt.ports import Input, Output
 from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SUCCESS, NodeStatus

@@ -1,6 +1,6 @@
 """Decorators that change the child's result: Inverter, ForceSuccess, ForceFailure, ..."""
 
-from bt_manip.bt.nodes.decorator import Decorator
+from bt_manip.bt.nodes.parent import Decorator
 from bt_manip.bt.status import FAILURE, RUNNING, SUCCESS, NodeStatus
 
 

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from bt_manip.bt.blackboard import EMPTY
 from bt_manip.bt.literals import split_list
-from bt_manip.bt.nodes.decorator import Decorator
+from bt_manip.bt.nodes.parent import Decorator
 from bt_manip.bt.port_types import (
     BOOL,
     BOOL_LIST,

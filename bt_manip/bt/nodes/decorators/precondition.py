@@ -2,7 +2,7 @@
 
 from typing import ClassVar
 
-from bt_manip.bt.nodes.decorator import Decorator
+from bt_manip.bt.nodes.parent import Decorator
 from bt_manip.bt.nodes.scripted import ScriptPort
 from bt_manip.bt.port_types import STATUS
 from bt_manip.bt.ports import Input

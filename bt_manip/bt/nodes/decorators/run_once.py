@@ -2,7 +2,7 @@
 
 from typing import ClassVar
 
-from bt_manip.bt.nodes.decorator import Decorator
+from bt_manip.bt.nodes.parent import Decorator
 from bt_manip.bt.ports import Input
 from bt_manip.bt.status import FAILURE, IDLE, SKIPPED, SUCCESS, NodeStatus
 from bt_manip.exceptions import PortError

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from bt_manip.bt.nodes.decorator import Decorator
+from bt_manip.bt.nodes.parent import Decorator
 from bt_manip.bt.port_types import UNSIGNED
 from bt_manip.bt.ports import Input
 from bt_manip.bt.status import FAILURE, RUNNING, SUCCESS, NodeStatus

@@ -2,7 +2,7 @@
 
 from typing import Any, ClassVar
 
-from bt_manip.bt.nodes.decorator import Decorator
+from bt_manip.bt.nodes.parent import Decorator
 from bt_manip.bt.nodes.watching import Watching
 from bt_manip.bt.port_types import ANY
 from bt_manip.bt.ports import Input

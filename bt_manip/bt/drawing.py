@@ -1,0 +1,240 @@
+"""Drawing trees: as text for a terminal, as DOT for Graphviz, and as SVG."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from bt_manip.bt.nodes.link import Link, NodeKind, behaviour_of
+from bt_manip.bt.nodes.node import Node
+from bt_manip.bt.nodes.parent import Parent
+from bt_manip.bt.nodes.subtree import SubTree
+from bt_manip.bt.tree import Tree
+from bt_manip.bt.xml.writer import escape
+
+MARKS = {
+    "Sequence": "→",
+    "AsyncSequence": "→",
+    "SequenceWithMemory": "→*",
+    "ReactiveSequence": "→°",
+    "Fallback": "?",
+    "AsyncFallback": "?",
+    "ReactiveFallback": "?°",
+    "Parallel": "⇉",
+    "ParallelAll": "⇉",
+}
+"""Signs of the control nodes that have an established one."""
+
+_STYLES = {
+    NodeKind.CONTROL: ("box", "#dbe7f5"),
+    NodeKind.DECORATOR: ("hexagon", "#efe3f7"),
+    NodeKind.SUBTREE: ("folder", "#e4e4e4"),
+    NodeKind.ACTION: ("box", "#e3f3dd"),
+    NodeKind.CONDITION: ("ellipse", "#fbf1d3"),
+}
+"""Shape in Graphviz and fill colour of a node, by its kind."""
+
+_CHARACTER = 6.6  # [px], mean width of one at the font size of the SVG
+_LINE = 15.0  # [px]
+_PADDING = 8.0  # [px]
+_GAP_X = 14.0  # [px]
+_GAP_Y = 34.0  # [px]
+
+
+@dataclass
+class _Box:
+    """The text and the layout of a node.
+
+    Attributes:
+        link: The node.
+        title: Its class and its own name.
+        details: Its ports and scripts, ``name=value`` each.
+        summary: The first line of its documentation.
+        children: The boxes of its children.
+        x: Left edge in the SVG [px].
+        y: Top edge in the SVG [px].
+        span: Width of the box and all below [px].
+    """
+
+    link: Link
+    title: str
+    details: list[str]
+    summary: str = ""
+    children: "list[_Box]" = field(default_factory=list)
+    x: float = 0.0
+    y: float = 0.0
+    span: float = 0.0
+
+    @property
+    def lines(self) -> list[str]:
+        return [self.title, *self.details]
+
+    @property
+    def width(self) -> float:
+        return max(len(line) for line in self.lines) * _CHARACTER + 2 * _PADDING
+
+    @property
+    def height(self) -> float:
+        return len(self.lines) * _LINE + 2 * _PADDING
+
+    @property
+    def children_span(self) -> float:
+        gaps = _GAP_X * max(len(self.children) - 1, 0)
+        return sum(child.span for child in self.children) + gaps
+
+    def iterate(self) -> "Iterator[_Box]":
+        yield self
+        for child in self.children:
+            yield from child.iterate()
+
+
+def draw_text(tree: Tree, *, ports: bool = True, docs: bool = False) -> str:
+    """Draw a tree for a terminal.
+
+    Args:
+        tree: The tree.
+        ports: Whether to write the ports and scripts of each node.
+        docs: Whether to write the first line of each leaf's documentation.
+
+    Returns:
+        The drawing, one line per node.
+    """
+    lines = [tree.tree_id]
+    _draw_lines(_layout(tree, ports), "", True, lines, docs)
+    return "\n".join(lines) + "\n"
+
+
+def _draw_lines(box: _Box, indent: str, last: bool, lines: list[str], docs: bool) -> None:
+    details = "  " + " ".join(box.details) if box.details else ""
+    lines.append(indent + ("└─ " if last else "├─ ") + box.title + details)
+    indent += "   " if last else "│  "
+    if docs and box.summary and not box.children:
+        lines.append(f"{indent}   {box.summary}")
+    for child in box.children:
+        _draw_lines(child, indent, child is box.children[-1], lines, docs)
+
+
+def draw_dot(tree: Tree, *, ports: bool = True, docs: bool = False) -> str:
+    """Write a tree as a directed graph.
+
+    Args:
+        tree: The tree.
+        ports: Whether to write the ports and scripts of each node.
+        docs: Whether to add the first line of each node's documentation as a tool tip.
+
+    Returns:
+        The graph in DOT.
+    """
+    lines = [
+        f"digraph {_quoted(tree.tree_id)} {{",
+        "  ordering=out;",
+        '  node [style="filled,rounded" fontname="sans-serif" fontsize=11];',
+    ]
+    _draw_edges(_layout(tree, ports), lines, docs)
+    return "\n".join([*lines, "}"]) + "\n"
+
+
+def _draw_edges(box: _Box, lines: list[str], docs: bool) -> None:
+    shape, colour = _STYLES[box.link.kind]
+    attributes = {"label": "\n".join(box.lines), "shape": shape, "fillcolor": colour}
+    if docs and box.summary:
+        attributes["tooltip"] = box.summary
+    text = " ".join(f"{name}={_quoted(value)}" for name, value in attributes.items())
+    lines.append(f"  n{box.link.uid} [{text}];")
+    for child in box.children:
+        lines.append(f"  n{box.link.uid} -> n{child.link.uid};")
+        _draw_edges(child, lines, docs)
+
+
+def _quoted(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    return f'"{escaped}"'
+
+
+def draw_svg(tree: Tree, *, ports: bool = True, docs: bool = False) -> str:
+    """Draw a tree as a picture, laid out from the root down.
+
+    Args:
+        tree: The tree.
+        ports: Whether to write the ports and scripts of each node.
+        docs: Whether to add the first line of each node's documentation as a tool tip.
+
+    Returns:
+        The picture as SVG.
+    """
+    root = _layout(tree, ports)
+    bottom = _place(root, _GAP_X, _GAP_X)
+    body: list[str] = []
+    for box in root.iterate():
+        _draw_box(box, body, docs)
+    width, height = root.span + 2 * _GAP_X, bottom + _GAP_X
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
+        f'viewBox="0 0 {width:.0f} {height:.0f}" font-family="sans-serif" font-size="12">\n'
+        + "\n".join(body)
+        + "\n</svg>\n"
+    )
+
+
+def _place(box: _Box, left: float, top: float) -> float:
+    """Set the positions of a box and all below; return their bottom edge."""
+    box.x = left + (box.span - box.width) / 2
+    box.y = top
+    left += (box.span - box.children_span) / 2
+    bottom = top + box.height
+    for child in box.children:
+        bottom = max(bottom, _place(child, left, top + box.height + _GAP_Y))
+        left += child.span + _GAP_X
+    return bottom
+
+
+def _draw_box(box: _Box, body: list[str], docs: bool) -> None:
+    centre = box.x + box.width / 2
+    for child in box.children:
+        end = child.x + child.width / 2
+        middle = (box.y + box.height + child.y) / 2
+        body.append(
+            f'<path d="M{centre:.1f},{box.y + box.height:.1f} V{middle:.1f} H{end:.1f} '
+            f'V{child.y:.1f}" fill="none" stroke="#888"/>'
+        )
+    title = f"<title>{escape(box.summary)}</title>" if docs and box.summary else ""
+    body.append(
+        f'<g>{title}<rect x="{box.x:.1f}" y="{box.y:.1f}" width="{box.width:.1f}" '
+        f'height="{box.height:.1f}" rx="6" fill="{_STYLES[box.link.kind][1]}" stroke="#666"/>'
+    )
+    for index, line in enumerate(box.lines):
+        weight = ' font-weight="bold"' if index == 0 else ' fill="#444"'
+        y = box.y + _PADDING + (index + 0.8) * _LINE
+        body.append(
+            f'<text x="{centre:.1f}" y="{y:.1f}" text-anchor="middle"{weight}>'
+            f"{escape(line, quotes=False)}</text>"
+        )
+    body.append("</g>")
+
+
+def _layout(tree: Tree, ports: bool) -> _Box:
+    links = {id(behaviour_of(link)): link for link in tree.nodes}
+    return _box(tree.nodes[0], links, ports)
+
+
+def _box(link: Link, links: dict[int, Link], ports: bool) -> _Box:
+    registration, name = link.registration, link.name
+    details: list[str] = []
+    summary = ""
+    if isinstance(link, SubTree):
+        registration = f"SubTree {link.tree_id}"
+        name = "" if link.is_unnamed else link.name
+        details += [f"{key}={text}" for key, text in link.remaps.items()]
+        if link.autoremap:
+            details.append("_autoremap=true")
+    elif isinstance(link, Node):
+        details += [f"{key}={link.port_text(key)}" for key in link.given]
+        summary = type(link).summary()
+    details += [f"{key}={text}" for key, text in link.conditions.items()]
+    mark = MARKS.get(registration)
+    title = f"{mark} {registration}" if mark else registration
+    if name and name != registration:
+        title += f' "{name}"'
+    box = _Box(link, title, details if ports else [], summary)
+    children = link.links if isinstance(link, Parent) else [links[id(c)] for c in link.children]
+    box.children = [_box(child, links, ports) for child in children]
+    box.span = max(box.width, box.children_span)
+    return box

@@ -1,0 +1,176 @@
+"""A node as its parent and its tree see it: one of ours, or a stock py_trees behaviour."""
+
+from collections.abc import Mapping
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from py_trees.behaviour import Behaviour
+
+from bt_manip.bt.ports import Port
+from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SKIPPED, NodeStatus, Status, node_status
+from bt_manip.exceptions import NodeError
+
+if TYPE_CHECKING:
+    from bt_manip.bt.runtime import Observer, Runtime
+
+
+class NodeKind(StrEnum):
+    """The kind of a node, by the names of the elements of a tree document."""
+
+    ACTION = "Action"
+    CONDITION = "Condition"
+    CONTROL = "Control"
+    DECORATOR = "Decorator"
+    SUBTREE = "SubTree"
+
+
+class Link:
+    """The interface and the status that nodes and wrapped py_trees behaviours share.
+
+    Attributes:
+        kind: Which element of a document it is.
+        ports: Its ports by name.
+        registration: The name under which trees know its class.
+        memory: Names of the attributes that make up its state over time, all of them plain data.
+        orphans: Children of the node that a test replaced by this one; they are never ticked.
+        path: Its path in its tree: the sub-trees that lead to it, and its name.
+        uid: Its number in its tree, from 1, depth first.
+    """
+
+    kind: ClassVar[NodeKind]
+    ports: ClassVar[Mapping[str, Port]] = {}
+    registration: str = ""
+    memory: ClassVar[tuple[str, ...]] = ()
+    orphans: tuple[Behaviour, ...] = ()
+    path: str = ""
+    uid: int = 0
+    name: str
+    children: list[Behaviour]
+    feedback_message: str
+    status: Status
+    conditions: dict[str, str]
+    _node_status: NodeStatus = IDLE
+    _node_runtime: "Runtime | None" = None
+    _node_observers: "list[Observer] | tuple[()]" = ()
+
+    @property
+    def links(self) -> list[Any]:
+        """The children as this node ticks them; leaves have none."""
+        return []
+
+    @property
+    def engine_status(self) -> NodeStatus:
+        """The engine's status of the node: idle again as soon as its parent has completed."""
+        return self._node_status
+
+    def execute(self) -> NodeStatus:
+        """Tick the node and its children, and return the result."""
+        raise NotImplementedError
+
+    def halt(self) -> None:
+        """Interrupt the node and its running children."""
+        raise NotImplementedError
+
+    def _reset(self) -> None:
+        self._set_status(IDLE)
+
+    def _set_status(self, new: NodeStatus) -> None:
+        old = self._node_status
+        if old is not new:
+            self._node_status = new
+            for observer in self._node_observers:
+                observer(self, old, new)
+
+    def get_state(self) -> dict[str, Any]:
+        """Return the state that the node keeps between two ticks, as plain data."""
+        return {name: getattr(self, name) for name in self.memory}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Restore the state that `get_state` returned."""
+        for name in self.memory:
+            setattr(self, name, state[name])
+
+
+class ForeignNode(Link):
+    """A stock py_trees behaviour, wrapped as a node for its parent and its tree.
+
+    Attributes:
+        behaviour: The py_trees behaviour.
+    """
+
+    def __init__(self, behaviour: Behaviour) -> None:
+        """Wrap a behaviour."""
+        self.behaviour = behaviour
+        self.name = self.path = behaviour.name
+        self.registration = type(behaviour).__name__
+        kind = NodeKind.CONTROL if behaviour.children else NodeKind.ACTION
+        self.kind = kind  # type: ignore[misc]
+        self.conditions = {}
+
+    @property
+    def links(self) -> list[Link]:
+        """The children as the tree sees them."""
+        return [as_link(child) for child in self.children]
+
+    @property
+    def children(self) -> list[Behaviour]:  # type: ignore[override]
+        """The behaviour's children."""
+        return self.behaviour.children
+
+    @property
+    def feedback_message(self) -> str:  # type: ignore[override]
+        """The behaviour's feedback message."""
+        return self.behaviour.feedback_message
+
+    @property
+    def status(self) -> Status:  # type: ignore[override]
+        """The status that py_trees shows."""
+        return self.behaviour.status
+
+    @property
+    def engine_status(self) -> NodeStatus:
+        """The engine's status of the node."""
+        parent: Any = self.behaviour.parent
+        if isinstance(parent, Link):
+            return self._node_status
+        return node_status(self.behaviour.status)
+
+    def execute(self) -> NodeStatus:
+        """Tick the behaviour as its parent; its INVALID counts as skipped."""
+        runtime = self._node_runtime
+        behaviour = self.behaviour
+        visited = None if runtime is None else runtime.visited
+        try:
+            if visited is None:
+                behaviour.tick_once()
+            else:
+                for node in behaviour.tick():
+                    if not isinstance(node, Link):  # nodes of ours append themselves
+                        visited.append(node)
+        except NodeError:
+            raise
+        except Exception as error:
+            raise NodeError(self.path, self.registration, str(error)) from error
+        state = node_status(behaviour.status)
+        if state is IDLE:
+            return SKIPPED
+        if state is FAILURE and runtime is not None and not behaviour.children:
+            runtime.reason = (self, behaviour.feedback_message)
+        self._set_status(state)
+        return state
+
+    def halt(self) -> None:
+        """Interrupt the behaviour."""
+        if self._node_status is RUNNING:
+            self.behaviour.stop(Status.INVALID)
+        self._reset()
+
+
+def as_link(behaviour: Behaviour) -> Any:
+    """Return a node of ours as it is, and any other behaviour in a `ForeignNode`."""
+    return behaviour if isinstance(behaviour, Link) else ForeignNode(behaviour)
+
+
+def behaviour_of(link: Any) -> Any:
+    """Return the py_trees behaviour of a node: the node itself, or the wrapped one."""
+    return link.behaviour if isinstance(link, ForeignNode) else link
