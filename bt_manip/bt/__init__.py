@@ -1,6 +1,9 @@
 """The tree language: nodes, ports, scoped blackboard, scripting, XML in and out."""
 
 from bt_manip.bt.blackboard import Blackboard as Blackboard
+from bt_manip.bt.drawing import draw_dot as draw_dot
+from bt_manip.bt.drawing import draw_svg as draw_svg
+from bt_manip.bt.drawing import draw_text as draw_text
 from bt_manip.bt.loading import ReadingOptions as ReadingOptions
 from bt_manip.bt.loading import load_tree as load_tree
 from bt_manip.bt.loading import parse_tree as parse_tree
@@ -17,13 +20,13 @@ from bt_manip.bt.nodes.actions.script import ScriptCondition as ScriptCondition
 from bt_manip.bt.nodes.actions.sleep import Sleep as Sleep
 from bt_manip.bt.nodes.controls.branching import IfThenElse as IfThenElse
 from bt_manip.bt.nodes.controls.branching import WhileDoElse as WhileDoElse
-from bt_manip.bt.nodes.controls.fallback import AsyncFallback as AsyncFallback
-from bt_manip.bt.nodes.controls.fallback import Fallback as Fallback
 from bt_manip.bt.nodes.controls.parallel import Parallel as Parallel
 from bt_manip.bt.nodes.controls.parallel import ParallelAll as ParallelAll
 from bt_manip.bt.nodes.controls.reactive import ReactiveFallback as ReactiveFallback
 from bt_manip.bt.nodes.controls.reactive import ReactiveSequence as ReactiveSequence
+from bt_manip.bt.nodes.controls.sequence import AsyncFallback as AsyncFallback
 from bt_manip.bt.nodes.controls.sequence import AsyncSequence as AsyncSequence
+from bt_manip.bt.nodes.controls.sequence import Fallback as Fallback
 from bt_manip.bt.nodes.controls.sequence import Sequence as Sequence
 from bt_manip.bt.nodes.controls.sequence import SequenceWithMemory as SequenceWithMemory
 from bt_manip.bt.nodes.controls.switch import Switch2 as Switch2
@@ -32,6 +35,10 @@ from bt_manip.bt.nodes.controls.switch import Switch4 as Switch4
 from bt_manip.bt.nodes.controls.switch import Switch5 as Switch5
 from bt_manip.bt.nodes.controls.switch import Switch6 as Switch6
 from bt_manip.bt.nodes.controls.try_catch import TryCatch as TryCatch
+from bt_manip.bt.nodes.decorators.conditional import Precondition as Precondition
+from bt_manip.bt.nodes.decorators.conditional import RunOnce as RunOnce
+from bt_manip.bt.nodes.decorators.conditional import SkipUnlessUpdated as SkipUnlessUpdated
+from bt_manip.bt.nodes.decorators.conditional import WaitValueUpdate as WaitValueUpdate
 from bt_manip.bt.nodes.decorators.forcing import ForceFailure as ForceFailure
 from bt_manip.bt.nodes.decorators.forcing import ForceSuccess as ForceSuccess
 from bt_manip.bt.nodes.decorators.forcing import Inverter as Inverter
@@ -40,14 +47,10 @@ from bt_manip.bt.nodes.decorators.loop import LoopBool as LoopBool
 from bt_manip.bt.nodes.decorators.loop import LoopDouble as LoopDouble
 from bt_manip.bt.nodes.decorators.loop import LoopInt as LoopInt
 from bt_manip.bt.nodes.decorators.loop import LoopString as LoopString
-from bt_manip.bt.nodes.decorators.precondition import Precondition as Precondition
 from bt_manip.bt.nodes.decorators.repeat import Repeat as Repeat
 from bt_manip.bt.nodes.decorators.repeat import RetryUntilSuccessful as RetryUntilSuccessful
-from bt_manip.bt.nodes.decorators.run_once import RunOnce as RunOnce
 from bt_manip.bt.nodes.decorators.timing import Delay as Delay
 from bt_manip.bt.nodes.decorators.timing import Timeout as Timeout
-from bt_manip.bt.nodes.decorators.updated import SkipUnlessUpdated as SkipUnlessUpdated
-from bt_manip.bt.nodes.decorators.updated import WaitValueUpdate as WaitValueUpdate
 from bt_manip.bt.nodes.node import Comment as Comment
 from bt_manip.bt.nodes.node import Node as Node
 from bt_manip.bt.nodes.node import NodeKind as NodeKind

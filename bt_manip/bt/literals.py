@@ -18,14 +18,8 @@ _REAL = re.compile(
     re.IGNORECASE,
 )
 _BOOLEANS = {
-    "1": True,
-    "true": True,
-    "True": True,
-    "TRUE": True,
-    "0": False,
-    "false": False,
-    "False": False,
-    "FALSE": False,
+    **dict.fromkeys(("1", "true", "True", "TRUE"), True),
+    **dict.fromkeys(("0", "false", "False", "FALSE"), False),
 }
 
 

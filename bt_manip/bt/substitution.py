@@ -1,8 +1,9 @@
 """Substitution rules: putting other nodes in the place of some, for tests."""
 
 import json
-import re
 from collections.abc import Mapping
+from dataclasses import fields
+from fnmatch import fnmatchcase
 from typing import Any
 
 from bt_manip.bt.literals import parse_status
@@ -26,9 +27,7 @@ def find_rule(rules: Substitutions, name: str, registration: str, path: str) -> 
 
 def matches(text: str, pattern: str) -> bool:
     """Tell whether a text matches a pattern, ``*`` being any text and ``?`` any character."""
-    pieces = re.split(r"([*?])", re.sub(r"\*+", "*", pattern))
-    expression = "".join({"*": ".*", "?": "."}.get(piece, re.escape(piece)) for piece in pieces)
-    return re.fullmatch(expression, text, re.DOTALL) is not None
+    return fnmatchcase(text, pattern.replace("[", "[[]"))
 
 
 def substitutions_from_json(text: str) -> dict[str, Rule]:
@@ -43,7 +42,7 @@ def substitutions_from_json(text: str) -> dict[str, Rule]:
     try:
         data = json.loads(text)
         configs = {
-            name: _config(name, fields) for name, fields in data.get("TestNodeConfigs", {}).items()
+            name: _config(name, given) for name, given in data.get("TestNodeConfigs", {}).items()
         }
         rules = data["SubstitutionRules"]
         return {pattern: configs.get(name, str(name)) for pattern, name in rules.items()}
@@ -53,20 +52,11 @@ def substitutions_from_json(text: str) -> dict[str, Rule]:
         raise TreeError(f"the substitution rules cannot be read: {error}") from None
 
 
-def _config(name: str, fields: Mapping[str, Any]) -> TestNodeConfig:
-    known = {key: value for key, value in fields.items() if key in _FIELDS}
+def _config(name: str, given: Mapping[str, Any]) -> TestNodeConfig:
+    names = {field.name for field in fields(TestNodeConfig)} - {"complete_func"}
+    known = {key: value for key, value in given.items() if key in names}
     if "return_status" in known:
         known["return_status"] = parse_status(known["return_status"])
     elif not known.get("return_status_script"):
         raise TreeError(f"TestNodeConfig '{name}' needs return_status or return_status_script")
     return TestNodeConfig(**known)
-
-
-_FIELDS = (
-    "return_status",
-    "return_status_script",
-    "async_delay",
-    "success_script",
-    "failure_script",
-    "post_script",
-)

@@ -98,7 +98,7 @@ def show(
     output: Path | None,
 ) -> None:
     """Draw a tree, with the ports and the documentation of its nodes."""
-    from bt_manip.bt.drawing import draw_dot, draw_svg, draw_text
+    from bt_manip.bt import draw_dot, draw_svg, draw_text
 
     parts, registry = _registered()
     draw = {"text": draw_text, "dot": draw_dot, "svg": draw_svg}[form]

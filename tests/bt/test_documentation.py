@@ -1,12 +1,18 @@
 """The pages say what the code does."""
 
+import importlib.util
 import re
+from pathlib import Path
 
 import pytest
 
 from bt_manip.bt import BehaviourRegistry, parse_tree
 from bt_manip.bt.nodes.node import CONDITIONS
-from bt_manip.bt.reference import node_reference, replace_reference
+
+TOOL = Path(__file__).resolve().parents[2] / "tools" / "node_reference.py"
+_spec = importlib.util.spec_from_file_location("node_reference", TOOL)
+tool = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(tool)
 
 NAMES = BehaviourRegistry().names()
 
@@ -23,7 +29,7 @@ def test_every_built_in_node_is_on_the_page(page, name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_table_of_a_node_covers_every_status_and_the_halt(name):
-    text = node_reference(BehaviourRegistry()).partition(f"\n### {name}\n")[2]
+    text = tool.node_reference().partition(f"\n### {name}\n")[2]
     table = text.partition("\n###")[0]
     words = ["halt", "SUCCESS"]
     if BehaviourRegistry().get(name).kind in ("Control", "Decorator", "SubTree"):
@@ -37,7 +43,7 @@ def test_the_table_of_a_node_covers_every_status_and_the_halt(name):
 
 
 def test_the_sections_of_nodes_are_up_to_date(page):
-    assert replace_reference(page, BehaviourRegistry()) == page
+    assert tool.replace_reference(page) == page
 
 
 def test_every_script_around_a_tick_is_on_the_page(page):

@@ -14,8 +14,10 @@ from bt_manip.bt import (
     Status,
     SubTree,
     Tree,
+    draw_dot,
+    draw_svg,
+    draw_text,
 )
-from bt_manip.bt.drawing import draw_dot, draw_svg, draw_text
 
 
 class Hover(Action):

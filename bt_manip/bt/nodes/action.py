@@ -79,6 +79,11 @@ class Leaf(Node):
             return SUCCESS
         return self._finish(result)
 
+    def _halt(self) -> None:
+        if self._node_status is RUNNING:
+            self.terminate(_INVALID)
+        self._reset()
+
     def _finish(self, result: Status | NodeStatus) -> NodeStatus:
         if result is _RUNNING:
             return RUNNING
@@ -150,11 +155,6 @@ class Action(Leaf):
             return self._finish(self.update())
         return status
 
-    def _halt(self) -> None:
-        if self._node_status is RUNNING:
-            self.terminate(_INVALID)
-        self._reset()
-
 
 class SyncAction(Action):
     """An action that completes within its tick, and that does its work again at every tick."""
@@ -189,8 +189,3 @@ class Condition(Leaf):
         if state is RUNNING and not self.feedback_message:
             self.feedback_message = STILL_RUNNING
         return state
-
-    def _halt(self) -> None:
-        if self._node_status is RUNNING:
-            self.terminate(_INVALID)
-        self._reset()

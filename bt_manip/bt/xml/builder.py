@@ -5,10 +5,10 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 
 from bt_manip.bt.literals import parse_boolean
+from bt_manip.bt.nodes.actions.script import ScriptPort
 from bt_manip.bt.nodes.guard import Guard
 from bt_manip.bt.nodes.node import CONDITIONS, RESERVED, Comment, Node, NodeKind
 from bt_manip.bt.nodes.parent import Parent
-from bt_manip.bt.nodes.scripted import ScriptPort
 from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.nodes.test_node import TestNode, TestNodeConfig
 from bt_manip.bt.ports import Port

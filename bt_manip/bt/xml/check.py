@@ -5,21 +5,20 @@ from typing import Any, Final
 
 from bt_manip.bt.blackboard import EMPTY, Blackboard
 from bt_manip.bt.literals import parse_integer
-from bt_manip.bt.nodes.actions.blackboard import SetBlackboard
+from bt_manip.bt.nodes.actions.blackboard import SetBlackboard, Watching
+from bt_manip.bt.nodes.actions.script import ScriptPort
 from bt_manip.bt.nodes.controls.branching import IfThenElse, WhileDoElse
 from bt_manip.bt.nodes.controls.parallel import Parallel, ParallelAll, threshold
 from bt_manip.bt.nodes.controls.switch import Switch2, Switch3, Switch4, Switch5, Switch6
 from bt_manip.bt.nodes.node import CONDITIONS, Node
-from bt_manip.bt.nodes.scripted import ScriptPort
 from bt_manip.bt.nodes.subtree import SubTree
-from bt_manip.bt.nodes.watching import Watching
 from bt_manip.bt.ports import is_pointer, pointed_key
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.script.parser import ParsedScript, parse_script
 from bt_manip.bt.xml.dialect import Dialect
 from bt_manip.bt.xml.document import Document, tree_elements
-from bt_manip.bt.xml.elements import Element
 from bt_manip.bt.xml.problem import Place, Problems
+from bt_manip.bt.xml.source import Element
 from bt_manip.exceptions import ScriptError, did_you_mean
 
 EXPLICIT: Final = ("Action", "Condition", "Control", "Decorator")

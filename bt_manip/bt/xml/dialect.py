@@ -7,7 +7,7 @@ from typing import Final
 from bt_manip.bt.nodes.decorators.for_each import ForEach
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.registry import BehaviourRegistry
-from bt_manip.bt.xml.elements import Element
+from bt_manip.bt.xml.source import Element
 from bt_manip.exceptions import TreeError, did_you_mean
 
 

@@ -7,7 +7,7 @@ from typing import Final
 
 from bt_manip.bt.nodes.node import RESERVED
 from bt_manip.bt.registry import FORBIDDEN
-from bt_manip.bt.xml.problem import Place, Problems
+from bt_manip.bt.xml.problem import Problems
 from bt_manip.bt.xml.source import Element, Source, XmlError, decode, parse_source
 from bt_manip.exceptions import TreeError
 
@@ -267,12 +267,6 @@ def is_port_name(name: str) -> bool:
         and name not in RESERVED
         and port_name_problem(name) is None
     )
-
-
-def place_in(element: Element, name: str) -> Place:
-    """Give the place of an attribute's value, or of the element."""
-    attribute = element.attributes.get(name)
-    return element.place if attribute is None else attribute.value_place
 
 
 def tree_elements(document: Document) -> Iterator[tuple[str, Element]]:

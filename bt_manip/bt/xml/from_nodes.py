@@ -12,13 +12,17 @@ from bt_manip.bt.nodes.parent import Parent
 from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.registry import BehaviourRegistry, name_problem
 from bt_manip.bt.tree import Tree
-from bt_manip.bt.xml.elements import Attribute, Element, Source, SourceComment, Text
-from bt_manip.bt.xml.problem import Place
-from bt_manip.bt.xml.source import parse_source
+from bt_manip.bt.xml.source import (
+    NOWHERE,
+    Element,
+    Source,
+    SourceComment,
+    Text,
+    make_element,
+    parse_source,
+)
 from bt_manip.bt.xml.writer import write_element, write_source
 from bt_manip.exceptions import TreeError
-
-_NOWHERE = Place("<tree>", 1, 1)
 
 
 @dataclass(frozen=True)
@@ -135,8 +139,8 @@ def tree_to_xml(
 
 def _comment(item: Comment | Raw) -> SourceComment | Text:
     if isinstance(item, Raw):
-        return SourceComment(item.text, _NOWHERE, "instruction")
-    return Text(item.text, _NOWHERE) if item.kind == "text" else SourceComment(item.text, _NOWHERE)
+        return SourceComment(item.text, NOWHERE, "instruction")
+    return Text(item.text, NOWHERE) if item.kind == "text" else SourceComment(item.text, NOWHERE)
 
 
 class _Writer:
@@ -147,11 +151,11 @@ class _Writer:
         self._written: dict[str, Element] = {}
 
     def document(self, document: TreeDocument) -> Element:
-        root = _element("root", dict(document.attributes))
+        root = make_element("root", dict(document.attributes))
         for item in document.content:
             if isinstance(item, TreeDefinition):
                 given = {"ID": item.tree_id} if item.tree_id else {}
-                element = _element("BehaviorTree", {**given, **item.attributes})
+                element = make_element("BehaviorTree", {**given, **item.attributes})
                 element.content += [_comment(comment) for comment in item.before]
                 element.content.append(self._node(item.root))
                 element.content += [_comment(comment) for comment in item.after]
@@ -163,7 +167,7 @@ class _Writer:
         return root
 
     def trees(self, main: str, behaviour: Behaviour) -> Element:
-        root = _element("root", {"BTCPP_format": "4", "main_tree_to_execute": main})
+        root = make_element("root", {"BTCPP_format": "4", "main_tree_to_execute": main})
         self._written[main] = self._tree(main, behaviour)
         root.content.append(self._written[main])
         while self._subtrees:
@@ -180,7 +184,7 @@ class _Writer:
         return root
 
     def _tree(self, tree_id: str, behaviour: Behaviour) -> Element:
-        element = _element("BehaviorTree", {"ID": tree_id})
+        element = make_element("BehaviorTree", {"ID": tree_id})
         problem = name_problem(tree_id)
         if problem is not None or tree_id in self._registry:
             self.problems.append(
@@ -202,15 +206,15 @@ class _Writer:
                 "is not registered"
             )
             name = type(behaviour).__name__
-        element = _element(name, {})
+        element = make_element(name)
         if not isinstance(behaviour, Node):
             element.content += [self._node(child) for child in behaviour.children]
             return element
         if behaviour._node_tag is not None:
             element.name = behaviour._node_tag
-            _set(element, "ID", name)
+            element.set("ID", name)
         if behaviour.is_named:
-            _set(element, "name", behaviour.name)
+            element.set("name", behaviour.name)
         for key in behaviour.given:
             self._port(element, behaviour, key)
         self._finish(element, behaviour)
@@ -231,20 +235,20 @@ class _Writer:
             self.problems.append(
                 f"'{_path(node)}': port '{key}': a {port.type.name} cannot be written as text"
             )
-        _set(element, key, text or "")
+        element.set(key, text or "")
 
     def _finish(self, element: Element, node: Node) -> None:
         for key, text in {**node.conditions, **node.attributes}.items():
-            _set(element, key, text)
+            element.set(key, text)
 
     def _subtree(self, node: SubTree) -> Element:
-        element = _element("SubTree", {"ID": node.tree_id})
+        element = make_element("SubTree", {"ID": node.tree_id})
         if not node.is_unnamed:
-            _set(element, "name", node.name)
+            element.set("name", node.name)
         for key, text in node.remaps.items():
-            _set(element, key, text)
+            element.set(key, text)
         if node.autoremap_text:
-            _set(element, "_autoremap", node.autoremap_text)
+            element.set("_autoremap", node.autoremap_text)
         self._finish(element, node)
         if node.children:
             self._subtrees.append(node)
@@ -255,17 +259,6 @@ class _Writer:
 def _insert_comments(element: Element, node: Node) -> None:
     for index, comment in reversed(node._node_comments):
         element.content.insert(index, _comment(comment))
-
-
-def _element(name: str, attributes: Mapping[str, str]) -> Element:
-    element = Element(name, _NOWHERE)
-    for key, value in attributes.items():
-        _set(element, key, value)
-    return element
-
-
-def _set(element: Element, name: str, value: str) -> None:
-    element.attributes[name] = Attribute(name, value, _NOWHERE, _NOWHERE)
 
 
 def _path(behaviour: Any) -> str:

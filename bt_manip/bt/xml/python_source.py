@@ -11,7 +11,7 @@ from bt_manip.bt.ports import Port
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.xml.builder import EXPLICIT
 from bt_manip.bt.xml.document import Document, is_port_name
-from bt_manip.bt.xml.elements import Element, SourceComment, Text
+from bt_manip.bt.xml.source import Element, SourceComment, Text
 from bt_manip.bt.xml.writer import write_element
 from bt_manip.exceptions import TreeError
 

@@ -8,15 +8,15 @@ entities of their own, are refused.
 
 import re
 from bisect import bisect_right
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Final
 
-from bt_manip.bt.xml.elements import Attribute as Attribute
-from bt_manip.bt.xml.elements import Element as Element
-from bt_manip.bt.xml.elements import Source as Source
-from bt_manip.bt.xml.elements import SourceComment as SourceComment
-from bt_manip.bt.xml.elements import Text as Text
 from bt_manip.bt.xml.problem import Place
 from bt_manip.exceptions import TreeError
+
+NOWHERE: Final = Place("<tree>", 1, 1)
+"""The place of elements that were not read from a file."""
 
 MAX_CHARACTERS: Final = 16_000_000
 MAX_NESTING: Final = 498  # of the engine's parser
@@ -33,11 +33,98 @@ _REFERENCE: Final = re.compile(
 _ENTITIES: Final = {"lt": "<", "gt": ">", "amp": "&", "quot": '"', "apos": "'"}
 
 
+@dataclass
+class Attribute:
+    """An attribute of an element, with the places of its name and of its value."""
+
+    name: str
+    value: str
+    place: Place
+    value_place: Place
+    well_formed: bool = True
+
+
+@dataclass
+class SourceComment:
+    """A comment; also a processing instruction, with ``<?`` and ``?>`` around it.
+
+    ``spaced`` tells that an empty line stands before it, here and in an element.
+    """
+
+    text: str
+    place: Place
+    kind: str = "comment"
+    spaced: bool = False
+
+
+@dataclass
+class Text:
+    """Text between tags; the tree language ignores it, and writing keeps it."""
+
+    text: str
+    place: Place
+
+
+@dataclass
+class Element:
+    """An element of a document."""
+
+    name: str
+    place: Place
+    attributes: dict[str, Attribute] = field(default_factory=dict)
+    content: "list[Element | SourceComment | Text]" = field(default_factory=list)
+    spaced: bool = False
+
+    @property
+    def children(self) -> "list[Element]":
+        """The elements directly below."""
+        return [item for item in self.content if isinstance(item, Element)]
+
+    def set(self, name: str, value: str) -> None:
+        """Set the value of an attribute."""
+        self.attributes[name] = Attribute(name, value, self.place, self.place)
+
+    def get(self, name: str) -> str | None:
+        """Return the value of an attribute, or None."""
+        attribute = self.attributes.get(name)
+        return None if attribute is None else attribute.value
+
+    def place_of(self, name: str) -> Place:
+        """Return the place of an attribute, or of the element if it does not have it."""
+        attribute = self.attributes.get(name)
+        return self.place if attribute is None else attribute.place
+
+    def iterate(self) -> "Iterator[Element]":
+        """Iterate over this element and all elements below, from top to bottom."""
+        stack = [self]
+        while stack:
+            element = stack.pop()
+            yield element
+            stack.extend(reversed(element.children))
+
+
+def make_element(name: str, attributes: Mapping[str, str] | None = None) -> Element:
+    """Make an element that was not read from a file."""
+    element = Element(name, NOWHERE)
+    for key, value in (attributes or {}).items():
+        element.set(key, value)
+    return element
+
+
+@dataclass
+class Source:
+    """A parsed document: its root element, and the items before and after it."""
+
+    root: Element
+    prologue: list[SourceComment | Text] = field(default_factory=list)
+    epilogue: list[SourceComment | Text] = field(default_factory=list)
+
+
 class XmlError(TreeError):
-    """A document that is no XML.
+    """A document that is not well-formed.
 
     Attributes:
-        place: Where it ends to be XML.
+        place: The place of the error.
         reason: Why.
     """
 
@@ -79,7 +166,7 @@ def parse_source(text: str, file: str = "<text>") -> Source:
         The document as a tree of elements.
 
     Raises:
-        XmlError: If it is no XML, or larger or deeper than a tree document is.
+        XmlError: If it is not well-formed, or larger or deeper than a tree document may be.
     """
     return _Parser(text.removeprefix("\ufeff"), file).parse()
 

@@ -1,23 +1,15 @@
 """Writing documents: the same content in one clean form."""
 
-import re
 from typing import Final
+from xml.sax import saxutils
 
-from bt_manip.bt.xml.elements import Element, Source, SourceComment, Text
+from bt_manip.bt.xml.source import Element, Source, SourceComment, Text
 
 WIDTH: Final = 100
 """Tags that would be longer have one attribute a line."""
 
 _INDENT: Final = "  "
-_SPECIAL: Final = {
-    "&": "&amp;",
-    "<": "&lt;",
-    ">": "&gt;",
-    '"': "&quot;",
-    "\n": "&#10;",
-    "\r": "&#13;",
-    "\t": "&#9;",
-}
+_IN_ATTRIBUTES: Final = {'"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
 
 
 def write_source(source: Source) -> str:
@@ -84,11 +76,10 @@ def _is_blank(item: SourceComment | Text | Element) -> bool:
 
 
 def escape(text: str, *, quotes: bool = True) -> str:
-    """Write characters that mean something in XML as references.
+    """Write special characters of XML as references.
 
     Args:
         text: The text.
-        quotes: Whether it stands in an attribute: quotes and line breaks are written so too.
+        quotes: Whether it stands in an attribute: quotes and line breaks are escaped too.
     """
-    pattern = '[&<>"\n\r\t]' if quotes else "[&<>]"
-    return re.sub(pattern, lambda found: _SPECIAL[found[0]], text)
+    return saxutils.escape(text, _IN_ATTRIBUTES if quotes else {})

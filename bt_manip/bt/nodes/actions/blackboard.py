@@ -1,10 +1,10 @@
-"""SetBlackboard, UnsetBlackboard and WasEntryUpdated."""
+"""Leaves that work on entries of the blackboard."""
 
 from typing import ClassVar
 
 from bt_manip.bt.blackboard import EMPTY
 from bt_manip.bt.nodes.action import SyncAction
-from bt_manip.bt.nodes.watching import Watching
+from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.port_types import ANY, STRING, UNTYPED
 from bt_manip.bt.ports import InOut, Input, is_pointer
 from bt_manip.bt.status import FAILURE, SUCCESS, NodeStatus
@@ -84,8 +84,38 @@ class UnsetBlackboard(SyncAction):
         return SUCCESS
 
 
+class Watching(Node):
+    """The part of a node that checks whether the entry of its port ``entry`` was written."""
+
+    _seen = 0
+
+    @property
+    def checked_port(self) -> str:
+        """The port whose entry is watched."""
+        return "entry"
+
+    def check_ports(self) -> None:
+        """Check the ports before the first tick.
+
+        Raises:
+            PortError: If the entry is not named.
+        """
+        if not self.given.get("entry"):
+            raise self._port_error("entry", "nothing was given; expected {key}")
+
+    def _was_updated(self) -> bool:
+        """Check whether the entry was written since the last call; a missing one was not."""
+        text = str(self.given["entry"]).strip(" ")
+        found = self.scope.entry(text[1:-1] if is_pointer(text) else text)
+        if found is None:
+            return False
+        seen = self._seen
+        self._seen = found.sequence
+        return seen != found.sequence
+
+
 class WasEntryUpdated(Watching, SyncAction):
-    """Succeed if an entry was written since the last look.
+    """Succeed if an entry was written since the last check.
 
     | tick | SUCCESS if it was, else FAILURE; a missing entry was not written |
     |------|------------------------------------------------------------------|

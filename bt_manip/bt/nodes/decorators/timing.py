@@ -1,35 +1,15 @@
-"""Delay and Timeout: the child after some time, or for some time at the most."""
+"""Delay and Timeout: the child after some time, or for some time at most."""
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import ClassVar
 
+from bt_manip.bt.nodes.actions.sleep import Timed
 from bt_manip.bt.nodes.parent import Decorator
 from bt_manip.bt.port_types import UNSIGNED
 from bt_manip.bt.ports import Input
 from bt_manip.bt.status import FAILURE, RUNNING, SUCCESS, NodeStatus
 
 
-class Timed(Decorator):
-    """A decorator with a timer that counts the tree's clock."""
-
-    def _cancel(self) -> None:
-        self.runtime.cancel_timer(self)
-
-    def get_state(self) -> dict[str, Any]:
-        """Give the state, with the time that is left [s] where a timer runs."""
-        deadline = self.runtime.timers.get(self)
-        left = None if deadline is None else deadline - self.runtime.clock()
-        return {**super().get_state(), "left": left}
-
-    def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take back what `get_state` gave."""
-        super().set_state(state)
-        self._cancel()
-        if state["left"] is not None:
-            self.runtime.start_timer(self, state["left"])
-
-
-class Delay(Timed):
+class Delay(Timed, Decorator):
     """Wait, then tick the child.
 
     | child   | what happens                                     |
@@ -69,11 +49,11 @@ class Delay(Timed):
 
     def _halt(self) -> None:
         self._started = False
-        self._cancel()
+        self.runtime.cancel_timer(self)
         super()._halt()
 
 
-class Timeout(Timed):
+class Timeout(Timed, Decorator):
     """Tick the child, and halt it when it has been running for too long.
 
     | child   | what happens                                                       |
@@ -111,7 +91,7 @@ class Timeout(Timed):
         state = self.link.execute()
         if state is SUCCESS or state is FAILURE:
             self._started = False
-            self._cancel()
+            self.runtime.cancel_timer(self)
             self._reset_child()
         return state
 
@@ -124,5 +104,5 @@ class Timeout(Timed):
 
     def _halt(self) -> None:
         self._started = False
-        self._cancel()
+        self.runtime.cancel_timer(self)
         super()._halt()

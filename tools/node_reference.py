@@ -1,12 +1,15 @@
-"""The reference of all nodes as Markdown, made from their documentation and their ports."""
+"""Write the sections of nodes of docs/tree-language.md, from their documentation and ports.
+
+``python tools/node_reference.py`` writes the page; a test fails where it is out of date.
+"""
 
 import inspect
 import re
-import sys
 from pathlib import Path
 
-from bt_manip.bt.nodes.node import Node, NodeKind
-from bt_manip.bt.registry import BehaviourRegistry
+from bt_manip.bt import BehaviourRegistry, Node, NodeKind
+
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "tree-language.md"
 
 _TITLES = {
     NodeKind.CONTROL: "Control nodes",
@@ -17,17 +20,14 @@ _TITLES = {
 }
 
 
-def node_reference(registry: BehaviourRegistry, *, built_in: bool = True) -> str:
-    """Describe all nodes: what each does with its child's status, and its ports.
-
-    Args:
-        registry: The nodes.
-        built_in: Whether the nodes of the language are described, or those beyond them.
+def node_reference() -> str:
+    """Describe all nodes of the language: their results by the child's status, and their ports.
 
     Returns:
-        Markdown, a section a kind and a heading a node.
+        Markdown, one section per kind and one heading per node.
     """
-    names = [name for name in registry.names() if registry.is_built_in(name) == built_in]
+    registry = BehaviourRegistry()
+    names = registry.names()
     sections = []
     for kind, title in _TITLES.items():
         nodes = [name for name in names if registry.get(name).kind is kind]
@@ -74,19 +74,12 @@ def _ports(cls: type[Node]) -> str:
     return "\n".join(lines)
 
 
-def replace_reference(page: str, registry: BehaviourRegistry) -> str:
-    """Give a page with its sections of nodes written anew.
-
-    Args:
-        page: A page that holds such sections, from ``## Control nodes`` to ``## Dialects``.
-        registry: The nodes.
-    """
+def replace_reference(page: str) -> str:
+    """Return a page with new sections of nodes, from ``## Control nodes`` to ``## Dialects``."""
     start = page.index("## Control nodes")
     end = page.index("## Dialects")
-    return page[:start] + node_reference(registry) + "\n" + page[end:]
+    return page[:start] + node_reference() + "\n" + page[end:]
 
 
 if __name__ == "__main__":
-    file = Path(sys.argv[1])
-    text = replace_reference(file.read_text(encoding="utf-8"), BehaviourRegistry())
-    file.write_text(text, encoding="utf-8")
+    PAGE.write_text(replace_reference(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
