@@ -20,12 +20,12 @@ def main() -> None:
     behaviours = BehaviourRegistry([SpawnObject, Hover, Reach, Grasp, Lift, Drop])
 
     tree = load_tree(FILE, behaviours, clock=station.clock)
-    print(f"as it is: {station.run(tree).name}, after {station.cell.time:.2f} s simulated")
+    print(f"as it is: {station.run(tree)}, after {station.cell.time:.2f} s simulated")
 
     text = FILE.read_text()
     gentle = text.replace('force="50.0"', 'force="20.0"')
     tree = parse_tree(gentle, behaviours, clock=station.clock)
-    print(f"with 20 N: {station.run(tree).name}")
+    print(f"with 20 N: {station.run(tree)}")
 
     try:
         parse_tree(text.replace("<Reach", "<Raech"), behaviours, file=FILE.name)

@@ -71,16 +71,16 @@ def hold(name: str) -> list[Action]:
 def test_it_weighs_what_the_fingers_hold(mass):
     """Success: hold a cube of a known mass and compare."""
     station = station_with_a_cube(mass)
-    assert station.run(Sequence(*hold("cube"))) is NodeStatus.SUCCESS
+    assert station.run(Sequence(*hold("cube"))).status is NodeStatus.SUCCESS
     tree = Tree(Weigh(object="cube", mass="{mass}"), clock=station.clock)
-    assert station.run(tree) is NodeStatus.SUCCESS
+    assert station.run(tree).status is NodeStatus.SUCCESS
     assert tree.blackboard["mass"] == pytest.approx(mass, rel=0.02)
 
 
 def test_it_fails_when_the_object_is_not_held():
     """Failure: the cube still lies on the table."""
     weigh = Weigh(object="cube", mass="{mass}")
-    assert station_with_a_cube().run(weigh) is NodeStatus.FAILURE
+    assert station_with_a_cube().run(weigh).status is NodeStatus.FAILURE
     assert weigh.feedback_message == "the gripper does not hold 'cube'"
 
 
@@ -88,8 +88,8 @@ def main() -> None:
     """Pick a cube and weigh it."""
     station = station_with_a_cube()
     weigh = Weigh(object="cube", mass="{mass}")
-    status = station.run(Sequence("pick and weigh", *hold("cube"), weigh))
-    print(f"{status.name}: {weigh.feedback_message}")
+    result = station.run(Sequence("pick and weigh", *hold("cube"), weigh))
+    print(f"{result}, {weigh.feedback_message}")
 
 
 if __name__ == "__main__":

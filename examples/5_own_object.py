@@ -5,7 +5,7 @@ from typing import Any
 from dm_control import composer, mjcf
 
 from bt_manip.behaviours import Drop, Grasp, Hover, Lift, Reach, SpawnObject
-from bt_manip.bt import Sequence, Tree
+from bt_manip.bt import Sequence
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import build_station
 
@@ -48,20 +48,16 @@ def main() -> None:
     parts = load_plugins().parts  # all that is built in or installed
     parts.objects.add("tin", Tin, owner="this example")
     station = build_station(parts, seed=1)
-    tree = Tree(
-        Sequence(
-            "pick a tin",
-            SpawnObject(model="tin", object="{tin}"),
-            Hover(object="{tin}", height=0.15),
-            Reach(object="{tin}"),
-            Grasp(object="{tin}", force=40.0),
-            Lift(height=0.3),
-            Drop(container="basket"),
-        ),
-        clock=station.clock,
+    pick = Sequence(
+        "pick a tin",
+        SpawnObject(model="tin", object="{tin}"),
+        Hover(object="{tin}", height=0.15),
+        Reach(object="{tin}"),
+        Grasp(object="{tin}", force=40.0),
+        Lift(height=0.3),
+        Drop(container="basket"),
     )
-    status = station.run(tree)
-    print(f"{status.name} after {station.cell.time:.2f} s {tree.failure_reason()}")
+    print(f"{station.run(pick)}, after {station.cell.time:.2f} s")
     # To let others have it, register it in a plugin instead: ../plugins/bt-manip-impedance does.
 
 

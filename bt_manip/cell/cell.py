@@ -61,6 +61,10 @@ class Cell:
         """Called after each step for every contact that begins or ends; free if empty."""
         self._contact_events: ContactEventDetector | None = None
 
+    def __repr__(self) -> str:
+        """Show the time and the names of the entities."""
+        return f"Cell({self.time:.3f} s; {', '.join(self.entities) or 'empty'})"
+
     @property
     def compiles_kept(self) -> int:
         """Number of earlier physics that are kept for when the same entities are here again.

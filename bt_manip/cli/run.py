@@ -85,8 +85,8 @@ EXIT_CODES = (
 def run(interrupt: Interrupt, settings: tuple[str, ...], **options: Any) -> int:
     """Run TREE in a cell.
 
-    TREE is a registered name (see: bt-manip list trees), path.xml, path.py:function, or
-    package.module:function.
+    TREE is a registered name (see: bt-manip list trees), path.xml, path.py:NAME or
+    package.module:NAME, where NAME is a tree or a function that returns one.
     """
     from bt_manip.cli.run_job import RunOptions, execute
 

@@ -1,9 +1,6 @@
 """``bt-manip tree``: check, show, format and convert trees; models and schemas for editors."""
 
-import importlib
-import importlib.util
 import os
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -250,28 +247,15 @@ def _load(
 ) -> "Tree":
     source = _find(text, parts)
     if source.kind == "python":
-        from bt_manip.bt import Tree
-
-        made = _made(source)
-        return made if isinstance(made, Tree) else Tree(made, tree_id=source.function)
+        return _made(source)
     return _read(source, registry, dialect, libraries, strict=False, library=False).usable_tree()
 
 
-def _made(source: "TreeSource") -> Any:
-    """Call the function that makes a tree, with the defaults of its arguments."""
-    try:
-        if source.path is not None:
-            spec = importlib.util.spec_from_file_location(source.path.stem, source.path)
-            assert spec is not None and spec.loader is not None
-            module = importlib.util.module_from_spec(spec)
-            spec.loader.exec_module(module)
-        else:
-            assert source.module is not None
-            sys.path.insert(0, "")
-            module = importlib.import_module(source.module)
-        return getattr(module, source.function)()
-    except Exception as error:
-        raise BtManipError(f"tree '{source.name}': {type(error).__name__}: {error}") from error
+def _made(source: "TreeSource") -> "Tree":
+    """Return a tree of Python, with the defaults of its arguments; it is not run."""
+    from bt_manip.runner import make_tree
+
+    return make_tree(source, {}, lambda: 0.0)
 
 
 def _write(text: str, output: Path | None) -> None:

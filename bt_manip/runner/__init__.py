@@ -13,6 +13,7 @@ from bt_manip.runner.scene import two_arms as two_arms
 from bt_manip.runner.snapshot import load_snapshot as load_snapshot
 from bt_manip.runner.snapshot import save_snapshot as save_snapshot
 from bt_manip.runner.station import Station as Station
+from bt_manip.runner.station import TreeResult as TreeResult
 from bt_manip.runner.station import build_station as build_station
 from bt_manip.runner.tree_source import TreeSource as TreeSource
 from bt_manip.runner.tree_source import find_tree as find_tree

@@ -1,4 +1,4 @@
-"""Trees that a Python function makes."""
+"""Trees from Python: a function that returns one, a behaviour or a tree."""
 
 import importlib
 import importlib.util
@@ -20,21 +20,24 @@ Clock = Callable[[], float]
 
 
 def make_tree(source: TreeSource, settings: Mapping[str, str], clock: Clock) -> Tree:
-    """Call the function that makes a tree.
+    """Return the tree that a Python name stands for.
 
     Args:
-        source: Where the function is. Its arguments are what the tree lets one set.
-        settings: Values for some of its arguments, as text.
-        clock: The clock that the tree's waits count [s].
+        source: Where the name is: a behaviour, a tree, or a function that returns one of them and
+            whose arguments are the keys of the tree.
+        settings: Values for some of the arguments, as text.
+        clock: The clock of the tree's timers [s].
 
     Raises:
-        BtManipError: When there is no such function, a setting does not fit it, it raises, or it
-            returns no tree.
+        BtManipError: If there is no such name, a setting does not fit, the function raises an
+            exception, or there is no tree.
     """
-    function = _find(source)
-    arguments = _arguments(source, inspect.signature(function), settings)
+    found = _find(source)
+    is_tree = isinstance(found, Behaviour | BehaviourTree | Tree)
+    signature = inspect.Signature() if is_tree else inspect.signature(found)
+    arguments = _arguments(source, signature, settings)
     try:
-        made = function(**arguments)
+        made = found if is_tree else found(**arguments)
         root = made.root if isinstance(made, BehaviourTree | Tree) else made
         if isinstance(root, Behaviour):
             return Tree(root, clock=clock, tree_id=source.function)
@@ -46,7 +49,7 @@ def make_tree(source: TreeSource, settings: Mapping[str, str], clock: Clock) -> 
     )
 
 
-def _find(source: TreeSource) -> Callable[..., Any]:
+def _find(source: TreeSource) -> Any:
     try:
         module = _import(source)
     except Exception as error:
@@ -56,14 +59,17 @@ def _find(source: TreeSource) -> Callable[..., Any]:
                     f"tree '{source.name}': there is no module '{source.module}'"
                 ) from error
         raise BtManipError(f"tree '{source.name}' {_raised(error)}") from error
-    function = getattr(module, source.function, None)
-    if not callable(function):
-        functions = [n for n, f in vars(module).items() if inspect.isfunction(f)]
+    found = getattr(module, source.function, None)
+    trees = Behaviour | BehaviourTree | Tree
+    if not (callable(found) or isinstance(found, trees)):
+        names = [
+            n for n, v in vars(module).items() if inspect.isfunction(v) or isinstance(v, trees)
+        ]
         raise BtManipError(
-            f"tree '{source.name}': there is no function '{source.function}'"
-            + did_you_mean(source.function, functions)
+            f"tree '{source.name}': there is no function or tree '{source.function}'"
+            + did_you_mean(source.function, names)
         )
-    return function
+    return found
 
 
 def _import(source: TreeSource) -> ModuleType:

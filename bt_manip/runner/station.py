@@ -23,6 +23,23 @@ from bt_manip.runner.scene import Scene, table_and_basket
 
 
 @dataclass(frozen=True)
+class TreeResult:
+    """How a tree ended.
+
+    Attributes:
+        status: ``SUCCESS``, ``FAILURE``, or ``SKIPPED`` if its precondition skipped it.
+        reason: The node that failed, and why; empty unless the tree failed.
+    """
+
+    status: NodeStatus
+    reason: str = ""
+
+    def __str__(self) -> str:
+        """Return the status, with the reason of a failure."""
+        return f"{self.status.name}: {self.reason}" if self.reason else self.status.name
+
+
+@dataclass(frozen=True)
 class Station:
     """A cell, and its robots with their arms, controllers and grippers.
 
@@ -120,16 +137,13 @@ class Station:
 
     def run(
         self, tree: Tree | Behaviour, *, tick: float = 0.010, timeout: float = 60.0
-    ) -> NodeStatus:
-        """Run a tree once and return its status.
+    ) -> TreeResult:
+        """Run a tree once and return its status, and why it failed.
 
         Args:
             tree: A tree whose clock is that of this station, or the root of one.
             tick: Simulated time between two ticks [s].
             timeout: Longest simulated time [s].
-
-        Returns:
-            ``SUCCESS``, ``FAILURE``, or ``SKIPPED`` if its precondition skipped it.
 
         Raises:
             TimeoutError: If it takes longer; the tree is halted.
@@ -145,7 +159,12 @@ class Station:
                 tree.halt()
                 raise TimeoutError(f"after {timeout:g} s the tree is still at '{running[-1]}'")
             self.cell.step(steps)
-        return status
+        failed = status is NodeStatus.FAILURE
+        return TreeResult(status, tree.failure_reason() if failed else "")
+
+    def __repr__(self) -> str:
+        """Show the robots and the cell."""
+        return f"Station(robots: {', '.join(self.robots)}; {self.cell!r})"
 
     def get_state(self) -> dict[str, Any]:
         """Return the state of the station as plain data."""

@@ -15,10 +15,10 @@ class TreeSource:
 
     Attributes:
         name: What the user wrote; reports and views show it.
-        kind: ``"xml"``, or ``"python"`` for a function that returns a tree.
-        path: The file that holds it, or None for a function in an installed module.
-        module: Name of the module that holds the function, or None.
-        function: Name of the function; empty for XML.
+        kind: ``"xml"``, or ``"python"`` for a function that returns a tree, or a tree itself.
+        path: The file that holds it, or None if it is in an installed module.
+        module: Name of the module that holds it, or None.
+        function: Name of the function or tree; empty for XML.
     """
 
     name: str
@@ -35,9 +35,9 @@ def find_tree(text: str, registered: Mapping[str, str]) -> TreeSource:
     """Find the tree that a user means.
 
     Args:
-        text: A registered name, ``path.xml``, ``path.py:function`` or
-            ``package.module:function``.
-        registered: Names of trees and where they are: ``path.xml`` or ``path.py:function``.
+        text: A registered name, ``path.xml``, ``path.py:name`` or
+            ``package.module:name``.
+        registered: Names of trees and where they are: ``path.xml`` or ``path.py:name``.
 
     Raises:
         BtManipError: When there is no such tree.
@@ -47,7 +47,7 @@ def find_tree(text: str, registered: Mapping[str, str]) -> TreeSource:
         if source is None:
             raise BtManipError(
                 f"tree '{text}' is registered as '{registered[text]}', "
-                "which is neither a path.xml nor a path.py:function that exists"
+                "which is neither a path.xml nor a path.py:name that exists"
             )
         return source
     source = _from_place(text, text)
@@ -72,11 +72,11 @@ def _not_found(text: str, registered: Mapping[str, str]) -> str:
     path, _, function = text.rpartition(":")
     for place in (text, path):
         if place.endswith((".xml", ".py")) and Path(place).is_dir():
-            return f"'{place}' is a folder; a tree is a file, path.xml or path.py:function"
+            return f"'{place}' is a folder; a tree is a file, path.xml or path.py:name"
     if text.endswith(".xml"):
         return f"no tree file '{text}'" + _beside(Path(text), ".xml")
     if text.endswith(".py"):
-        return f"'{text}' does not say which function makes the tree; write '{text}:FUNCTION'"
+        return f"'{text}' does not say which tree; write '{text}:NAME' of a function or tree in it"
     if path.endswith(".py"):
         if not Path(path).is_file():
             return f"no file '{path}' to take the tree '{function}' from" + _beside(
@@ -86,7 +86,7 @@ def _not_found(text: str, registered: Mapping[str, str]) -> str:
     return (
         f"unknown tree '{text}'"
         + did_you_mean(text, registered)
-        + " (a tree is a registered name, path.xml, path.py:function or package.module:function)"
+        + " (a tree is a registered name, path.xml, path.py:name or package.module:name)"
     )
 
 

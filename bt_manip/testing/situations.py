@@ -7,7 +7,7 @@ from py_trees.behaviour import Behaviour
 
 from bt_manip import spatial
 from bt_manip.behaviours import Grasp, Hover, Lift, Reach
-from bt_manip.bt import NodeStatus, Tree
+from bt_manip.bt import NodeStatus
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.runner import Station
 
@@ -105,12 +105,9 @@ def play(station: Station, *behaviours: Behaviour, timeout: float = 10.0) -> Non
         AssertionError: When one does not succeed; it says why.
     """
     for behaviour in behaviours:
-        tree = Tree(behaviour, clock=station.clock)
-        status = station.run(tree, timeout=timeout)
-        if status is not NodeStatus.SUCCESS:
-            raise AssertionError(
-                f"{behaviour.name} ended with {status.name}: {tree.failure_reason()}"
-            )
+        result = station.run(behaviour, timeout=timeout)
+        if result.status is not NodeStatus.SUCCESS:
+            raise AssertionError(f"{behaviour.name} ended with {result}")
 
 
 def built_in_situations(build: Callable[[], Station]) -> Situations:

@@ -59,7 +59,7 @@ def test_a_folder_that_is_called_like_a_tree(refused, tmp_path, name):
 
 
 def test_a_python_file_without_a_function(refused, trees):
-    assert "write 'small_trees.py:FUNCTION'" in refused("small_trees.py")
+    assert "write 'small_trees.py:NAME'" in refused("small_trees.py")
     assert "did you mean 'quick'" in refused("small_trees.py:quik")
     assert "did you mean 'small_trees.py'" in refused("smal_trees.py:quick")
 

@@ -2,6 +2,7 @@
 
 import importlib.util
 import re
+import runpy
 from pathlib import Path
 
 import mujoco
@@ -47,6 +48,16 @@ def test_what_is_wrong_with_it_is_said_as_quoted(tree, old, new, code, quote, ca
     tree.write_text(tree.read_text().replace(old, new))
     assert run_app(Interrupt(), ["run", str(tree)]) == code
     assert quote in "".join(capfd.readouterr())
+
+
+def test_the_first_tree_in_python_runs_by_command_and_as_a_script(tmp_path, capsys):
+    script = tmp_path / "pick.py"
+    script.write_text(block("python", "station.run(pick)"))
+    assert "`bt-manip run pick.py:pick`" in README
+    assert run_app(Interrupt(), ["run", f"{script}:pick", "--quiet"]) == 0
+    assert capsys.readouterr().out == ""  # importing it runs nothing
+    runpy.run_path(str(script), run_name="__main__")
+    assert capsys.readouterr().out == "SUCCESS\n"
 
 
 def test_its_picture_is_what_the_project_draws(opengl):

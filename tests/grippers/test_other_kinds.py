@@ -94,7 +94,7 @@ def test_it_picks_a_cube_and_drops_it_with_the_same_behaviours(with_magnet):
         OpenGripper(), Hover(object="cube"), Reach(object="cube"), Grasp(object="cube", force=20.0),
         Lift(), IsHolding(object="cube"), Drop(container="basket"),
     ])  # fmt: skip
-    assert with_magnet.run(tree) is NodeStatus.SUCCESS, tree.tip().feedback_message
+    assert with_magnet.run(tree).status is NodeStatus.SUCCESS, tree.tip().feedback_message
     assert with_magnet.arm.payload is None
     with_magnet.cell.step(500)
     assert with_magnet.cell.pose("cube").translation[2] < 1.1
@@ -104,7 +104,7 @@ def picked(station):
     place(station)
     tree = Sequence(children=[Hover(object="thing"), Reach(object="thing"),
                               Grasp(object="thing", force=20.0), Lift(height=0.2)])  # fmt: skip
-    assert station.run(tree) is NodeStatus.SUCCESS
+    assert station.run(tree).status is NodeStatus.SUCCESS
     return station
 
 
@@ -133,7 +133,8 @@ def test_it_goes_on_from_a_state_bit_for_bit(with_magnet):
 def test_an_object_is_set_down_where_it_shall_stand(with_magnet):
     station = picked(with_magnet)
     assert (
-        station.run(PlaceAt(object="thing", pose=pose((0.45, -0.2, 1.015)))) is NodeStatus.SUCCESS
+        station.run(PlaceAt(object="thing", pose=pose((0.45, -0.2, 1.015)))).status
+        is NodeStatus.SUCCESS
     )
     assert station.gripper.is_open and station.gripper.held == ()
 
@@ -145,7 +146,7 @@ def test_its_failures_say_what_it_is_at(with_magnet, tmp_path):
         (Grasp(object="thing", force=20.0), "the gripper closed without gripping 'thing'"),
         (Grasp(object="thing", force=80.0), "the gripper holds with up to 60 N, not 80 N"),
     ):
-        assert with_magnet.run(behaviour) is NodeStatus.FAILURE
+        assert with_magnet.run(behaviour).status is NodeStatus.FAILURE
         assert reason in behaviour.feedback_message
 
 
@@ -159,12 +160,12 @@ def test_a_wrong_parameter_is_found_before_anything_moves(build):
 def test_an_arm_without_a_gripper_moves_and_its_state_comes_back(without):
     assert without.robot.gripper is None and without.infrastructure["gripper"] is None
     up = pose((0.45, 0.1, 1.3), (0.0, 1.0, 0.0, 0.0))
-    assert without.run(MoveToPose(pose=up)) is NodeStatus.SUCCESS
+    assert without.run(MoveToPose(pose=up)).status is NodeStatus.SUCCESS
     state = without.get_state()
-    assert without.run(MoveHome()) is NodeStatus.SUCCESS
+    assert without.run(MoveHome()).status is NodeStatus.SUCCESS
     ended = without.cell.state_bytes()
     without.set_state(state)
-    assert without.run(MoveHome()) is NodeStatus.SUCCESS
+    assert without.run(MoveHome()).status is NodeStatus.SUCCESS
     assert without.cell.state_bytes() == ended
     assert without.cell.contact_monitor.summary().unexpected == ()
 
@@ -180,7 +181,7 @@ def test_an_arm_without_a_gripper_moves_and_its_state_comes_back(without):
 )  # fmt: skip
 def test_what_needs_a_gripper_fails_and_says_that_there_is_none(without, behaviour):
     place(without)
-    assert without.run(behaviour) is NodeStatus.FAILURE
+    assert without.run(behaviour).status is NodeStatus.FAILURE
     assert behaviour.feedback_message.startswith("robot 'bare' has no gripper")
 
 

@@ -189,7 +189,7 @@ def test_a_model_with_its_origin_far_away_is_spawned_and_grasped_by_its_middle(s
         SpawnObject(model="fuel:a/cube", region=region, object="{o}"),
         Hover(object="{o}", height=0.2), Reach(object="{o}"), Grasp(object="{o}"),
     ])  # fmt: skip
-    assert station.run(tree).name == "SUCCESS"
+    assert station.run(tree).status.name == "SUCCESS"
     middle = station.cell.pose("cube").act(np.array([0.4, -0.3, 0.2]))
     assert middle == pytest.approx([0.3, 0.1, 1.04], abs=3e-3)
 

@@ -82,10 +82,13 @@ def test_the_reported_torques_and_saturated_steps_are_those_of_the_active_contro
 def test_a_behaviour_reaches_the_controllers_of_its_robot(parts):
     station = build_station(parts)
     assert station.infrastructure["controllers"] is station.controllers
-    assert station.run(SwitchController(controller="gravity_compensated_pd")) is NodeStatus.SUCCESS
+    assert (
+        station.run(SwitchController(controller="gravity_compensated_pd")).status
+        is NodeStatus.SUCCESS
+    )
     assert station.controllers.active == "gravity_compensated_pd"
-    assert station.run(MoveHome()) is NodeStatus.SUCCESS
-    assert station.run(SwitchController()) is NodeStatus.SUCCESS
+    assert station.run(MoveHome()).status is NodeStatus.SUCCESS
+    assert station.run(SwitchController()).status is NodeStatus.SUCCESS
     assert station.controllers.active == "computed_torque"
 
 

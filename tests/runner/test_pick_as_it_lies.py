@@ -74,7 +74,7 @@ def why_not(station):
         IsHolding(object="it"),
     ):  # fmt: skip
         tree = Tree(behaviour, clock=station.clock)
-        if station.run(tree, timeout=10.0) is not NodeStatus.SUCCESS:
+        if station.run(tree, timeout=10.0).status is not NodeStatus.SUCCESS:
             return tree.failure_reason()
     return ""
 

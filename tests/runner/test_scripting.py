@@ -41,25 +41,38 @@ def test_a_tree_runs_to_its_end_by_simulated_time(station):
     start = station.cell.time
     tree = Tree(Sequence("wait", Sleep("rest", msec=40), ObjectExists(object="table")),
                 clock=station.clock)  # fmt: skip
-    assert station.run(tree) is NodeStatus.SUCCESS
+    assert station.run(tree).status is NodeStatus.SUCCESS
     assert station.cell.time == pytest.approx(start + 0.040)
 
 
 def test_a_behaviour_runs_as_a_tree_of_its_own(station):
     start = station.cell.time
-    assert station.run(Delay("wait", MoveHome(), delay_msec=30)) is NodeStatus.SUCCESS
+    assert station.run(Delay("wait", MoveHome(), delay_msec=30)).status is NodeStatus.SUCCESS
     assert station.cell.time == pytest.approx(start + 0.030, abs=0.011)
 
 
 def test_a_tree_that_fails_says_so_and_why(station):
     tree = Tree(ObjectExists("look", object="tabel"), clock=station.clock)
-    assert station.run(tree) is NodeStatus.FAILURE
+    assert station.run(tree).status is NodeStatus.FAILURE
     assert "look" in tree.failure_reason() and "tabel" in tree.failure_reason()
+
+
+def test_a_result_says_how_a_tree_ended_and_why(station):
+    assert str(station.run(ObjectExists(object="table"))) == "SUCCESS"
+    failed = station.run(Sequence("all", ObjectExists("check", object="tabel")))
+    assert failed.reason in str(failed) and str(failed).startswith("FAILURE: ")
+    assert "check" in failed.reason and "tabel" in failed.reason
+
+
+def test_cells_and_stations_show_what_they_are(station):
+    name = f"Cell({station.cell.time:.3f} s; table, basket, panda)"
+    assert repr(station.cell) == name
+    assert repr(station) == f"Station(robots: panda; {name})"
 
 
 def test_a_tree_with_nothing_to_do_is_skipped(station):
     root = Precondition("never", ObjectExists(object="table"), **{"if": "false", "else": "SKIPPED"})
-    assert station.run(root) is NodeStatus.SKIPPED
+    assert station.run(root).status is NodeStatus.SKIPPED
 
 
 def test_a_tick_takes_as_many_steps_as_asked(station):

@@ -108,13 +108,22 @@ def test_arguments_are_read_as_their_annotations_say(parts, python):
         ("tree", {"msec": "1.5"}, "--set msec: expected a whole number, got '1.5'"),
         ("tree", {"msec": "1", "factor": "x"}, "--set factor: expected a number, got 'x'"),
         ("tree", {"msec": "1", "loud": "x"}, "--set loud: expected true or false, got 'x'"),
-        ("treee", {}, "no function 'treee'; did you mean 'tree'"),
+        ("treee", {}, "no function or tree 'treee'; did you mean 'tree'"),
         ("wrong", {}, "cannot be made: Sleep has no port 'mseconds'; did you mean 'msec'"),
     ],
 )
 def test_a_function_that_does_not_fit_is_refused(parts, python, function, settings, message):
     with pytest.raises(BtManipError, match=message):
         prepared(parts, f"{python}:{function}", **settings)
+
+
+@pytest.mark.parametrize("made", ["Sleep(msec=10)", "Tree(Sleep(msec=10))"])
+def test_a_behaviour_or_a_tree_is_run_as_it_is(parts, tmp_path, made):
+    path = tmp_path / "task.py"
+    path.write_text(f"from bt_manip.bt import Sleep, Tree\nnap = {made}\n")
+    assert prepared(parts, f"{path}:nap").tree.root.msec == 10
+    with pytest.raises(BtManipError, match="has no key 'msec'"):
+        prepared(parts, f"{path}:nap", msec="1")
 
 
 def test_a_file_that_is_no_python_is_refused_with_its_line(parts, tmp_path):

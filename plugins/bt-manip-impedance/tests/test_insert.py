@@ -32,7 +32,7 @@ def holding_the_peg(parts, **board):
         Grasp("grasp", object="peg", force=40.0),
         Lift("lift", height=0.15),
     ):
-        assert station.run(behaviour) is NodeStatus.SUCCESS
+        assert station.run(behaviour).status is NodeStatus.SUCCESS
     return station
 
 
@@ -97,5 +97,5 @@ def test_an_insertion_that_is_halted_gives_the_arm_its_controller_back(parts):
 def test_an_object_that_is_not_held_is_not_inserted(parts):
     station = build_station(parts, scene=parts.scenes.create("peg_on_table"))
     behaviour = Insert("insert", object="peg", socket="board")
-    assert station.run(behaviour) is NodeStatus.FAILURE
+    assert station.run(behaviour).status is NodeStatus.FAILURE
     assert behaviour.feedback_message == "the gripper does not hold 'peg'"

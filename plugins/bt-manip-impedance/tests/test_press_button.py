@@ -54,5 +54,5 @@ def test_a_stiff_arm_exceeds_the_force_and_releases_the_button(parts):
 def test_another_object_than_a_button_cannot_be_pressed(parts):
     station = build_station(parts)
     behaviour = Press("press", object="basket")
-    assert station.run(behaviour) is NodeStatus.FAILURE
+    assert station.run(behaviour).status is NodeStatus.FAILURE
     assert behaviour.feedback_message == "'basket' is not a button"
