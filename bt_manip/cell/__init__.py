@@ -2,9 +2,10 @@
 
 from .arena import Arena as Arena
 from .cell import Cell as Cell
-from .contacts.contact_events import ContactEvent as ContactEvent
 from .contacts.contact_monitor import ContactMonitor as ContactMonitor
 from .contacts.contact_monitor import ContactSummary as ContactSummary
+from .contacts.contact_monitor import MonitoredEntity as MonitoredEntity
+from .contacts.contacts import ContactEvent as ContactEvent
 from .contacts.contacts import ContactForce as ContactForce
 from .contacts.contacts import Contacts as Contacts
 from .contacts.contacts import Wrench as Wrench

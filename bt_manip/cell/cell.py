@@ -14,9 +14,8 @@ from bt_manip.exceptions import did_you_mean
 from bt_manip.spatial import pose as make_pose
 
 from .arena import Arena
-from .contacts.contact_events import ContactEvent, ContactEventDetector
 from .contacts.contact_monitor import ContactMonitor
-from .contacts.contacts import Contacts
+from .contacts.contacts import ContactEvent, ContactEventDetector, Contacts
 from .exceptions import CellError, OverlapError
 from .naming import unique_name
 from .objects.cell_object import as_object

@@ -11,7 +11,7 @@ from pinocchio import rnea
 from bt_manip.robots import Robot
 
 from .controller import Controller
-from .gains import per_joint
+from .pd_law import per_joint
 
 join = b"".join
 

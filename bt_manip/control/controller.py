@@ -1,7 +1,7 @@
 """The base class of arm controllers."""
 
 import abc
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from operator import le
 from typing import Any, ClassVar
 
@@ -14,7 +14,6 @@ from bt_manip.robots import Payload, Robot, RobotModel, reader, writer
 from .exceptions import ControlError, ControllerFault
 from .pd_law import POSITION_GAIN, VELOCITY_GAIN, pd_torque
 from .reference import Hold, Reference
-from .torque_check import torque_problem
 
 FLOAT = np.dtype(np.float64)
 
@@ -218,7 +217,7 @@ class Controller(composer.Entity):
         if self._clipped:
             names = self._robot.description.arm_joints
             saturates = self.saturates or self._fault
-            problem = torque_problem(tau, self._limit, names, saturates=saturates)
+            problem = _torque_problem(tau, self._limit, names, saturates=saturates)
             if problem:
                 raise self._fall_back(problem)
             self.saturated_steps += 1
@@ -308,3 +307,28 @@ class Controller(composer.Entity):
 
     def _on_saturation(self) -> None:
         """React to torques clipped in this step; for subclasses that integrate."""
+
+
+def _torque_problem(
+    tau: np.ndarray, limit: np.ndarray, names: Sequence[str], *, saturates: bool
+) -> str:
+    """Describe why torques must not be commanded; empty if they can be clipped to the limits.
+
+    Args:
+        tau: Joint torques, at least one of them not within its limit [N m].  # (nv,)
+        limit: Effort limits [N m].  # (nv,)
+        names: Names of the joints.
+        saturates: Whether torques beyond the limits are clipped instead.
+    """
+    finite = np.isfinite(tau)
+    if not finite.all():
+        joint = int(np.flatnonzero(~finite)[0])
+        return f"returned {tau[joint]} for the torque of joint '{names[joint]}'"
+    if saturates:
+        return ""
+    joint = int(np.argmax(np.abs(tau) / limit))
+    return (
+        f"returned {tau[joint]:.4g} N m for joint '{names[joint]}', whose limit is "
+        f"{limit[joint]:g} N m (set saturates = True in a controller whose torques are to be "
+        "clipped)"
+    )

@@ -7,8 +7,7 @@ import numpy as np
 from bt_manip.robots import Robot
 
 from .controller import Controller
-from .gains import per_joint
-from .pd_law import POSITION_GAIN, VELOCITY_GAIN, pd_torque
+from .pd_law import POSITION_GAIN, VELOCITY_GAIN, pd_torque, per_joint
 
 
 class GravityCompensatedPD(Controller):

@@ -1,9 +1,13 @@
-"""PD control with gravity compensation, and its default gains."""
+"""PD control with gravity compensation, its default gains, and the check of given ones."""
+
+from collections.abc import Sequence
 
 import numpy as np
 import pinocchio as pin
 
 from bt_manip.robots import RobotModel
+
+from .exceptions import ControlError
 
 POSITION_GAIN = 15.0
 """Default position gain over effort limit: an error of 67 mrad saturates the motor [1/rad]."""
@@ -34,3 +38,22 @@ def pd_torque(
     """  # (nv,)
     gravity = pin.computeGeneralizedGravity(model.model, model.data, q)
     return kp * (q_ref - q) + kd * (v_ref - v) + gravity
+
+
+def per_joint(name: str, gain: float | Sequence[float] | np.ndarray, n: int) -> np.ndarray:
+    """Return one gain per joint.
+
+    Args:
+        name: Name of the gain, for the message.
+        gain: One number for all joints, or one per joint.
+        n: Number of joints.
+
+    Raises:
+        ControlError: If a gain is negative or not finite, or their number is wrong.
+    """  # (n,)
+    gains = np.array(gain, dtype=float)
+    if gains.shape not in ((), (n,)):
+        raise ControlError(f"{name} is one number, or one for each of {n} joints, got {gain!r}")
+    if not np.isfinite(gains).all() or (gains < 0).any():
+        raise ControlError(f"{name} must be finite and not negative, got {gain!r}")
+    return np.full(n, gains)

@@ -6,7 +6,9 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 import pinocchio as pin
-from dm_control import composer, mjcf
+from dm_control import mjcf
+
+from bt_manip.cell import MonitoredEntity
 
 from .addresses import reader
 from .assembly import assemble, find_element
@@ -26,7 +28,7 @@ class WristWrench(NamedTuple):
     torque: np.ndarray  # (3,) [N m]
 
 
-class Robot(composer.Entity):
+class Robot(MonitoredEntity):
     """An arm from an MJCF file, commanded by torques.
 
     What the file says of the world (options, keyframes) is left out: the world is the arena's.

@@ -1,9 +1,9 @@
 """Contacts are classified: expected or not, held, and free of everything else."""
 
 import pytest
-from dm_control import composer, mjcf
+from dm_control import mjcf
 
-from bt_manip.cell import BodyNames, Cell, ContactMonitor, Cube, Table
+from bt_manip.cell import BodyNames, Cell, ContactMonitor, Cube, MonitoredEntity, Table
 from bt_manip.spatial import pose
 
 G = 9.81
@@ -22,7 +22,7 @@ def cell():
     return cell
 
 
-class Claw(composer.Entity):
+class Claw(MonitoredEntity):
     """A fixed post with a finger beside it."""
 
     def _build(self):
@@ -77,7 +77,7 @@ def test_every_summary_is_of_the_contacts_of_its_own_step():
     judged = set()
     for _ in range(800):
         cell.step()
-        anew = ContactMonitor(cell.data, BodyNames(cell.model), {"claw": ["claw/finger"]})
+        anew = ContactMonitor(cell.data, BodyNames(cell.model), cell.entities.values())
         assert cell.contact_monitor.summary() == anew.summary()
         judged.add(cell.data.contact.geom.tobytes())
     assert len(judged) > 5

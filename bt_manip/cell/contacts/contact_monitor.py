@@ -1,15 +1,25 @@
 """Classification of each step's contacts: what robots hold, and what they should not touch."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import mujoco
 import numpy as np
+from dm_control import composer, mjcf
 
-from ..naming import BodyNames, entity_of
+from ..naming import BodyNames, body_name, entity_of
 
 _MAX_CACHED = 4096
 """Number of cached lists of contacts; a run of pick_place has some hundreds."""
+
+
+class MonitoredEntity(composer.Entity):
+    """A robot: an entity of which only some bodies may touch anything."""
+
+    @property
+    def contact_bodies(self) -> Sequence[mjcf.Element]:
+        """The bodies that may: those of its gripper."""
+        return ()
 
 
 class ContactSummary(NamedTuple):
@@ -35,23 +45,25 @@ class ContactMonitor:
     """
 
     def __init__(
-        self, data: mujoco.MjData, body_names: BodyNames, robots: Mapping[str, Iterable[str]]
+        self, data: mujoco.MjData, body_names: BodyNames, entities: Iterable[composer.Entity]
     ):
         """Classify the contacts of one compiled model.
 
         Args:
             data: Its data.
             body_names: Its names.
-            robots: The contact bodies of each robot's gripper, as ``entity/body``, by the names of
-                the robots.
+            entities: All entities in the arena.
         """
         self._data = data
         # Views of the contacts' geoms by number of contacts, which MuJoCo stores at a fixed
         # address: `data.contact.geom` takes longer than all the rest.
         self._pairs: dict[int, np.ndarray] = {}
         self._names = body_names.of_geom
-        self._contact_bodies = frozenset(body for bodies in robots.values() for body in bodies)
-        self._robots = frozenset(robots)
+        robots = [entity for entity in entities if isinstance(entity, MonitoredEntity)]
+        self._robots = frozenset(entity_of(robot.mjcf_model.full_identifier) for robot in robots)
+        self._contact_bodies = frozenset(
+            body_name(body.full_identifier) for robot in robots for body in robot.contact_bodies
+        )
         self._cached: dict[bytes, ContactSummary] = {b"": NO_CONTACTS}
 
     def summary(self) -> ContactSummary:

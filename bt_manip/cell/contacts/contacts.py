@@ -1,4 +1,4 @@
-"""Contacts and contact forces, by the names of bodies and entities."""
+"""Contacts, their forces and their events, by the names of bodies and entities."""
 
 from typing import NamedTuple
 
@@ -157,3 +157,38 @@ class Contacts:
         """Read a contact's force and torque into the buffer; return its axes as rows."""  # (3, 3)
         mujoco.mj_contactForce(self._model, self._data, index, self._force)
         return self._data.contact.frame[index].reshape(3, 3)
+
+
+class ContactEvent(NamedTuple):
+    """Two bodies come into contact, or lose contact."""
+
+    time: float
+    """Simulated time of the step [s]."""
+    first: str
+    second: str
+    begins: bool
+
+
+class ContactEventDetector:
+    """Compares the pairs in contact with those of the step before."""
+
+    def __init__(self, contacts: Contacts):
+        """Begin with the pairs that are in contact now."""
+        self._contacts = contacts
+        self._pairs = set(contacts.pairs())
+        self._key = contacts.fingerprint()
+
+    def update(self, contacts: Contacts, time: float) -> list[ContactEvent]:
+        """Return the events since the last update, sorted by name; ends first.
+
+        Args:
+            contacts: The present contacts, of the same or of a later compile.
+            time: The present time [s].
+        """
+        key = contacts.fingerprint()
+        if key == self._key and contacts is self._contacts:  # a compile changes ids
+            return []
+        before, self._pairs = self._pairs, set(contacts.pairs())
+        self._contacts, self._key = contacts, key
+        ended = [ContactEvent(time, *pair, False) for pair in sorted(before - self._pairs)]
+        return ended + [ContactEvent(time, *pair, True) for pair in sorted(self._pairs - before)]

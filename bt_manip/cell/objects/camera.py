@@ -1,8 +1,6 @@
 """Cameras: colour, depth and segmentation images."""
 
-from collections.abc import Mapping
-from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -12,6 +10,7 @@ from dm_control.composer.observation import observable
 
 from ..exceptions import CellError
 from ..naming import BodyNames, entity_of
+from .prop import ParametricEntity
 
 NOTHING = -1
 
@@ -28,7 +27,7 @@ class Segmentation(NamedTuple):
         return self.indices == wanted
 
 
-class Camera(composer.Entity):
+class Camera(ParametricEntity):
     """A camera that is added to a cell, or attached to a site of a robot.
 
     It looks along its own -z, with x to the right and y up, as MuJoCo's cameras do; see
@@ -39,25 +38,18 @@ class Camera(composer.Entity):
     kind = "camera"
     category = "sensor"
 
-    def _build(
-        self, name: str = "camera", fovy: float = 45.0, width: int = 320, height: int = 240
-    ) -> None:
-        """Build the camera.
+    defaults = {
+        "fovy": 45.0,  # vertical angle of view [degrees]
+        "width": 320,  # of the images [pixels]
+        "height": 240,  # of the images [pixels]
+    }
 
-        Args:
-            name: Model name.
-            fovy: Vertical angle of view [degrees].
-            width: Of the images [pixels].
-            height: Of the images [pixels].
-
-        Raises:
-            CellError: If the angle or the size is impossible.
-        """
+    def _make_model(self, name: str) -> None:
+        fovy, width, height = self._parameters.values()
         if not 0 < fovy < 180:
             raise CellError(f"fovy is between 0 and 180 degrees, got {fovy}")
         if not (width > 0 and height > 0):
             raise CellError(f"an image has a width and a height in pixels, got {width} x {height}")
-        self._parameters = {"fovy": fovy, "width": width, "height": height}
         self.width, self.height = width, height
         self._mjcf_root = mjcf.RootElement(model=name)
         body = self._mjcf_root.worldbody.add("body", name="camera")
@@ -72,16 +64,6 @@ class Camera(composer.Entity):
 
     def _build_observables(self) -> "CameraObservables":
         return CameraObservables(self)
-
-    @property
-    def mjcf_model(self) -> mjcf.RootElement:
-        """The model."""
-        return self._mjcf_root
-
-    @property
-    def parameters(self) -> Mapping[str, Any]:
-        """Keyword arguments that it was made with."""
-        return MappingProxyType(self._parameters)
 
     @property
     def mass(self) -> float:

@@ -15,16 +15,14 @@ from .cell_object import CellObject
 from .object_observables import ObjectObservables
 
 
-class Prop(composer.Entity, CellObject):
-    """An object with a model and parameters that change it.
+class ParametricEntity(composer.Entity):
+    """An entity that is made from declared parameters.
 
-    Subclasses declare ``kind``, ``category`` and ``defaults``, and make their model in
-    ``_make_model``; or all of it in ``_build``.
+    Subclasses declare ``kind`` and ``defaults``, and make their model in ``_make_model``; or all
+    of it in ``_build``.
     """
 
-    kind: str = "prop"
-    category: str = "thing"
-    free: bool = False
+    kind: str
     defaults: ClassVar[Mapping[str, Any]] = {}
     """The parameters by name, with their default values."""
 
@@ -32,7 +30,7 @@ class Prop(composer.Entity, CellObject):
     _parameters: dict[str, Any]
 
     def _build(self, name: str | None = None, **parameters: Any) -> None:
-        """Build the object.
+        """Build the entity.
 
         Args:
             name: Model name; default: the kind.
@@ -53,9 +51,6 @@ class Prop(composer.Entity, CellObject):
         """Load or build the model, given its name."""
         raise NotImplementedError
 
-    def _build_observables(self) -> ObjectObservables:
-        return ObjectObservables(self)
-
     @property
     def mjcf_model(self) -> mjcf.RootElement:
         """The model."""
@@ -65,6 +60,17 @@ class Prop(composer.Entity, CellObject):
     def parameters(self) -> Mapping[str, Any]:
         """Keyword arguments that it was made with; None: as in the model file."""
         return MappingProxyType(self._parameters)
+
+
+class Prop(ParametricEntity, CellObject):
+    """An object with a model and parameters that change it."""
+
+    kind: str = "prop"
+    category: str = "thing"
+    free: bool = False
+
+    def _build_observables(self) -> ObjectObservables:
+        return ObjectObservables(self)
 
     @property
     def collision_geoms(self) -> list[mjcf.Element]:

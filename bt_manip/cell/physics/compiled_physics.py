@@ -12,7 +12,7 @@ from ..contacts.contact_monitor import ContactMonitor
 from ..contacts.contacts import Contacts
 from ..contacts.overlap import refuse_overlap
 from ..exceptions import PhysicsDiverged
-from ..naming import BodyNames, body_name, entity_of
+from ..naming import BodyNames
 from .attachment import Attachment
 from .overrides import Overrides
 from .state import INTEGRATION, integration_state, set_integration_state
@@ -53,7 +53,7 @@ class CompiledPhysics:
         _check_contact_damping(self.model)
         self.contacts = Contacts(self.model, self.data, self.body_names)
         entities = list(arena.iter_entities())
-        self.contact_monitor = ContactMonitor(self.data, self.body_names, _contact_bodies(entities))
+        self.contact_monitor = ContactMonitor(self.data, self.body_names, entities)
         self.before_substep = _overridden("before_substep", entities)
         self.after_substep = _overridden("after_substep", entities)
         self.free_joints: dict[str, tuple[int, int]] = {}
@@ -184,17 +184,6 @@ def _overridden(hook: str, entities: Iterable[composer.Entity]) -> tuple[Hook, .
     idle = getattr(composer.Entity, hook)
     hooks = (getattr(entity, hook) for entity in entities)
     return tuple(h for h in hooks if getattr(h, "__func__", h) is not idle)
-
-
-def _contact_bodies(entities: Iterable[composer.Entity]) -> dict[str, list[str]]:
-    """Return the contact bodies of each entity that declares them: the robots."""
-    return {
-        entity_of(entity.mjcf_model.full_identifier): [
-            body_name(body.full_identifier) for body in entity.contact_bodies
-        ]
-        for entity in entities
-        if hasattr(entity, "contact_bodies")
-    }
 
 
 def _check_contact_damping(model: mujoco.MjModel) -> None:

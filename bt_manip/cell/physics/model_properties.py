@@ -116,14 +116,6 @@ def _set_gain(model: mujoco.MjModel, nominal: mujoco.MjModel, bodies: Ids, value
 # Lights
 
 
-def _light_colour(model: mujoco.MjModel, light: Ids) -> np.ndarray:  # (3,)
-    return model.light_diffuse[light[0]].astype(float)
-
-
-def _set_light_colour(model: Any, nominal: mujoco.MjModel, light: Ids, value: Any) -> None:
-    model.light_diffuse[light[0]] = value
-
-
 def _set_brightness(model: Any, nominal: mujoco.MjModel, light: Ids, value: Any) -> None:
     for name in ("light_diffuse", "light_ambient", "light_specular"):  # on top of a new colour
         field = getattr(model, name)
@@ -186,7 +178,9 @@ PROPERTIES: dict[str, dict[str, ModelProperty]] = {
         "gain": ModelProperty(_gain, _set_gain, _positive, "a positive factor, or one an actuator"),
     },
     LIGHT: {
-        "colour": ModelProperty(_light_colour, _set_light_colour, _share, "3 numbers from 0 to 1"),
+        "colour": ModelProperty(
+            _vector("light_diffuse"), _put("light_diffuse"), _share, "3 numbers from 0 to 1",
+        ),
         "brightness": ModelProperty(
             lambda model, ids: 1.0, _set_brightness, _not_negative, "a factor that is not negative"
         ),
