@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from bt_manip.cli.interrupt import INTERRUPTED, Interrupt
-from bt_manip.cli.plugin_options import chosen, plugin_options
+from bt_manip.cli.plugin_options import add_plugin_options, chosen, plugin_options
 from bt_manip.exceptions import BtManipError
 
 if TYPE_CHECKING:
@@ -53,6 +53,7 @@ class LazyGroup(click.Group):
         module, _, attribute = COMMANDS[cmd_name].partition(":")
         command = getattr(importlib.import_module(module), attribute)
         assert isinstance(command, click.Command)
+        add_plugin_options(command)
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

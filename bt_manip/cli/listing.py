@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bt_manip.cli.plugin_options import load_chosen_plugins, plugin_options
+from bt_manip.cli.completion import complete_listed
+from bt_manip.cli.plugin_options import load_chosen_plugins
+from bt_manip.exceptions import BtManipError, did_you_mean
 
 if TYPE_CHECKING:
     from bt_manip.plugins import Plugins
@@ -20,20 +22,48 @@ LISTED = (
 
 @click.command("list")
 @click.argument("kind", required=False, type=click.Choice(LISTED))
-@plugin_options
-def list_parts(kind: str | None) -> None:
+@click.argument("name", required=False, shell_complete=complete_listed)
+def list_parts(kind: str | None, name: str | None) -> None:
     """List what is registered, with the plugin that it is from.
 
-    Without a kind, everything is listed.
+    Without a KIND, everything is listed. With a NAME, only that part, with its documentation and,
+    for a behaviour, its ports.
     """
     os.environ.setdefault("MUJOCO_GL", "disable")
     plugins = load_chosen_plugins()
+    if kind and name:
+        _describe(plugins, kind, name)
+        return
     for chosen in [kind] if kind else LISTED:
         if kind is None:
             click.echo(f"{chosen}:")
         indent = "  " if kind is None else ""
         for line in _aligned(list(_rows(plugins, chosen))):
             click.echo(indent + line)
+
+
+def _describe(plugins: "Plugins", kind: str, name: str) -> None:
+    """Print all that is known of one part.
+
+    Raises:
+        BtManipError: If there is none of this name.
+    """
+    rows = {row[0]: row for row in _rows(plugins, kind)}
+    if name not in rows:
+        raise BtManipError(f"{kind}: there is no '{name}'{did_you_mean(name, rows)}")
+    _, origin, summary = rows[name]
+    click.echo(f"{name} ({origin})")
+    part: Any = None
+    if kind == "behaviours":
+        from bt_manip.runner import known_behaviours
+
+        part = known_behaviours(plugins.parts).get(name)
+    elif kind != "plugins":
+        part = plugins.parts.by_kind()[kind].get(name)
+    click.echo(inspect.cleandoc(part.__doc__ or "") if callable(part) else summary)
+    for port in getattr(part, "ports", {}).values():
+        default = f", default {port.default_text}" if port.default_text else ""
+        click.echo(f"  {port.name} ({port.direction}, {port.type.name}{default}): {port.doc}")
 
 
 def _rows(plugins: "Plugins", kind: str) -> Iterator[tuple[str, str, str]]:

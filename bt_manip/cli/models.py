@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bt_manip.cli.plugin_options import load_chosen_plugins, plugin_options
+from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError
 
 if TYPE_CHECKING:
@@ -17,7 +17,6 @@ SOURCES = ("bundled", "fuel", "menagerie")
 
 
 @click.group()
-@plugin_options
 def models() -> None:
     """Find, fetch and look at models."""
     os.environ.setdefault("MUJOCO_GL", "disable")
@@ -39,11 +38,10 @@ def list_models(source: str | None) -> None:
 @models.command()
 @click.argument("addresses", nargs=-1, required=True, metavar="ADDRESS...")
 def fetch(addresses: tuple[str, ...]) -> None:
-    r"""Download models, or look for newer versions of those that are here.
+    """Download models, or newer versions of those in the cache.
 
-    \b
-    ADDRESS is fuel:OWNER/NAME, fuel:OWNER/NAME/VERSION, the URL of a model on
-    Fuel, or menagerie:NAME.
+    ADDRESS is fuel:OWNER/NAME, fuel:OWNER/NAME/VERSION, the URL of a model on Fuel, or
+    menagerie:NAME.
     """
     from bt_manip.models import find_model
     from bt_manip.models.fuel import FuelClient, fuel_address

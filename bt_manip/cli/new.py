@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from bt_manip.cli.plugin_options import load_chosen_plugins, plugin_options
+from bt_manip.cli.plugin_options import load_chosen_plugins
 
 KINDS = ("object", "controller", "robot", "behaviour", "planner")
 
@@ -25,7 +25,6 @@ def new() -> None:
     "--into", type=click.Path(file_okay=False, path_type=Path), default=Path("."), metavar="DIR",
     help="Folder to write it in; the present one without.",
 )  # fmt: skip
-@plugin_options
 def new_plugin(name: str, kind: str, into: Path) -> None:
     """Write the package of a plugin, with tests that pass at once."""
     os.environ.setdefault("MUJOCO_GL", "disable")

@@ -14,7 +14,7 @@ BUILTIN = "builtin"
 _BLOCKED = "bt_manip.blocked"
 _FOLDERS = "bt_manip.folders"
 
-C = TypeVar("C", bound="Callable[..., object]")
+C = TypeVar("C", bound="Callable[..., object] | click.Command")
 
 
 def plugin_options(command: C) -> C:
@@ -32,6 +32,15 @@ def plugin_options(command: C) -> C:
         "BT_MANIP_PLUGINS_DIR=DIR:DIR.",
     )  # fmt: skip
     return block(folder(command))
+
+
+def add_plugin_options(command: click.Command) -> None:
+    """Add the options of `plugin_options` to a command and its sub-commands that lack them."""
+    if not any(parameter.name == "block" for parameter in command.params):
+        plugin_options(command)
+    if isinstance(command, click.Group):
+        for one in command.commands.values():
+            add_plugin_options(one)
 
 
 def _keeper(key: str) -> "Callable[[click.Context, click.Parameter, tuple[object, ...]], None]":

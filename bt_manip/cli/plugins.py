@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bt_manip.cli.plugin_options import chosen, load_chosen_plugins, plugin_options, warn_of_unknown
+from bt_manip.cli.plugin_options import chosen, load_chosen_plugins, warn_of_unknown
 
 if TYPE_CHECKING:
     from bt_manip.plugins import Plugin, Plugins
@@ -22,7 +22,6 @@ FAULT = 3
 @click.option(
     "--check", is_flag=True, help="Print only what is wrong, and exit with 3 if anything is."
 )
-@plugin_options
 def show_plugins(as_json: bool, check: bool) -> int:
     """Show plugins with what they bring, and whether they work."""
     os.environ.setdefault("MUJOCO_GL", "disable")

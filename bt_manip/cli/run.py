@@ -5,8 +5,8 @@ from typing import Any
 
 import click
 
+from bt_manip.cli.completion import complete_key, complete_part
 from bt_manip.cli.interrupt import Interrupt
-from bt_manip.cli.plugin_options import plugin_options
 from bt_manip.cli.settings import parse_settings
 
 EXIT_CODES = (
@@ -16,7 +16,7 @@ EXIT_CODES = (
 
 
 @click.command(epilog=EXIT_CODES)
-@click.argument("tree")
+@click.argument("tree", shell_complete=complete_part("trees"))
 @click.option(
     "--cycles", default=1, show_default=True, metavar="N",
     help="Runs of the tree from idle to SUCCESS or FAILURE; 0 goes on until Ctrl-C.",
@@ -26,23 +26,27 @@ EXIT_CODES = (
 )
 @click.option(
     "--robot", default="panda", show_default=True, metavar="R",
+    shell_complete=complete_part("robots"),
     help="Robot to use: a registered name, or path.toml that describes one.",
 )  # fmt: skip
 @click.option(
     "--controller", metavar="C",
+    shell_complete=complete_part("controllers"),
     help="Controller of the arm.  [default: the tree's, or computed_torque]",
 )  # fmt: skip
 @click.option(
     "--scene", metavar="S",
+    shell_complete=complete_part("scenes"),
     help="What stands in the cell: a registered name, or path.toml.  [default: the tree's, or "
     "table_and_basket]",
 )  # fmt: skip
 @click.option(
     "--planner", default="rrt_connect", show_default=True, metavar="P",
+    shell_complete=complete_part("planners"),
     help="What finds ways around what is in the arm's way.",
 )  # fmt: skip
 @click.option(
-    "--set", "settings", multiple=True, metavar="KEY=VALUE",
+    "--set", "settings", multiple=True, metavar="KEY=VALUE", shell_complete=complete_key,
     help="Set a key that the tree declares; may be given more than once.",
 )  # fmt: skip
 @click.option(
@@ -67,6 +71,7 @@ EXIT_CODES = (
 )  # fmt: skip
 @click.option(
     "--record", "records", multiple=True, metavar="NAME[=FILE]",
+    shell_complete=complete_part("recorders"),
     help="Let a recorder watch (see: bt-manip list recorders); may be given more than once.",
 )  # fmt: skip
 @click.option(
@@ -80,7 +85,6 @@ EXIT_CODES = (
 )  # fmt: skip
 @click.option("--watch", is_flag=True, help="Take up the tree's file whenever it is edited.")
 @click.option("--quiet", is_flag=True, help="Print nothing but warnings and errors.")
-@plugin_options
 @click.pass_obj
 def run(interrupt: Interrupt, settings: tuple[str, ...], **options: Any) -> int:
     """Run TREE in a cell.

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bt_manip.cli.plugin_options import load_chosen_plugins, plugin_options
+from bt_manip.cli.completion import complete_part
+from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError
 
 if TYPE_CHECKING:
@@ -18,19 +19,21 @@ BAD_INPUT = 2
 
 _robot = click.option(
     "--robot", default="panda", show_default=True, metavar="R",
+    shell_complete=complete_part("robots"),
     help="Robot of scenes that leave it open: a registered name, or path.toml.",
 )  # fmt: skip
 
 
 @click.group()
-@plugin_options
 def scene() -> None:
     """Check and explain scenes: what stands in a cell before a tree begins."""
     os.environ.setdefault("MUJOCO_GL", "disable")
 
 
 @scene.command()
-@click.argument("files", nargs=-1, required=True, metavar="SCENE...")
+@click.argument(
+    "files", nargs=-1, required=True, metavar="SCENE...", shell_complete=complete_part("scenes")
+)
 @_robot
 def check(files: tuple[str, ...], robot: str) -> int:
     """Print all that is wrong with scenes, each finding with file, line and key.
@@ -62,7 +65,7 @@ def _problems(text: str, parts: "Parts", robot: str) -> tuple[str, ...]:
 
 
 @scene.command()
-@click.argument("name", metavar="SCENE")
+@click.argument("name", metavar="SCENE", shell_complete=complete_part("scenes"))
 @_robot
 def show(name: str, robot: str) -> None:
     """Tell what stands where in a scene, and what varies from cycle to cycle.

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bt_manip.cli.plugin_options import load_chosen_plugins, plugin_options
+from bt_manip.cli.completion import complete_part
+from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError
 
 if TYPE_CHECKING:
@@ -41,13 +42,14 @@ _output = click.option(
 
 
 @click.group()
-@plugin_options
 def tree() -> None:
     """Check, show, format and convert trees."""
 
 
 @tree.command()
-@click.argument("files", nargs=-1, required=True, metavar="TREE...")
+@click.argument(
+    "files", nargs=-1, required=True, metavar="TREE...", shell_complete=complete_part("trees")
+)
 @_dialect
 @_libraries
 @click.option("--engine", is_flag=True, help="Find only what BehaviorTree.CPP rejects itself.")
@@ -71,7 +73,7 @@ def check(files: tuple[str, ...], dialect: str, libraries: tuple[str, ...], engi
 
 
 @tree.command()
-@click.argument("name", metavar="TREE")
+@click.argument("name", metavar="TREE", shell_complete=complete_part("trees"))
 @click.option(
     "--as",
     "form",
@@ -129,7 +131,7 @@ def format_(files: tuple[Path, ...], only_check: bool) -> int:
 
 
 @tree.command()
-@click.argument("name", metavar="TREE")
+@click.argument("name", metavar="TREE", shell_complete=complete_part("trees"))
 @click.option(
     "--to",
     "form",

@@ -27,3 +27,25 @@ def test_without_a_kind_everything_is_listed(bt_manip):
     out = bt_manip("list").out
     for heading in ("trees:", "behaviours:", "objects:", "robots:", "controllers:", "plugins:"):
         assert heading in out.splitlines()
+
+
+def test_one_behaviour_is_shown_with_its_ports(bt_manip):
+    code, out, err = bt_manip("list", "behaviours", "Grasp")
+    assert (code, err) == (0, "")
+    first, *rest = out.splitlines()
+    assert first == "Grasp (builtin)"
+    assert any(line.startswith("  force (input, double, default ") for line in rest)
+
+
+@pytest.mark.parametrize("kind", ["objects", "robots", "scenes", "plugins", "trees"])
+def test_any_part_is_shown_by_its_name(bt_manip, kind):
+    name = bt_manip("list", kind).out.split()[0]
+    code, out, _ = bt_manip("list", kind, name)
+    assert code == 0
+    assert out.startswith(f"{name} (")
+
+
+def test_an_unknown_part_is_bad_input_with_the_nearest_name(bt_manip):
+    code, _, err = bt_manip("list", "behaviours", "Graps")
+    assert code == 2
+    assert "there is no 'Graps'; did you mean 'Grasp'" in err

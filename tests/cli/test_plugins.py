@@ -6,7 +6,10 @@ import subprocess
 import sys
 import textwrap
 
+import click
 import pytest
+
+from bt_manip.cli.app import COMMANDS, app
 
 COMMAND = '''
     import click
@@ -157,6 +160,38 @@ def test_plugins_are_shown_with_what_they_bring(bt_manip, site):
     code, out, err = bt_manip("plugins")
     assert (code, err) == (0, "")
     assert "toys 2.5: ok" in out and "objects: toy_1" in out and "bad 2.5: broken" in out
+
+
+def all_commands(command: click.Command, words: tuple[str, ...] = ()) -> list[tuple[str, ...]]:
+    if not isinstance(command, click.Group):
+        return [words]
+    context = click.Context(command)
+    found = [words] if words else []
+    for name in command.list_commands(context):
+        one = command.get_command(context, name)
+        found += all_commands(one, (*words, name))
+    return found
+
+
+def test_every_command_says_which_plugins_to_load_and_shows_its_help_cleanly(bt_manip):
+    built_in = [words for words in all_commands(app) if words[0] in COMMANDS]
+    assert ("tree", "check") in built_in and ("models", "fetch") in built_in
+    for words in built_in:
+        code, out, _ = bt_manip(*words, "--help")
+        assert code == 0
+        assert out.count("--plugins-dir DIR") == out.count("--block NAME") == 1, words
+        assert "\\b" not in out and "\b" not in out
+
+
+def test_an_option_behind_a_sub_command_loads_its_plugins(bt_manip, tmp_path):
+    (tmp_path / "one.py").write_text(textwrap.dedent(TOYS.format(7)))
+    (tmp_path / "tree.xml").write_text(
+        '<root BTCPP_format="4"><BehaviorTree ID="M"><MoveHome/></BehaviorTree></root>'
+    )
+    outcome = bt_manip("tree", "check", tmp_path / "tree.xml", "--plugins-dir", tmp_path)
+    assert outcome.code == 0
+    outcome = bt_manip("tree", "check", tmp_path / "tree.xml", "--block", "impedence")
+    assert "Warning: --block impedence: there is no such plugin" in outcome.err
 
 
 def test_a_check_is_3_when_anything_is_broken_and_says_what(bt_manip, site):

@@ -1,0 +1,72 @@
+"""The shell completes registered names, and the keys of the tree that stands on the line."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.shell_completion import ShellComplete
+
+from bt_manip.cli.app import app
+
+
+def completed(*words: object) -> list[str]:
+    """Give what TAB offers behind the last of these words."""
+    *before, last = map(str, words)
+    shell = ShellComplete(app, {}, "bt-manip", "_BT_MANIP_COMPLETE")
+    return [item.value for item in shell.get_completions(before, last)]
+
+
+@pytest.mark.parametrize(
+    ("words", "offered"),
+    [
+        (("ru",), "run"),
+        (("run", "pick_"), "pick_place"),
+        (("run", "pick_place", "--robot", ""), "panda"),
+        (("run", "pick_place", "--controller", "comp"), "computed_torque"),
+        (("run", "pick_place", "--scene", "var"), "varied_pick"),
+        (("run", "pick_place", "--planner", ""), "rrt_connect"),
+        (("run", "pick_place", "--set", "fo"), "force="),
+        (("tree", "show", "pick"), "pick_place"),
+        (("scene", "show", "tab"), "table_and_basket"),
+        (("list", "beh"), "behaviours"),
+        (("list", "behaviours", "Gra"), "Grasp"),
+        (("list", "behaviours", "Seq"), "Sequence"),
+        (("list", "robots", ""), "panda"),
+        (("run", "--pl"), "--plugins-dir"),
+    ],
+)
+def test_names_are_completed(words, offered):
+    found = completed(*words)
+    assert offered in found
+    assert all(name.startswith(words[-1]) for name in found)
+
+
+def test_keys_of_a_python_tree_are_completed_without_running_its_file(trees):
+    trees.write_text(trees.read_text() + "\nraise RuntimeError('it was imported')\n")
+    assert completed("run", f"{trees}:quick", "--set", "") == ["name="]
+    assert completed("run", f"{trees}:endless", "--set", "") == []
+
+
+@pytest.mark.parametrize("tree", ["pick_plce", "none.py:tree", "no_module:tree"])
+def test_of_an_unknown_tree_no_keys_are_offered(tree):
+    assert completed("run", tree, "--set", "") == []
+
+
+def test_the_command_of_the_readme_gives_the_shell_its_script():
+    readme = (Path(__file__).resolve().parents[2] / "README.md").read_text()
+    (variable, value) = re.findall(r"\$\((\w+)=(\w+) bt-manip\)", readme)[0]
+    done = subprocess.run(
+        [sys.executable, "-m", "bt_manip"], env={**os.environ, variable: value},
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "complete" in done.stdout and "bt-manip" in done.stdout
+
+
+def test_where_no_name_fits_the_shell_completes_files(trees):
+    shell = ShellComplete(app, {}, "bt-manip", "_BT_MANIP_COMPLETE")
+    (item,) = shell.get_completions(["run"], str(trees)[:-3])
+    assert item.type == "file"
