@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from bt_manip.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
-    from bt_manip.plugins.choice import Choice as Choice
     from bt_manip.plugins.entry_points import PREFIX as PREFIX
+    from bt_manip.plugins.entry_points import Choice as Choice
     from bt_manip.plugins.entry_points import names_of as names_of
     from bt_manip.plugins.loading import load_plugins as load_plugins
     from bt_manip.plugins.plugin import BUILTIN as BUILTIN
@@ -24,7 +24,7 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "BUILTIN": ".plugin",
-        "Choice": ".choice",
+        "Choice": ".entry_points",
         "PREFIX": ".entry_points",
         "Plugin": ".plugin",
         "PluginWarning": ".plugin",

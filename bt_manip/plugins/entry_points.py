@@ -1,60 +1,63 @@
 """Entry points of plugins: installed packages, and single files in a folder."""
 
-import importlib.metadata
 import importlib.util
+import os
 import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from bt_manip.exceptions import BtManipError
 
 PREFIX = "bt-manip-"
 """Conventional prefix of the names of plugin packages."""
 
+BLOCK_VARIABLE = "BT_MANIP_BLOCK"
+"""Environment variable: names of blocked plugins, separated by commas or spaces."""
 
-class EntryPoint(Protocol):
-    """Interface of `importlib.metadata.EntryPoint`."""
-
-    @property
-    def name(self) -> str:
-        """Name of the plugin."""
-
-    @property
-    def value(self) -> str:
-        """Its location, as ``package.module`` or a file."""
-
-    @property
-    def module(self) -> str:
-        """Name of its module."""
-
-    @property
-    def dist(self) -> Any:
-        """The distribution that declares it, with `name` and `version`, or None."""
-
-    def load(self) -> Any:
-        """Import it."""
+FOLDERS_VARIABLE = "BT_MANIP_PLUGINS_DIR"
+"""Environment variable: folders of single-file plugins, separated as in PATH."""
 
 
 @dataclass(frozen=True)
-class FilePlugin:
+class Choice:
+    """Selection of plugins beside the built-in one.
+
+    Attributes:
+        blocked: Names of plugins, or of their packages, that are not loaded.
+        folders: Folders in which each ``*.py`` is a plugin.
+    """
+
+    blocked: frozenset[str] = frozenset()
+    folders: tuple[Path, ...] = ()
+
+    @classmethod
+    def from_environment(cls, environment: Mapping[str, str] | None = None) -> "Choice":
+        """Read the selection from environment variables."""
+        variables = os.environ if environment is None else environment
+        names = re.split(r"[\s,]+", variables.get(BLOCK_VARIABLE, ""))
+        folders = variables.get(FOLDERS_VARIABLE, "").split(os.pathsep)
+        return cls().extended(names, map(Path, filter(None, folders)))
+
+    def extended(self, blocked: Iterable[str] = (), folders: Iterable[Path] = ()) -> "Choice":
+        """Return a selection with further blocked names and folders."""
+        more = tuple(folder for folder in dict.fromkeys(folders) if folder not in self.folders)
+        return Choice(self.blocked | {name for name in blocked if name}, self.folders + more)
+
+    def blocks(self, names: Iterable[str]) -> bool:
+        """Return whether any of these names is blocked."""
+        return not self.blocked.isdisjoint(names)
+
+
+class FilePlugin(EntryPoint):
     """Single-file plugin, loaded by its path and not through ``sys.path``."""
 
-    path: Path
-
-    dist: Any = None
-
-    @property
-    def name(self) -> str:
-        """The file's name."""
-        return self.path.stem
-
-    @property
-    def value(self) -> str:
-        """The file."""
-        return str(self.path)
+    def __init__(self, path: Path) -> None:
+        """Initialise for a file, whose stem is the plugin's name."""
+        super().__init__(path.stem, str(path), "bt_manip")
 
     @property
     def module(self) -> str:
@@ -66,7 +69,7 @@ class FilePlugin:
         known = sys.modules.get(self.module)
         if known is not None and known.__file__ == self.value:
             return known
-        spec = importlib.util.spec_from_file_location(self.module, self.path)
+        spec = importlib.util.spec_from_file_location(self.module, self.value)
         assert spec is not None and spec.loader is not None
         module = importlib.util.module_from_spec(spec)
         sys.modules[self.module] = module  # where dataclasses and pickles look for it
@@ -82,7 +85,7 @@ def installed() -> tuple[EntryPoint, ...]:
     """Return the entry points of installed plugins."""
     from bt_manip import hookspecs  # imports pluggy, which names do not need
 
-    return tuple(importlib.metadata.entry_points(group=hookspecs.GROUP))
+    return tuple(entry_points(group=hookspecs.GROUP))
 
 
 def in_folders(folders: Iterable[Path]) -> tuple[EntryPoint, ...]:

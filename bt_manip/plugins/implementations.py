@@ -2,20 +2,13 @@
 
 import inspect
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import pluggy
 
 from bt_manip import hookspecs
 from bt_manip.exceptions import BtManipError, did_you_mean
-
-
-class Implementation(NamedTuple):
-    """Function of a plugin that implements a hook."""
-
-    hook: str
-    function: Callable[..., Any]
-    arguments: tuple[str, ...]  # of the hook's arguments, those that it takes
+from bt_manip.plugins.plugin import Implementation
 
 
 def implementations(plugin: object) -> list[Implementation]:

@@ -7,20 +7,20 @@ the plugin, and nothing of the plugin is registered.
 """
 
 import contextlib
-import importlib.metadata
 import sys
 import traceback
 import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from importlib.metadata import EntryPoint
+from importlib.metadata import version as version_of
 from types import FrameType, ModuleType
 
 from bt_manip import hookspecs
 from bt_manip.exceptions import BtManipError
-from bt_manip.plugins.choice import Choice
-from bt_manip.plugins.entry_points import EntryPoint, in_folders, installed, names_of
+from bt_manip.plugins.entry_points import Choice, in_folders, installed, names_of
 from bt_manip.plugins.implementations import implementations
-from bt_manip.plugins.plugin import BUILTIN, ObserverHook, Plugin, Plugins, PluginWarning
+from bt_manip.plugins.plugin import BUILTIN, Implementation, Plugin, Plugins, PluginWarning
 from bt_manip.plugins.stage import Stage
 from bt_manip.registry import Parts
 
@@ -90,7 +90,7 @@ def _missing(plugins: Iterable[Plugin]) -> str:
 
 def _builtin(plugin: object, parts: Parts) -> Plugin:
     """Collect the built-in parts; errors in them are bugs and are not caught."""
-    version = importlib.metadata.version("bt-manip")
+    version = version_of("bt-manip")
     stage = Stage(BUILTIN, parts)
     observers = _call_hooks(plugin, stage)
     provides, module = stage.merge(), _module_of(plugin)
@@ -115,15 +115,15 @@ def _load(point: EntryPoint, parts: Parts, taken: list[str]) -> Plugin:
         return replace(found, problem=_describe(error))
 
 
-def _call_hooks(plugin: object, stage: Stage) -> tuple[ObserverHook, ...]:
+def _call_hooks(plugin: object, stage: Stage) -> tuple[Implementation, ...]:
     """Call the registering hooks of a plugin; return its observing ones."""
     observers = []
-    for name, function, arguments in implementations(plugin):
-        if name in hookspecs.OBSERVING:
-            observers.append(ObserverHook(name, function, arguments))
+    for found in implementations(plugin):
+        if found.name in hookspecs.OBSERVING:
+            observers.append(found)
         else:
-            register = stage.register(name.removeprefix("register_"))
-            function(**{argument: register for argument in arguments})
+            register = stage.register(found.name.removeprefix("register_"))
+            found.function(**{argument: register for argument in found.arguments})
     return tuple(observers)
 
 

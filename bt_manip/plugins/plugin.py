@@ -3,7 +3,7 @@
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from bt_manip.plugins.entry_points import block_names
 from bt_manip.registry import Parts
@@ -16,19 +16,12 @@ class PluginWarning(UserWarning):
     """A plugin is broken and was left out."""
 
 
-@dataclass(frozen=True)
-class ObserverHook:
-    """A plugin's function that is called during a run.
+class Implementation(NamedTuple):
+    """Function of a plugin that implements a hook."""
 
-    Attributes:
-        name: The hook: ``"before_tick"``, ...
-        function: The plugin's function.
-        arguments: Names of the hook's arguments that it takes.
-    """
-
-    name: str
+    name: str  # of the hook
     function: Callable[..., Any]
-    arguments: tuple[str, ...]
+    arguments: tuple[str, ...]  # of the hook's arguments, those that it takes
 
 
 @dataclass(frozen=True)
@@ -51,7 +44,7 @@ class Plugin:
     version: str = ""
     source: str = ""
     provides: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    observers: tuple[ObserverHook, ...] = ()
+    observers: tuple[Implementation, ...] = ()
     problem: str = ""
     blocked: bool = False
     module: str = ""

@@ -2,6 +2,7 @@
 
 import inspect
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,8 @@ class Stage:
 
         It raises `BtManipError` for invalid arguments.
         """
-        take: Callable[..., None] = getattr(self, f"_register_{kind}")
+        add_factory = partial(self._add_factory, kind)
+        take: Callable[..., None] = getattr(self, f"_register_{kind}", add_factory)
         signature = inspect.signature(take)
 
         def register(*arguments: Any, **named: Any) -> None:
@@ -105,24 +107,6 @@ class Stage:
                     f"object '{name}' calls its kind '{kind}', by which a snapshot could not make "
                     f"it again{did_you_mean(kind, [name])}"
                 )
-
-    def _register_grippers(self, name: str, factory: Callable[..., Any]) -> None:
-        self._add_factory("grippers", name, factory)
-
-    def _register_controllers(self, name: str, factory: Callable[..., Any]) -> None:
-        self._add_factory("controllers", name, factory)
-
-    def _register_planners(self, name: str, factory: Callable[[], Any]) -> None:
-        self._add_factory("planners", name, factory)
-
-    def _register_scenes(self, name: str, factory: Callable[[], Any]) -> None:
-        self._add_factory("scenes", name, factory)
-
-    def _register_model_sources(self, name: str, find: Callable[..., Any]) -> None:
-        self._add_factory("model_sources", name, find)
-
-    def _register_recorders(self, name: str, factory: Callable[[Path | None], Any]) -> None:
-        self._add_factory("recorders", name, factory)
 
     def _register_robots(self, description: Any) -> None:
         if not hasattr(description, "name") or not hasattr(description, "arm_joints"):

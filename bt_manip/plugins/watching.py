@@ -71,41 +71,25 @@ def guarded(observer: RunObserver, plugin: Plugin, warn: Warn) -> RunObserver:
         plugin: Its plugin.
         warn: Called with one line about the exception.
     """
-    if type(observer).after_step is RunObserver.after_step:
-        return _Guard(observer, plugin, warn)
-    return _StepGuard(observer, plugin, warn)
+    forwarded = {
+        name: _forward(name)
+        for name, idle in vars(RunObserver).items()
+        if callable(idle) and getattr(type(observer), name) is not idle and name not in vars(_Guard)
+    }
+    guard = type("Guard", (_Guard,), forwarded)  # the runner skips what an observer does not have
+    return guard(observer, plugin, warn)
+
+
+def _forward(name: str) -> Callable[..., None]:
+    return lambda guard, *arguments: guard._try(name, *arguments)
 
 
 class _Guard(RunObserver):
-    """Forwards all calls except control steps."""
+    """Calls an observer until it raises."""
 
     def __init__(self, observer: RunObserver, plugin: Plugin, warn: Warn) -> None:
         self._observer, self._plugin, self._warn = observer, plugin, warn
         self._works = True
-
-    def run_started(self, run: Any) -> None:
-        """Forward the call."""
-        self._try("run_started", run)
-
-    def after_compile(self) -> None:
-        """Forward the call."""
-        self._try("after_compile")
-
-    def cycle_started(self, cycle: int) -> None:
-        """Forward the call."""
-        self._try("cycle_started", cycle)
-
-    def before_tick(self) -> None:
-        """Forward the call."""
-        self._try("before_tick")
-
-    def after_tick(self) -> None:
-        """Forward the call."""
-        self._try("after_tick")
-
-    def cycle_ended(self, status: str, reason: str) -> None:
-        """Forward the call."""
-        self._try("cycle_ended", status, reason)
 
     def run_ended(self) -> None:
         """Forward the call, also after an exception: resources must be released."""
@@ -126,14 +110,6 @@ class _Guard(RunObserver):
                     f"{self._plugin.label} watches no longer, the run goes on: {what}{place}"
                     f"{self._plugin.way_out}"
                 )
-
-
-class _StepGuard(_Guard):
-    """Forwards control steps, too."""
-
-    def after_step(self) -> None:
-        """Forward the call."""
-        self._try("after_step")
 
 
 def _place(error: BaseException) -> str:

@@ -1,24 +1,22 @@
 """Plugins by their modules, without an entry point: for tests of a plugin."""
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from importlib.metadata import EntryPoint
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from bt_manip.plugins import Plugins
 
 
-@dataclass(frozen=True)
-class _Given:
-    """Looks like an entry point."""
+class _Given(EntryPoint):
+    """Entry point of a plugin that is imported already."""
 
-    name: str
-    value: str
-    module: str
-    plugin: object
-    dist: Any = None
+    def __init__(self, plugin: object) -> None:
+        name = str(getattr(plugin, "__name__", type(plugin).__name__))
+        super().__init__(name, name, "bt_manip")
+        vars(self)["plugin"] = plugin  # entry points are immutable otherwise
 
     def load(self) -> object:
-        return self.plugin
+        return vars(self)["plugin"]
 
 
 def load_given_plugins(*plugins: object) -> "Plugins":
@@ -32,13 +30,9 @@ def load_given_plugins(*plugins: object) -> "Plugins":
     """
     from bt_manip.plugins import Choice, load_plugins
 
-    points = [_Given(_name(p), _name(p), _name(p), p) for p in plugins]
+    points = [_Given(p) for p in plugins]
     problems: list[str] = []
     loaded = load_plugins(entry_points=points, warn=problems.append, choice=Choice())
     if problems:
         raise AssertionError("\n".join(problems))
     return loaded
-
-
-def _name(plugin: object) -> str:
-    return str(getattr(plugin, "__name__", type(plugin).__name__))
