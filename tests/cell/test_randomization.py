@@ -11,7 +11,7 @@ from bt_manip.behaviours import payload_of
 from bt_manip.cell import Cell, CellError
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomization, Randomizer, SceneObject, parse_variation
-from bt_manip.cell.randomization.sampling import sample, stream
+from bt_manip.cell.randomization.variations import sample, stream
 from bt_manip.runner import build_station
 from bt_manip.spatial import pose
 

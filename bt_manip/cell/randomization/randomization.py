@@ -1,13 +1,16 @@
-"""What varies from cycle to cycle."""
+"""The objects of a scene, and what varies of them from cycle to cycle."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
+
+import pinocchio as pin
 
 from bt_manip.exceptions import did_you_mean
 
 from ..exceptions import CellError
 from ..physics.model_properties import CAMERA, LIGHT, PROPERTIES
-from .sampling import Varied
+from .variations import Varied
 
 Variations = Mapping[str, Mapping[str, Varied]]
 """Variations by name and property."""
@@ -20,6 +23,23 @@ POSE = ("position", "yaw")
 
 _ROBOT = ("gain", "friction", "colour")
 _OBSERVATION = ("noise", "delay")
+
+
+@dataclass(frozen=True)
+class SceneObject:
+    """An object of a scene, without variation.
+
+    Attributes:
+        model: Registered name or address of the object.
+        T_wo: Its pose in the world.
+        parameters: Keyword arguments that it is made with.
+        free: Whether it moves freely; None: as the object declares.
+    """
+
+    model: str
+    T_wo: pin.SE3
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    free: bool | None = False
 
 
 @dataclass(frozen=True)

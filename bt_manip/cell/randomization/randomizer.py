@@ -1,6 +1,6 @@
 """Sampling and applying a randomization at the beginning of each cycle."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from fnmatch import fnmatchcase
 from typing import Any
 
@@ -8,19 +8,29 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 from dm_control import composer
+from dm_control.composer import variation
+from dm_control.composer.variation import noises
 
 from bt_manip.exceptions import did_you_mean
 from bt_manip.models import is_address
 
 from ..cell import Cell
-from ..exceptions import CellError
+from ..exceptions import CellError, OverlapError
 from ..objects.catalogue import Catalogue
 from ..objects.cell_object import as_object
 from ..physics.overrides import nominal_value
-from .observation_noise import add_noise_and_delay
-from .randomization import PHYSICAL, POSE, Randomization, Variations, unknown_property
-from .sampling import Varied, sample, stream
-from .scene_objects import SceneObject, SceneObjects
+from .randomization import (
+    PHYSICAL,
+    POSE,
+    Randomization,
+    SceneObject,
+    Variations,
+    unknown_property,
+)
+from .variations import Clipped, Varied, sample, stream
+
+ATTEMPTS = 100
+"""Number of poses that are sampled before an object counts as impossible to place."""
 
 _ELEMENTS = (("lights", "light"), ("cameras", "camera"))
 
@@ -59,7 +69,8 @@ class Randomizer:
         self._randomization = randomization
         self._cell, self._catalogue, self._seed = cell, catalogue, seed
         self._robots = robots
-        self._objects = SceneObjects(cell, catalogue, scene_objects)
+        self._scene = dict(scene_objects)
+        self._nominal: dict[tuple[str, str | None], Any] = {}  # by model and name in the scene
         self._cycle: int | None = None
         self._resumed: int | None = None
         self._sampled: dict[str, dict[str, dict[str, Any]]] = {}
@@ -85,8 +96,9 @@ class Randomizer:
             return
         self._cycle, self._sampled, self._made = cycle, {}, {}
         self._connect()
-        for name in self._objects.present():
-            self._place(name)
+        for name in self._scene:
+            if name in self._cell.entities:
+                self._place(name)
         model = self._cell.nominal_model
         for name, entity in self._cell.entities.items():
             values = self.sample_overrides(name, entity, model)
@@ -167,19 +179,18 @@ class Randomizer:
             self._check_object(name, variations)
 
     def _check_object(self, key: str, variations: Mapping[str, Varied]) -> None:
-        present = [known for name, known in self._objects if _matches(key, name, known.model)]
+        present = [name for name, known in self._scene.items() if _matches(key, name, known.model)]
         registered = key in self._catalogue.names()
-        if not present and not registered and not is_address(key) and not _is_pattern(key):
-            names = (*(name for name, _ in self._objects), *self._catalogue.names())
-            near = did_you_mean(key, names)
+        if not (present or registered or is_address(key) or any(sign in key for sign in "*?[")):
+            near = did_you_mean(key, (*self._scene, *self._catalogue.names()))
             raise CellError(f"objects '{key}' neither stands in the scene nor is registered{near}")
         if set(variations) <= {*PHYSICAL, *POSE}:
             return
-        parameters = [self._objects.parameters(known) for known in present]
+        objects = [self._nominal_object(self._scene[name].model, name) for name in present]
         if registered or is_address(key):
-            parameters.append(self._catalogue.nominal(key).parameters)
-        for known in parameters:
-            allowed = tuple(dict.fromkeys((*PHYSICAL, *POSE, *known)))
+            objects.append(self._nominal_object(key))
+        for known in objects:
+            allowed = tuple(dict.fromkeys((*PHYSICAL, *POSE, *known.parameters)))
             for name in variations:
                 if name not in allowed:
                     raise unknown_property("objects", key, name, allowed)
@@ -211,31 +222,57 @@ class Randomizer:
         return value
 
     def _place(self, name: str) -> None:
-        """Sample parameters and pose of a scene object."""
+        """Sample parameters and pose of a scene object until its pose is free.
+
+        Raises:
+            CellError: If no pose was free in `ATTEMPTS` attempts, or it cannot be made so.
+        """
         variations = dict(self._variations("objects", name, self._cell.entities[name]))
         made = {key: v for key, v in variations.items() if key not in (*PHYSICAL, *POSE)}
         posed = {key: v for key, v in variations.items() if key in POSE}
         if not made and not posed:
             return
+        for attempt in range(ATTEMPTS):
+            try:
+                if made:
+                    self._replace(name, made, posed, attempt)
+                else:
+                    T_wo = self._sample_pose(name, posed, self._scene[name].T_wo, attempt)
+                    self._cell.move(name, T_wo)
+                return
+            except OverlapError as error:
+                reason = error
+        raise CellError(f"no free place for '{name}' in {ATTEMPTS} attempts; in the last, {reason}")
 
-        def parameters(attempt: int) -> dict[str, Any]:
-            nominal = {key: self._objects.nominal_parameter(name, key) for key in made}
-            return {
-                key: self._sample("objects", name, key, varied, nominal[key], attempt)
-                for key, varied in made.items()
-            }
+    def _replace(
+        self, name: str, made: Mapping[str, Varied], posed: Mapping[str, Varied], attempt: int
+    ) -> None:
+        """Replace an object by one with sampled parameters, its bottom at the same height."""
+        known = self._scene[name]
+        nominal = self._nominal_object(known.model, name)
+        sampled = {
+            key: self._sample("objects", name, key, varied, _value(nominal, key), attempt)
+            for key, varied in made.items()
+        }
+        try:
+            entity = self._catalogue.nominal(known.model, **{**known.parameters, **sampled})
+        except CellError as error:
+            raise CellError(f"'{name}' cannot be made as sampled: {error}") from error
+        rise = as_object(entity).rest_height - as_object(nominal).rest_height
+        T_wo = pin.SE3(known.T_wo.rotation, known.T_wo.translation + np.array([0.0, 0.0, rise]))
+        T_wo = self._sample_pose(name, posed, T_wo, attempt)
+        with self._cell.editing():
+            self._cell.remove(name)
+            self._cell.add(entity, T_wo, name=name, free=known.free)
 
-        def pose(attempt: int, T_wo: pin.SE3) -> pin.SE3:
-            position, yaw = T_wo.translation, 0.0
-            if "position" in posed:
-                position = np.array(
-                    self._sample("objects", name, "position", posed["position"], position, attempt)
-                )
-            if "yaw" in posed:
-                yaw = self._sample("objects", name, "yaw", posed["yaw"], yaw, attempt)
-            return pin.SE3(pin.utils.rotate("z", yaw) @ T_wo.rotation, position)
-
-        self._objects.place(name, parameters if made else None, pose)
+    def _sample_pose(
+        self, name: str, posed: Mapping[str, Varied], T_wo: pin.SE3, attempt: int
+    ) -> pin.SE3:
+        sampled = {"position": T_wo.translation, "yaw": 0.0}
+        for key, varied in posed.items():
+            sampled[key] = self._sample("objects", name, key, varied, sampled[key], attempt)
+        rotation = pin.utils.rotate("z", sampled["yaw"]) @ T_wo.rotation
+        return pin.SE3(rotation, np.array(sampled["position"]))
 
     def _sample_parameters(self, model: str) -> dict[str, Any]:
         """Sample the parameters of an object that is made during the cycle."""
@@ -243,11 +280,18 @@ class Randomizer:
         name = model if number == 1 else f"{model} ({number})"
         return {
             key: self._sample(
-                "objects", name, key, varied, self._objects.nominal_model_parameter(model, key)
+                "objects", name, key, varied, _value(self._nominal_object(model), key)
             )
             for key, varied in self._randomization.objects.get(model, {}).items()
             if key not in (*PHYSICAL, *POSE)
         }
+
+    def _nominal_object(self, model: str, name: str | None = None) -> Any:
+        """Return an object without variation: that of a name in the scene, or a default one."""
+        if (model, name) not in self._nominal:
+            parameters = {} if name is None else self._scene[name].parameters
+            self._nominal[model, name] = self._catalogue.nominal(model, **parameters)
+        return self._nominal[model, name]
 
     def _randomize_observables(self, name: str, entity: composer.Entity) -> None:
         for key, variations in self._randomization.observations.items():
@@ -257,7 +301,7 @@ class Randomizer:
                 if delay is not None:
                     steps = self._sample("observations", f"{name}/{observable}", "delay", delay, 0)
                 noise = variations.get("noise")
-                add_noise_and_delay(entity, observable, noise=noise, delay=steps)
+                _add_noise_and_delay(entity, observable, noise=noise, delay=steps)
 
 
 def _matches(key: str, name: str, kind: str | None) -> bool:
@@ -265,9 +309,55 @@ def _matches(key: str, name: str, kind: str | None) -> bool:
     return key in (name, kind) or fnmatchcase(name, key)
 
 
-def _is_pattern(key: str) -> bool:
-    return any(sign in key for sign in "*?[")
+def _value(entity: Any, parameter: str) -> Any:
+    """Return a parameter of an object; if it is None, what the object's model file says."""
+    value = entity.parameters.get(parameter)
+    return getattr(entity, parameter, None) if value is None else value
 
 
 def _copied(values: Mapping[str, Any]) -> dict[str, dict[str, dict[str, Any]]]:
     return {kind: {n: dict(v) for n, v in named.items()} for kind, named in values.items()}
+
+
+def _add_noise_and_delay(
+    entity: composer.Entity, name: str, *, noise: Varied = None, delay: float | None = None
+) -> None:
+    """Set noise and delay of an entity's observable, by composer's corruptor and delay.
+
+    Args:
+        entity: The entity.
+        name: Name of the observable.
+        noise: Sampled for each observation. Variations that use the value (``plus``, ``times``:
+            composer's ``noises``) replace the observation, all others are added to it.
+        delay: Number of steps.
+
+    Raises:
+        CellError: If the entity has no such observable, or the delay is not a number of steps.
+    """
+    known = entity.observables.as_dict(fully_qualified=False)
+    if name not in known:
+        near = did_you_mean(name, known)
+        raise CellError(f"'{entity.mjcf_model.model}' has no observable '{name}'{near}")
+    observable = known[name]
+    if delay is not None:
+        if delay < 0 or delay != round(delay):
+            raise CellError(f"the delay of '{name}' is a number of steps, got {delay:g}")
+        observable.delay = round(delay)
+    if noise is not None:
+        observable.corruptor = _corruptor(noise)
+
+
+def _corruptor(noise: Varied) -> Callable[..., np.ndarray]:
+    replaces = _uses_value(noise)
+
+    def corrupt(value: Any, random_state: np.random.RandomState) -> np.ndarray:
+        sampled = variation.evaluate(noise, value, value, random_state)
+        return np.asarray(sampled if replaces else value + sampled)
+
+    return corrupt
+
+
+def _uses_value(noise: Varied) -> bool:
+    if isinstance(noise, Clipped):
+        return _uses_value(noise.varied)
+    return isinstance(noise, noises.Additive | noises.Multiplicative)

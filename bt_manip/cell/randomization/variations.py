@@ -1,6 +1,7 @@
-"""Variations as plain data, as in scene files."""
+"""Variations: read from plain data, as in scene files, and sampled from random streams."""
 
-from collections.abc import Callable, Mapping, Sequence
+import hashlib
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,30 +12,15 @@ from bt_manip.exceptions import did_you_mean
 
 from ..exceptions import CellError
 
+Varied = Any
+"""One of composer's variations, or a constant."""
+
 SYNTAX = (
     "a value, or a table with one of: uniform = [low, high], integer = [low, high], "
     "normal = [mean, deviation], log_normal = [mean, sigma], choice = [value, ...], "
     "plus = (one of these), times = (one of these); 'within = [low, high]' beside it cuts off"
 )
 """How a variation is written, for messages."""
-
-
-class DiscreteChoice(variation.Variation):
-    """One of several values, which may be vectors, with equal probability."""
-
-    def __init__(self, values: Sequence[Any]) -> None:
-        """Choose from these values."""
-        self._values = list(values)
-
-    def __call__(
-        self,
-        initial_value: Any = None,
-        current_value: Any = None,
-        random_state: np.random.RandomState | None = None,
-    ) -> Any:
-        """Sample a value."""
-        assert random_state is not None
-        return np.asarray(self._values[random_state.randint(len(self._values))], dtype=float)
 
 
 class Clipped(variation.Variation):
@@ -94,7 +80,11 @@ def _choice(key: str, arguments: Any) -> Any:
     values = [_numbers(value, f"'{key}'") for value in arguments]
     if len({value.shape for value in values}) != 1:
         raise CellError(f"the values of '{key}' are all alike, got {arguments!r}")
-    return DiscreteChoice(values)
+
+    def choose(initial_value: Any, current_value: Any, random_state: np.random.RandomState) -> Any:
+        return values[random_state.randint(len(values))]
+
+    return choose
 
 
 def _pair(key: str, arguments: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -137,3 +127,45 @@ _PARSERS: dict[str, Callable[[str, Any], Any]] = {
     "plus": lambda key, data: noises.Additive(parse_variation(data)),
     "times": lambda key, data: noises.Multiplicative(parse_variation(data)),
 }
+
+
+def stream(seed: int, cycle: int, *key: str | int) -> np.random.RandomState:
+    """Return the random stream of one value in one cycle of a run.
+
+    It depends on nothing else: neither on which other values vary, nor on earlier samples.
+
+    Args:
+        seed: Seed of the run.
+        cycle: Number of the cycle.
+        key: What the value is for.
+    """
+    return np.random.RandomState(np.random.MT19937(_sequence(seed, cycle, key)))
+
+
+def generator(seed: int, *key: str | int) -> np.random.Generator:
+    """Return the random generator of values that are sampled once, before the first cycle.
+
+    Args:
+        seed: Seed of the run.
+        key: What the values are for.
+    """
+    return np.random.Generator(np.random.PCG64(_sequence(seed, 0, ("at first", *key))))
+
+
+def _sequence(seed: int, cycle: int, key: tuple[str | int, ...]) -> np.random.SeedSequence:
+    digest = hashlib.sha256("\0".join(map(str, key)).encode()).digest()
+    words = np.frombuffer(digest, "<u4").tolist()
+    return np.random.SeedSequence(seed, spawn_key=(cycle, *words))
+
+
+def sample(varied: Varied, nominal: Any, random_state: np.random.RandomState) -> Any:
+    """Sample a value as plain data: a number or a list of numbers.
+
+    Args:
+        varied: The variation; composer's variations get the nominal value too.
+        nominal: The value without variation: a number or an array.
+        random_state: The random stream.
+    """
+    value = variation.evaluate(varied, nominal, nominal, random_state)
+    numbers = np.asarray(value)
+    return numbers.astype(int if numbers.dtype.kind in "iu" else float).tolist()
