@@ -18,13 +18,4 @@ if TYPE_CHECKING:
 # dm_control tries GLFW if MUJOCO_GL is unset, and does without where there is no display.
 warnings.filterwarnings("ignore", r".*X11: (The DISPLAY environment variable|Failed to open)")
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "__version__": ".version",
-        "build_station": ".runner",
-        "hookimpl": ".hookspecs",
-        "load_plugins": ".plugins",
-        "load_tree": ".bt",
-    },
-)
+__getattr__ = lazy_exports(__name__)

@@ -20,19 +20,4 @@ if TYPE_CHECKING:
     from bt_manip.plugins.watching import guarded as guarded
     from bt_manip.plugins.watching import plugin_observers as plugin_observers
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "BUILTIN": ".plugin",
-        "Choice": ".entry_points",
-        "PREFIX": ".entry_points",
-        "Plugin": ".plugin",
-        "PluginWarning": ".plugin",
-        "Plugins": ".plugin",
-        "guarded": ".watching",
-        "load_plugins": ".loading",
-        "names_of": ".entry_points",
-        "plugin_observers": ".watching",
-        "write_plugin": ".scaffold",
-    },
-)
+__getattr__ = lazy_exports(__name__)

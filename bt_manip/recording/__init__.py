@@ -16,15 +16,4 @@ if TYPE_CHECKING:
     from bt_manip.recording.trace import Trace as Trace
     from bt_manip.recording.trace import TraceRecorder as TraceRecorder
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "CycleReport": ".report",
-        "Recorder": ".recorder",
-        "RunReport": ".report",
-        "Trace": ".trace",
-        "TraceRecorder": ".trace",
-        "check_writable": ".files",
-        "versions": ".report",
-    },
-)
+__getattr__ = lazy_exports(__name__)

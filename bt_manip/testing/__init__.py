@@ -23,21 +23,4 @@ if TYPE_CHECKING:
     from bt_manip.testing.tree_runs import run_tree as run_tree
     from bt_manip.testing.trial import Trial as Trial
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "AT_REST": ".situations",
-        "Example": ".behaviour_contract",
-        "Situations": ".situations",
-        "Stub": ".stubs",
-        "Trial": ".trial",
-        "assert_stands_still": ".end_states",
-        "assert_touches_only": ".end_states",
-        "assert_tower": ".end_states",
-        "built_in_situations": ".situations",
-        "contracts_of": ".contracts",
-        "play": ".situations",
-        "run_tree": ".tree_runs",
-        "trees_of": ".contracts",
-    },
-)
+__getattr__ = lazy_exports(__name__)

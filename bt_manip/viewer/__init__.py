@@ -18,17 +18,4 @@ if TYPE_CHECKING:
     from bt_manip.viewer.window import Window as Window
     from bt_manip.viewer.wrapping import print_wrapped as print_wrapped
 
-__getattr__ = lazy_exports(
-    __name__,
-    {
-        "NoOpenGLError": ".picture",
-        "render": ".picture",
-        "write_png": ".png",
-        "NoDisplayError": ".display",
-        "PlainView": ".plain_view",
-        "TerminalView": ".terminal_view",
-        "Window": ".window",
-        "print_wrapped": ".wrapping",
-        "require_display": ".display",
-    },
-)
+__getattr__ = lazy_exports(__name__)
