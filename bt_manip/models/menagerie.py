@@ -5,11 +5,21 @@ to use instead), ``MENAGERIE_BASE_URL`` and ``MENAGERIE_CACHE_DIR``.
 """
 
 import tarfile
+import threading
+import urllib.error
+import urllib.request
 from pathlib import Path
 
 from bt_manip.exceptions import did_you_mean
 from bt_manip.models.errors import ModelError
 from bt_manip.models.progress import Progress, terminal_progress
+
+CONNECTION_TIMEOUT = 2.0
+"""Longest wall time until the server answers [s]; later there is taken to be no network."""
+
+REMEDY = (
+    "set MENAGERIE_ROOT to a folder with the models of MuJoCo Menagerie to do without a network"
+)
 
 
 def menagerie_file(name: str, progress: Progress = terminal_progress) -> Path:
@@ -20,7 +30,8 @@ def menagerie_file(name: str, progress: Progress = terminal_progress) -> Path:
         progress: Called with the progress of a download.
 
     Raises:
-        ModelError: When there is no such model, or what comes is not what was announced.
+        ModelError: If there is no such model, the server does not answer, or the download is
+            damaged.
     """
     import mujoco_menagerie as menagerie
 
@@ -32,6 +43,8 @@ def menagerie_file(name: str, progress: Progress = terminal_progress) -> Path:
         raise ModelError(f"no model '{robot_name}' in MuJoCo Menagerie{near}") from None
     try:
         file = robot.entry(entry or robot.default_model).file
+        if not is_cached(robot_name):
+            _require_server(name)
         path = robot.path(progress=progress) / file
     except menagerie.UnknownEntryPointError:
         near = did_you_mean(entry, robot.entry_names)
@@ -41,6 +54,40 @@ def menagerie_file(name: str, progress: Progress = terminal_progress) -> Path:
     if not path.is_file():
         raise ModelError(f"menagerie:{name}: there is no file {path}")
     return path
+
+
+def _require_server(name: str) -> None:
+    """Connect to the server once: the package itself would try for many seconds.
+
+    Raises:
+        ModelError: If it does not answer within `CONNECTION_TIMEOUT`.
+    """
+    import mujoco_menagerie as menagerie
+
+    cache = menagerie.Cache()
+    if cache.root is not None or not cache.base_url.startswith("http"):
+        return
+    request = urllib.request.Request(cache.base_url, method="HEAD")
+    problems = [f"no answer within {CONNECTION_TIMEOUT:g} s"]
+
+    def connect() -> None:
+        try:
+            urllib.request.urlopen(request, timeout=CONNECTION_TIMEOUT).close()
+        except urllib.error.HTTPError:
+            pass  # an answer, too
+        except (OSError, ValueError) as error:
+            problems[0] = str(getattr(error, "reason", error))
+            return
+        problems.clear()
+
+    # A thread, because looking up the host's name may take longer than any timeout.
+    thread = threading.Thread(target=connect, daemon=True)
+    thread.start()
+    thread.join(CONNECTION_TIMEOUT)
+    if problems:
+        raise ModelError(
+            f"menagerie:{name} was not fetched: {cache.base_url}: {problems[0]}; {REMEDY}"
+        )
 
 
 def menagerie_names() -> list[str]:

@@ -107,3 +107,15 @@ def test_a_scene_that_is_not_there_is_bad_input(bt_manip, trees, name, message):
     code, _, err = bt_manip("run", f"{trees}:quick", "--scene", name)
     assert code == 2
     assert message in err
+
+
+def test_a_scene_that_names_its_robot_by_its_role_takes_another_robot(
+    bt_manip, menagerie, monkeypatch, tmp_path
+):
+    monkeypatch.setenv("MENAGERIE_ROOT", str(menagerie))
+    report = tmp_path / "report.json"
+    options = ("--scene", "varied_pick", "--robot", "xarm7", "--quiet", "--report", report)
+    code, _, err = bt_manip("run", "pick_place", *options)
+    assert (code, err) == (0, "")
+    (cycle,) = json.loads(report.read_text())["cycles"]
+    assert cycle["randomized"]["robots"].keys() == {"arm"}

@@ -3,7 +3,9 @@
 import dataclasses
 import hashlib
 import io
+import socket
 import tarfile
+import time
 
 import mujoco
 import numpy as np
@@ -120,3 +122,18 @@ def test_a_model_that_the_server_lacks_is_refused_and_nothing_is_left(robot, ser
     with pytest.raises(ModelError, match="404"):
         find_model("menagerie:kuka_iiwa_14")
     assert left(tmp_path) == []
+
+
+@pytest.mark.parametrize("listens", [True, False])
+def test_without_an_answer_it_fails_within_two_seconds_and_says_what_helps(
+    robot, monkeypatch, listens
+):
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        address = "127.0.0.1:%d" % silent.getsockname()[1]
+        if not listens:
+            silent.close()
+        monkeypatch.setenv("MENAGERIE_BASE_URL", f"http://{address}/assets")
+        start = time.monotonic()
+        with pytest.raises(ModelError, match=f"{address}.*; set MENAGERIE_ROOT to a folder"):
+            find_model("menagerie:kuka_iiwa_14")
+        assert time.monotonic() - start < 2.5
