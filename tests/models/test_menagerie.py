@@ -129,7 +129,7 @@ def test_without_an_answer_it_fails_within_two_seconds_and_says_what_helps(
     robot, monkeypatch, listens
 ):
     with socket.create_server(("127.0.0.1", 0)) as silent:
-        address = "127.0.0.1:%d" % silent.getsockname()[1]
+        address = f"127.0.0.1:{silent.getsockname()[1]}"
         if not listens:
             silent.close()
         monkeypatch.setenv("MENAGERIE_BASE_URL", f"http://{address}/assets")
