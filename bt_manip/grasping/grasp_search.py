@@ -181,11 +181,11 @@ class GraspSearch:
         if not self._can_lift(one, end):
             return None
         reason = (
-            f"{one.describe()}; joint limit margin {margin:.2f} rad, "
-            f"{arm.ik.distance(q, arm.q):.2f} s away"
+            f"{one.describe()}; {margin:.2f} rad from the nearest joint limit; "
+            f"{arm.ik.distance(q, arm.q):.2f} s away at full joint speed"
         )
         if rejections.total:
-            reason += f"; {rejections.total} rejected before"
+            reason += f"; {rejections.total} grasps rejected before"
         return margin, GraspPlan(one.grasp, one.T_wt, q, reason)
 
     def _check_pregrasp(self, batch: Sequence[RankedGrasp], height: float) -> None:

@@ -44,8 +44,8 @@ class RankedGrasp(NamedTuple):
         approach = "from above" if tilt < 5.0 else f"{tilt:.0f} degrees from vertical"
         parts = sorted(self.costs.items(), key=lambda item: -item[1])
         named = ", ".join(f"{name} {cost:.2f}" for name, cost in parts if cost >= 0.005)
-        cost = f"{self.cost:.2f} ({named})" if named else "0"
-        return f"{approach}, {1e3 * self.grasp.width:.0f} mm wide; cost {cost}"
+        cost = f"; cost {self.cost:.2f} ({named})" if named else ""
+        return f"{approach}, {1e3 * self.grasp.width:.0f} mm wide{cost}"
 
 
 class GraspRanking:

@@ -48,7 +48,8 @@ def test_the_grasp_is_explained(station, trial):
     hovering.tick_until("SUCCESS")
     message = hovering.behaviour.feedback_message
     assert "from above, 50 mm wide" in message
-    assert "joint limit margin" in message and "s away" in message
+    assert "rad from the nearest joint limit; " in message
+    assert "s away at full joint speed" in message
 
 
 @pytest.mark.parametrize("height", [0.0, 0.015])

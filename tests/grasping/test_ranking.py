@@ -22,7 +22,7 @@ def test_a_cube_is_gripped_from_above_first_at_no_cost():
     for one in found[:4]:
         assert one.T_wt.rotation[:, 2] == pytest.approx(DOWN)
         assert one.T_wt.translation == pytest.approx([0.0, 0.0, 0.015])
-        assert one.cost == 0.0 and one.describe() == "from above, 50 mm wide; cost 0"
+        assert one.cost == 0.0 and one.describe() == "from above, 50 mm wide"
     assert found[4].costs["tilt"] > 0.4 and "tilt 0.50" in found[4].describe()
 
 
