@@ -1,6 +1,6 @@
 # Everything works on a fresh clone with git, make and Python 3.11 or 3.12.
 .DEFAULT_GOAL := help
-.PHONY: help setup run test test-packages lint types bench soak
+.PHONY: help setup run test test-packages lint types docs bench soak
 
 READY := .venv/.ready
 BIN := .venv/bin
@@ -30,6 +30,14 @@ lint: setup  ## Check style
 
 types: setup  ## Check types
 	$(BIN)/mypy
+
+docs: setup .venv/.docs  ## Build the documentation in docs/_build/html
+	$(BIN)/python -m sphinx -E -b html -W --keep-going -q docs docs/_build/html
+	@echo "docs/_build/html/index.html"
+
+.venv/.docs: pyproject.toml constraints.txt
+	@$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -e ".[docs]"
+	@touch .venv/.docs
 
 bench: setup  ## Measure, and print tables, beside other packages where they install
 	-@$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -e ".[peers]"

@@ -1,5 +1,6 @@
 """Everything that the pages show works as printed, and everything that they link or name exists."""
 
+import importlib.util
 import os
 import re
 import shlex
@@ -16,6 +17,8 @@ import bt_manip.testing.tree_reading  # noqa: F401  inner sessions of pytest mus
 pytest_plugins = ("pytester",)
 
 ROOT = Path(__file__).resolve().parent.parent
+GENERATED = ("docs/_build/", "docs/project/", "docs/reference/")
+"""Folders that `make docs` writes."""
 PAGES = {
     path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
     for path in (
@@ -25,6 +28,7 @@ PAGES = {
         ROOT / "examples" / "README.md",
         *sorted((ROOT / "plugins").glob("*/README.md")),
     )
+    if not path.relative_to(ROOT).as_posix().startswith(GENERATED)
 }
 COVERED_ELSEWHERE = {
     "docs/plugins/tutorials/": "test_scaffold.py writes, installs and tests these packages",
@@ -133,13 +137,29 @@ def test_the_commands_of_a_page_exist_with_their_options(page):
 @pytest.mark.parametrize("page", PAGES)
 def test_the_links_of_a_page_lead_to_files_and_headings(page):
     for link, _, heading in re.findall(r"\]\(([^)#\s]*)(#([^)\s]+))?\)", PAGES[page]):
-        if "://" in link:
+        if "://" in link or (page == "docs/index.md" and f"docs/{link}".startswith(GENERATED)):
             continue
         target = (ROOT / page).parent / link if link else ROOT / page
         assert target.exists(), link
         if heading:
             titles = re.findall(r"^#+ (.*)", target.read_text(encoding="utf-8"), re.MULTILINE)
             assert heading in [title.lower().replace(" ", "-") for title in titles], heading
+
+
+def test_the_index_of_the_site_leads_to_every_page(tmp_path):
+    """Generated pages included, of which some lead to others; its links exist."""
+    tools = importlib.util.spec_from_file_location("pages", ROOT / "tools" / "reference_pages.py")
+    reference_pages = importlib.util.module_from_spec(tools)
+    tools.loader.exec_module(reference_pages)
+    written = reference_pages.write_all(tmp_path)
+    pages = {path.relative_to(tmp_path).as_posix(): path.read_text() for path in written}
+    pages |= {name[5:]: text for name, text in PAGES.items() if name.startswith("docs/")}
+    found = set()
+    for name, text in pages.items():
+        for toctree in re.findall(r"^```{toctree}\n(?::[^\n]*\n)*\n(.*?)^```", text, re.S | re.M):
+            found |= {os.path.normpath(Path(name).parent / line) for line in toctree.split()}
+    assert found == {name.rpartition(".")[0] for name in pages} - {"index"}
+    assert set(re.findall(r"\]\(([^)]*\.(?:md|rst))\)", pages["index.md"])) <= set(pages)
 
 
 @pytest.mark.parametrize("page", ["CONTRIBUTING.md", "docs/architecture.md", "README.md"])

@@ -5,6 +5,7 @@
 
 import inspect
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 from bt_manip.bt import BehaviourRegistry, Node, NodeKind
@@ -20,19 +21,23 @@ _TITLES = {
 }
 
 
-def node_reference() -> str:
-    """Describe all nodes of the language: their results by the child's status, and their ports.
+def node_reference(nodes: Mapping[str, type[Node]] | None = None) -> str:
+    """Describe nodes: their results by the child's status, and their ports.
+
+    Args:
+        nodes: The nodes by name; None: those of the language.
 
     Returns:
         Markdown, one section per kind and one heading per node.
     """
-    registry = BehaviourRegistry()
-    names = registry.names()
+    if nodes is None:
+        registry = BehaviourRegistry()
+        nodes = {name: registry.get(name) for name in registry.names()}
     sections = []
     for kind, title in _TITLES.items():
-        nodes = [name for name in names if registry.get(name).kind is kind]
-        if nodes:
-            parts = [f"## {title}", *(_node(name, registry.get(name)) for name in nodes)]
+        found = [_node(name, cls) for name, cls in nodes.items() if cls.kind is kind]
+        if found:
+            parts = [f"## {title}", *found]
             sections.append("\n\n".join(parts))
     return "\n\n".join(sections) + "\n"
 
@@ -67,6 +72,8 @@ def _ports(cls: type[Node]) -> str:
     lines = ["| port | direction | type | default | |", "|---|---|---|---|---|"]
     for port in cls.ports.values():
         default = f"`{port.default_text}`" if port.default_text else ""
+        if port.mandatory:
+            default = "required"
         kind = port.type.name.removeprefix("BT::").removeprefix("std::")
         lines.append(
             f"| `{port.name}` | {port.direction} | {kind} | {default} | {port.doc} |".rstrip()

@@ -12,6 +12,7 @@ class Reference(Protocol):
     after it: the reference and the measured state belong to the same time between steps.
 
     A reference may also have
+
     - ``payload``, the `Payload` of the arm, which the controller's model then includes;
     - ``hold_at(q)``, called when another controller takes over: a reference at rest continues from
       the measured configuration ``q``, a moving one ignores it.

@@ -6,15 +6,13 @@ from typing import Any
 class RunObserver:
     """Observes a run without changing it; the methods of this base class do nothing.
 
-    The runner calls, in this order:
+    The runner calls, in this order::
 
-    ```
-    run_started(run)
-      cycle_started(cycle)
-        [ before_tick(), tree tick, tick/dt times { control step, after_step() }, after_tick() ] ...
-      cycle_ended(status, reason)
-    run_ended()
-    ```
+      run_started(run)
+        cycle_started(cycle)
+          [ before_tick(), tree tick, tick/dt x { control step, after_step() }, after_tick() ] ...
+        cycle_ended(status, reason)
+      run_ended()
 
     `after_compile` is called once before the first `cycle_started`, and before the next step
     whenever the cell has been recompiled: ids and views of the physics must be renewed there.

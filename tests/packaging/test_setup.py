@@ -25,7 +25,12 @@ def constrained() -> dict[str, str]:
 
 
 @pytest.mark.parametrize(
-    "requirement", [*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["dev"]]
+    "requirement",
+    [
+        *PROJECT["dependencies"],
+        *PROJECT["optional-dependencies"]["dev"],
+        *PROJECT["optional-dependencies"]["docs"],
+    ],
 )
 def test_the_exact_version_of_each_dependency_is_in_its_range(requirement):
     wanted = Requirement(requirement)

@@ -1,0 +1,390 @@
+"""Write the pages of the site that follow from the code: reference, packages, changelog.
+
+``docs/conf.py`` runs this before each build. The pages are not committed:
+
+- ``docs/reference/``: public API, behaviours, other parts, hooks, command line, files;
+- ``docs/project/``: Markdown from outside ``docs/``, with its links adapted.
+"""
+
+import dataclasses
+import importlib
+import importlib.metadata
+import inspect
+import os
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parent.parent
+GENERATED = ("reference", "project")
+"""Folders of ``docs/`` that hold nothing but generated pages."""
+
+COPIED = {
+    "examples/README.md": "project/examples.md",
+    "CONTRIBUTING.md": "project/contributing.md",
+    "CHANGELOG.md": "project/changelog.md",
+    **{
+        path.relative_to(ROOT).as_posix(): f"project/{path.parent.name}.md"
+        for path in sorted((ROOT / "plugins").glob("*/README.md"))
+    },
+}
+"""Pages outside of ``docs/``, and where the site has them."""
+
+PARTS = {
+    "trees": "Trees",
+    "objects": "Objects",
+    "robots": "Robots",
+    "grippers": "Kinds of grippers",
+    "controllers": "Controllers",
+    "planners": "Planners",
+    "scenes": "Scenes",
+    "recorders": "Recorders",
+    "model_sources": "Model sources",
+}
+
+COMMAND_LINE = """Command line
+============
+
+Every option of every command, from the program itself. ``bt-manip COMMAND --help`` prints the same.
+
+.. click:: bt_manip.cli.app:app
+   :prog: bt-manip
+   :nested: full
+"""
+
+API = """# Packages
+
+The public API with arguments, units, frames and errors, from the docstrings. The
+[list](../../api.md) has every name with its first line.
+
+```{toctree}
+:maxdepth: 1
+
+"""
+
+PACKAGES = """# Plugin packages
+
+Packages of the repository that extend bt-manip through its hooks, each with its behaviours.
+
+```{toctree}
+:maxdepth: 1
+
+"""
+
+HOOKS = """# Hooks
+
+A plugin is a module with functions marked by `bt_manip.hookimpl`: see
+[plugins](../plugins/README.md). Each hook has a page:
+
+| hook | purpose |
+|---|---|
+"""
+
+FILES = """# Files
+
+What bt-manip reads and writes, with the keys of each file.
+
+| file | written or read by | keys |
+|---|---|---|
+| tree (`.xml`) | `bt-manip run`, `tree` | [tree language](../tree-language.md), `tree schema` |
+| scene (`.toml`) | `--scene`, `bt-manip scene` | [scenes](../scenes.md#a-file) |
+| robot (`.toml`) | `--robot`, `robot` in a scene | [below](#robot) |
+| report (`.json`) | `--report` | [below](#report) |
+| trace (`.npz`) | `--trace` | [below](#trace) |
+| snapshot | `--snapshot-at`, `--resume` | none: the version that wrote it reads it |
+
+## Report
+
+A JSON object, written at the end of every run except for bad input. A number that is not finite is
+`null`.
+
+"""
+
+TRACE = """## Trace
+
+A NumPy archive with one row for each control step (1 kHz); `n` is the number of joints of the arm.
+With several robots in the cell, the names are `left/q` and so on.
+
+```
+with np.load("trace.npz") as trace:
+    error = trace["q"] - trace["q_ref"]
+```
+
+| name | shape | contents |
+|---|---|---|
+| `t` | (steps,) | simulated time [s] |
+"""
+
+TRACED = {
+    "q": "measured joint positions [rad]",
+    "v": "measured joint velocities [rad/s]",
+    "q_ref": "reference positions [rad]",
+    "v_ref": "reference velocities [rad/s]",
+    "a_ref": "reference accelerations [rad/s2]",
+    "tau": "commanded joint torques [N m]",
+}
+
+ROBOT = """
+## Robot
+
+A TOML file that describes an arm with its gripper. A number stands for one of every joint. Poses
+are tables: `[base]` says where the base stands in a scene (`position`, `quat_wxyz` or `rpy`,
+`pedestal`), `[tool]` has the `frame` and the pose of the tool in it. The
+[tutorial](../plugins/tutorials/robot.md) describes a robot in Python;
+[bt-manip-menagerie](../project/bt-manip-menagerie.md) has five as files.
+
+"""
+
+SKIPPED_KEYS = ("tool_frame", "T_ft", "T_rb", "T_mg", "pedestal", "file", "gripper", "tool_limits")
+"""Attributes of robot descriptions that are written as tables, or not at all."""
+
+
+def write_all(docs: Path) -> list[Path]:
+    """Write all generated pages.
+
+    Args:
+        docs: The folder of pages; those of the repository, or another one for a test.
+
+    Returns:
+        The files; those that have not changed keep their time, so that they are not read again.
+    """
+    os.environ.setdefault("MUJOCO_GL", "disable")  # nothing is drawn here
+    sys.path.insert(0, str(ROOT / "tools"))
+    from bt_manip.plugins import load_plugins
+
+    parts = load_plugins().parts
+    pages = {
+        "reference/behaviours.md": behaviours_page(parts),
+        "reference/parts.md": parts_page(parts),
+        "reference/hooks.md": hooks_page(),
+        "reference/files.md": files_page(),
+        "reference/command-line.rst": COMMAND_LINE,
+        **api_pages(),
+    }
+    packages = [Path(page).stem for page in COPIED.values() if "/bt-manip-" in page]
+    pages["project/packages.md"] = PACKAGES + "".join(f"{name}\n" for name in packages) + "```\n"
+    for source, target in COPIED.items():
+        pages[target] = copied_page(source, target, parts)
+    written = []
+    for name, text in pages.items():
+        path = docs / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not path.exists() or path.read_text(encoding="utf-8") != text:
+            path.write_text(text, encoding="utf-8")
+        written.append(path)
+    for folder in GENERATED:
+        for path in {*(docs / folder).rglob("*.*")} - {*written}:
+            path.unlink()
+    return written
+
+
+# Public API
+
+
+def api_pages() -> dict[str, str]:
+    """Return a page for each package of the public API, for autodoc, and one that leads to them."""
+    from api_page import names
+
+    pages, seen = (
+        {"reference/api/index.md": API + "".join(f"{p}\n" for p in names()) + "```\n"},
+        set(),
+    )
+    for package, known in names().items():
+        module = importlib.import_module(package)
+        title = f"``{package}``"
+        parts = [f"{title}\n{'=' * len(title)}\n\n.. currentmodule:: {package}\n"]
+        for name, stability in known.items():
+            thing = getattr(module, name)
+            place = (getattr(thing, "__module__", package), name)
+            double = place in seen  # exported by two packages
+            seen.add(place)
+            parts.append(_autodoc(package, name, thing, stability, double))
+        pages[f"reference/api/{package}.rst"] = "\n".join(parts)
+    return pages
+
+
+def _autodoc(package: str, name: str, thing: object, stability: str, double: bool) -> str:
+    note = "" if stability == "stable" else "\n   *Experimental.*\n"
+    if inspect.isclass(thing):
+        own = thing.__module__.startswith("bt_manip")
+        lines = [f".. autoclass:: {name}", *(["   :members:"] if own else [])]
+    elif inspect.isroutine(thing):
+        lines = [f".. autofunction:: {name}"]
+    else:
+        lines = [f".. autodata:: {name}", "   :no-value:"]
+    if double:
+        lines.append("   :no-index:")
+    return "\n".join(lines) + "\n" + note
+
+
+# Registered parts
+
+
+def behaviours_page(parts: Any) -> str:
+    """Return the page of the built-in behaviours with their ports."""
+    return (
+        "# Behaviours\n\nThe leaves that bt-manip brings, with their ports. Behaviours of "
+        "plugins are on the pages of [their packages](../project/packages.md); "
+        "control nodes and decorators belong to the [tree language](../tree-language.md). "
+        "`bt-manip list behaviours` shows those that are installed.\n\n"
+        + _behaviours_of("builtin", parts)
+    )
+
+
+def _behaviours_of(owner: str, parts: Any) -> str:
+    from node_reference import node_reference
+
+    known = parts.behaviours
+    return node_reference({n: known.get(n) for n in known.names() if known.owner(n) == owner})
+
+
+def parts_page(parts: Any) -> str:
+    """Return the page of all registered parts that are no behaviours."""
+    kinds = parts.by_kind()
+    text = [
+        "# Registered parts\n\nWhat a run can name, beside [behaviours](behaviours.md): built "
+        "in, or of the repository's plugin packages. `bt-manip list` shows what is installed.\n"
+    ]
+    for kind, title in PARTS.items():
+        registry = kinds[kind]
+        text.append(f"\n## {title}\n\n| name | from | |\n|---|---|---|\n")
+        for name in registry.names():
+            text.append(f"| `{name}` | {registry.owner(name)} | {_summary(registry.get(name))} |\n")
+    return "".join(text)
+
+
+def _summary(part: Any) -> str:
+    if isinstance(part, str):  # a tree, or a model
+        return f"`{part.replace(str(ROOT) + '/', '')}`"
+    if not callable(part):
+        model = str(getattr(part, "model", "")).replace(str(ROOT) + "/", "")
+        return f"`{model}`" if model else ""
+    return _plain(inspect.cleandoc(part.__doc__ or "").partition("\n\n")[0])
+
+
+def _plain(text: str) -> str:
+    """Make a docstring fit into a cell of a Markdown table."""
+    return re.sub(r"``(.+?)``", r"`\1`", " ".join(text.split())).replace("|", "\\|")
+
+
+# Hooks
+
+
+def hooks_page() -> str:
+    """Return the page of all hooks, which leads to the page of each."""
+    from bt_manip import hookspecs
+
+    rows, pages = [], []
+    for name, hook in vars(hookspecs).items():
+        if hasattr(hook, f"{hookspecs.GROUP}_spec"):
+            arguments = ", ".join(inspect.signature(hook).parameters)
+            summary = _plain((inspect.getdoc(hook) or "").partition("\n\n")[0])
+            rows.append(f"| [`{name}({arguments})`](../plugins/hooks/{name}.md) | {summary} |\n")
+            pages.append(f"../plugins/hooks/{name}\n")
+    return f"{HOOKS}{''.join(rows)}\n```{{toctree}}\n:hidden:\n\n{''.join(pages)}```\n"
+
+
+# Files
+
+
+def files_page() -> str:
+    """Return the page of the keys of reports, traces and robots."""
+    report = importlib.import_module("bt_manip.recording.report")
+    trace = importlib.import_module("bt_manip.recording.trace")
+    robots = importlib.import_module("bt_manip.robots")
+    two_fingers = importlib.import_module("bt_manip.grippers.two_finger.parameters")
+    text = [FILES]
+    for cls in (
+        report.RunReport, report.CycleReport, report.Phase, report.CycleLimitUse, report.RobotCycle,
+    ):  # fmt: skip
+        text.append(f"### {cls.__name__}\n\n{_fields(cls)}\n")
+    text.append(TRACE)
+    for name in trace.COLUMNS:
+        text.append(f"| `{name}` | (steps, n) | {TRACED[name]} |\n")
+    text.append(ROBOT + _fields(robots.RobotDescription))
+    text.append("\n### `[tool_limits]`\n\n" + _fields(robots.ToolLimits))
+    text.append("\n### `[gripper]`\n\n" + _fields(robots.GripperDescription))
+    keys = _described(two_fingers.two_finger_gripper, "Args")
+    rows = "".join(f"| `{key}` | {text} |\n" for key, text in keys.items())
+    text.append(f"\n### `[gripper]` with two fingers\n\n| key | |\n|---|---|\n{rows}")
+    return "".join(text)
+
+
+def _fields(cls: type) -> str:
+    """Return a table of the attributes of a dataclass, described by its docstring."""
+    about = _described(cls, "Attributes")
+    rows = []
+    for field in dataclasses.fields(cls):
+        if field.name in SKIPPED_KEYS:
+            continue
+        kind = field.type if isinstance(field.type, str) else inspect.formatannotation(field.type)
+        kind = re.sub(r"[\w.]+\.(\w+)", r"\1", kind).replace("|", "\\|")
+        rows.append(f"| `{field.name}` | {kind} | {about.get(field.name, '')} |\n")
+    return f"| key | type | |\n|---|---|---|\n{''.join(rows)}"
+
+
+def _described(thing: Any, section: str) -> dict[str, str]:
+    """Read a section such as ``Attributes:`` of a docstring in Google's style."""
+    found = re.search(rf"^{section}:\n((?:    .*\n?|\n)*)", inspect.getdoc(thing) or "", re.M)
+    items: dict[str, str] = {}
+    for item in re.split(r"\n(?=    \S)", found[1]) if found else []:
+        names, _, text = item.strip().partition(":")
+        for name in names.split(","):
+            items[name.strip()] = _plain(text)
+    return items
+
+
+# Pages from elsewhere
+
+
+def copied_page(source: str, target: str, parts: Any) -> str:
+    """Return a page from outside ``docs/`` with its links adapted, and what belongs to it.
+
+    Args:
+        source: Path of the page in the repository.
+        target: Its path in ``docs/``.
+        parts: The registered parts.
+    """
+    text = adapt_links((ROOT / source).read_text(encoding="utf-8"), source, target)
+    folder = (ROOT / source).parent
+    if source.startswith("examples/"):
+        for path in sorted({*folder.glob("*.py"), *folder.glob("*.xml")}):
+            there = os.path.relpath(path, (ROOT / "docs" / target).parent)
+            text += f"\n## {path.name}\n\n```{{literalinclude}} {there}\n```\n"
+    elif source.startswith("plugins/"):
+        owner = folder.name.removeprefix("bt-manip-")
+        if any(parts.behaviours.owner(name) == owner for name in parts.behaviours.names()):
+            text += "\n" + _behaviours_of(owner, parts)
+    return text
+
+
+def adapt_links(text: str, source: str, target: str) -> str:
+    """Return a page with links to the pages of the site; links out of it become plain text.
+
+    Args:
+        text: The page.
+        source: Its path in the repository.
+        target: Its path in ``docs/``.
+    """
+
+    def adapt(match: re.Match[str]) -> str:
+        image, label, place, heading = match[1], match[2], match[3], match[4] or ""
+        path = os.path.normpath(os.path.join(os.path.dirname(source), place))
+        if "://" in place or (source == f"docs/{target}" and path.startswith("docs/")):
+            return match[0]
+        if source.startswith("examples/") and os.path.dirname(path) == "examples":
+            return f"[{label}](#{os.path.basename(path).replace('.', '')})"
+        page = COPIED.get(path) or COPIED.get(f"{path}/README.md")
+        if page is None and path.startswith("docs/"):
+            page = path.removeprefix("docs/")
+        if page is None:
+            return label
+        return f"{image}[{label}]({os.path.relpath(page, os.path.dirname(target))}{heading})"
+
+    return re.sub(r"(!?)\[([^\]]+)\]\(([^)#\s]+)(#[^)\s]+)?\)", adapt, text)
+
+
+if __name__ == "__main__":
+    for path in write_all(ROOT / "docs"):
+        print(path.relative_to(ROOT))
