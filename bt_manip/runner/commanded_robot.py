@@ -11,8 +11,8 @@ from bt_manip.control import Controller, ControllerManager
 from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts
 from bt_manip.robots import Gripper, Robot
-from bt_manip.runner.robot_choice import find_robot
-from bt_manip.runner.scene import SceneRobot
+
+from .scene import SceneRobot, find_robot
 
 
 @dataclass(frozen=True)

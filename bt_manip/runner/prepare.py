@@ -4,14 +4,14 @@ from bt_manip.bt import Tree
 from bt_manip.cell.objects import Catalogue
 from bt_manip.exceptions import BtManipError, NodeError
 from bt_manip.registry import Parts
-from bt_manip.runner.fixtures import naming_file
-from bt_manip.runner.furnishing import fixture_models, with_models
-from bt_manip.runner.python_tree import make_tree
-from bt_manip.runner.request import RunRequest
-from bt_manip.runner.run import Run
-from bt_manip.runner.scene_choice import find_scene
-from bt_manip.runner.station import Station, build_station
-from bt_manip.runner.xml_tree import Warn, known_behaviours, load_document
+
+from .fixtures import fixture_models, naming_file, with_models
+from .python_tree import make_tree
+from .request import RunRequest
+from .run import Run
+from .scene_file import find_scene
+from .station import Station, build_station
+from .xml_tree import Warn, known_behaviours, load_document
 
 
 def prepare(request: RunRequest, parts: Parts, warn: Warn = lambda message: None) -> Run:

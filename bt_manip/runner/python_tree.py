@@ -14,7 +14,8 @@ from py_trees.trees import BehaviourTree
 
 from bt_manip.bt import Tree
 from bt_manip.exceptions import BtManipError, did_you_mean
-from bt_manip.runner.tree_source import TreeSource
+
+from .tree_source import TreeSource
 
 Clock = Callable[[], float]
 

@@ -6,9 +6,10 @@ from typing import Any
 from bt_manip.bt import BehaviourRegistry, TreeWatch
 from bt_manip.exceptions import BtManipError, NodeError
 from bt_manip.models import is_address
-from bt_manip.runner.observer import RunObserver
-from bt_manip.runner.tree_source import TreeSource
-from bt_manip.runner.xml_tree import set_keys
+
+from .observer import RunObserver
+from .tree_source import TreeSource
+from .xml_tree import set_keys
 
 
 class Reloader(RunObserver):

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.runner.tree_source import TreeSource
+
+from .tree_source import TreeSource
 
 CONTROLLER = "computed_torque"
 """Default controller."""

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from bt_manip.bt import NodeStatus, Tree
-from bt_manip.runner.observer import RunObserver
-from bt_manip.runner.pacing import Pacing
-from bt_manip.runner.request import RunRequest
-from bt_manip.runner.station import Station
+
+from .observer import RunObserver
+from .pacing import Pacing
+from .request import RunRequest
+from .station import Station
 
 Stop = Callable[[], bool]
 

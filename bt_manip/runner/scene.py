@@ -11,6 +11,8 @@ from bt_manip import spatial
 from bt_manip.cell import Region
 from bt_manip.cell.randomization import Randomization
 from bt_manip.exceptions import BtManipError
+from bt_manip.registry import Registry
+from bt_manip.robots import RobotDescription, read_description
 
 
 @dataclass(frozen=True)
@@ -131,3 +133,16 @@ def two_arms() -> Scene:
             Fixture("basket", "right_basket", spatial.pose((0.3, -0.3, surface), half_turn)),
         ),
     )
+
+
+def find_robot(robot: str, robots: Registry[RobotDescription]) -> RobotDescription:
+    """Return the description of a robot.
+
+    Args:
+        robot: A registered name, or the path of a TOML file that describes one.
+        robots: The registered descriptions.
+
+    Raises:
+        BtManipError: If there is no such robot, or its file is invalid.
+    """
+    return read_description(robot) if robot.endswith(".toml") else robots.get(robot)

@@ -16,10 +16,11 @@ from bt_manip.cell.randomization import Randomizer, SceneObject
 from bt_manip.control import Controller, ControllerManager
 from bt_manip.registry import Parts, Registry
 from bt_manip.robots import Gripper, Robot
-from bt_manip.runner.commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities
-from bt_manip.runner.fixtures import add_fixture, naming_file, sampled_fixtures
-from bt_manip.runner.request import CONTROLLER, PLANNER
-from bt_manip.runner.scene import Scene, table_and_basket
+
+from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities
+from .fixtures import add_fixture, naming_file, sampled_fixtures
+from .request import CONTROLLER, PLANNER
+from .scene import Scene, table_and_basket
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,8 @@ from collections.abc import Callable, Mapping
 from bt_manip.bt import STRING, BehaviourRegistry, Substitutions, Tree, read_tree
 from bt_manip.exceptions import BlackboardError, BtManipError, did_you_mean
 from bt_manip.registry import Parts
-from bt_manip.runner.tree_source import TreeSource
+
+from .tree_source import TreeSource
 
 Clock = Callable[[], float]
 Warn = Callable[[str], None]

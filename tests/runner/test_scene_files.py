@@ -11,8 +11,7 @@ from bt_manip.cell.objects import Bottle
 from bt_manip.models import bundled_root
 from bt_manip.recording.recorder import Recorder
 from bt_manip.runner import RunRequest, build_station, find_tree, prepare
-from bt_manip.runner.scene_choice import seed_of
-from bt_manip.runner.scene_file import SceneError, read_scene
+from bt_manip.runner.scene_file import SceneError, read_scene, seed_of
 from bt_manip.spatial import pose
 from bt_manip.toml_lines import line_numbers, line_of
 
