@@ -77,7 +77,8 @@ class Collector:
             relative_to="" if pose is None else pose.get("relative_to", ""),
             placement=placement or model.get("placement_frame", ""),
         )  # fmt: skip
-        if self._reader.flag(placed, "static") and not self._static_root(model):
+        included_static = self._reader.flag(model, "static") and model.getparent() is None
+        if self._reader.flag(placed, "static") and not included_static:
             self._reader.warn(placed, "<static> of a model in a model cannot be expressed")
         self.scopes.add(scope + name + SEPARATOR + MODEL, frame)
         self._inside(model, scope + name + SEPARATOR, depth + 1)
@@ -102,9 +103,6 @@ class Collector:
         name = reader.text(include, "name") or self._name(model)
         self._nested(model, include, scope, name, depth)
         self._open.pop()
-
-    def _static_root(self, model: Element) -> bool:
-        return self._reader.flag(model, "static") and model.getparent() is None
 
     def _name(self, element: Element) -> str:
         name = element.get("name", "").strip()

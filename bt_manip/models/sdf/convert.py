@@ -1,6 +1,5 @@
 """A model of SDF as MJCF."""
 
-from collections.abc import Iterable, Mapping
 from itertools import combinations
 from pathlib import Path
 
@@ -14,7 +13,7 @@ from bt_manip.models.progress import Progress, terminal_progress
 from bt_manip.models.sdf.assets import Assets
 from bt_manip.models.sdf.collect import Collector
 from bt_manip.models.sdf.inertia import inertial
-from bt_manip.models.sdf.joints import JointElement, joints_of
+from bt_manip.models.sdf.joints import joints_of
 from bt_manip.models.sdf.looks import material_of
 from bt_manip.models.sdf.reader import Element, SdfReader
 from bt_manip.models.sdf.scopes import WORLD, Frame, Scopes
@@ -99,7 +98,8 @@ class _Converter:
         self._add_sites(world, T_om)
         contact = etree.SubElement(root, "contact")
         if not self._static and not self._reader.flag(model, "self_collide"):
-            self._exclude(contact)
+            for one, other in combinations(self._links, 2):
+                _element(contact, "exclude", body1=one, body2=other)
         root.append(self._equality)
         return etree.tostring(root, encoding="unicode")
 
@@ -164,7 +164,9 @@ class _Converter:
         if not self._static and name in self._joints:
             joint, frame = self._joints[name]
             for made in joints_of(reader, self._scopes, joint, frame, name):
-                self._add_joint(body, made)
+                _element(body, "joint", **made.attributes)
+                if made.equality is not None:
+                    _element(self._equality, "joint", **made.equality)
         attributes = inertial(reader, self._scopes, name, link, self._static)
         if attributes is not None:
             _element(body, "inertial", **attributes)
@@ -172,16 +174,6 @@ class _Converter:
             self._add_collision(body, name, collision, attributes is None)
         for visual in link.iterfind("visual"):
             self._add_visual(body, name, visual)
-
-    def _add_joint(self, body: Element, made: JointElement) -> None:
-        _element(body, "joint", **made.attributes)
-        if made.mimic is not None:
-            follower = made.attributes["name"]
-            polynomial = (made.mimic.offset, made.mimic.multiplier, 0, 0, 0)
-            _element(
-                self._equality, "joint", joint1=follower, joint2=made.mimic.leader,
-                polycoef=polynomial,
-            )  # fmt: skip
 
     def _add_collision(self, body: Element, link: str, collision: Element, weighs: bool) -> None:
         reader = self._reader
@@ -226,11 +218,6 @@ class _Converter:
             T = T * self._scopes.pose(name)
             _element(bodies.get(link, world), "site", name=name, size=0.005, group=4, **_place(T))
 
-    def _exclude(self, contact: Element) -> None:
-        """Links of a model do not collide with each other unless it says so."""
-        for one, other in combinations(self._links, 2):
-            etree.SubElement(contact, "exclude", body1=one, body2=other)
-
 
 def _place(T: pin.SE3) -> dict[str, object]:
     return {"pos": T.translation, "quat": quat_wxyz(T)}
@@ -238,15 +225,9 @@ def _place(T: pin.SE3) -> dict[str, object]:
 
 def _element(parent: Element, tag: str, **attributes: object) -> Element:
     element = etree.SubElement(parent, tag)
-    for name, value in _known_attributes(attributes):
+    for name, value in attributes.items():
+        if not isinstance(value, str):
+            numbers = np.atleast_1d(np.asarray(value))
+            value = " ".join(repr(float(n)) if n % 1 else str(int(n)) for n in numbers)
         element.set(name, value)
     return element
-
-
-def _known_attributes(attributes: Mapping[str, object]) -> Iterable[tuple[str, str]]:
-    for name, value in attributes.items():
-        if isinstance(value, str):
-            yield name, value
-        else:
-            numbers = np.atleast_1d(np.asarray(value))
-            yield name, " ".join(repr(float(n)) if n % 1 else str(int(n)) for n in numbers)

@@ -22,19 +22,11 @@ _UNBOUNDED = 1e15  # SDF's own default is 1e16
 _FAR = 1e6  # [rad, m] where only one side has a bound
 
 
-class Mimic(NamedTuple):
-    """A joint that follows another one: ``q = multiplier * (leader - reference) + offset``."""
-
-    leader: str
-    multiplier: float
-    offset: float
-
-
 class JointElement(NamedTuple):
-    """A joint as MJCF has it."""
+    """A joint as MJCF has it, and the equality that makes it follow another one."""
 
     attributes: dict[str, object]
-    mimic: Mimic | None = None
+    equality: dict[str, object] | None = None
 
 
 def joints_of(
@@ -96,7 +88,7 @@ def _joint(
     }
     _limits(reader, axis, attributes, bounded)
     _dynamics(reader, axis, attributes)
-    return JointElement(attributes, _mimic(reader, scopes, frame, axis))
+    return JointElement(attributes, _mimic(reader, scopes, frame, axis, name))
 
 
 def _direction(
@@ -153,7 +145,10 @@ def _dynamics(reader: SdfReader, axis: Element, attributes: dict[str, object]) -
             attributes[attribute] = value
 
 
-def _mimic(reader: SdfReader, scopes: Scopes, frame: Frame, axis: Element) -> Mimic | None:
+def _mimic(
+    reader: SdfReader, scopes: Scopes, frame: Frame, axis: Element, follower: str
+) -> dict[str, object] | None:
+    """Return the equality ``q = multiplier * (leader - reference) + offset``."""
     mimic = axis.find("mimic")
     if mimic is None:
         return None
@@ -161,4 +156,4 @@ def _mimic(reader: SdfReader, scopes: Scopes, frame: Frame, axis: Element) -> Mi
     multiplier = reader.number(mimic, "multiplier", 1.0)
     reference = reader.number(mimic, "reference", 0.0)
     offset = reader.number(mimic, "offset", 0.0) - multiplier * reference
-    return Mimic(leader, multiplier, offset)
+    return {"joint1": follower, "joint2": leader, "polycoef": (offset, multiplier, 0, 0, 0)}

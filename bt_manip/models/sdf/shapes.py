@@ -56,37 +56,29 @@ class ShapeReader:
         if not shapes:
             return []
         shape = shapes[0]
-        method = getattr(self, f"_{shape.tag}", None)
-        if method is None:
-            self._reader.warn(shape, f"the shape <{shape.tag}> cannot be expressed; left out")
-            return []
-        if shape.tag == "mesh":
-            return self._mesh(shape, collides)
-        if shape.tag == "plane":
-            return self._plane(shape, static)
-        attributes = method(shape)
-        return [SdfShape(attributes, pin.SE3.Identity())] if attributes else self._cones(shape)
+        match shape.tag:
+            case "mesh":
+                return self._mesh(shape, collides)
+            case "plane":
+                return self._plane(shape, static)
+            case "cone":
+                return self._cone(shape)
+            case "box":
+                size = self._lengths(shape, "size", (1, 1, 1)) / 2
+            case "sphere":
+                size = self._lengths(shape, "radius", (1,))
+            case "ellipsoid":
+                size = self._lengths(shape, "radii", (1, 1, 1))
+            case "cylinder":
+                size = self._radius_and_half(shape, 1.0, 1.0)
+            case "capsule":  # in both formats the length is that of the part between the balls
+                size = self._radius_and_half(shape, 0.5, 1.0)
+            case _:
+                self._reader.warn(shape, f"the shape <{shape.tag}> cannot be expressed; left out")
+                return []
+        return [SdfShape({"type": shape.tag, "size": size}, pin.SE3.Identity())]
 
-    def _box(self, shape: Element) -> dict[str, object]:
-        return {"type": "box", "size": self._lengths(shape, "size", (1, 1, 1)) / 2}
-
-    def _sphere(self, shape: Element) -> dict[str, object]:
-        return {"type": "sphere", "size": self._lengths(shape, "radius", (1,))}
-
-    def _cylinder(self, shape: Element) -> dict[str, object]:
-        return {"type": "cylinder", "size": self._radius_and_half(shape, 1.0, 1.0)}
-
-    def _capsule(self, shape: Element) -> dict[str, object]:
-        # In both formats the length is that of the part between the balls.
-        return {"type": "capsule", "size": self._radius_and_half(shape, 0.5, 1.0)}
-
-    def _ellipsoid(self, shape: Element) -> dict[str, object]:
-        return {"type": "ellipsoid", "size": self._lengths(shape, "radii", (1, 1, 1))}
-
-    def _cone(self, shape: Element) -> dict[str, object]:
-        return {}
-
-    def _cones(self, shape: Element) -> list[SdfShape]:
+    def _cone(self, shape: Element) -> list[SdfShape]:
         """Make a cone, which MuJoCo does not have, of triangles; its middle is at the origin."""
         radius, half = self._radius_and_half(shape, 0.5, 1.0)
         n = 48
@@ -149,10 +141,11 @@ class ShapeReader:
         ]
 
     def _radius_and_half(self, shape: Element, radius: float, length: float) -> np.ndarray:
-        lengths = self._lengths(shape, "radius", (radius,)), self._lengths(
-            shape, "length", (length,)
-        )  # fmt: skip
-        return np.array([lengths[0][0], lengths[1][0] / 2])
+        (r,), (whole,) = (
+            self._lengths(shape, "radius", (radius,)),
+            self._lengths(shape, "length", (length,)),
+        )
+        return np.array([r, whole / 2])
 
     def _lengths(self, shape: Element, tag: str, default: tuple[float, ...]) -> np.ndarray:
         """Read measures, all of which must be positive."""
