@@ -1,4 +1,4 @@
-"""Finding model files: bundled, by path, by address."""
+"""Model files: finding them by address, converting them to MJCF."""
 
 from .address import FoundModel as FoundModel
 from .address import Source as Source

@@ -1,4 +1,4 @@
-"""From the address of a model to a file on this machine."""
+"""Addresses of models, and the files that they refer to."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -17,23 +17,22 @@ SUFFIXES = {
     ".sdf": "sdf", ".world": "sdf", ".urdf": "urdf",
     ".obj": "mesh", ".stl": "mesh", ".dae": "mesh",
 }  # fmt: skip
-"""What files are by their names; XML files are looked into."""
+"""Formats by suffix; the format of XML files follows from their root element."""
 
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]+):")  # a single letter is a drive
 
 
 @dataclass(frozen=True)
 class FoundModel:
-    """A model's file on this machine.
+    """Local file of a model.
 
     Attributes:
-        address: An address that will find exactly this model again: with its version, or with the
-            whole path.
-        name: What to call it.
+        address: Address of exactly this model, with its version or absolute path.
+        name: Name of the model.
         path: The file.
         format: ``"mjcf"``, ``"urdf"``, ``"sdf"`` or ``"mesh"``.
-        root: The folder that the model may not reach out of, for one that came by itself over the
-            network; None for files of the user's own.
+        root: Folder outside which a downloaded model may not refer to files; None for the user's
+            own files.
     """
 
     address: str
@@ -49,7 +48,7 @@ def is_address(text: str) -> bool:
 
 
 Source = Callable[[str, Progress], FoundModel | Path]
-"""Finds the model of an address of one kind; a path alone will do."""
+"""Function that finds the model of an address; it may return a path."""
 
 
 def find_model(
@@ -57,16 +56,16 @@ def find_model(
     progress: Progress = terminal_progress,
     sources: Mapping[str, Source] | None = None,
 ) -> FoundModel:
-    """Find a model by its address, and fetch it where it is not on this machine yet.
+    """Find a model by its address, and download it if it is not cached.
 
     Args:
         address: ``bundled:cube``, a path, ``package://NAME/PATH``, ``menagerie:NAME``,
             ``fuel:OWNER/NAME`` with or without a version, or the URL of a model on Fuel.
         progress: Called with the progress of a download.
-        sources: What finds models, by what stands before the colon; default: `built_in_sources`.
+        sources: Functions that find models, by the kind of address; default: `built_in_sources`.
 
     Raises:
-        ModelError: When there is no such model, or it cannot be fetched; nothing is left of it.
+        ModelError: When there is no such model, or it cannot be fetched.
     """
     text = address.strip()
     match = _SCHEME.match(text)
@@ -86,7 +85,7 @@ def find_model(
 
 
 def built_in_sources() -> dict[str, Source]:
-    """Return the sources that need no plugin, by the kinds of address that they know."""
+    """Return the built-in sources, by kind of address."""
     return {
         "bundled": lambda address, progress: _bundled(_rest(address)),
         "fuel": _fuel,
@@ -119,7 +118,7 @@ def _bundled(name: str) -> FoundModel:
 
 
 def bundled_names() -> list[str]:
-    """Name the models that travel with the package."""
+    """Return the names of the models in the package."""
     files = bundled_root("models").glob("*/*.xml")
     return sorted(path.stem for path in files if path.stem == path.parent.name)
 
@@ -160,5 +159,5 @@ def _format(path: Path) -> str:
 
 
 def _name(text: str) -> str:
-    """Make a name that a cell, MuJoCo and a tree can all carry."""
+    """Return a name that is valid in a cell, MuJoCo and a tree."""
     return re.sub(r"[^A-Za-z0-9_-]+", "_", text).strip("_") or "model"

@@ -1,4 +1,4 @@
-"""The model, tree and scene files that travel with the package."""
+"""Model, tree and scene files in the package."""
 
 from pathlib import Path
 
@@ -6,16 +6,16 @@ from bt_manip.exceptions import BtManipError, did_you_mean
 
 
 def bundled_root(kind: str) -> Path:
-    """Find the directory of bundled files of one kind.
+    """Return the directory of bundled files of one kind.
 
-    A wheel carries them as ``bt_manip/bundled/models``, ``bt_manip/bundled/trees`` and so on; a
+    A wheel has them in ``bt_manip/bundled/models``, ``bt_manip/bundled/trees`` and so on; a
     source checkout has them at the top level, beside the package.
 
     Args:
         kind: ``"models"``, ``"trees"``, ``"scenes"`` or ``"templates"``.
 
     Raises:
-        BtManipError: When the installation lacks them.
+        BtManipError: When they are missing in the installation.
     """
     package = Path(__file__).resolve().parent.parent
     places = (package / "bundled" / kind, package.parent / kind)
@@ -34,7 +34,7 @@ def bundled_path(name: str, kind: str = "models") -> Path:
         kind: ``"models"`` or ``"trees"``.
 
     Raises:
-        BtManipError: When there is no such file; nearest right names are offered.
+        BtManipError: When there is no such file, with suggestions.
     """
     root = bundled_root(kind)
     path = root / name

@@ -1,4 +1,4 @@
-"""Convex parts of a mesh, to collide by; slow to find, so they are kept."""
+"""Convex decomposition of meshes for collision, cached because it is slow."""
 
 import hashlib
 import os
@@ -12,30 +12,30 @@ from bt_manip.models.errors import ModelError
 from bt_manip.models.meshes import Mesh
 
 CACHE_VARIABLE = "BT_MANIP_CACHE"
-"""Environment variable with the folder where results are kept."""
+"""Environment variable with the cache folder."""
 
 THRESHOLD = 0.05
-"""Concavity that is left, of the mesh's size."""
+"""Remaining concavity, relative to the size of the mesh."""
 
 
 def cache_root() -> Path:
-    """Return the folder where results are kept."""
+    """Return the cache folder."""
     if given := os.environ.get(CACHE_VARIABLE, ""):
         return Path(given)
     return platformdirs.user_cache_path("bt_manip")
 
 
 def can_decompose() -> bool:
-    """Return whether what finds convex parts is installed."""
+    """Return whether coacd is installed."""
     from importlib.util import find_spec
 
     return find_spec("coacd") is not None
 
 
 def convex_parts(mesh: Mesh) -> list[Mesh]:
-    """Split a mesh into convex parts that together fill nearly the same space.
+    """Decompose a mesh into convex parts with nearly the same volume.
 
-    It takes tens of seconds; the parts are kept in the cache, by the mesh's content.
+    It takes tens of seconds; the parts are cached by the content of the mesh.
 
     Raises:
         ModelError: When coacd is not installed or fails.
@@ -63,7 +63,7 @@ def _decompose(mesh: Mesh) -> list[Mesh]:
     coacd.set_log_level("error")
     try:
         parts = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), threshold=THRESHOLD, seed=0)
-    except Exception as error:  # a C++ library, which raises what it likes
+    except Exception as error:  # a C++ library without documented exceptions
         raise ModelError(f"no convex parts were found: {error}") from None
     return [Mesh(np.asarray(v), np.asarray(f), watertight=True) for v, f in parts]
 

@@ -1,7 +1,7 @@
-"""What can go wrong between an address and a model."""
+"""Errors of finding and converting models."""
 
 from bt_manip.exceptions import BtManipError
 
 
 class ModelError(BtManipError):
-    """A model that cannot be found, fetched or read; nothing of it is left on the disk."""
+    """A model cannot be found, fetched or read."""

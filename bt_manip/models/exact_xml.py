@@ -1,4 +1,4 @@
-"""MJCF as MuJoCo writes it, with all digits."""
+"""MJCF of a specification with full precision."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -19,8 +19,8 @@ _BODY = {"pos": "body_pos", "quat": "body_quat"}
 def exact_xml(spec: "mujoco.MjSpec") -> str:
     """Compile a specification and write it as MJCF, with angles in radians.
 
-    MuJoCo writes six digits of each number. Those that masses, joints and places are made of are
-    written anew, from the compiled model.
+    MuJoCo writes numbers with six digits. Those of masses, joints and poses are replaced by the
+    values of the compiled model.
 
     Raises:
         ValueError: When MuJoCo cannot compile it.
@@ -44,16 +44,16 @@ def exact_xml(spec: "mujoco.MjSpec") -> str:
 
 
 def _each(elements: list[Any], known: dict[str, str], model: Any, first: int, count: int) -> None:
-    """Write the elements of a body, unless some of them stand in a frame of their own."""
+    """Write the elements of a body, unless some are in a frame of their own."""
     if len(elements) != count:
         return
     for i, element in enumerate(elements):
-        if element.get("type") != "mesh":  # whose place MuJoCo changes
+        if element.get("type") != "mesh":  # MuJoCo changes their pose
             _write(element, known, model, int(first) + i)
 
 
 def _write(element: Any, known: dict[str, str], model: Any, i: int) -> None:
-    """Write attributes that are there already."""
+    """Overwrite existing attributes."""
     if element is None:
         return
     for attribute, field in known.items():
@@ -61,6 +61,6 @@ def _write(element: Any, known: dict[str, str], model: Any, i: int) -> None:
         if text is None:
             continue
         values = np.atleast_1d(getattr(model, field)[i])[: len(text.split())]
-        # Only digits are added: what means something else here stays as it is.
+        # Only digits are added: attributes with another meaning remain.
         if np.allclose(values, [float(word) for word in text.split()], rtol=1e-4, atol=1e-6):
             element.set(attribute, " ".join(repr(float(value)) for value in values))

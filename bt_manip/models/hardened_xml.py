@@ -1,4 +1,4 @@
-"""XML from others, read without anything that it could make a parser do."""
+"""Parsing of untrusted XML."""
 
 from pathlib import Path
 
@@ -7,18 +7,18 @@ from lxml import etree
 from bt_manip.models.errors import ModelError
 
 MAX_BYTES = 64 * 2**20
-"""Longest document that is read [bytes]."""
+"""Maximum size of a document [bytes]."""
 
 
 def parse_xml(data: bytes, path: Path) -> etree._Element:
-    """Parse a document; one with a document type, and so with entities, is refused.
+    """Parse a document; document types, and so entities, are refused.
 
     Args:
         data: The document.
-        path: Where it is from, for messages.
+        path: Its file, for messages.
 
     Raises:
-        ModelError: When it is no XML, or more than elements, attributes and text.
+        ModelError: When it is not XML, too large, or has a document type.
     """
     if len(data) > MAX_BYTES:
         raise ModelError(f"{path}: longer than {MAX_BYTES // 2**20} MB")
@@ -37,7 +37,7 @@ def parse_xml(data: bytes, path: Path) -> etree._Element:
 
 
 def read_xml(path: Path) -> etree._Element:
-    """Read a file as `parse_xml` does.
+    """Read and parse a file with `parse_xml`.
 
     Raises:
         ModelError: When it cannot be read or is not such a document.

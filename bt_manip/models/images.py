@@ -1,17 +1,17 @@
-"""Images that lie on meshes."""
+"""Texture images of meshes."""
 
 import struct
 from pathlib import Path
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
-_MOST = 8192  # [pixels] each way
-_MOST_BYTES = 64 * 2**20
+_MAX_SIZE = 8192  # [pixels] width and height
+_MAX_BYTES = 64 * 2**20  # 64 MiB
 
 
 def read_png(path: Path) -> bytes | None:
-    """Read an image as MuJoCo takes it: PNG, of no more than 8192 pixels each way; else None."""
+    """Return a PNG file of at most 8192 x 8192 pixels, as MuJoCo supports it, or None."""
     try:
-        if path.stat().st_size > _MOST_BYTES:
+        if path.stat().st_size > _MAX_BYTES:
             return None
         data = path.read_bytes()
     except OSError:
@@ -19,18 +19,18 @@ def read_png(path: Path) -> bytes | None:
     if not data.startswith(_SIGNATURE) or len(data) < 24:
         return None
     width, height = struct.unpack(">II", data[16:24])
-    return data if 0 < width <= _MOST and 0 < height <= _MOST else None
+    return data if 0 < width <= _MAX_SIZE and 0 < height <= _MAX_SIZE else None
 
 
 def image_of_obj(mesh: Path, root: Path | None) -> Path | None:
-    """Find the image that the material file of an OBJ names (``map_Kd``).
+    """Return the image in the material file of an OBJ (``map_Kd``).
 
     Args:
         mesh: The OBJ file.
-        root: The folder that may not be left, if any.
+        root: Folder outside which no file is read, if any.
 
     Returns:
-        The image; None where there is none, or where different parts have different ones.
+        The image; None if there is none, or if parts have different ones.
     """
     images = set()
     for name in _values(mesh, "mtllib"):
@@ -52,7 +52,7 @@ def _allowed(path: Path, root: Path | None) -> Path | None:
 
 
 def _values(path: Path | None, key: str) -> list[str]:
-    """Return what stands behind a word at the beginning of lines."""
+    """Return the rests of the lines that start with a key."""
     if path is None:
         return []
     with path.open(encoding="utf-8", errors="replace") as lines:

@@ -1,4 +1,4 @@
-"""From an address to a model that MuJoCo loads."""
+"""Loading models by address, converted to MJCF."""
 
 from collections.abc import Mapping
 
@@ -8,7 +8,7 @@ from bt_manip.models.mjcf_model import MjcfModel
 from bt_manip.models.progress import Progress, terminal_progress
 
 CONVEX = ("hull", "parts")
-"""What meshes collide by: their convex hull, or convex parts."""
+"""Collision geometry of meshes: convex hull or convex parts."""
 
 
 def load_model(
@@ -18,11 +18,11 @@ def load_model(
     progress: Progress = terminal_progress,
     sources: Mapping[str, Source] | None = None,
 ) -> MjcfModel:
-    """Find a model, fetch it where needed, and convert it to MJCF where it is something else.
+    """Find a model by its address, download it if needed, and convert it to MJCF.
 
     Args:
         address: As for `find_model`.
-        convex: What meshes collide by: their ``"hull"``, or convex ``"parts"`` of them.
+        convex: Collision geometry of meshes: convex ``"hull"`` or convex ``"parts"``.
         progress: Called with the progress of a download.
         sources: As for `find_model`.
 
@@ -37,10 +37,10 @@ def load_model(
 def convert(
     found: FoundModel, *, convex: str = "hull", progress: Progress = terminal_progress
 ) -> MjcfModel:
-    """Convert a model's file as `load_model` does.
+    """Convert a model's file to MJCF.
 
     Raises:
-        ModelError: When it cannot be.
+        ModelError: When it cannot be converted.
     """
     if found.format == "sdf":
         from bt_manip.models.sdf.convert import convert_sdf

@@ -1,4 +1,4 @@
-"""A mesh by itself as a model: one body of one material."""
+"""Conversion of a mesh file to a model with one body."""
 
 import numpy as np
 
@@ -7,11 +7,11 @@ from bt_manip.models.errors import ModelError
 from bt_manip.models.mjcf_model import MjcfModel
 
 DENSITY = 1000.0
-"""Of what a mesh file is the surface of, unless told otherwise [kg/m^3]."""
+"""Default density of the volume of a mesh file [kg/m^3]: water."""
 
 
 def convert_mesh(found: FoundModel, *, convex: str = "hull") -> MjcfModel:
-    """Make a body of a mesh; its mass is that of the enclosed volume.
+    """Convert a mesh to a body; its mass follows from the enclosed volume.
 
     Raises:
         ModelError: When it cannot be read, or encloses no volume.

@@ -1,7 +1,7 @@
-"""Models of MuJoCo Menagerie, by the package ``mujoco-menagerie``.
+"""Models of MuJoCo Menagerie, from the package ``mujoco-menagerie``.
 
-That package keeps the cache, compares checksums, and knows ``MENAGERIE_ROOT`` (a folder of models
-to use instead), ``MENAGERIE_BASE_URL`` and ``MENAGERIE_CACHE_DIR``.
+That package caches models, verifies checksums, and reads ``MENAGERIE_ROOT`` (a folder of models to
+use instead), ``MENAGERIE_BASE_URL`` and ``MENAGERIE_CACHE_DIR``.
 """
 
 import tarfile
@@ -91,14 +91,14 @@ def _require_server(name: str) -> None:
 
 
 def menagerie_names() -> list[str]:
-    """Name all models of Menagerie that the installed package knows."""
+    """Return the names of all models of Menagerie."""
     import mujoco_menagerie as menagerie
 
     return menagerie.names()
 
 
 def is_cached(name: str) -> bool:
-    """Return whether a model can be had without a network."""
+    """Return whether a model is available without a network."""
     import mujoco_menagerie as menagerie
 
     cache, robot = menagerie.Cache(), menagerie.get(name)
@@ -108,7 +108,7 @@ def is_cached(name: str) -> bool:
 
 
 def remove(name: str) -> list[Path]:
-    """Delete a downloaded model; give what was deleted.
+    """Delete a downloaded model and return the deleted paths.
 
     Raises:
         ModelError: When there is no such model.

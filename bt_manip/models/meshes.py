@@ -1,4 +1,4 @@
-"""Mesh files, as the one form that MuJoCo reads without questions."""
+"""Mesh files, normalised to triangles in metres with z up."""
 
 import io
 import logging
@@ -19,7 +19,7 @@ _TURNS = {
     "X_UP": np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
     "Y_UP": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
 }
-"""From COLLADA's upward axis to z."""
+"""Rotations from COLLADA's up axis to z."""
 
 
 @dataclass(frozen=True)
@@ -29,9 +29,9 @@ class Mesh:
     Attributes:
         vertices: Corners [m].  # (n, 3)
         faces: Corners of each triangle.  # (m, 3)
-        colour: Red, green, blue and opacity from 0 to 1, where the file has one for all of it.
+        colour: Red, green, blue and opacity from 0 to 1, if the file has a single colour.
         watertight: Whether they enclose a volume.
-        uv: Place of each corner in an image, from 0 to 1, where the file says.  # (n, 2)
+        uv: Texture coordinates of the corners, from 0 to 1, if any.  # (n, 2)
     """
 
     vertices: np.ndarray
@@ -41,12 +41,12 @@ class Mesh:
     uv: np.ndarray | None = None
 
     def scaled(self, scale: np.ndarray) -> "Mesh":
-        """Stretch it along its axes."""
+        """Return the mesh scaled along its axes."""
         faces = self.faces[:, ::-1] if np.prod(scale) < 0 else self.faces
         return replace(self, vertices=self.vertices * scale, faces=faces)
 
     def to_obj(self) -> bytes:
-        """Write it as an OBJ file."""
+        """Return the mesh as an OBJ file."""
         out = io.StringIO()
         for x, y, z in self.vertices.tolist():
             out.write(f"v {x:.9g} {y:.9g} {z:.9g}\n")
@@ -59,7 +59,7 @@ class Mesh:
 
 
 class _Part(NamedTuple):
-    """One of the meshes of a scene, in its place."""
+    """A mesh of a scene, in the frame of the scene."""
 
     vertices: np.ndarray
     faces: np.ndarray
@@ -68,14 +68,14 @@ class _Part(NamedTuple):
 
 
 def read_mesh(path: Path, submesh: str = "", centred: bool = False) -> Mesh:
-    """Read a mesh file; parts of a scene become one mesh.
+    """Read a mesh file; the parts of a scene are joined.
 
-    Nothing but the file itself is read: no materials, images or other files that it names.
+    Only the file itself is read: no materials, images or other files that it refers to.
 
     Args:
         path: An .obj, .stl or .dae file.
-        submesh: Take only the part of this name.
-        centred: Move that part's middle to the origin.
+        submesh: Read only the part of this name.
+        centred: Move the centre of that part to the origin.
 
     Raises:
         ModelError: When it cannot be read or holds no triangles.
@@ -96,22 +96,22 @@ def read_mesh(path: Path, submesh: str = "", centred: bool = False) -> Mesh:
         scene = trimesh.load_scene(io.BytesIO(data), file_type=kind[1:], **split)
         parts = _parts(scene, submesh, path, coloured=kind == ".dae")
         joined = _joined(parts)
-        # Corners that differ only in their place in an image are one corner.
+        # Corners that differ only in texture coordinates are merged.
         watertight = trimesh.Trimesh(joined.vertices, joined.faces, process=True).is_watertight
     except ModelError:
         raise
-    except Exception as error:  # readers of foreign files raise anything
+    except Exception as error:  # trimesh's readers have no documented exceptions
         raise ModelError(f"{path}: not a mesh that can be read: {error}") from None
     vertices = joined.vertices @ turn.T
     if len(joined.faces) == 0 or not np.isfinite(vertices).all():
-        raise ModelError(f"{path}: a mesh without triangles, or with points that are no numbers")
+        raise ModelError(f"{path}: a mesh without triangles, or with non-finite points")
     if centred:
         vertices = vertices - 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
     return Mesh(vertices, joined.faces, joined.colour, bool(watertight), joined.uv)
 
 
 def _parts(scene: Any, submesh: str, path: Path, coloured: bool) -> list[_Part]:
-    """List the parts of a scene where they belong."""
+    """Return the parts of a scene in its frame."""
     parts = {}
     for node in scene.graph.nodes_geometry:
         T, name = scene.graph[node]
@@ -138,7 +138,7 @@ def _parts(scene: Any, submesh: str, path: Path, coloured: bool) -> list[_Part]:
 
 
 def _joined(parts: list[_Part]) -> _Part:
-    """Make one part of all; what they do not share is left out."""
+    """Join parts; attributes that they do not share are dropped."""
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     faces = [part.faces + start for part, start in zip(parts, starts, strict=False)]
     uvs = [part.uv for part in parts if part.uv is not None]
@@ -152,7 +152,7 @@ def _joined(parts: list[_Part]) -> _Part:
 
 
 def _collada_turn(data: bytes, path: Path) -> np.ndarray:
-    """Return the turn and scale into metres with z up."""  # (3, 3)
+    """Return rotation times scale into metres with z up."""  # (3, 3)
     root = parse_xml(data, path)
     asset = root.find("{*}asset")
     unit, up = 1.0, "Y_UP"

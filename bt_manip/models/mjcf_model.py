@@ -1,4 +1,4 @@
-"""A model in the form that MuJoCo and PyMJCF load."""
+"""A model as MJCF."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -7,16 +7,16 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class MjcfModel:
-    """A model as MJCF: a file as it is, or text that was made of another format.
+    """A model as MJCF: a file, or text converted from another format.
 
     Attributes:
-        address: An address that finds exactly this model again.
-        name: What to call it.
-        path: The file, when it is MJCF itself.
-        xml: The text, when it was made.
-        assets: What the text names as files.
-        static: Whether the model says that it does not move; None when it says nothing.
-        warnings: What could not be said in MJCF, each with file and line.
+        address: Address of exactly this model.
+        name: Name of the model.
+        path: The file, if it is MJCF.
+        xml: The text, if it was converted.
+        assets: Files that the text refers to, by name.
+        static: Whether the model declares that it is fixed; None if it declares nothing.
+        warnings: Elements that MJCF cannot express, with file and line.
     """
 
     address: str

@@ -1,4 +1,4 @@
-"""``model.config``: which of a folder's files is the model."""
+"""``model.config``: the SDF file of a model's folder."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ MODEL_CONFIG = "model.config"
 
 
 def sdf_file(folder: Path) -> Path:
-    """Find the SDF file of a model's folder: the one for the highest version of SDF.
+    """Return the SDF file of a model's folder, for the highest version of SDF.
 
     Raises:
         ModelError: When there is no ``model.config``, or it names no file inside the folder.

@@ -1,4 +1,4 @@
-"""Folders that ``package://`` and ``model://`` mean."""
+"""Resolution of ``package://`` and ``model://``."""
 
 import os
 from collections.abc import Iterator
@@ -9,18 +9,18 @@ from bt_manip.exceptions import did_you_mean
 from bt_manip.models.errors import ModelError
 
 PACKAGE_VARIABLES = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "GZ_SIM_RESOURCE_PATH")
-"""Environment variables with places where packages lie, as ROS and Gazebo use them."""
+"""Environment variables of ROS and Gazebo with folders of packages."""
 
 
 def find_package_file(uri: str, near: Path | None = None) -> Path:
-    """Find the file of ``package://NAME/PATH`` or ``model://NAME/PATH``.
+    """Return the file of ``package://NAME/PATH`` or ``model://NAME/PATH``.
 
-    A package is looked for around the file that names it, upwards, then in the places of the
-    environment, then in the current folder.
+    Packages are searched in the parent folders of the file that refers to them, in the folders of
+    the environment variables, and in the current folder.
 
     Args:
-        uri: What to find.
-        near: The file that it is named in.
+        uri: The URI.
+        near: The file that contains the URI.
 
     Raises:
         ModelError: When there is no such package, or no such file in it.
@@ -44,7 +44,7 @@ def find_package_file(uri: str, near: Path | None = None) -> Path:
 
 
 def _places(name: str, near: Path | None) -> Iterator[Path]:
-    """Go through the folders that could be the package, and those beside them."""
+    """Yield the folders that could be the package, and those beside them."""
     if near is not None:
         for parent in near.resolve().parents:
             if parent.name == name:

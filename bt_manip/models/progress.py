@@ -1,16 +1,16 @@
-"""Telling how far a download is."""
+"""Progress of downloads."""
 
 import sys
 from collections.abc import Callable
 
 Progress = Callable[[str, int, int], None]
-"""Called with the name of what is fetched, the bytes that are here and all of them (0: unknown)."""
+"""Called with the name of a download, its received bytes and its size (0: unknown)."""
 
 _WIDTH = 30
 
 
 def terminal_progress(name: str, done: int, total: int) -> None:
-    """Draw a bar on the terminal, and nothing where there is none."""
+    """Draw a progress bar if the standard error is a terminal."""
     if not sys.stderr.isatty():
         return
     bar = "#" * (_WIDTH * done // total) if total else ""

@@ -1,4 +1,4 @@
-"""URDF, through MuJoCo's own reader."""
+"""Conversion of URDF with MuJoCo's parser."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from bt_manip.models.mjcf_model import MjcfModel
 from bt_manip.models.packages import find_package_file
 
 _OPTIONS = {
-    "fusestatic": "false",  # the base is a body of its own, with its mass
+    "fusestatic": "false",  # the base is a separate body with its mass
     "discardvisual": "false",
     "strippath": "false",
     "balanceinertia": "true",
@@ -21,9 +21,9 @@ _OPTIONS = {
 
 
 def convert_urdf(found: FoundModel) -> MjcfModel:
-    """Let MuJoCo read a URDF and write it as MJCF.
+    """Convert URDF to MJCF with MuJoCo.
 
-    Meshes are found by ``package://``, ``file://`` or beside the file, and handed over as OBJ.
+    Meshes are found by ``package://``, ``file://`` or beside the file, and passed as OBJ.
 
     Raises:
         ModelError: When a mesh is missing, or MuJoCo refuses the model.

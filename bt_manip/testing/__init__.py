@@ -1,7 +1,7 @@
 """Tests of behaviours, trees and parts: trials, start situations, contracts, coverage.
 
-Each name is imported when it is first used: every pytest session on a machine with bt-manip loads
-`bt_manip.testing.plugin`, and whatever this module imports would be loaded with it.
+Each name is imported on first use, because every pytest session loads `bt_manip.testing.plugin`
+where bt-manip is installed.
 """
 
 from typing import TYPE_CHECKING

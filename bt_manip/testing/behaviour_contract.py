@@ -1,4 +1,4 @@
-"""What every behaviour promises: its life cycle, checked from outside."""
+"""Contract of behaviours: checks of their life cycle."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -22,14 +22,14 @@ _BRAKING_SLACK = 0.25  # [s]
 
 @dataclass(frozen=True)
 class Example:
-    """How a behaviour is used, for its contract.
+    """Example of how a behaviour is used, for its contract.
 
     Attributes:
         ports: Values of its ports.
-        start: The situation that it is used in.
-        board: Entries of the blackboard that exist before.
-        fails: More values of ports, with each of which it has to fail.
-        status: How it ends.
+        start: Start situation.
+        board: Blackboard entries that exist before.
+        fails: Port values, with each of which it must fail.
+        status: Expected result.
     """
 
     ports: Mapping[str, Any] = field(default_factory=dict)
@@ -41,14 +41,14 @@ class Example:
 
 @dataclass(frozen=True)
 class BehaviourCase:
-    """One behaviour under its contract."""
+    """A behaviour with its example."""
 
     cls: type[Node]
     example: Example
     situations: Situations
 
     def trial(self, station: Station, node: Node | None = None, **ports: Any) -> Trial:
-        """Put a new one, or a given one, into a station."""
+        """Return a trial of a new behaviour, or of a given one."""
         if node is None:
             node = self.cls(**{**self.example.ports, **ports})
         tree = Tree(node, clock=station.clock)
@@ -57,17 +57,17 @@ class BehaviourCase:
         return Trial(station, tree)
 
     def start(self) -> Station:
-        """Put the station into the example's situation."""
+        """Restore the example's situation."""
         return self.situations.reset(self.example.start)
 
     def ticks(self) -> int:
-        """Count the ticks that a whole run takes."""
+        """Return the number of ticks of a whole run."""
         trial = self.trial(self.start())
         self.finish(trial)
         return trial.history.tick
 
     def finish(self, trial: Trial) -> None:
-        """Run to the end; it has to be the example's."""
+        """Run to the end and check the result."""
         status = trial.until_done(TIMEOUT)
         assert status.name == self.example.status, (
             f"{self.cls.__name__} ended with {status.name}, its example says "
@@ -76,7 +76,7 @@ class BehaviourCase:
 
 
 def needs_no_robot_to_be_built(case: BehaviourCase) -> None:
-    """It is made, named, placed in a tree and halted without a cell."""
+    """It is constructed, put into a tree and halted without a cell."""
     node = case.cls(**case.example.ports)
     assert case.cls.summary(), f"{case.cls.__name__} has no documentation for the palette"
     tree = Tree(node, clock=lambda: 0.0)
@@ -87,7 +87,7 @@ def needs_no_robot_to_be_built(case: BehaviourCase) -> None:
 
 
 def setup_starts_nothing(case: BehaviourCase) -> None:
-    """``setup`` may look, and leaves everything as it is; also when it is called again."""
+    """``setup`` changes nothing, also when it is called again."""
     station = case.start()
     before = station.get_state()
     trial = case.trial(station)
@@ -96,17 +96,17 @@ def setup_starts_nothing(case: BehaviourCase) -> None:
 
 
 def ends_as_it_should(case: BehaviourCase) -> None:
-    """Its example runs to its end, a condition's within one tick."""
+    """Its example ends with the expected result, a condition within one tick."""
     trial = case.trial(case.start())
     case.finish(trial)
     ticks = trial.history.tick
     assert ticks == 1 or not issubclass(case.cls, Condition), (
-        f"{case.cls.__name__} is a Condition and takes {ticks} ticks; what takes time is an Action"
+        f"{case.cls.__name__} is a Condition and takes {ticks} ticks; longer work needs an Action"
     )
 
 
 def never_steps_the_physics(case: BehaviourCase) -> None:
-    """A tick takes no simulated time, and moves nothing."""
+    """A tick takes no simulated time and changes no state of the physics."""
     station = case.start()
     cell, trial = station.cell, case.trial(station)
     status = NodeStatus.RUNNING
@@ -120,16 +120,16 @@ def never_steps_the_physics(case: BehaviourCase) -> None:
         )
         if cell.generation == generation:
             assert cell.state_bytes() == before, (
-                f"tick {tick + 1} of {case.cls.__name__} changes the physics' state by itself"
+                f"tick {tick + 1} of {case.cls.__name__} changes the state of the physics"
             )
         cell.step(10)
     raise AssertionError(f"{case.cls.__name__} still runs after {TIMEOUT:g} s")
 
 
 def halts_in_every_state(case: BehaviourCase) -> None:
-    """Halted before it began, at the start, in between and after the end, all comes to rest.
+    """After a halt before, at the start of, during and after a run, everything comes to rest.
 
-    Afterwards it begins anew.
+    Afterwards it can start again.
     """
     whole = case.ticks()
     for ticks in sorted({0, 1, whole - 1, whole, *(whole * i // _HALTS for i in range(_HALTS))}):
@@ -144,7 +144,7 @@ def halts_in_every_state(case: BehaviourCase) -> None:
         end = station.cell.time + _braking_time(station)
         while station.arm.moving and station.cell.time < end:
             station.cell.step()
-        assert not station.arm.moving, f"{where} does not brake the arm\n{trial.explain()}"
+        assert not station.arm.moving, f"{where} does not stop the arm\n{trial.explain()}"
         station.cell.step(200)
         assert not _gripper_moves(station), f"{where} leaves the gripper moving"
         if trial.tree.tick() is NodeStatus.IDLE:
@@ -153,14 +153,14 @@ def halts_in_every_state(case: BehaviourCase) -> None:
 
 
 def gives_a_reason_when_it_fails(case: BehaviourCase) -> None:
-    """Whoever reads a failure learns why: names that nothing has, and the example's failures."""
+    """Failures have a reason: for unknown names, and for the example's failures."""
     wrong = [{name: _NO_SUCH_NAME} for name in _names(case)]
     for ports in wrong + [dict(ports) for ports in case.example.fails]:
         station = case.start()
         try:
             trial = case.trial(station, **ports)
         except NodeError:
-            continue  # found before anything ran, with the node's path and a message
+            continue  # found before the run, with the node's path and a message
         try:
             status = trial.until_done(TIMEOUT)
         except NodeError as error:
@@ -180,7 +180,7 @@ def gives_a_reason_when_it_fails(case: BehaviourCase) -> None:
 
 
 def runs_the_same_again(case: BehaviourCase) -> None:
-    """From the same situation it does the same to the last bit, also when it has run before."""
+    """It repeats a run bit for bit, as the same instance and as a new one."""
     trial = case.trial(case.start())
     case.finish(trial)
     first = trial.history.tick, trial.station.cell.state_bytes()
@@ -188,17 +188,17 @@ def runs_the_same_again(case: BehaviourCase) -> None:
     trial.history.tick = 0
     case.finish(trial)  # the same node again
     assert (trial.history.tick, station.cell.state_bytes()) == first, (
-        f"{case.cls.__name__} keeps something from its first run"
+        f"{case.cls.__name__} keeps state of its first run"
     )
     another = case.trial(case.start())
     case.finish(another)
     assert (another.history.tick, station.cell.state_bytes()) == first, (
-        f"two new {case.cls.__name__} do not do the same"
+        f"two new instances of {case.cls.__name__} behave differently"
     )
 
 
 def goes_on_from_its_state(case: BehaviourCase) -> None:
-    """Its state is plain data, and another one goes on from it to the same last bit."""
+    """Its state is plain data, from which another instance continues bit for bit."""
     whole = case.ticks()
     for ticks in sorted({1, whole // 2}):
         station = case.start()
@@ -216,7 +216,7 @@ def goes_on_from_its_state(case: BehaviourCase) -> None:
         another.tree.set_state(tree_state)
         case.finish(another)
         assert station.cell.state_bytes() == ended, (
-            f"{case.cls.__name__} goes on differently from its state after {ticks} ticks"
+            f"{case.cls.__name__} continues differently from its state after {ticks} ticks"
         )
 
 
@@ -230,11 +230,11 @@ BEHAVIOUR_CONTRACT: tuple[Callable[[BehaviourCase], None], ...] = (
     runs_the_same_again,
     goes_on_from_its_state,
 )
-"""What every behaviour promises; each is a check that raises an `AssertionError`."""
+"""Checks of the contract; each raises an `AssertionError`."""
 
 
 def _names(case: BehaviourCase) -> list[str]:
-    """List the ports of the example that name something: texts that are no blackboard keys."""
+    """Return the ports of the example with a name: texts that are not blackboard keys."""
     return [
         name
         for name, value in case.example.ports.items()

@@ -1,4 +1,4 @@
-"""The checks that hold for the parts of one plugin."""
+"""List of the contract checks of a plugin's parts."""
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
@@ -34,17 +34,17 @@ def checks_of(
     parameters: Mapping[str, Mapping[str, Any]],
     without: tuple[str, ...] = (),
 ) -> list[Check]:
-    """List what holds for all parts that a plugin brings.
+    """Return the checks of all parts of a plugin.
 
     Args:
         plugins: All plugins.
-        name: Which one.
-        examples: How behaviours are used, by name.
-        parameters: Parameters to make objects with, by name.
-        without: Names of parts, or ``"part: check"``, that are left out.
+        name: Name of the plugin.
+        examples: Examples of behaviours, by name.
+        parameters: Parameters of objects, by name.
+        without: Names of parts, or ``"part: check"``, to leave out.
 
     Raises:
-        BtManipError: When there is no such plugin, it is broken, or an example is of nothing.
+        BtManipError: When the plugin is unknown or broken, or an example names no part.
     """
     plugin = find_plugin(plugins, name)
     brought = plugin.provides
@@ -52,7 +52,7 @@ def checks_of(
         for part in given:
             if part not in brought.get(kind, ()):
                 raise BtManipError(
-                    f"plugin '{name}' brings no '{part}' among its {kind}"
+                    f"plugin '{name}' has no '{part}' among its {kind}"
                     + did_you_mean(part, brought.get(kind, ()))
                 )
     checks = [
@@ -66,10 +66,10 @@ def checks_of(
 
 
 def find_plugin(plugins: "Plugins", name: str) -> "Plugin":
-    """Find a plugin that works.
+    """Return a working plugin.
 
     Raises:
-        BtManipError: When there is none of this name, or it is broken.
+        BtManipError: When it is unknown or broken.
     """
     known = {plugin.name: plugin for plugin in plugins.plugins}
     if name not in known:
@@ -80,10 +80,10 @@ def find_plugin(plugins: "Plugins", name: str) -> "Plugin":
 
 
 def tree_runs(plugins: "Plugins", where: str | Path, options: Mapping[str, Any]) -> list[Any]:
-    """List the runs of all trees of a plugin or a folder, as ``(name, run(parts, coverage))``.
+    """Return the runs of all trees of a plugin or a folder, as ``(name, run(parts, coverage))``.
 
     Raises:
-        BtManipError: When there are no trees, or an end state is of none.
+        BtManipError: When there are no trees, or an end state names no tree.
     """
     if Path(where).is_dir():
         trees = {path.stem: str(path) for path in sorted(Path(where).glob("*.xml"))}
@@ -134,7 +134,7 @@ def _behaviours(
     for name in names:
         cls = parts.behaviours.get(name)
         if not issubclass(cls, Leaf):
-            continue  # what directs others has no life of its own to check
+            continue  # control nodes and decorators have no life cycle of their own
         example = examples.get(name)
         if example is None:
             example = Example()

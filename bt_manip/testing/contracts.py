@@ -1,6 +1,6 @@
-"""One line in a test module, and all that a plugin brings is held to its contracts.
+"""Tests of all parts or trees of a plugin, by one line of a test module.
 
-Cheap to import: what a plugin brings is looked up when pytest collects the tests.
+The parts are looked up when pytest collects the tests, so that importing this module is cheap.
 """
 
 from collections.abc import Callable, Mapping
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from bt_manip.testing.tree_runs import EndState
 
 CONTRACTS = "bt_manip_contracts"
-"""Name of the marker that asks for a test a contract."""
+"""Marker of a test that is run once per contract check."""
 
 COVERAGE: "pytest.StashKey[TreeCoverage]" = pytest.StashKey()
-"""Where a pytest session keeps the coverage of trees."""
+"""Key of a pytest session's tree coverage."""
 
 TREES = "bt_manip_trees"
-"""Name of the marker that asks for a test a tree."""
+"""Marker of a test that is run once per tree."""
 
 
 def contracts_of(
@@ -30,7 +30,7 @@ def contracts_of(
     parameters: Mapping[str, Mapping[str, Any]] | None = None,
     without: tuple[str, ...] = (),
 ) -> Callable[..., None]:
-    """Make the test of all objects, robots, controllers and behaviours that a plugin brings.
+    """Return the test of all objects, robots, controllers and behaviours of a plugin.
 
     ```python
     test_contracts = contracts_of("blocks", examples={"PlaceOn": Example({"support": "table"})})
@@ -38,10 +38,10 @@ def contracts_of(
 
     Args:
         plugin: Name of the plugin, as ``bt-manip plugins`` lists it.
-        examples: How behaviours are used, `bt_manip.testing.behaviour_contract.Example` by name;
-            those without ports that must be given need none.
-        parameters: Parameters to make objects with, by name.
-        without: Names of parts, or ``"part: check"``, that are left out.
+        examples: `bt_manip.testing.Example` by name of the behaviour; not needed for behaviours
+            without required ports.
+        parameters: Parameters of objects, by name.
+        without: Names of parts, or ``"part: check"``, to leave out.
     """
 
     @pytest.mark.bt_manip_contracts(
@@ -62,7 +62,7 @@ def trees_of(
     settings: Mapping[str, Mapping[str, Any]] | None = None,
     **choice: Any,
 ) -> Callable[..., None]:
-    """Make the test that runs all trees of a plugin, or of a folder, headless.
+    """Return the test that runs all trees of a plugin or a folder.
 
     ```python
     test_trees = trees_of("blocks", end_states={"stack_blocks": a_tower_stands})
@@ -70,11 +70,11 @@ def trees_of(
 
     Args:
         where: Name of the plugin, or a folder of ``*.xml``.
-        end_states: What has to hold when a tree has succeeded, by its name: a function that gets
-            the station and asserts.
-        cycles: How often to run each.
+        end_states: Function of the station that asserts the end state of a successful tree, by
+            the tree's name.
+        cycles: Number of runs of each.
         seed: Seed of all randomness.
-        settings: Values for keys that a tree declares, by its name.
+        settings: Values of the keys of a tree, by its name.
         **choice: ``robot``, ``controller``, ... of `bt_manip.runner.RunRequest`.
     """
 

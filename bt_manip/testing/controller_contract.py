@@ -1,4 +1,4 @@
-"""The contract of controllers."""
+"""Contract of controllers."""
 
 import json
 from collections.abc import Callable
@@ -13,21 +13,21 @@ from bt_manip.control import ComputedTorque, Controller, Hold
 from bt_manip.robots import Robot, RobotDescription, panda
 
 MAX_STEADY_ERROR = 0.02  # [rad]: friction deflects a compliant controller
-MAX_DRIFT = 1e-3  # [rad] in the last quarter second of a second at rest
+MAX_DRIFT = 1e-3  # [rad] from 0.75 s to 1 s at rest
 MAX_LAG = 0.1  # [rad] while moving
-MAX_TORQUE_STEP = 0.3  # of the effort limits, when it takes over at rest
+MAX_TORQUE_STEP = 0.3  # of the effort limits, after a switch at rest
 
 
 @dataclass(frozen=True)
 class ControllerCase:
-    """One controller under its contract, on a robot."""
+    """A controller on a robot."""
 
     name: str
     factory: Callable[..., Any]
     description: RobotDescription = field(default_factory=panda)
 
     def stand(self, factory: Callable[..., Any] | None = None) -> tuple[Cell, Robot, Controller]:
-        """Put a robot under control into an empty cell."""
+        """Return an empty cell with a controlled robot."""
         robot = Robot(self.description)
         control = (factory or self.factory)(robot)
         robot.attach(control)
@@ -37,7 +37,7 @@ class ControllerCase:
 
 
 def never_gives_nan(case: ControllerCase) -> None:
-    """At random states and references it gives one finite number a joint."""
+    """At random states and references it returns one finite effort per joint."""
     cell, robot, control = case.stand()
     limits, rng = robot.limits, np.random.default_rng(0)
     lower, upper = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
@@ -54,7 +54,7 @@ def never_gives_nan(case: ControllerCase) -> None:
 
 
 def stays_inside_the_effort_limits(case: ControllerCase) -> None:
-    """Asked for a jump across the whole range, it commands no motor beyond its limit."""
+    """After a step of the reference across the whole range, no effort exceeds its limit."""
     cell, robot, control = case.stand()
     limits = robot.limits
     far = np.where(robot.q > 0.0, np.maximum(limits.lower, -2.0), np.minimum(limits.upper, 2.0))
@@ -69,7 +69,7 @@ def stays_inside_the_effort_limits(case: ControllerCase) -> None:
 
 
 def is_stable_at_rest(case: ControllerCase) -> None:
-    """Told to hold still, it does: it neither drifts nor swings."""
+    """With a constant reference it neither drifts nor oscillates."""
     cell, robot, control = case.stand()
     home = robot.q
     control.reference = Hold(home)
@@ -82,7 +82,7 @@ def is_stable_at_rest(case: ControllerCase) -> None:
 
 
 def returns_from_a_push(case: ControllerCase) -> None:
-    """Pushed off its reference, it comes back and the swing dies out."""
+    """After a disturbance it returns to its reference without lasting oscillation."""
     cell, robot, control = case.stand()
     home = robot.q
     control.reference = Hold(home)
@@ -90,11 +90,11 @@ def returns_from_a_push(case: ControllerCase) -> None:
     cell.step(1500)
     off, speed = np.abs(robot.q - home).max(), np.abs(robot.v).max()
     assert off < MAX_STEADY_ERROR, f"'{case.name}' is {off:.4f} rad off 1.5 s after a push"
-    assert speed < 0.02, f"'{case.name}' still swings at {speed:.3f} rad/s 1.5 s after a push"
+    assert speed < 0.02, f"'{case.name}' still moves at {speed:.3f} rad/s 1.5 s after a push"
 
 
 def follows_a_motion(case: ControllerCase) -> None:
-    """It follows a motion and arrives."""
+    """It follows a motion to its end."""
     cell, robot, control = case.stand()
     control.reference = arm = Arm(robot)
     target = np.clip(robot.q + 0.3, robot.limits.lower + 0.1, robot.limits.upper - 0.1)
@@ -109,7 +109,7 @@ def follows_a_motion(case: ControllerCase) -> None:
 
 
 def takes_over_smoothly(case: ControllerCase) -> None:
-    """From an arm that another controller holds still, it goes on without a jerk."""
+    """At rest it takes over from another controller without a large torque step."""
     before_cell, before_robot, before = case.stand(ComputedTorque)
     before_cell.step(500)
     cell, robot, control = case.stand()
@@ -119,7 +119,7 @@ def takes_over_smoothly(case: ControllerCase) -> None:
     cell.step()
     jump = np.abs(control.tau - before.tau) / robot.limits.effort
     assert jump.max() < MAX_TORQUE_STEP, (
-        f"'{case.name}' takes over with a jump of {jump.max():.0%} of an effort limit"
+        f"'{case.name}' takes over with a torque step of {jump.max():.0%} of an effort limit"
     )
     cell.step(200)
     moved = float(np.abs(robot.q - before_robot.q).max())
@@ -127,7 +127,7 @@ def takes_over_smoothly(case: ControllerCase) -> None:
 
 
 def goes_on_from_its_state(case: ControllerCase) -> None:
-    """Its state is plain data, and another one goes on from it to the same last bit."""
+    """Its state is plain data, from which another instance continues bit for bit."""
     cell, robot, control = case.stand()
     control.reference = Hold(robot.q + 0.05)
     cell.step(50)
@@ -139,7 +139,7 @@ def goes_on_from_its_state(case: ControllerCase) -> None:
     other_cell.restore({**other_cell.snapshot(), "integration": physics})
     other.set_state(json.loads(state))
     other_cell.step(100)
-    assert other_cell.state_bytes() == ended, f"'{case.name}' goes on differently from its state"
+    assert other_cell.state_bytes() == ended, f"'{case.name}' continues differently from its state"
 
 
 CONTROLLER_CONTRACT: tuple[Callable[[ControllerCase], None], ...] = (
@@ -151,4 +151,4 @@ CONTROLLER_CONTRACT: tuple[Callable[[ControllerCase], None], ...] = (
     takes_over_smoothly,
     goes_on_from_its_state,
 )
-"""What every controller promises; each is a check that raises an `AssertionError`."""
+"""Checks of the contract; each raises an `AssertionError`."""

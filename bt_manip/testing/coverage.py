@@ -1,4 +1,4 @@
-"""How much of a tree tests have been through: its leaves, and the two ends of each node."""
+"""Coverage of trees by tests: ticked leaves, and results of nodes."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -17,26 +17,26 @@ _ONE_END = {
     "Sleep": NodeStatus.SUCCESS,
     "UnsetBlackboard": NodeStatus.SUCCESS,
 }
-"""Nodes of the language that can end in one way only."""
+"""Nodes of the language with a single possible result."""
 
 
 class Covered(NamedTuple):
-    """How much of a tree was seen."""
+    """Coverage of one tree."""
 
     leaves: int  # ticked
     leaves_all: int
-    branches: int  # ends seen
+    branches: int  # results seen
     branches_all: int
     missing: tuple[str, ...]  # "path: never ticked", "path: never FAILURE"
 
     @property
     def leaf_share(self) -> float:
-        """Share of the leaves that were ticked."""
+        """Fraction of the leaves that were ticked."""
         return self.leaves / self.leaves_all if self.leaves_all else 1.0
 
     @property
     def branch_share(self) -> float:
-        """Share of the ends of nodes that were seen."""
+        """Fraction of the results of nodes that were seen."""
         return self.branches / self.branches_all if self.branches_all else 1.0
 
 
@@ -50,24 +50,24 @@ class _Node:
 
 
 class TreeCoverage:
-    """Gathers what is ticked, over as many runs of as many trees as there are.
+    """Collects coverage over runs of any number of trees.
 
-    A leaf is covered when it was ticked. A branch is one of the two ends of a node, SUCCESS and
-    FAILURE, and is covered when the node has ended so; nodes of the language that can only end in
-    one way have one. Runs of the same tree add up: same document, same ID.
+    A leaf is covered if it was ticked. A branch is a result of a node, SUCCESS or FAILURE, and is
+    covered if the node ended with it. Nodes of the language with a single possible result have one
+    branch. Runs of the same tree (same document, same ID) are added up.
     """
 
     def __init__(self) -> None:
-        """Begin with no trees."""
+        """Initialise without trees."""
         self._trees: dict[str, dict[str, _Node]] = {}
 
     def watch(self, tree: Tree) -> None:
-        """Take a tree in: whatever it does from now on counts."""
+        """Observe a tree."""
         nodes = self._trees.setdefault(_name(tree), {})
         for node in tree.nodes:
             if node.path not in nodes:
                 ends = (_ONE_END[node.registration],) if node.registration in _ONE_END else _ENDS
-                # A stand-in has taken the children away with the node.
+                # A substituted node has no children.
                 nodes[node.path] = _Node(node.path, not node.children, ends)
 
         def note(node: Any, old: NodeStatus, new: NodeStatus) -> None:
@@ -81,14 +81,14 @@ class TreeCoverage:
 
     @property
     def trees(self) -> tuple[str, ...]:
-        """Name the trees that were watched."""
+        """Names of the observed trees."""
         return tuple(self._trees)
 
     def of(self, tree: str) -> Covered:
-        """Say how much of a tree was seen.
+        """Return the coverage of a tree.
 
         Raises:
-            KeyError: When no tree of this name was watched.
+            KeyError: When no tree of this name was observed.
         """
         nodes = list(self._trees[tree].values())
         leaves = [node for node in nodes if node.is_leaf]
@@ -101,7 +101,7 @@ class TreeCoverage:
         )
 
     def lines(self) -> Iterator[str]:
-        """Return a table as text."""
+        """Yield the lines of a table."""
         yield f"{'tree':40} {'leaves':>12} {'branches':>14}"
         for name in sorted(self._trees):
             seen = self.of(name)

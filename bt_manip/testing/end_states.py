@@ -1,4 +1,4 @@
-"""Conditions on how a task leaves the cell, judged by the physics and by nothing else."""
+"""Assertions on the state of the physics at the end of a task."""
 
 import numpy as np
 
@@ -36,15 +36,15 @@ def assert_touches_only(cell: Cell, name: str, *others: str) -> None:
 
 
 def assert_tower(cell: Cell, names: list[str], on: str) -> None:
-    """Assert that objects stand still on one another, and touch nothing else.
+    """Assert that objects form a tower at rest and touch nothing else.
 
     Args:
         cell: The cell.
         names: The objects from the bottom to the top.
-        on: What the lowest stands on.
+        on: Support of the lowest object.
 
     Raises:
-        AssertionError: When it is no such tower.
+        AssertionError: When they do not.
     """
     assert_stands_still(cell, *names)
     stack = [on, *names]
@@ -59,5 +59,5 @@ def assert_tower(cell: Cell, names: list[str], on: str) -> None:
 
 
 def rest_height(cell: Cell, name: str) -> float:
-    """Return the height of an object's origin above what it stands on [m]."""
+    """Return the height of an object's origin above its support [m]."""
     return as_object(cell.find(name)).rest_height

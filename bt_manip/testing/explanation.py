@@ -1,4 +1,4 @@
-"""What happened in a tree, in words: for messages of assertions that do not hold."""
+"""Description of the last ticks of a tree, for messages of failed assertions."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -12,10 +12,10 @@ _LONGEST_VALUE = 60
 
 
 def explain(history: History) -> str:
-    """Say which node decided at which tick, what all nodes came to, and what the blackboard held.
+    """Describe the node that decided, the status of all nodes, and the blackboard.
 
     Args:
-        history: What was noted of the tree.
+        history: Recorded changes of the tree.
     """
     tree = history.tree
     lines = [f"after tick {history.tick}, at {tree.clock():.3f} s"]

@@ -1,4 +1,4 @@
-"""Plugins by their modules, without an entry point: for tests of a plugin."""
+"""Loading plugins from modules without entry points, for tests."""
 
 from importlib.metadata import EntryPoint
 from typing import TYPE_CHECKING
@@ -20,13 +20,13 @@ class _Given(EntryPoint):
 
 
 def load_given_plugins(*plugins: object) -> "Plugins":
-    """Load some plugins beside the built-in one, and no installed ones.
+    """Load the given plugins and the built-in one, without installed ones.
 
     Args:
         *plugins: Modules or objects with hooks.
 
     Raises:
-        AssertionError: When one is broken; it says why.
+        AssertionError: When one is broken, with the reason.
     """
     from bt_manip.plugins import Choice, load_plugins
 

@@ -1,4 +1,4 @@
-"""What the nodes of a tree went through, tick by tick."""
+"""Recorded status changes of the nodes of a tree."""
 
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -13,17 +13,17 @@ class StatusChange(NamedTuple):
     time: float  # [s] simulated
     node: Any
     status: NodeStatus
-    message: str  # what the node said about itself then
+    message: str  # feedback message
 
 
 @dataclass
 class History:
-    """Notes every change of status in a tree; it is one of the tree's observers.
+    """Tree observer that records every change of status.
 
     Attributes:
         tree: The tree.
-        tick: How often the tree has been ticked.
-        changes: All changes, returns to idle left out, in order.
+        tick: Number of ticks so far.
+        changes: All changes in order, except returns to idle.
     """
 
     tree: Tree
@@ -31,7 +31,7 @@ class History:
     changes: list[StatusChange] = field(default_factory=list)
 
     def __call__(self, node: Any, old: NodeStatus, new: NodeStatus) -> None:
-        """Note a change."""
+        """Record a change."""
         if new is not NodeStatus.IDLE:
             message = str(node.feedback_message)
             self.changes.append(StatusChange(self.tick, self.tree.clock(), node, new, message))
@@ -41,7 +41,7 @@ class History:
         return next((change for change in reversed(self.changes) if change.node is node), None)
 
     def ended(self, node: Any) -> list[NodeStatus]:
-        """List how a node ended, each time it did."""
+        """Return the results of a node, in order."""
         return [
             change.status
             for change in self.changes

@@ -1,4 +1,4 @@
-"""What every object promises."""
+"""Contract of objects."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -13,32 +13,32 @@ from bt_manip import spatial
 from bt_manip.cell import Cell, as_object
 
 FALL = 0.02  # [m]
-MOST_SINKING = 1.5e-3  # [m]
-MOST_DRIFT = 1e-3  # [m] in a second at rest
-MOST_TILT = 0.02  # [rad]
+MAX_SINKING = 1.5e-3  # [m]
+MAX_DRIFT = 1e-3  # [m] in a second at rest
+MAX_TILT = 0.02  # [rad]
 
 
 @dataclass(frozen=True)
 class ObjectCase:
-    """One kind of object under its contract."""
+    """A kind of object with parameters."""
 
     name: str
     factory: Callable[..., Any]
     parameters: Mapping[str, Any] = field(default_factory=dict)
 
     def make(self) -> Any:
-        """Make a new one."""
+        """Return a new object."""
         return self.factory(**self.parameters)
 
     def alone(self, height: float = 0.0) -> tuple[Cell, str]:
-        """Put a new one on the floor of an empty cell, or above it."""
+        """Return an empty cell with a new object on the floor, or above it."""
         cell, entity = Cell(), self.make()
         at = height + as_object(entity).rest_height
         return cell, cell.add(entity, spatial.pose((0.3, 0.2, at)))
 
 
 def has_finite_inertia(case: ObjectCase) -> None:
-    """Every body of an object that moves has a mass and an inertia that a solid can have."""
+    """Every moving body has a physically valid mass and inertia."""
     cell, name = case.alone()
     model = cell.model
     for body in range(1, model.nbody):
@@ -56,44 +56,46 @@ def has_finite_inertia(case: ObjectCase) -> None:
 
 
 def is_stable_at_rest(case: ObjectCase) -> None:
-    """Put where it says that it rests, it stays there: no sinking, drifting or tipping."""
+    """At its rest height it neither sinks, drifts nor tips."""
     cell, name = case.alone()
     start = cell.pose(name)
     cell.step(500)
     settled = cell.pose(name)
-    _near(start, settled, MOST_SINKING, f"'{case.name}' does not rest where it was put")
+    _near(start, settled, MAX_SINKING, f"'{case.name}' does not rest where it was put")
     cell.step(1000)
-    _near(settled, cell.pose(name), MOST_DRIFT, f"'{case.name}' does not stay where it rests")
+    _near(settled, cell.pose(name), MAX_DRIFT, f"'{case.name}' does not stay where it rests")
     speed = float(np.abs(cell.data.qvel).max(initial=0.0))
     assert speed < 0.01, f"'{case.name}' still moves after 1.5 s: {speed:.4f} m/s or rad/s"
 
 
 def survives_a_fall(case: ObjectCase) -> None:
-    """Dropped from 20 mm it comes to rest, and not inside the floor."""
+    """Dropped from 20 mm it comes to rest without penetrating the floor."""
     cell, name = case.alone(FALL)
     rest = cell.pose(name).translation[2] - FALL
     cell.step(2000)
     assert np.isfinite(cell.data.qpos).all()
     if name in cell.objects and as_object(cell.find(name)).free:
         sunk = rest - cell.pose(name).translation[2]
-        assert sunk < MOST_SINKING, f"'{case.name}' is {1000 * sunk:.1f} mm inside the floor"
+        assert sunk < MAX_SINKING, f"'{case.name}' is {1000 * sunk:.1f} mm inside the floor"
 
 
 def is_made_again_from_its_parameters(case: ObjectCase) -> None:
-    """A snapshot can make the same again: its kind and its parameters say all."""
+    """Its kind and parameters recreate the same model, as snapshots do."""
     entity = case.make()
     declared = as_object(entity)
     kind = declared.kind
-    assert kind == case.name, f"'{case.name}' calls its kind {kind!r}: a snapshot makes that"
+    assert kind == case.name, (
+        f"'{case.name}' calls its kind {kind!r}, which a snapshot would create"
+    )
     parameters = json.loads(json.dumps(dict(declared.parameters)))
     again = case.factory(**parameters)
     assert again.mjcf_model.to_xml_string() == entity.mjcf_model.to_xml_string(), (
-        f"'{case.name}' made again from {parameters} is another"
+        f"'{case.name}' recreated from {parameters} is different"
     )
 
 
 def comes_and_goes_without_a_trace(case: ObjectCase) -> None:
-    """Inserting and removing it leaves the state of everything else as it was."""
+    """Adding and removing it does not change the state of anything else."""
     cell = Cell()
     other = cell.add(case.make(), spatial.pose((0.0, -0.5, 0.5)), name="other")
     cell.step(50)
@@ -102,7 +104,7 @@ def comes_and_goes_without_a_trace(case: ObjectCase) -> None:
     name = cell.add(case.make(), spatial.pose((0.0, 0.5, 0.5)))
     assert (cell.pose(other).homogeneous == pose.homogeneous).all()
     cell.remove(name)
-    assert cell.state_bytes() == before, f"'{case.name}' leaves something behind"
+    assert cell.state_bytes() == before, f"'{case.name}' changes the state of others"
 
 
 OBJECT_CONTRACT: tuple[Callable[[ObjectCase], None], ...] = (
@@ -112,11 +114,11 @@ OBJECT_CONTRACT: tuple[Callable[[ObjectCase], None], ...] = (
     is_made_again_from_its_parameters,
     comes_and_goes_without_a_trace,
 )
-"""What every object promises; each is a check that raises an `AssertionError`."""
+"""Checks of the contract; each raises an `AssertionError`."""
 
 
-def _near(before: pin.SE3, after: pin.SE3, most: float, complaint: str) -> None:
+def _near(before: pin.SE3, after: pin.SE3, limit: float, complaint: str) -> None:
     moved = float(np.linalg.norm(after.translation - before.translation))
     tilt = float(np.linalg.norm(pin.log3(before.rotation.T @ after.rotation)))
-    assert moved <= most, f"{complaint}: it moved {1000 * moved:.2f} mm"
-    assert tilt <= MOST_TILT, f"{complaint}: it turned {tilt:.3f} rad"
+    assert moved <= limit, f"{complaint}: it moved {1000 * moved:.2f} mm"
+    assert tilt <= MAX_TILT, f"{complaint}: it turned {tilt:.3f} rad"

@@ -1,7 +1,7 @@
-"""The pytest plugin: fixtures, markers and reports for tests of what runs on bt-manip.
+"""The pytest plugin: fixtures, markers and reports.
 
-Every pytest session loads this where bt-manip is installed, so nothing heavy is imported before a
-test asks for it.
+Every pytest session loads this module where bt-manip is installed, so heavy imports are made in
+the fixtures.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ _LATEST: pytest.StashKey[Trial] = pytest.StashKey()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the coverage of trees."""
+    """Add the option ``--tree-coverage``."""
     group = parser.getgroup("bt-manip")
     group.addoption(
         "--tree-coverage",
         action="store_true",
-        help="say which leaves and branches of trees the tests have been through",
+        help="show which leaves and branches of trees the tests have covered",
     )
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Say what the markers mean."""
+    """Register the markers."""
     for line in (
         "tree(path, substitute=None, **settings): the tree that the fixture tree_trial runs, a path"
         " beside the test or a registered name (bt-manip)",
@@ -52,7 +52,7 @@ def pytest_configure(config: pytest.Config) -> None:
         f"{TREES}(where, ...): written by bt_manip.testing.contracts.trees_of",
     ):
         config.addinivalue_line("markers", line)
-    # What glfw says on a machine without a display, where dm_control looks how it could draw.
+    # glfw warns on machines without a display when dm_control chooses a renderer.
     config.addinivalue_line("filterwarnings", "ignore:.*DISPLAY environment variable is missing")
     if config.getoption("--tree-coverage"):
         from bt_manip.testing.coverage import TreeCoverage
@@ -61,7 +61,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Make a test of each contract of each part, and of each tree."""
+    """Parametrize tests by contract checks and by trees."""
     marker = metafunc.definition.get_closest_marker(CONTRACTS)
     if marker is not None:
         from bt_manip.testing.contract_list import checks_of
@@ -83,7 +83,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 def pytest_assertrepr_compare(
     config: pytest.Config, op: str, left: object, right: object
 ) -> list[str] | None:
-    """Say what happened in the tree where a test compares what it returned."""
+    """Explain a failed comparison of a tree's status by the last ticks."""
     trial = config.stash.get(_LATEST, None)
     if trial is None or type(left).__name__ != "NodeStatus" or op not in ("is", "=="):
         return None
@@ -92,7 +92,7 @@ def pytest_assertrepr_compare(
 
 
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
-    """Print the coverage of trees where it was asked for."""
+    """Print the coverage of trees if requested."""
     coverage = config.stash.get(COVERAGE, None)
     if coverage is not None:
         terminalreporter.section("coverage of trees")
@@ -105,15 +105,15 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
 
 @pytest.fixture(scope="session")
 def parts() -> Parts:
-    """All registered parts: built in, and of all installed plugins."""
+    """All registered parts, built in and of installed plugins."""
     return _plugins().parts
 
 
 @pytest.fixture
 def load_plugin() -> Callable[..., Plugins]:
-    """Load a plugin's module, or an object with hooks, beside the built-in one and nothing else.
+    """Load a plugin's module or object, and the built-in plugin, without installed ones.
 
-    ``load_plugin(my_package.plugin).parts`` has what it brings; a problem is an `AssertionError`.
+    ``load_plugin(my_package.plugin).parts`` has its parts; a broken plugin is an `AssertionError`.
     """
 
     def load(*modules: object) -> Plugins:
@@ -126,7 +126,7 @@ def load_plugin() -> Callable[..., Plugins]:
 
 @pytest.fixture(scope="session")
 def build_station(parts: Parts) -> Callable[[], Station]:
-    """What builds the station of all tests; define it anew for another robot or scene."""
+    """Function that builds the station; override it for another robot or scene."""
 
     def build() -> Station:
         from bt_manip.runner import build_station
@@ -138,7 +138,7 @@ def build_station(parts: Parts) -> Callable[[], Station]:
 
 @pytest.fixture(scope="session")
 def situations(build_station: Callable[[], Station]) -> Situations:
-    """The start situations; define it anew, ask for itself and ``add`` to have more."""
+    """The start situations; override it, request the original and ``add`` further ones."""
     from bt_manip.testing.situations import built_in_situations
 
     return built_in_situations(build_station)
@@ -146,7 +146,7 @@ def situations(build_station: Callable[[], Station]) -> Situations:
 
 @pytest.fixture
 def station(situations: Situations, request: pytest.FixtureRequest) -> Station:
-    """The station that all tests share, put back to "at rest" or to what the marker start says."""
+    """The shared station, restored to "at rest" or to the situation of the marker start."""
     marker = request.node.get_closest_marker("start")
     return situations.reset(*marker.args) if marker is not None else situations.reset()
 
@@ -165,10 +165,10 @@ def robot(station: Station) -> Robot:
 
 @pytest.fixture
 def trial(station: Station, parts: Parts, request: pytest.FixtureRequest) -> Callable[..., Trial]:
-    """Put a behaviour or a tree into the station: ``trial(Hover(object="cube"))``.
+    """Run a behaviour or a tree in the station: ``trial(Hover(object="cube"))``.
 
-    Also ``trial("pick.xml", substitute={"Grasp": Stub("FAILURE")}, force=20)``: a document beside
-    the test or a registered name, stand-ins for some of its nodes, and values for its keys.
+    Also ``trial("pick.xml", substitute={"Grasp": Stub("FAILURE")}, force=20)``: a document
+    relative to the test or a registered name, substitutes for nodes, and values of its keys.
     """
 
     def make(
@@ -198,7 +198,7 @@ def trial(station: Station, parts: Parts, request: pytest.FixtureRequest) -> Cal
 
 @pytest.fixture
 def tree_trial(trial: Callable[..., Trial], request: pytest.FixtureRequest) -> Iterator[Trial]:
-    """The tree that the marker tree names, in the station; halted when the test is over."""
+    """The tree of the marker tree in the station; halted after the test."""
     marker = request.node.get_closest_marker("tree")
     if marker is None or len(marker.args) != 1:
         raise pytest.UsageError(

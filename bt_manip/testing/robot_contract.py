@@ -1,4 +1,4 @@
-"""What every robot promises."""
+"""Contract of robots."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,17 +13,17 @@ from bt_manip.robots import Gripper, Robot, RobotDescription, verify
 
 AGREEMENT = 1e-9
 POSES = 50
-REACHED = 0.95  # of the poses of configurations well inside the limits
-MOST_SAG = 2e-3  # [rad]
+REACHED = 0.95  # of random reachable poses
+MAX_SAG = 2e-3  # [rad]
 
 
 @dataclass(frozen=True)
 class RobotCase:
-    """One robot under its contract."""
+    """A robot with its kind of gripper."""
 
     description: RobotDescription
     gripper: Callable[[Robot], Gripper] = TwoFingerGripper
-    """What makes its gripper, where its description has one."""
+    """Factory of its gripper, if its description has one."""
 
     @property
     def name(self) -> str:
@@ -31,7 +31,7 @@ class RobotCase:
         return self.description.name
 
     def stand(self) -> tuple[Cell, Robot]:
-        """Put it into an empty cell, under control."""
+        """Return an empty cell with the controlled robot."""
         robot = Robot(self.description, gripper=self.gripper)
         robot.attach(ComputedTorque(robot))
         cell = Cell()
@@ -40,7 +40,7 @@ class RobotCase:
 
 
 def its_model_agrees_with_mujoco(case: RobotCase) -> None:
-    """Mass matrix, bias forces and frames are MuJoCo's own at random configurations."""
+    """Mass matrix, bias forces and frames equal MuJoCo's at random configurations."""
     cell, robot = case.stand()
     model = robot.make_model()
     found = verify(
@@ -50,7 +50,7 @@ def its_model_agrees_with_mujoco(case: RobotCase) -> None:
 
 
 def its_limits_are_limits(case: RobotCase) -> None:
-    """Home is inside, and everything that has to be bounded is."""
+    """Home is inside the limits, and all limits are finite."""
     robot = Robot(case.description)
     limits, home = robot.limits, np.array(case.description.home)
     assert limits.contain(home), f"home of '{case.name}' is outside {limits.lower}, {limits.upper}"
@@ -60,7 +60,7 @@ def its_limits_are_limits(case: RobotCase) -> None:
 
 
 def it_reaches_what_it_can_reach(case: RobotCase) -> None:
-    """Inverse kinematics finds configurations for the poses that configurations have."""
+    """Inverse kinematics solves poses of random configurations."""
     _, robot = case.stand()
     model = robot.make_model()
     ik, rng = InverseKinematics(model), np.random.default_rng(1)
@@ -73,18 +73,18 @@ def it_reaches_what_it_can_reach(case: RobotCase) -> None:
 
 
 def it_stands_still_at_home(case: RobotCase) -> None:
-    """Under control it holds its home, touching nothing with anything but its gripper."""
+    """Under control it holds its home, without unexpected contacts."""
     cell, robot = case.stand()
     home = robot.q
     cell.step(500)
     sag = float(np.abs(robot.q - home).max())
-    assert sag < MOST_SAG, f"'{case.name}' sags by {sag:.4f} rad at home"
+    assert sag < MAX_SAG, f"'{case.name}' sags by {sag:.4f} rad at home"
     unexpected = cell.contact_monitor.summary().unexpected
     assert not unexpected, f"'{case.name}' touches itself at home: {unexpected}"
 
 
 def its_gripper_opens_and_closes(case: RobotCase) -> None:
-    """Where it has one: with nothing in it, it closes and opens all the way."""
+    """Its gripper, if any, closes without an object and opens completely."""
     cell, robot = case.stand()
     gripper = robot.gripper
     if gripper is None:
@@ -104,4 +104,4 @@ ROBOT_CONTRACT: tuple[Callable[[RobotCase], None], ...] = (
     it_stands_still_at_home,
     its_gripper_opens_and_closes,
 )
-"""What every robot promises; each is a check that raises an `AssertionError`."""
+"""Checks of the contract; each raises an `AssertionError`."""

@@ -1,4 +1,4 @@
-"""Start situations: moments of a task that tests begin at, each simulated once a session."""
+"""Start situations of tests, each simulated once per session."""
 
 from collections.abc import Callable
 from typing import Any
@@ -15,38 +15,37 @@ AT_REST = "at rest"
 AROUND_THE_CUBE = "around the cube"
 HOLDING = "holding a cube over the table"
 
-KEPT = 4  # physics, for tests that add up to as many objects one by one
+KEPT = 4  # compiled physics, for tests that add up to four objects one by one
 
 Make = Callable[[Station], object]
-"""Brings a station from one situation to another."""
+"""Function that changes a station from one situation to another."""
 
 
 class Situations:
-    """Situations by name, as snapshots of one station that is compiled once.
+    """Start situations by name, as snapshots of one station.
 
-    A situation is made when it is first asked for, from the one that it comes after, and kept as
-    a snapshot: from then on a test begins there in a fraction of a millisecond, in a few
-    milliseconds after a test that has added objects, and in the time of one compile after one that
-    has taken some of the situation's own away.
+    A situation is simulated on its first use, starting from the one that it follows, and kept as a
+    snapshot. Restoring it takes less than a millisecond, a few milliseconds after a test that
+    added objects, and the time of a compile after a test that removed objects of the situation.
     """
 
     def __init__(self, build: Callable[[], Station]) -> None:
-        """Know how to build the station; it is built when the first situation is asked for."""
+        """Initialise with the function that builds the station, called on first use."""
         self._build = build
         self._station: Station | None = None
         self._makers: dict[str, tuple[Make, str | None]] = {}
         self._snapshots: dict[str | None, dict[str, Any]] = {}
 
     def add(self, name: str, make: Make, *, after: str | None = AT_REST) -> None:
-        """Take in a situation.
+        """Add a situation.
 
         Args:
-            name: What tests call it.
-            make: Called with the station, which it brings there: by behaviours (`play`), by hand.
-            after: The situation that it begins from; None: the station as it was built.
+            name: Its name in tests.
+            make: Called with the station to create the situation, for example with `play`.
+            after: The situation before; None for the station as built.
 
         Raises:
-            BtManipError: When the name is taken, or there is no situation to begin from.
+            BtManipError: When the name is taken, or the situation before is unknown.
         """
         known = self._makers.get(name)
         if known is not None and known != (make, after):
@@ -57,14 +56,14 @@ class Situations:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Name all situations."""
+        """Names of all situations."""
         return tuple(self._makers)
 
     def reset(self, name: str = AT_REST) -> Station:
-        """Put the station into a situation.
+        """Return the station, restored to a situation.
 
         Raises:
-            BtManipError: When there is none of this name.
+            BtManipError: When it is unknown.
         """
         station = self._built()
         snapshot = self._snapshots.get(name)
@@ -94,15 +93,15 @@ class Situations:
 
 
 def play(station: Station, *behaviours: Behaviour, timeout: float = 10.0) -> None:
-    """Run behaviours one after another; each has to succeed.
+    """Run behaviours one after another, each to success.
 
     Args:
-        station: Where.
-        *behaviours: What to run.
+        station: The station.
+        *behaviours: The behaviours.
         timeout: Longest simulated time for each [s].
 
     Raises:
-        AssertionError: When one does not succeed; it says why.
+        AssertionError: When one does not succeed, with the reason.
     """
     for behaviour in behaviours:
         result = station.run(behaviour, timeout=timeout)
@@ -111,7 +110,7 @@ def play(station: Station, *behaviours: Behaviour, timeout: float = 10.0) -> Non
 
 
 def built_in_situations(build: Callable[[], Station]) -> Situations:
-    """Return the situations that come with bt-manip: a cube on the table, and the way to its grip.
+    """Return the built-in situations: a cube on the table, in reach, and held.
 
     Args:
         build: Builds a station with a table whose surface is 1.015 m above the floor.

@@ -1,4 +1,4 @@
-"""Stand-ins for leaves: trees are tested without what their leaves do."""
+"""Stubs for leaves of trees under test."""
 
 from collections.abc import Sequence
 
@@ -10,10 +10,10 @@ Result = NodeStatus | str
 
 
 def status_of(status: Result) -> NodeStatus:
-    """Read the name of a status.
+    """Return the status of a name.
 
     Raises:
-        ValueError: When it is none; the nearest names are offered.
+        ValueError: When there is no such status, with suggestions.
     """
     if isinstance(status, NodeStatus):
         return status
@@ -23,23 +23,23 @@ def status_of(status: Result) -> NodeStatus:
 
 
 class Stub:
-    """What stands in for a leaf returns what a test says, and counts how often it did.
+    """Stub for a leaf: returns given results and counts its completions.
 
     Attributes:
-        config: For `bt_manip.bt`'s substitution rules.
-        calls: How often it has completed.
+        config: Configuration for the substitution rules of `bt_manip.bt`.
+        calls: Number of completions.
     """
 
     def __init__(
         self, *results: Result | Sequence[Result], after: float = 0.0, script: str = ""
     ) -> None:
-        """Say what to return.
+        """Set the results.
 
         Args:
-            *results: What to return at the first completion, the second, ...; the last from then
-                on. Nothing means ``SUCCESS``.
-            after: Simulated time for which it is running before [s].
-            script: Runs on success, to write what the leaf would have put out: ``"n := 3"``.
+            *results: Results of the first completion, the second, ...; the last one is repeated.
+                Default: ``SUCCESS``.
+            after: Simulated time before each result [s].
+            script: Script run on success, to write the outputs of the leaf: ``"n := 3"``.
         """
         names = [r for result in results for r in ([result] if isinstance(result, str | NodeStatus)
                                                    else result)]  # fmt: skip
@@ -55,5 +55,5 @@ class Stub:
         return result
 
     def __repr__(self) -> str:
-        """Show what it returns."""
+        """Show the results."""
         return f"Stub({', '.join(result.name for result in self._results)})"

@@ -1,4 +1,4 @@
-"""Trees for tests: from a file or a registered name, with stand-ins for some of the leaves."""
+"""Trees for tests, from a file or a registered name, with substituted nodes."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -30,14 +30,14 @@ def read_test_tree(
     Args:
         text: A registered name, ``path.xml`` or ``path.py:function``.
         parts: The registered parts.
-        clock: The clock that the tree's waits count [s].
-        folder: Where paths begin; the current folder when None.
-        settings: Values for keys that the tree declares.
-        substitute: Stand-ins for some of its nodes; only documents have them.
+        clock: Clock of the tree [s].
+        folder: Base of relative paths; the current folder when None.
+        settings: Values of the tree's keys.
+        substitute: Substitutes for nodes; only for documents.
 
     Raises:
-        BtManipError: When there is no such tree, or it is wrong, or a stand-in stands in for none
-            of its nodes.
+        BtManipError: When the tree is unknown or invalid, or a substitution matches none of its
+            nodes.
     """
     source = find_test_tree(text, parts, folder)
     texts = {key: str(value) for key, value in (settings or {}).items()}
@@ -53,7 +53,7 @@ def read_test_tree(
 
     tree = read(rules)
     idle = _idle(rules, tree)
-    if idle:  # unless they went by a registered name, which a stand-in does not show
+    if idle:  # except for registered names, which a substituted node does not show
         tree_as_it_is = read({})
         for pattern in _idle(idle, tree_as_it_is):
             names = {n for node in tree_as_it_is.nodes for n in (node.name, node.registration)}
@@ -64,7 +64,7 @@ def read_test_tree(
 
 
 def find_test_tree(text: str | Path, parts: Parts, folder: Path | None = None) -> TreeSource:
-    """Find a tree beside a test, by a path, or by its registered name.
+    """Return a tree by a path relative to the test, or by its registered name.
 
     Raises:
         BtManipError: When there is no such tree.
@@ -79,7 +79,7 @@ def find_test_tree(text: str | Path, parts: Parts, folder: Path | None = None) -
 def _idle(
     rules: Mapping[str, str | TestNodeConfig], tree: Tree
 ) -> Mapping[str, str | TestNodeConfig]:
-    """Pick the rules that apply to no node of a tree."""
+    """Return the rules that match no node of a tree."""
     return {
         pattern: rule
         for pattern, rule in rules.items()

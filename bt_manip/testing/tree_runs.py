@@ -1,4 +1,4 @@
-"""Running whole trees headless, and judging by the physics how things end."""
+"""Runs of whole trees, with assertions on their end states in the physics."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
@@ -13,20 +13,20 @@ from bt_manip.testing.history import History
 from bt_manip.testing.tree_reading import find_test_tree
 
 EndState = Callable[[Station], object]
-"""Judges a station at the end of a cycle: raises, or returns False, when it is not as it should
-be. It may let the time go on: the station is put back afterwards."""
+"""Function that checks a station at the end of a cycle: it raises or returns False when the check
+fails. It may step the simulation; the station is restored afterwards."""
 
 
 @dataclass
 class _Judge(RunObserver):
-    """Looks at the end of each cycle whether it has succeeded, and what the physics says."""
+    """Observer that checks the result and the end state of each cycle."""
 
     end_state: EndState | None
     problems: list[str] = field(default_factory=list)
     cycles: int = 0
 
     def run_started(self, run: Run) -> None:
-        """Watch the tree."""
+        """Observe the tree."""
         self._station = run.station
         self._tree = run.tree
         self._watch()
@@ -36,7 +36,7 @@ class _Judge(RunObserver):
         self._tree.observers.append(self._history)
 
     def cycle_started(self, cycle: int) -> None:
-        """Forget what the last cycle's nodes did."""
+        """Start a new history."""
         self._cycle = cycle
         self._tree.observers.remove(self._history)
         self._watch()
@@ -46,7 +46,7 @@ class _Judge(RunObserver):
         self._history.tick += 1
 
     def cycle_ended(self, status: str, reason: str) -> None:
-        """Judge."""
+        """Check the cycle."""
         self.cycles += 1
         if status != "SUCCESS":
             self.problems.append(f"cycle {self._cycle} failed: {reason}\n{explain(self._history)}")
@@ -66,7 +66,7 @@ class _Judge(RunObserver):
             self._station.set_state(state)
 
     def run_ended(self) -> None:
-        """Let go of the tree."""
+        """Stop observing the tree."""
         self._tree.observers.remove(self._history)
 
 
@@ -82,22 +82,22 @@ def run_tree(
     coverage: TreeCoverage | None = None,
     **choice: Any,
 ) -> None:
-    """Run a tree headless, and make sure that every cycle succeeds and ends as it should.
+    """Run a tree and assert that every cycle succeeds with the right end state.
 
     Args:
         tree: A registered name, ``path.xml`` or ``path.py:function``.
         parts: The registered parts.
-        end_state: What has to hold at the end of each cycle, besides the tree's own opinion.
-        cycles: How often to run it.
+        end_state: Check at the end of each cycle, beside the tree's result.
+        cycles: Number of runs.
         seed: Seed of all randomness.
-        settings: Values for keys that the tree declares.
-        folder: Where paths begin; the current folder when None.
-        coverage: Gathers what is ticked.
-        **choice: More of `bt_manip.runner.RunRequest`: ``robot``, ``controller``, ``scene``, ...;
-            a registered tree gets the scene and the controller that it was registered with.
+        settings: Values of the tree's keys.
+        folder: Base of relative paths; the current folder when None.
+        coverage: Collects the coverage, if given.
+        **choice: Further fields of `bt_manip.runner.RunRequest`: ``robot``, ``controller``,
+            ``scene``, ...; defaults are those that the tree was registered with.
 
     Raises:
-        AssertionError: When a cycle fails or ends otherwise; it lists all that do, and why.
+        AssertionError: When cycles fail or have another end state, with the reasons.
         BtManipError: When the tree cannot run.
     """
     __tracebackhide__ = True

@@ -1,4 +1,4 @@
-"""A behaviour or a tree in a station, ticked by a test."""
+"""Trial: a behaviour or a tree in a station, ticked by a test."""
 
 from collections.abc import Callable
 from typing import Any
@@ -17,22 +17,22 @@ TICK = 0.010
 
 
 class Trial:
-    """One behaviour or tree in a station; a test ticks it and looks.
+    """A behaviour or a tree in a station, ticked by a test.
 
-    What is asked for and does not come is an `AssertionError` that says which node decided at
-    which tick, what all nodes came to, and what the blackboard held then.
+    A failed expectation raises an `AssertionError` with the node that decided, the tick, the status
+    of all nodes, and the blackboard.
 
     Attributes:
-        station: Where it runs.
-        tree: What runs.
-        history: What its nodes went through.
+        station: The station.
+        tree: The tree.
+        history: Recorded changes of its nodes.
     """
 
     def __init__(self, station: Station, root: Behaviour | Tree, *, tick: float = TICK) -> None:
-        """Set the behaviours up.
+        """Set up the behaviours.
 
         Args:
-            station: Where it runs.
+            station: The station.
             root: A behaviour, or a tree whose clock is the station's.
             tick: Simulated time between two ticks [s].
         """
@@ -58,7 +58,7 @@ class Trial:
     # Ticking
 
     def tick(self) -> NodeStatus:
-        """Tick once and let a tick's time pass."""
+        """Tick once and step the simulation until the next tick."""
         self.history.tick += 1
         try:
             status = self.tree.tick()
@@ -83,20 +83,19 @@ class Trial:
         *,
         node: str = "",
     ) -> NodeStatus:
-        """Tick until something has come about, or fail and say why it has not.
+        """Tick until a status or a condition occurs.
 
         Args:
             wanted: The status of the root (``"SUCCESS"``, ...) or of a node, or a condition that
-                is asked after each tick.
+                is checked after each tick.
             timeout: Longest simulated time to wait [s].
-            node: Path, name or registered name of the node whose status is meant; the root's when
-                empty.
+            node: Path, name or registered name of the node with this status; the root when empty.
 
         Returns:
-            What the root returned at the last tick.
+            The root's status at the last tick.
 
         Raises:
-            AssertionError: When the tree ends otherwise, or the time is up.
+            AssertionError: When the tree ends otherwise, or after the timeout.
         """
         __tracebackhide__ = True
         status_wanted = None if callable(wanted) else status_of(wanted)
@@ -116,7 +115,7 @@ class Trial:
                 c.node is watched and c.status is status_wanted for c in self.history.changes[seen:]
             ):
                 return status
-            what = "what was waited for" if status_wanted is None else status_wanted.name
+            what = "the condition" if status_wanted is None else status_wanted.name
             of = f" of '{watched.path or watched.name}'" if watched is not None else ""
             if status is not NodeStatus.RUNNING:
                 raise AssertionError(f"expected {what}{of}, the tree ended with {status.name}\n"
@@ -129,10 +128,10 @@ class Trial:
         """Halt the tree."""
         self.tree.halt()
 
-    # Looking
+    # Checks
 
     def node(self, name: str) -> Any:
-        """Find a node by its path, its name or its registered name.
+        """Return a node by its path, name or registered name.
 
         Raises:
             AssertionError: When there is none, or more than one.
@@ -149,7 +148,7 @@ class Trial:
         raise AssertionError(f"the tree has no node '{name}'{did_you_mean(name, known)}")
 
     def fails_with(self, *words: str, timeout: float = 3.0) -> bool:
-        """Run it to its end; it has to fail for a reason that has these words.
+        """Run to the end and assert a failure whose reason contains these words.
 
         Returns:
             True, so that a test can say ``assert trial(...).fails_with(...)``.
@@ -169,7 +168,7 @@ class Trial:
         return True
 
     def assert_ended(self, node: str, status: NodeStatus | str) -> None:
-        """Assert that a node has ended with a status, at whichever tick.
+        """Assert that a node has ended with a status, at any tick.
 
         Raises:
             AssertionError: When it has not.
@@ -197,5 +196,5 @@ class Trial:
             )
 
     def explain(self) -> str:
-        """Say what has happened so far."""
+        """Describe the ticks so far."""
         return explain(self.history)

@@ -28,18 +28,18 @@ CUBE = Example({"object": "cube"})
         (behaviours.never_steps_the_physics, broken.StepsThePhysics, Example(),
          "tick 1 of StepsThePhysics takes 0.005 s"),
         (behaviours.never_steps_the_physics, broken.PushesThePhysics, Example(),
-         "changes the physics' state"),
-        (behaviours.halts_in_every_state, broken.DrivesOn, CUBE, "does not brake the arm"),
+         "changes the state of the physics"),
+        (behaviours.halts_in_every_state, broken.DrivesOn, CUBE, "does not stop the arm"),
         (behaviours.halts_in_every_state, broken.ClosesOn, Example(), "leaves the gripper moving"),
         (behaviours.gives_a_reason_when_it_fails, broken.FailsSilently, CUBE, "without a reason"),
         (behaviours.gives_a_reason_when_it_fails, broken.RaisesInsteadOfFailing, CUBE,
          "raises instead of failing: there is no 'nothing_is_called_so' in the cell"),
         (behaviours.gives_a_reason_when_it_fails, broken.NeverFails,
          Example(fails=({"speed": 0.0},)), "expected FAILURE"),
-        (behaviours.runs_the_same_again, broken.Remembers, Example(), "keeps something"),
+        (behaviours.runs_the_same_again, broken.Remembers, Example(), "keeps state of its first run"),
         (behaviours.runs_the_same_again, broken.RemembersForAll, Example(), "RemembersForAll"),
         (behaviours.goes_on_from_its_state, broken.ForgetsItsState, Example(),
-         "goes on differently"),
+         "continues differently"),
     ],
 )  # fmt: skip
 def test_a_broken_behaviour_is_found(situations, check, cls, example, message):
@@ -60,7 +60,7 @@ def test_a_behaviour_that_needs_a_cell_to_be_made_is_found(situations):
         (objects.is_stable_at_rest, {"rest_height": 0.03}, "does not rest where it was put"),
         (objects.is_stable_at_rest, {"rest_height": 0.033, "tilt": 0.6}, "it moved"),
         (objects.survives_a_fall, {"rest_height": 0.03}, "inside the floor"),
-        (objects.is_made_again_from_its_parameters, {"tilt": 0.3}, "is another"),
+        (objects.is_made_again_from_its_parameters, {"tilt": 0.3}, "is different"),
     ],
 )
 def test_a_broken_object_is_found(check, parameters, message):

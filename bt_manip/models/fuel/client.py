@@ -22,8 +22,8 @@ _ZIPS = (
     "application/octet-stream",
     "binary/octet-stream",
 )
-_MOST = 2**30  # [bytes] of a zip
-_MOST_TEXT = 1 << 16  # [bytes] of details, or of a referral
+_MAX_ARCHIVE = 2**30  # [bytes] of a zip
+_MAX_TEXT = 1 << 16  # [bytes] of details, or of a referral
 
 
 class FuelClient:
@@ -101,7 +101,7 @@ class FuelClient:
         """
         transfer = Transfer(address.server, self._token)
         with transfer.get(address.url) as response:
-            text = transfer.text(response, _MOST_TEXT)
+            text = transfer.text(response, _MAX_TEXT)
         try:
             details = json.loads(text)
         except (ValueError, RecursionError):
@@ -117,17 +117,17 @@ class FuelClient:
             version = _version(address, response.headers.get("X-Ign-Resource-Version"))
             kind = _kind(response)
             if kind in _ZIPS:
-                transfer.save(response, path, _MOST, address.name, self._progress)
+                transfer.save(response, path, _MAX_ARCHIVE, address.name, self._progress)
                 return version
             if kind != "text/plain":
                 raise ModelError(f"{response.url}: expected a zip, got '{kind}'")
-            referral = transfer.text(response, _MOST_TEXT)
+            referral = transfer.text(response, _MAX_TEXT)
         if not referral or not referral.isprintable() or " " in referral:
             raise ModelError(f"{address.zip_url}: refers to {ascii(referral[:80])}, no address")
         with transfer.get(referral) as response:
             if _kind(response) not in _ZIPS:
                 raise ModelError(f"{referral}: expected a zip, got '{_kind(response)}'")
-            transfer.save(response, path, _MOST, address.name, self._progress)
+            transfer.save(response, path, _MAX_ARCHIVE, address.name, self._progress)
         return version
 
 

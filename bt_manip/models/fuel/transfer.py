@@ -10,7 +10,7 @@ import requests
 from bt_manip.models.errors import ModelError
 from bt_manip.models.progress import Progress
 
-MOST_HOPS = 5
+MAX_REDIRECTS = 5
 _TIMEOUT = (10.0, 30.0)  # [s] to connect, between two pieces
 _REDIRECTS = (301, 302, 303, 307, 308)
 _CHUNK = 1 << 18
@@ -105,8 +105,8 @@ class Transfer:
             raise ModelError(f"the server leads to '{url}', which is not {' or '.join(allowed)}")
         if url in self._seen:
             raise ModelError(f"the server leads in a circle, to '{url}' again")
-        if len(self._seen) > MOST_HOPS:
-            raise ModelError(f"the server leads on more than {MOST_HOPS} times, now to '{url}'")
+        if len(self._seen) > MAX_REDIRECTS:
+            raise ModelError(f"the server leads on more than {MAX_REDIRECTS} times, now to '{url}'")
         self._seen.add(url)
 
     def _headers(self, url: str) -> dict[str, str]:

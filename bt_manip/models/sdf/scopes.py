@@ -16,7 +16,7 @@ from bt_manip.models.sdf.reader import Element, SdfReader
 MODEL = "__model__"
 WORLD = "world"
 SEPARATOR = "::"
-MOST_FRAMES = 5_000
+MAX_FRAMES = 5_000
 """Of all models in a model together: a few includes of includes are soon millions."""
 
 
@@ -63,8 +63,8 @@ class Scopes:
             raise self._reader.error(frame.element, f"'{own}' cannot be a name")
         if name in self._frames or name + SEPARATOR + MODEL in self._frames:
             raise self._reader.error(frame.element, f"the name '{own}' is used twice")
-        if len(self._frames) >= MOST_FRAMES:
-            raise self._reader.error(frame.element, f"more than {MOST_FRAMES} links and frames")
+        if len(self._frames) >= MAX_FRAMES:
+            raise self._reader.error(frame.element, f"more than {MAX_FRAMES} links and frames")
         self._frames[name] = frame
 
     def of_kind(self, kind: str) -> Iterator[tuple[str, Frame]]:
