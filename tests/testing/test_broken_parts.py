@@ -36,7 +36,7 @@ CUBE = Example({"object": "cube"})
          "raises instead of failing: there is no 'nothing_is_called_so' in the cell"),
         (behaviours.gives_a_reason_when_it_fails, broken.NeverFails,
          Example(fails=({"speed": 0.0},)), "expected FAILURE"),
-        (behaviours.runs_the_same_again, broken.Remembers, Example(), "keeps state of its first run"),
+        (behaviours.runs_the_same_again, broken.Remembers, Example(), "keeps state"),
         (behaviours.runs_the_same_again, broken.RemembersForAll, Example(), "RemembersForAll"),
         (behaviours.goes_on_from_its_state, broken.ForgetsItsState, Example(),
          "continues differently"),
