@@ -1,4 +1,4 @@
-"""Models of Gazebo Fuel: their addresses, the cache shared with Gazebo, and the client."""
+"""Models of Gazebo Fuel: addresses, the cache shared with Gazebo, and the client."""
 
 from bt_manip.models.fuel.address import FuelAddress as FuelAddress
 from bt_manip.models.fuel.address import fuel_address as fuel_address

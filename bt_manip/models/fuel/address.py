@@ -8,7 +8,7 @@ from urllib.parse import quote, unquote, urlsplit
 from bt_manip.models.errors import ModelError
 
 URL_VARIABLE = "BT_MANIP_FUEL_URL"
-"""Environment variable with another server than Gazebo's own."""
+"""Environment variable with the address of another server."""
 GAZEBO = "https://fuel.gazebosim.org"
 API = "1.0"
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
@@ -24,7 +24,7 @@ class FuelAddress:
         server: The server without a path, such as ``https://fuel.gazebosim.org``.
         owner: User or organisation.
         name: Name of the model, which may have spaces.
-        version: Its version; None means the newest.
+        version: Version; None for the newest.
     """
 
     server: str
@@ -34,17 +34,17 @@ class FuelAddress:
 
     @property
     def host(self) -> str:
-        """The server's name, with its port where that is not the usual one."""
+        """Host name of the server, with its port if given."""
         return urlsplit(self.server).netloc.lower()
 
     @property
     def url(self) -> str:
-        """What the server answers with the model's details."""
+        """URL of the model's details."""
         return f"{self.server}/{API}/{quote(self.owner)}/models/{quote(self.name)}"
 
     @property
     def zip_url(self) -> str:
-        """What the server answers with the model, or with where it is."""
+        """URL of the model's archive, or of a redirect to it."""
         version = "tip" if self.version is None else self.version
         return f"{self.url}/{version}/{quote(self.name)}.zip?link=true"
 
@@ -53,7 +53,7 @@ class FuelAddress:
         return FuelAddress(self.server, self.owner, self.name, version)
 
     def __str__(self) -> str:
-        """Write it as a user would."""
+        """Return the short form if the server is the default one."""
         version = "" if self.version is None else f"/{self.version}"
         if self.server == fuel_server():
             return f"fuel:{self.owner}/{self.name}{version}"
@@ -61,10 +61,10 @@ class FuelAddress:
 
 
 def fuel_server() -> str:
-    """Return the server that ``fuel:`` means.
+    """Return the server of ``fuel:`` addresses.
 
     Raises:
-        ModelError: When the environment names none that can be.
+        ModelError: When the environment variable is invalid.
     """
     url = os.environ.get(URL_VARIABLE, "") or GAZEBO
     parts = urlsplit(url)
@@ -76,10 +76,10 @@ def fuel_server() -> str:
 
 
 def fuel_address(text: str) -> FuelAddress:
-    """Read an address: ``fuel:owner/name[/version]`` or the URL of a model.
+    """Parse an address: ``fuel:owner/name[/version]`` or the URL of a model.
 
     Raises:
-        ModelError: When it is neither.
+        ModelError: When it is invalid.
     """
     if text.startswith("fuel:"):
         return _made(text, fuel_server(), text.removeprefix("fuel:").strip("/").split("/"))
@@ -112,7 +112,7 @@ def _made(text: str, server: str, parts: list[str]) -> FuelAddress:
 
 
 def _component(text: str, part: str) -> str:
-    """Refuse what would not be one folder in the cache."""
+    """Check that a part of an address is a valid folder name."""
     odd = any(unicodedata.category(c)[0] == "C" for c in part)
     if not part.strip() or part != part.strip() or part[0] == "." or odd or set(part) & set("/\\:"):
         raise ModelError(f"'{text}': '{part}' is no owner or name; expected {_FORM}")

@@ -1,4 +1,4 @@
-"""Unpacking a zip from the network, which is hostile until checked."""
+"""Unpacking of untrusted zip archives."""
 
 import stat
 import unicodedata
@@ -16,13 +16,13 @@ _CHUNK = 1 << 20
 
 @dataclass(frozen=True)
 class ZipLimits:
-    """What a model's zip may come to.
+    """Limits of a model's archive.
 
     Attributes:
-        files: Most entries.
-        total: Most bytes of all files together.
-        ratio: Most that the whole may grow by unpacking, for zips beyond `small`.
-        small: Bytes up to which the ratio does not matter.
+        files: Maximum number of entries.
+        total: Maximum size of all files [bytes].
+        ratio: Maximum ratio of unpacked to packed size, for archives above `small`.
+        small: Size up to which the ratio is not checked [bytes].
     """
 
     files: int = 20_000
@@ -32,17 +32,17 @@ class ZipLimits:
 
 
 def unpack(archive: Path, into: Path, limits: ZipLimits | None = None) -> None:
-    """Unpack a zip whose every entry has been looked at first.
+    """Check all entries of a zip archive, then unpack it.
 
-    Only files and folders come out, inside `into`, with the permissions of new files.
+    Only files and folders are written, inside `into`, with the permissions of new files.
 
     Args:
-        archive: The zip.
-        into: A folder that is empty.
-        limits: What it may come to.
+        archive: The archive.
+        into: An empty folder.
+        limits: Limits; defaults when None.
 
     Raises:
-        ModelError: When it is broken, or holds what no model holds.
+        ModelError: When it is broken, exceeds a limit, or has forbidden entries.
     """
     limits = limits or ZipLimits()
     try:
@@ -79,8 +79,8 @@ def _check_sizes(entries: list[zipfile.ZipInfo], packed: int, limits: ZipLimits)
 
 
 def _place(info: zipfile.ZipInfo) -> PurePosixPath:
-    """Check one entry; give where it goes, relative to the folder."""
-    name = info.orig_filename  # the other one ends at the first zero character
+    """Check one entry; return its path relative to the folder."""
+    name = info.orig_filename  # `filename` ends at the first zero character
     if any(unicodedata.category(c) in ("Cc", "Cf", "Cs") for c in name):
         raise ModelError(f"the zip has a file name with control characters: {ascii(name)}")
     shown = f"the zip has an entry '{name}'"
@@ -108,13 +108,13 @@ def _check_twice(places: list[PurePosixPath]) -> None:
         seen.add(place)
 
 
-def _copy(opened: zipfile.ZipFile, info: zipfile.ZipInfo, target: Path, most: int) -> int:
-    """Write one file; zipfile compares its checksum at the end."""
+def _copy(opened: zipfile.ZipFile, info: zipfile.ZipInfo, target: Path, limit: int) -> int:
+    """Write one file; zipfile verifies its checksum at the end."""
     size = 0
     with opened.open(info) as source, target.open("xb") as file:
         while chunk := source.read(_CHUNK):
             size += len(chunk)
-            if size > min(info.file_size, most):
+            if size > min(info.file_size, limit):
                 raise ModelError(f"the zip's '{info.filename}' is longer than it says: a bomb")
             file.write(chunk)
     if size != info.file_size:

@@ -1,4 +1,4 @@
-"""The folder where models of Fuel lie, which Gazebo uses too."""
+"""Cache of models of Fuel, shared with Gazebo."""
 
 import os
 import shutil
@@ -12,33 +12,33 @@ from bt_manip.models.fuel.address import FuelAddress, fuel_server
 from bt_manip.models.model_config import MODEL_CONFIG
 
 FUEL_CACHE_VARIABLE = "GZ_FUEL_CACHE_PATH"
-"""Gazebo's own environment variable for the place of the cache."""
+"""Gazebo's environment variable with the cache folder."""
 
 _STAGE = ".bt_manip_"
 
 
 class FuelCache:
-    """Models by server, owner, name and version, each there whole or not at all.
+    """Cache of models by server, owner, name and version, written atomically.
 
-    Laid out as Gazebo lays it out: ``SERVER/OWNER/models/NAME/VERSION/``, in lower case.
+    The layout is Gazebo's: ``SERVER/OWNER/models/NAME/VERSION/``, in lower case.
     """
 
     def __init__(self, root: Path | None = None) -> None:
-        """Use a folder; by default the one that Gazebo uses."""
+        """Use a folder; by default Gazebo's."""
         given = os.environ.get(FUEL_CACHE_VARIABLE, "")
         self.root = root or (Path(given) if given else Path.home() / ".gz" / "fuel")
 
     def folder(self, address: FuelAddress) -> Path:
-        """Return where all versions of a model lie, whether there are any or not."""
+        """Return the folder of all versions of a model, which may not exist."""
         host = address.host.replace(":", "_")
         return self.root / host / address.owner.lower() / "models" / address.name.lower()
 
     def versions(self, address: FuelAddress) -> list[int]:
-        """List the versions of a model that are here, in order."""
+        """Return the cached versions of a model, in order."""
         return _versions(self.folder(address))
 
     def find(self, address: FuelAddress) -> tuple[FuelAddress, Path] | None:
-        """Find a model, the newest of those that are here unless the address has a version."""
+        """Return a cached model: the version of the address, or the newest cached one."""
         versions = self.versions(address)
         version = address.version or (versions[-1] if versions else None)
         if version is None or version not in versions:
@@ -46,7 +46,7 @@ class FuelCache:
         return address.at(version), self.folder(address) / str(version)
 
     def models(self) -> Iterator[FuelAddress]:
-        """Go through all that is here, version by version."""
+        """Yield all cached models, version by version."""
         for folder in sorted(self.root.glob("*/*/models/*")):
             host, owner, _, name = folder.relative_to(self.root).parts
             server = f"https://{host}"
@@ -56,7 +56,7 @@ class FuelCache:
                 yield FuelAddress(server, owner, name, version)
 
     def remove(self, address: FuelAddress) -> list[Path]:
-        """Delete a version, or all versions of a model; give what was deleted."""
+        """Delete a version or all versions of a model; return the deleted paths."""
         folder = self.folder(address)
         versions = [address.version] if address.version else self.versions(address)
         gone = [folder / str(v) for v in versions if (folder / str(v)).is_dir()]
@@ -67,7 +67,7 @@ class FuelCache:
 
     @contextmanager
     def staging(self) -> Iterator[Path]:
-        """Return a folder to make a model in, on the cache's own disk; it goes in the end.
+        """Create a temporary folder on the disk of the cache, deleted at the end.
 
         Raises:
             ModelError: When the cache cannot be written.
@@ -83,26 +83,28 @@ class FuelCache:
         finally:
             shutil.rmtree(stage, ignore_errors=True)
             for path in missing:
-                with suppress(OSError):  # something is in it now
+                with suppress(OSError):  # it is not empty
                     path.rmdir()
 
     def publish(self, folder: Path, address: FuelAddress) -> Path:
-        """Move a whole model to its place, at once.
+        """Move a complete model into the cache in one step.
 
-        Two processes may come with the same model: the first one's stays.
+        If two processes publish the same model, the first one's remains.
 
         Args:
-            folder: The model, inside of what `staging` gave.
+            folder: The model, in a folder of `staging`.
             address: Its address, with the version.
 
         Raises:
-            ModelError: When the place cannot be written.
+            ModelError: When the cache cannot be written.
         """
         target = self.folder(address) / str(address.version)
         try:
             target.parent.mkdir(parents=True, exist_ok=True)
             if target.is_dir() and not (target / MODEL_CONFIG).is_file():
-                target.rename(folder.with_name("left_behind"))  # by someone who was cut off
+                target.rename(
+                    folder.with_name("left_behind")
+                )  # incomplete, from an interrupted process
             with suppress(FileExistsError):
                 _rename(folder, target)
         except OSError as error:
@@ -111,7 +113,7 @@ class FuelCache:
         return target
 
     def _tidy(self, folder: Path) -> None:
-        """Remove folders that hold nothing, upwards."""
+        """Remove empty folders upwards."""
         while folder != self.root and folder.is_relative_to(self.root):
             try:
                 folder.rmdir()
@@ -121,7 +123,7 @@ class FuelCache:
 
 
 def _rename(folder: Path, target: Path) -> None:
-    """Rename a folder; one that is there already is no error of the disk's."""
+    """Rename a folder; raise `FileExistsError` if the model exists already."""
     try:
         folder.rename(target)
     except OSError:

@@ -106,7 +106,9 @@ class Transfer:
         if url in self._seen:
             raise ModelError(f"the server leads in a circle, to '{url}' again")
         if len(self._seen) > MAX_REDIRECTS:
-            raise ModelError(f"the server leads on more than {MAX_REDIRECTS} times, now to '{url}'")
+            raise ModelError(
+                f"the server redirects more than {MAX_REDIRECTS} times, now to '{url}'"
+            )
         self._seen.add(url)
 
     def _headers(self, url: str) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""Meshes and materials that shapes share."""
+"""Meshes and materials shared by shapes."""
 
 import re
 from pathlib import Path
@@ -12,10 +12,10 @@ from bt_manip.models.sdf.reader import Element
 
 
 class Assets:
-    """The ``<asset>`` of a model, and the files that it names."""
+    """The ``<asset>`` element of a model, and its files."""
 
     def __init__(self) -> None:
-        """Begin with nothing."""
+        """Initialise without assets."""
         self.element: Element = etree.Element("asset")
         self.files: dict[str, bytes] = {}
         self._meshes: dict[tuple[object, ...], Mesh] = {}
@@ -24,7 +24,7 @@ class Assets:
         self._images: dict[bytes, str] = {}
 
     def mesh(self, path: Path, submesh: str, centred: bool) -> Mesh:
-        """Read a mesh, once.
+        """Return a mesh, read on its first use.
 
         Raises:
             ModelError: When it cannot be read.
@@ -35,12 +35,12 @@ class Assets:
         return self._meshes[key]
 
     def seen(self, key: tuple[object, ...], mesh: Mesh, stem: str) -> str:
-        """Add a mesh to look at; give its name."""
-        # The volume of what is only seen may be nothing: its surface is enough.
+        """Add a mesh for rendering; return its name."""
+        # The volume of a mesh for rendering may be zero: its surface is enough.
         return self._add(("seen", *key), [mesh], stem, "shell")[0]
 
     def colliding(self, key: tuple[object, ...], mesh: Mesh, stem: str, convex: str) -> list[str]:
-        """Add a mesh to collide with, as its hull or in parts; give the names.
+        """Add a mesh for collision, as hull or convex parts; return the names.
 
         Raises:
             ModelError: When its parts cannot be found.
@@ -54,7 +54,7 @@ class Assets:
     def material(
         self, rgba: np.ndarray, specular: float, emission: float, image: bytes | None = None
     ) -> str:
-        """Add a material, perhaps with an image on it; give its name."""
+        """Add a material, optionally with an image; return its name."""
         key = (*(float(c) for c in rgba), specular, emission, self._texture(image))
         if key not in self._materials:
             name = f"material{len(self._materials)}"

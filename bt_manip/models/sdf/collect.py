@@ -1,4 +1,4 @@
-"""Gathering the links, joints and frames of a model, and of the models in it."""
+"""Collecting the links, joints and frames of a model and its nested models."""
 
 from pathlib import Path
 
@@ -16,17 +16,17 @@ _KNOWN_INCLUDE = {"uri", "name", "pose", "static", "placement_frame"}
 
 
 class Collector:
-    """Walks through a model once."""
+    """Collector of a model."""
 
     def __init__(self, reader: SdfReader, fetch: FetchFuel) -> None:
-        """Begin with nothing gathered."""
+        """Initialise without elements."""
         self._reader = reader
         self._fetch = fetch
         self.scopes = Scopes(reader)
         self._open: list[Path] = []
 
     def collect(self, model: Element) -> Scopes:
-        """Gather everything of a model.
+        """Collect all elements of a model.
 
         Raises:
             ModelError: When the document is wrong, or names what is not there.
@@ -67,7 +67,7 @@ class Collector:
         )  # fmt: skip
 
     def _nested(self, model: Element, placed: Element, scope: str, name: str, depth: int) -> None:
-        """Take in a model in the model; `placed` is what says where."""
+        """Add a nested model; `placed` is the element with its pose."""
         pose = placed.find("pose")
         if pose is None:
             pose = model.find("pose")

@@ -1,4 +1,4 @@
-"""A model of SDF as MJCF."""
+"""Conversion of an SDF model to MJCF."""
 
 from itertools import combinations
 from pathlib import Path
@@ -32,7 +32,7 @@ _KNOWN_COLLISION = {"pose", "geometry", "surface", "max_contacts", "laser_retro"
 def convert_sdf(
     found: FoundModel, *, convex: str = "hull", progress: Progress = terminal_progress
 ) -> MjcfModel:
-    """Convert a model of SDF.
+    """Convert an SDF model to MJCF.
 
     The frame of the model becomes that of the MJCF, and each link a body; what moves hangs on
     joints, and links that no joint holds are fixed to the model. Geoms that are seen are of group
@@ -104,7 +104,7 @@ class _Converter:
         return etree.tostring(root, encoding="unicode")
 
     def _hang(self) -> None:
-        """Find what each link hangs on: the child of one joint, or nothing."""
+        """Find the parent joint of each link, if any."""
         reader, scopes = self._reader, self._scopes
         for name, frame in scopes.of_kind("joint"):
             ends = []
@@ -133,7 +133,7 @@ class _Converter:
                 )
 
     def _above(self, link: str, of: str) -> bool:
-        """Return whether a link is above another one in the tree."""
+        """Return whether a link is an ancestor of another one."""
         while of in self._parents:
             of = self._parents[of]
             if of == link:
@@ -141,7 +141,7 @@ class _Converter:
         return False
 
     def _add_links(self, world: Element, T_om: pin.SE3) -> None:
-        """Add all bodies, each after the one that it hangs on."""
+        """Add all bodies, each after its parent."""
         bodies = {WORLD: world}
         left = list(self._links)
         while left:
@@ -210,7 +210,7 @@ class _Converter:
         return name
 
     def _add_sites(self, world: Element, T_om: pin.SE3) -> None:
-        """Keep the named frames, as sites of the bodies that they move with."""
+        """Add the named frames as sites of their bodies."""
         bodies = {body.get("name"): body for body in world.iter("body")}
         for name, _ in self._scopes.of_kind("frame"):
             link = self._scopes.link_of(name)

@@ -12,7 +12,7 @@ _ROUNDING = 1e-6  # of the trace
 def inertial(
     reader: SdfReader, scopes: Scopes, name: str, link: Element, static: bool
 ) -> dict[str, object] | None:
-    """Return a link's inertial as MJCF has it; None lets the shapes decide.
+    """Return a link's inertial for MJCF, or None to derive it from the shapes.
 
     What is left out is 1: the mass [kg], and the inertia about each axis [kg m^2].
 
@@ -28,7 +28,7 @@ def inertial(
     inertia = np.eye(3) if element is None else _inertia(reader, element)
     problem = _problem(mass, inertia)
     if problem and static:
-        reader.warn(source, f"{problem}; it does not move, so its shapes decide")
+        reader.warn(source, f"{problem}; it does not move, so its inertia follows from the shapes")
         return None
     if problem:
         raise reader.error(source, f"link '{name}': {problem}")
@@ -59,7 +59,7 @@ def _problem(mass: float, inertia: np.ndarray) -> str:
 
 
 def _balanced(reader: SdfReader, element: Element, name: str, inertia: np.ndarray) -> np.ndarray:
-    """Assert that no principal moment is more than the other two together.
+    """Check that no principal moment exceeds the sum of the other two.
 
     MuJoCo refuses such a body. A little is rounding, which flat things have; what is more is a
     guess of who wrote the file, and becomes a ball's inertia with the same trace.
@@ -70,7 +70,7 @@ def _balanced(reader: SdfReader, element: Element, name: str, inertia: np.ndarra
     if excess > _ROUNDING * trace:
         reader.warn(
             element,
-            f"link '{name}': no body has the principal inertias "
+            f"link '{name}': invalid principal inertias "
             f"{', '.join(f'{m:.3g}' for m in moments)}; all of them become {trace / 3:.3g} kg m^2",
         )
         return np.eye(3) * trace / 3

@@ -18,8 +18,8 @@ _TYPES = {
     "fixed": ("", ()),
 }
 _KNOWN = {"parent", "child", "pose", "axis", "axis2", "thread_pitch", "physics"}
-_UNBOUNDED = 1e15  # SDF's own default is 1e16
-_FAR = 1e6  # [rad, m] where only one side has a bound
+_UNBOUNDED = 1e15  # SDF's default is 1e16
+_FAR = 1e6  # [rad, m] bound of the side without one
 
 
 class JointElement(NamedTuple):
@@ -32,7 +32,7 @@ class JointElement(NamedTuple):
 def joints_of(
     reader: SdfReader, scopes: Scopes, name: str, frame: Frame, child: str
 ) -> list[JointElement]:
-    """Return the joints that a joint of SDF becomes, in the order in which they turn.
+    """Return the MJCF joints of an SDF joint, in kinematic order.
 
     Args:
         reader: Reads values.

@@ -56,7 +56,7 @@ def material_of(
 def _albedo(
     reader: SdfReader, material: Element, shape: SdfShape, fetch: FetchFuel
 ) -> bytes | None:
-    """Read the image that a physically based material lays on a mesh."""
+    """Return the image of a physically based material."""
     pbr = material.find("pbr")
     if pbr is None:
         return None
@@ -75,7 +75,7 @@ def _albedo(
 
 
 def colour(reader: SdfReader, material: Element, tag: str) -> np.ndarray | None:
-    """Read a colour of three or four numbers; None where there is none.
+    """Return a colour of three or four numbers, or None.
 
     Raises:
         ModelError: When it is none.

@@ -1,4 +1,4 @@
-"""Reading SDF documents: values with their defaults, and where everything stands."""
+"""Reading of SDF documents: values with defaults, positions of elements."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -11,26 +11,26 @@ from bt_manip.models.errors import ModelError
 from bt_manip.models.hardened_xml import read_xml
 
 Element = Any
-"""An element of lxml, which comes without types."""
+"""An element of lxml, which has no type stubs."""
 
 
 class SdfDocument(NamedTuple):
-    """A file that was read, and the folder that it may not reach out of."""
+    """A document, and the folder outside which it may not refer to files."""
 
     path: Path
     root: Path | None
 
 
 class SdfReader:
-    """Reads documents and values, and gathers warnings, each with file and line."""
+    """Reads documents and values, and collects warnings with file and line."""
 
     def __init__(self) -> None:
-        """Begin with nothing read."""
+        """Initialise without documents."""
         self.warnings: list[str] = []
         self._documents: dict[Element, SdfDocument] = {}
 
     def open_model(self, path: Path, root: Path | None) -> Element:
-        """Read a document and give its model.
+        """Read a document and return its model.
 
         Raises:
             ModelError: When it cannot be read, or has no model or more than one.
@@ -49,7 +49,7 @@ class SdfReader:
         return models[0]
 
     def document(self, element: Element) -> SdfDocument:
-        """Return the document that an element is in."""
+        """Return the document of an element."""
         return self._documents[element.getroottree().getroot()]
 
     def where(self, element: Element) -> str:
@@ -57,17 +57,17 @@ class SdfReader:
         return f"{self.document(element).path}:{element.sourceline}"
 
     def warn(self, element: Element, text: str) -> None:
-        """Note something that is lost."""
+        """Add a warning about an unsupported element."""
         warning = f"{self.where(element)}: {text}"
         if warning not in self.warnings:
             self.warnings.append(warning)
 
     def error(self, element: Element, text: str) -> ModelError:
-        """Make an error that says where."""
+        """Return an error with file and line."""
         return ModelError(f"{self.where(element)}: {text}")
 
     def only(self, element: Element, known: Iterable[str]) -> None:
-        """Warn of children that nothing is made of."""
+        """Warn of unsupported children."""
         for child in element:
             if child.tag not in known:
                 self.warn(child, f"<{child.tag}> of <{element.tag}> cannot be expressed")
@@ -77,7 +77,7 @@ class SdfReader:
         return (element.findtext(tag) or default).strip()
 
     def flag(self, element: Element, tag: str, default: bool = False) -> bool:
-        """Return a child that says yes or no.
+        """Return the boolean value of a child.
 
         Raises:
             ModelError: When it says something else.
@@ -88,7 +88,7 @@ class SdfReader:
         raise self.error(element.find(tag), f"<{tag}>: expected true or false, got '{value}'")
 
     def number(self, element: Element, tag: str, default: float) -> float:
-        """Return a child that is a number; it may be infinite.
+        """Return the number in a child; it may be infinite.
 
         Raises:
             ModelError: When it is none.
@@ -99,7 +99,7 @@ class SdfReader:
         return float(self.numbers(child, 1, finite=False)[0])
 
     def vector(self, element: Element, tag: str, default: Iterable[float]) -> np.ndarray:
-        """Return a child that is some finite numbers, as many as the default has.
+        """Return the finite numbers in a child, as many as the default has.
 
         Raises:
             ModelError: When it is not.
@@ -110,7 +110,7 @@ class SdfReader:
         return self.numbers(child, len(values))
 
     def numbers(self, element: Element, count: int, finite: bool = True) -> np.ndarray:
-        """Read the numbers in an element.
+        """Return the numbers in an element.
 
         Raises:
             ModelError: When they are not as many, or not numbers.
@@ -128,7 +128,7 @@ class SdfReader:
         return values
 
     def pose(self, element: Element | None) -> pin.SE3:
-        """Read a ``<pose>``: position and roll, pitch, yaw about fixed axes, or a quaternion.
+        """Return a ``<pose>``: position and roll, pitch, yaw about fixed axes, or a quaternion.
 
         Raises:
             ModelError: When it is none.
@@ -145,5 +145,5 @@ class SdfReader:
         values = self.numbers(element, 6)
         if element.get("degrees", "false").lower() in ("true", "1"):
             values[3:] = np.radians(values[3:])
-        # Roll, pitch, yaw about fixed axes: Rz(yaw) Ry(pitch) Rx(roll), as Pinocchio has it.
+        # Roll, pitch, yaw about fixed axes: Rz(yaw) Ry(pitch) Rx(roll), as in Pinocchio.
         return pin.SE3(pin.rpy.rpyToMatrix(values[3:]), values[:3])

@@ -1,4 +1,4 @@
-"""The frames of a model and of the models in it: who is relative to whom.
+"""Frames of a model and its nested models, and their relative poses.
 
 SDF 1.7 and later: links, joints, frames and nested models are frames; each has a pose relative to
 another one, found by its name in the model where it stands (``inner::link`` looks into a nested
@@ -17,12 +17,12 @@ MODEL = "__model__"
 WORLD = "world"
 SEPARATOR = "::"
 MAX_FRAMES = 5_000
-"""Of all models in a model together: a few includes of includes are soon millions."""
+"""Maximum number of frames in all nested models: nested includes grow exponentially."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame as the document has it.
+    """A frame of the document.
 
     Attributes:
         kind: ``"model"``, ``"link"``, ``"joint"`` or ``"frame"``.
@@ -44,16 +44,16 @@ class Frame:
 
 
 class Scopes:
-    """All frames of a model by their whole names, and their poses."""
+    """All frames of a model by their full names, and their poses."""
 
     def __init__(self, reader: SdfReader) -> None:
-        """Begin with no frames."""
+        """Initialise without frames."""
         self._reader = reader
         self._frames: dict[str, Frame] = {}
         self._busy: list[tuple[str, str]] = []
 
     def add(self, name: str, frame: Frame) -> None:
-        """Take in a frame by its whole name.
+        """Add a frame by its full name.
 
         Raises:
             ModelError: When the name is taken, or is none.
@@ -68,11 +68,11 @@ class Scopes:
         self._frames[name] = frame
 
     def of_kind(self, kind: str) -> Iterator[tuple[str, Frame]]:
-        """Go through the frames of a kind, in the document's order."""
+        """Yield the frames of a kind, in the order of the document."""
         return ((name, f) for name, f in self._frames.items() if f.kind == kind)
 
     def whole_name(self, scope: str, name: str, element: Element) -> str:
-        """Find what a name means in a scope.
+        """Return the frame of a name in a scope.
 
         Raises:
             ModelError: When nothing there has that name.
@@ -87,7 +87,7 @@ class Scopes:
         raise self._reader.error(element, f"there is no frame '{name}' in the model{near}")
 
     def pose(self, name: str, origin: str = MODEL) -> pin.SE3:
-        """Return the pose of a frame seen from another one that it depends on.
+        """Return the pose of a frame relative to another one that it depends on.
 
         Raises:
             ModelError: When frames are relative to each other in a circle.
@@ -96,7 +96,7 @@ class Scopes:
             return pin.SE3.Identity()
         frame = self._frames[name]
         if (name, origin) in self._busy:
-            raise self._reader.error(frame.element, f"'{name}' is relative to itself, in a circle")
+            raise self._reader.error(frame.element, f"'{name}' is relative to itself")
         if name == MODEL:
             raise self._reader.error(frame.element, "a placement frame outside of its model")
         self._busy.append((name, origin))
@@ -108,12 +108,12 @@ class Scopes:
         return T
 
     def root_placement(self) -> pin.SE3:
-        """Return the pose of the whole model's placement frame in it."""
+        """Return the pose of the model's placement frame."""
         frame = self._frames[MODEL]
         return self.pose(self._inner(MODEL, frame)) if frame.placement else pin.SE3.Identity()
 
     def local(self, link: str, pose: Element | None) -> pin.SE3:
-        """Read a pose in a link: of a visual, a collision, an inertia.
+        """Return the pose of a visual, collision or inertial in its link.
 
         Raises:
             ModelError: When it is none.
@@ -150,7 +150,7 @@ class Scopes:
                     if not links:
                         raise self._reader.error(frame.element, "a model without links")
                     name = links[0]
-        raise self._reader.error(frame.element, "frames are attached to each other in a circle")
+        raise self._reader.error(frame.element, "frames are attached to each other in a cycle")
 
     def _named(self, frame: Frame, name: str) -> str:
         return self.whole_name(frame.scope, name, frame.element)

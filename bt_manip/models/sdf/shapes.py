@@ -1,4 +1,4 @@
-"""Shapes of SDF as geoms of MJCF."""
+"""Conversion of SDF shapes to MJCF geoms."""
 
 from typing import NamedTuple
 
@@ -16,7 +16,7 @@ _PLANE_HALF_THICKNESS = 5e-4  # [m]
 
 
 class SdfShape(NamedTuple):
-    """A geom without the place of what it belongs to.
+    """A geom without the pose of its parent.
 
     Attributes:
         attributes: Type and measures, as MJCF has them.
@@ -37,14 +37,14 @@ class ShapeReader:
     """Reads ``<geometry>``."""
 
     def __init__(self, reader: SdfReader, assets: Assets, fetch: FetchFuel, convex: str) -> None:
-        """Put meshes into `assets`; make them convex as `convex` says."""
+        """Initialise with the assets for meshes, and their kind of convex geometry."""
         self._reader = reader
         self._assets = assets
         self.fetch = fetch
         self._convex = convex
 
     def read(self, element: Element, *, collides: bool, static: bool) -> list[SdfShape]:
-        """Return the geoms of a visual's or collision's geometry; none where there is no such.
+        """Return the geoms of a visual or collision; none for unsupported shapes.
 
         Raises:
             ModelError: When a measure is missing or wrong, or a mesh cannot be read.
@@ -148,7 +148,7 @@ class ShapeReader:
         return np.array([r, whole / 2])
 
     def _lengths(self, shape: Element, tag: str, default: tuple[float, ...]) -> np.ndarray:
-        """Read measures, all of which must be positive."""
+        """Return sizes, all of which must be positive."""
         values = self._reader.vector(shape, tag, default)
         if (values <= 0).any():
             raise self._reader.error(shape, f"<{tag}> of a <{shape.tag}> must be positive [m]")

@@ -1,16 +1,16 @@
-"""Surfaces of SDF as contact parameters of MJCF."""
+"""Conversion of SDF surfaces to MJCF contact parameters."""
 
 from bt_manip.models.sdf.reader import Element, SdfReader
 
 SOLREF = "0.004 1"
-"""Contacts as stiff as those of the bundled models: a 50 N grip must not sink in."""
+"""Contact stiffness of the bundled models, without visible penetration at 50 N."""
 
 _KNOWN = {"friction", "contact", "bounce", "soft_contact"}
-_ROLLING = (0.005, 0.0001)  # [m] MuJoCo's own torsional and rolling friction
+_ROLLING = (0.005, 0.0001)  # [m] MuJoCo's default torsional and rolling friction
 
 
 def surface(reader: SdfReader, collision: Element) -> dict[str, object]:
-    """Return friction and softness of a collision; where it says nothing, friction is 1.
+    """Return friction and softness of a collision; the default friction is 1.
 
     Raises:
         ModelError: When a number is none.
@@ -54,7 +54,7 @@ def _friction(reader: SdfReader, element: Element) -> float:
 
 
 def _positive(reader: SdfReader, element: Element, mu: float) -> float:
-    """Bound a friction: Gazebo's files write 1e6 where they mean: it does not slide."""
+    """Clip a friction coefficient: Gazebo's files use 1e6 for contacts that do not slide."""
     if mu < 0:
         raise reader.error(element, f"a friction must not be negative, got {mu:g}")
     return min(mu, 100.0)

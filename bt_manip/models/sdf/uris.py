@@ -1,4 +1,4 @@
-"""Files that an SDF document names."""
+"""Resolution of URIs in SDF documents."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -10,11 +10,11 @@ from bt_manip.models.packages import find_package_file
 from bt_manip.models.sdf.reader import SdfDocument
 
 FetchFuel = Callable[[str], Path]
-"""Gives the folder of a model by its Fuel address."""
+"""Function that returns the folder of a model by its Fuel address."""
 
 
 def find_file(uri: str, document: SdfDocument, fetch: FetchFuel) -> SdfDocument:
-    """Find what a URI in a document means.
+    """Return the file of a URI in a document.
 
     A document from the network may name files in its own folder, and other models on Fuel, and
     nothing else.
@@ -48,7 +48,7 @@ def find_file(uri: str, document: SdfDocument, fetch: FetchFuel) -> SdfDocument:
 
 
 def included_file(uri: str, document: SdfDocument, fetch: FetchFuel) -> SdfDocument:
-    """Find the document that an ``<include>`` means: a file, or a model's folder.
+    """Return the document of an ``<include>``: a file, or a model's folder.
 
     Raises:
         ModelError: When there is none.
@@ -68,7 +68,7 @@ def _inside(uri: str, path: Path, root: Path) -> SdfDocument:
 
 
 def _own_folder(uri: str, document: SdfDocument) -> tuple[Path | None, str]:
-    """Return whether a URI names the model that it stands in; give the folder and the rest.
+    """Return folder and rest of a URI that refers to its own model.
 
     In the cache of Fuel the folder above is the version, and the one above that has the name in
     lower case.
