@@ -24,7 +24,6 @@ from .objects import Segmentation as Segmentation
 from .objects import Table as Table
 from .objects import as_object as as_object
 from .objects import bottom_of as bottom_of
-from .objects import declares as declares
 from .objects import looking_at as looking_at
 from .physics.state import integration_state as integration_state
 from .region import Region as Region

@@ -1,9 +1,10 @@
 """The arena that a cell is built in."""
 
-from collections.abc import Sequence
-
-import numpy as np
 from dm_control import composer, mjcf
+
+from bt_manip.spatial import quat_wxyz
+
+from .objects.camera import looking_at
 
 FLOOR = "floor"
 OVERVIEW = "overview"
@@ -32,7 +33,6 @@ class Arena(composer.Arena):
         # Report an unstable simulation instead of silently resetting it.
         root.option.flag.autoreset = "disable"
         self._build_visuals(root)
-        self._build_cameras(root)
 
     @staticmethod
     def _build_visuals(root: mjcf.RootElement) -> None:
@@ -71,22 +71,7 @@ class Arena(composer.Arena):
             diffuse=(0.20, 0.21, 0.24), specular=(0.0, 0.0, 0.0), castshadow=False,
         )  # fmt: skip
 
-    @staticmethod
-    def _build_cameras(root: mjcf.RootElement) -> None:
-        position = (1.44, -1.70, 1.86)
+        T_wc = looking_at((1.44, -1.70, 1.86), target=(0.17, -0.07, 1.25))
         root.worldbody.add(
-            "camera", name=OVERVIEW, pos=position, fovy=36,
-            xyaxes=_camera_axes(position, looking_at=(0.17, -0.07, 1.25)),
-        )  # fmt: skip
-
-    @property
-    def timestep(self) -> float:
-        """Step of the physics [s]."""
-        return float(self.mjcf_model.option.timestep)
-
-
-def _camera_axes(position: Sequence[float], looking_at: Sequence[float]) -> tuple[float, ...]:
-    """Return the x and y axes of an upright camera, as MJCF's ``xyaxes``; it looks along -z."""
-    forward = np.subtract(looking_at, position)
-    right = np.cross(forward, (0.0, 0.0, 1.0))
-    return (*right, *np.cross(right, forward))
+            "camera", name=OVERVIEW, pos=T_wc.translation, quat=quat_wxyz(T_wc), fovy=36
+        )

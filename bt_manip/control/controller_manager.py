@@ -52,11 +52,6 @@ class ControllerManager(composer.Entity):
         return self._mjcf_root
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the controllers that can be switched to."""
-        return tuple(self._factories)
-
-    @property
     def active(self) -> str:
         """Name of the active controller."""
         return self._active

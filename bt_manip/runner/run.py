@@ -3,7 +3,7 @@
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from bt_manip.bt import NodeStatus, Tree
@@ -19,25 +19,18 @@ BRAKING = 3.0
 """Longest time to stop the arms when a run is interrupted [s]."""
 
 
-@dataclass
-class Progress:
-    """Progress of a run.
+@dataclass(eq=False)
+class Run:
+    """A tree that is ready to run, or to continue, in a station.
 
     Attributes:
         cycle: The present cycle, or the next one.
     """
 
-    cycle: int = 0
-
-
-@dataclass(frozen=True)
-class Run:
-    """A tree that is ready to run, or to continue, in a station."""
-
     request: RunRequest
     tree: Tree
     station: Station
-    progress: Progress = field(default_factory=Progress)
+    cycle: int = 0
 
     def execute(self, observers: Sequence[RunObserver] = (), *, stop: Stop = lambda: False) -> None:
         """Run the requested cycles.
@@ -60,7 +53,7 @@ class Run:
         run of the same request, also in another process.
         """
         return {
-            "cycle": self.progress.cycle,
+            "cycle": self.cycle,
             "station": self.station.get_state(),
             "tree": self.tree.get_state(),
         }
@@ -73,7 +66,7 @@ class Run:
         """
         self.station.set_state(state["station"])
         self.tree.set_state(state["tree"])
-        self.progress.cycle = state["cycle"]
+        self.cycle = state["cycle"]
 
 
 class _Loop:
@@ -97,9 +90,9 @@ class _Loop:
                 observer.run_started(self._run)
             self._note_model()
             self._pacing.start(self._cell.time)
-            progress = self._run.progress
-            while self._request.cycles == 0 or progress.cycle < self._request.cycles:
-                if not self._cycle(progress.cycle):
+            run = self._run
+            while self._request.cycles == 0 or run.cycle < self._request.cycles:
+                if not self._cycle(run.cycle):
                     self._tree.halt()
                     self._brake()
                     break
@@ -127,7 +120,7 @@ class _Loop:
         with ExitStack() as stack:
             for observer in reversed(started):
                 stack.callback(observer.run_ended)
-            self._run.progress.cycle = 0
+            self._run.cycle = 0
             self._tree.halt()
 
     def _cycle(self, cycle: int) -> bool:
@@ -144,7 +137,7 @@ class _Loop:
                 observe()
             status = self._tree.tick()
             if status is not NodeStatus.RUNNING:
-                self._run.progress.cycle = cycle + 1
+                self._run.cycle = cycle + 1
                 for robot in self._run.station.robots.values():
                     robot.controllers.return_to_default()
             self._steps()

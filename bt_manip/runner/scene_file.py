@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip import spatial
-from bt_manip.cell import CellError, Region, declares, looking_at
+from bt_manip.cell import CellError, Region, looking_at
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomization, parse_variation
 from bt_manip.exceptions import BtManipError, did_you_mean
@@ -286,7 +286,7 @@ class _Reader:
         except (BtManipError, TypeError, ValueError) as error:
             key = next((k for k in parameters if str(error).startswith(k)), "model")
             raise table.error(key, f"is wrong: {error}") from error
-        if "on" in table.keys() and not declares(made, "rest_height"):
+        if "on" in table.keys() and not hasattr(made, "rest_height"):
             raise table.error("on", "is only for what knows how it rests; give a 'position'")
 
     # Randomization

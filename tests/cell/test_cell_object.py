@@ -7,7 +7,6 @@ import pytest
 from dm_control import composer, mjcf
 
 from bt_manip.cell import (
-    Camera,
     Cell,
     CellError,
     CellObject,
@@ -15,7 +14,6 @@ from bt_manip.cell import (
     Table,
     as_object,
     bottom_of,
-    declares,
 )
 from bt_manip.cell.objects import Can
 from bt_manip.spatial import pose
@@ -52,11 +50,6 @@ def test_an_object_that_inherits_the_defaults_is_read_as_it_is():
 def test_a_class_can_be_read_before_an_object_is_made():
     assert as_object(Brick).kind == "brick"
     assert as_object(lambda: None).category == ""
-
-
-def test_only_declared_attributes_count_as_declared():
-    assert declares(Brick(), "rest_height") and not declares(Brick(), "mass")
-    assert not declares(Camera(), "rest_height")
 
 
 def test_the_bottom_is_under_the_middle_at_the_rest_height():

@@ -12,7 +12,6 @@ from .categories import check_spelling as check_spelling
 from .cell_object import CellObject as CellObject
 from .cell_object import as_object as as_object
 from .cell_object import bottom_of as bottom_of
-from .cell_object import declares as declares
 from .model_object import ModelObject as ModelObject
 from .primitives import Bin as Bin
 from .primitives import Block as Block

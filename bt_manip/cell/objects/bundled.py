@@ -1,19 +1,31 @@
 """Objects whose models come with bt-manip: cube, table, basket."""
 
+from dm_control import mjcf
+
 from bt_manip.models import bundled_path
 
-from .prop import Prop, positive
+from .prop import Prop, positive, value_of
 
 
 class BundledProp(Prop):
     """An object whose model file comes with bt-manip; None keeps a value of the file.
 
-    The parameters are those of `Prop._load`: ``mass`` [kg], which counts where the object is placed
-    free, ``friction`` and ``colour``.
+    Parameters are ``mass`` [kg], which counts where the object is placed free, the coefficient of
+    sliding ``friction`` [-], and ``colour``.
     """
 
     def _make_model(self, name: str) -> None:
-        self._load(bundled_path(f"{self.kind}/{self.kind}.xml"), name)
+        self._mjcf_root = mjcf.from_path(str(bundled_path(f"{self.kind}/{self.kind}.xml")))
+        self._mjcf_root.model = name
+        mass, friction, colour = map(self._parameters.get, ("mass", "friction", "colour"))
+        if mass is not None:
+            share = positive("mass", mass, "kg") / self.mass
+            for geom in self.collision_geoms:
+                geom.mass = (value_of(geom, "mass") or 0.0) * share
+        if friction is not None:
+            self._set_friction(friction)
+        if colour is not None:
+            self._set_colour(colour)
 
 
 class Cube(BundledProp):

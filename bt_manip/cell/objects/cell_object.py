@@ -89,11 +89,6 @@ def as_object(entity: composer.Entity | Callable[..., Any]) -> CellObject:
     return entity if isinstance(entity, CellObject) else _ForeignObject(entity)
 
 
-def declares(entity: composer.Entity, attribute: str) -> bool:
-    """Tell whether an entity declares an attribute of `CellObject` itself."""
-    return hasattr(entity, attribute)
-
-
 def bottom_of(entity: composer.Entity) -> pin.SE3:
     """Return the middle of an object's bottom in the object's frame."""
     declared = as_object(entity)

@@ -1,7 +1,6 @@
 """Objects made from any model address."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -13,7 +12,7 @@ from ..exceptions import CellError
 from ..naming import name_elements
 from .bounds import Bounds, bounds_of
 from .categories import CONTAINER, check_spelling
-from .prop import Prop, colour_of, default_of, positive
+from .prop import Prop, positive, value_of
 
 GRIPPABLE = 0.08
 """Largest opening of common grippers [m]."""
@@ -134,15 +133,9 @@ class ModelObject(Prop):
             _scale_mass(self._mjcf_root, positive("mass", mass, "kg") / self._mass)
             self._mass = float(mass)
         if friction is not None:
-            for geom in self.collision_geoms:
-                given = geom.friction if geom.friction is not None else default_of(geom, "friction")
-                rest = (0.005, 0.0001) if given is None else tuple(given[1:])
-                geom.friction = (positive("friction", friction, "-"), *rest)
+            self._set_friction(friction)
         if colour is not None:
-            rgba = colour_of(colour)
-            for geom in self.visual_geoms or self.collision_geoms:
-                geom.material = None
-                geom.rgba = rgba
+            self._set_colour(colour)
 
     def _collides(self, geom: mjcf.Element) -> bool:
         return geom.full_identifier in self._touchable
@@ -237,9 +230,8 @@ def _scale_mass(root: mjcf.RootElement, share: float) -> None:
 
 
 def _scale_geom(geom: mjcf.Element, share: float) -> None:
-    mass: Any = geom.mass if geom.mass is not None else default_of(geom, "mass")
+    mass, density = value_of(geom, "mass"), value_of(geom, "density")
     if mass is not None:
         geom.mass = mass * share
         return
-    density: Any = geom.density if geom.density is not None else default_of(geom, "density")
     geom.density = (1000.0 if density is None else density) * share

@@ -1,7 +1,6 @@
 """The base class of bt-manip's objects."""
 
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ClassVar
 
@@ -85,39 +84,28 @@ class Prop(ParametricEntity, CellObject):
     @property
     def mass(self) -> float:
         """Mass according to the model and the parameters [kg]."""
-        return float(sum(_mass_of(g) for g in self.collision_geoms))
+        return float(sum(value_of(g, "mass") or 0.0 for g in self.collision_geoms))
 
-    def _load(self, path: Path, name: str) -> None:
-        """Load the model file and apply mass, friction and colour."""
-        parameters = self._parameters
-        self._mjcf_root = mjcf.from_path(str(path))
-        self._mjcf_root.model = name
-        mass = parameters.get("mass")
-        if mass is not None:
-            share = positive("mass", mass, "kg") / self.mass
-            for geom in self.collision_geoms:
-                geom.mass = _mass_of(geom) * share
-        friction = parameters.get("friction")
-        if friction is not None:
-            for geom in self.collision_geoms:
-                rest = (0.005, 0.0001) if geom.friction is None else tuple(geom.friction[1:])
-                geom.friction = (positive("friction", friction, "-"), *rest)
-        colour = parameters.get("colour")
-        if colour is not None:
-            rgba = colour_of(colour)
-            for geom in self.visual_geoms:
-                geom.material = None
-                geom.rgba = rgba
+    def _set_friction(self, friction: float) -> None:
+        """Set the coefficient of sliding friction of the geoms that can collide."""
+        for geom in self.collision_geoms:
+            given = value_of(geom, "friction")
+            rest = (0.005, 0.0001) if given is None else tuple(given[1:])
+            geom.friction = (positive("friction", friction, "-"), *rest)
+
+    def _set_colour(self, colour: Iterable[float]) -> None:
+        """Set the colour of the geoms that are only visible, or of all if there are none."""
+        rgba = colour_of(colour)
+        for geom in self.visual_geoms or self.collision_geoms:
+            geom.material = None
+            geom.rgba = rgba
 
     def _all_geoms(self) -> list[mjcf.Element]:
         return self._mjcf_root.find_all("geom", exclude_attachments=True)
 
     def _collides(self, geom: mjcf.Element) -> bool:
         """Tell by the group, defaults included: 2 is visible, 3 collides."""
-        group = geom.group
-        if group is None:
-            group = default_of(geom, "group")
-        return group != 2
+        return value_of(geom, "group") != 2
 
 
 def _plain(value: Any) -> Any:
@@ -125,20 +113,14 @@ def _plain(value: Any) -> Any:
     return np.asarray(value).tolist() if isinstance(value, list | tuple | np.ndarray) else value
 
 
-def _mass_of(geom: mjcf.Element) -> float:
-    mass = geom.mass if geom.mass is not None else default_of(geom, "mass")
-    return float(mass or 0.0)
-
-
-def default_of(geom: mjcf.Element, attribute: str) -> Any:
-    """Return an attribute from a geom's default classes, innermost first."""
+def value_of(geom: mjcf.Element, attribute: str) -> Any:
+    """Return an attribute of a geom, its own or that of its default classes, innermost first."""
+    value = getattr(geom, attribute)
     default = geom.dclass
-    while default is not None and default.tag == "default":
+    while value is None and default is not None and default.tag == "default":
         value = getattr(default.geom, attribute)
-        if value is not None:
-            return value
         default = default.parent
-    return None
+    return value
 
 
 def positive(name: str, value: float, unit: str) -> float:
