@@ -71,13 +71,19 @@ from bt_manip.bt.xml.from_nodes import TreeDocument as TreeDocument
 from bt_manip.bt.xml.from_nodes import as_written as as_written
 from bt_manip.bt.xml.from_nodes import tree_to_xml as tree_to_xml
 
+from .libraries import Libraries as Libraries
 from .loading import Reading as Reading
 from .loading import read_tree as read_tree
+from .nodes.declared import Declared as Declared
+from .nodes.declared import cannot_run as cannot_run
+from .nodes.declared import declare as declare
 from .port_types import STRING as STRING
+from .stubs import Stubs as Stubs
 from .substitution import Rule as Rule
 from .substitution import Substitutions as Substitutions
 from .substitution import find_rule as find_rule
 from .xml.model import models_document as models_document
+from .xml.problem import Problem as Problem
 from .xml.python_source import to_python as to_python
 from .xml.schema import tree_schema as tree_schema
 from .xml.source import Source as Source

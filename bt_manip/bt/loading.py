@@ -2,18 +2,20 @@
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypedDict, Unpack
 
 from bt_manip.bt.blackboard import Blackboard
+from bt_manip.bt.libraries import Libraries
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.runtime import Clock
+from bt_manip.bt.stubs import Stubs
 from bt_manip.bt.substitution import Substitutions
 from bt_manip.bt.tree import Tree
 from bt_manip.bt.xml.builder import Builder
 from bt_manip.bt.xml.check import check_elements, check_keys, check_unused
-from bt_manip.bt.xml.dialect import Dialect, dialect_named
+from bt_manip.bt.xml.dialect import dialect_named
 from bt_manip.bt.xml.document import Document, parse_document, read_document
 from bt_manip.bt.xml.problem import Place, Problem, Problems
 from bt_manip.bt.xml.verify import verify
@@ -28,11 +30,15 @@ class Reading:
         tree: The tree; None if the document cannot be used.
         problems: All findings, errors and warnings.
         document: The document, as far as it could be read.
+        stubbed: What each stub stands for and does, with the number of its nodes.
+        registry: The behaviours, stubs included, and the nodes of the dialect.
     """
 
     tree: Tree | None
     problems: tuple[Problem, ...]
     document: Document | None
+    stubbed: Mapping[str, int] = field(default_factory=dict)
+    registry: BehaviourRegistry = field(default_factory=BehaviourRegistry)
 
     @property
     def errors(self) -> tuple[Problem, ...]:
@@ -70,7 +76,9 @@ class ReadingOptions(TypedDict, total=False):
         dialect: ``btcpp``, ``moveit-pro``, or ``auto`` to recognise it; default: ``btcpp``.
         blackboard: The root's entries that exist before.
         substitutions: Rules that put other nodes in the place of some, for tests.
-        libraries: Other files whose trees may be named as sub-trees.
+        libraries: Other files and folders whose trees may be named as sub-trees; `Libraries`
+            that are given to several readings are read and checked once.
+        stubs: What stands for behaviours and sub-trees that nobody has; by default they are errors.
         strict: Whether what the engine would only find at a tick is an error; default: it is.
         library: Whether a document needs no main tree; default: it needs one.
     """
@@ -80,7 +88,8 @@ class ReadingOptions(TypedDict, total=False):
     dialect: str
     blackboard: Blackboard | Mapping[str, Any] | None
     substitutions: Substitutions | None
-    libraries: Sequence[str | Path]
+    libraries: Sequence[str | Path] | Libraries
+    stubs: Stubs | None
     strict: bool
     library: bool
 
@@ -144,7 +153,10 @@ def read_tree(
         TreeError: If the file cannot be opened.
     """
     problems = Problems()
-    document = read_document(path, problems)
+    libraries = options.get("libraries", ())
+    if not isinstance(libraries, Libraries):
+        libraries = options["libraries"] = Libraries(libraries)
+    document = read_document(path, problems, libraries.sources)
     return _read(document, registry, problems, **options)
 
 
@@ -181,18 +193,22 @@ def _read(
     blackboard: Blackboard | Mapping[str, Any] | None = None,
     substitutions: Substitutions | None = None,
     strict: bool = True,
-    libraries: Sequence[str | Path] = (),
+    libraries: Sequence[str | Path] | Libraries = (),
+    stubs: Stubs | None = None,
     library: bool = False,
 ) -> Reading:
     if document is None:
         return Reading(None, tuple(problems), None)
     own_main = document.main_tree()
-    for path in libraries:
-        added = read_document(path, problems)
-        if added is not None:
-            document.add_library(added)
+    own_trees = list(document.trees)
+    if not isinstance(libraries, Libraries):
+        libraries = Libraries(libraries)
+    libraries.add_to(document)
     rules = dialect_named(dialect, document.root)
-    registry = rules.extended(registry)
+    known = registry = rules.extended(registry)
+    if stubs is not None:
+        registry = stubs.extend(document, registry)
+    stubbed: dict[str, int] = {}
     verify(document, registry, problems, rules, strict=strict)
     if strict:
         check_elements(document, registry, problems, rules)
@@ -200,7 +216,13 @@ def _read(
     tree: Tree | None = None
     if main is not None:
         builder = Builder(
-            document, registry, problems, rules, substitutions=substitutions, strict=strict
+            document,
+            registry,
+            problems,
+            rules,
+            substitutions=substitutions,
+            stubs=stubs,
+            strict=strict,
         )
         place = document.root.place_of("main_tree_to_execute")
         scope = _scope(blackboard)
@@ -214,6 +236,7 @@ def _read(
                 given = () if model is None else model.ports
                 check_keys(tree.nodes, builder.places, problems, given)
         built = builder.built
+        stubbed = builder.stubbed
     else:
         built = {}
         if not library and document.root.name == "root":
@@ -222,11 +245,17 @@ def _read(
                 document.root.place,
                 f"which tree to run? <root> needs main_tree_to_execute; trees: {names}",
             )
-    if strict:
-        for tree_id in document.trees:
-            if tree_id not in built:
-                _check_apart(tree_id, document, registry, problems, rules)
-    return Reading(tree, tuple(problems), document)
+    for tree_id in own_trees if strict else ():
+        if tree_id not in built:  # only to find what is wrong with it
+            builder = Builder(document, registry, problems, rules, stubs=stubs)
+            builder.build(tree_id, document.trees[tree_id].place)
+            stubbed = {**builder.stubbed, **stubbed}
+            built = {**built, **builder.built}
+    reached = {document.trees[tree_id].place.file for tree_id in built if tree_id in document.trees}
+    problems.extend(libraries.problems_of(reached, known, rules, stubs, strict=strict))
+    if problems.errors:
+        tree = None
+    return Reading(tree, tuple(problems), document, stubbed, registry)
 
 
 def _scope(blackboard: Blackboard | Mapping[str, Any] | None) -> Blackboard:
@@ -271,14 +300,3 @@ def _bound(
     except BtManipError as error:
         problems.error(document.root.place, str(error))
         return None
-
-
-def _check_apart(
-    tree_id: str,
-    document: Document,
-    registry: BehaviourRegistry,
-    problems: Problems,
-    dialect: Dialect,
-) -> None:
-    """Make a tree that nothing uses, only to find what is wrong with it."""
-    Builder(document, registry, problems, dialect).build(tree_id, document.trees[tree_id].place)

@@ -64,6 +64,10 @@ class BehaviourRegistry:
             raise TreeError(f"the name '{name}' is taken by {known.__module__}.{known.__name__}")
         self._classes[name] = cls
 
+    def replace(self, cls: type[Node], name: str) -> None:
+        """Let a name stand for a class, whatever it stood for before."""
+        self._classes[name] = cls
+
     def register_enum(self, enum: type[Enum] | str, value: int | None = None) -> None:
         """Let scripts, cases of a Switch and enumeration ports know numbers by name.
 

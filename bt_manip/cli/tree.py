@@ -1,17 +1,19 @@
 """``bt-manip tree``: check, show, format and convert trees; models and schemas for editors."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from bt_manip.cli.completion import complete_part
+from bt_manip.cli.foreign_trees import ForeignTrees, foreign_tree_options
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError
 
 if TYPE_CHECKING:
-    from bt_manip.bt import BehaviourRegistry, Reading, Tree
+    from bt_manip.bt import BehaviourRegistry, Problem, Reading, Tree
     from bt_manip.registry import Parts
     from bt_manip.runner import TreeSource
 
@@ -23,14 +25,6 @@ _dialect = click.option(
     default="auto",
     show_default=True,
     help="How the document is written.",
-)
-_libraries = click.option(
-    "--with",
-    "libraries",
-    multiple=True,
-    type=click.Path(exists=True, dir_okay=False),
-    metavar="FILE",
-    help="A file whose trees may be named as sub-trees; may be given more than once.",
 )
 _output = click.option(
     "-o",
@@ -51,20 +45,25 @@ def tree() -> None:
     "files", nargs=-1, required=True, metavar="TREE...", shell_complete=complete_part("trees")
 )
 @_dialect
-@_libraries
+@foreign_tree_options
 @click.option("--engine", is_flag=True, help="Find only what BehaviorTree.CPP rejects itself.")
-def check(files: tuple[str, ...], dialect: str, libraries: tuple[str, ...], engine: bool) -> int:
+def check(files: tuple[str, ...], dialect: str, foreign: ForeignTrees, engine: bool) -> int:
     """Print all that is wrong with trees, each finding with file, line and column.
 
     Exits with 2 if there are errors; warnings alone are no reason.
     """
     parts, registry = _registered()
     errors = warnings = 0
+    options = {**foreign.reading(), "dialect": dialect, "strict": not engine, "library": True}
+    seen: set[Problem] = set()  # what is wrong with a library is wrong for many trees
     for text in files:
-        for problem in _findings(text, parts, registry, dialect, libraries, not engine):
-            click.echo(str(problem))
-            errors += problem.is_error
-            warnings += not problem.is_error
+        for problem in _findings(text, parts, registry, foreign, options):
+            if problem not in seen:
+                seen.add(problem)
+                click.echo(str(problem))
+                errors += problem.is_error
+                warnings += not problem.is_error
+    foreign.report()
     click.echo(
         f"{_count(len(files), 'tree')}: {_count(errors, 'error')}, {_count(warnings, 'warning')}",
         err=True,
@@ -85,7 +84,7 @@ def check(files: tuple[str, ...], dialect: str, libraries: tuple[str, ...], engi
 @click.option("--ports/--no-ports", default=True, help="Write the ports of each node.")
 @click.option("--docs/--no-docs", default=False, help="Write what each leaf does.")
 @_dialect
-@_libraries
+@foreign_tree_options
 @_output
 def show(
     name: str,
@@ -93,7 +92,7 @@ def show(
     ports: bool,
     docs: bool,
     dialect: str,
-    libraries: tuple[str, ...],
+    foreign: ForeignTrees,
     output: Path | None,
 ) -> None:
     """Draw a tree, with the ports and the documentation of its nodes."""
@@ -101,7 +100,8 @@ def show(
 
     parts, registry = _registered()
     draw = {"text": draw_text, "dot": draw_dot, "svg": draw_svg}[form]
-    loaded = _load(name, parts, registry, dialect, libraries)
+    loaded = _load(name, parts, registry, dialect, foreign)
+    foreign.report()
     _write(draw(loaded, ports=ports, docs=docs), output)
 
 
@@ -110,8 +110,11 @@ def show(
     "files", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path)
 )
 @click.option("--check", "only_check", is_flag=True, help="Only tell which files would change.")
-def format_(files: tuple[Path, ...], only_check: bool) -> int:
+@foreign_tree_options
+def format_(files: tuple[Path, ...], only_check: bool, foreign: ForeignTrees) -> int:
     """Rewrite documents in one clean form; comments, order and unknown attributes stay.
+
+    Nodes need not be known, whether they are declared or not.
 
     With --check, exits with 2 if a file would change.
     """
@@ -140,14 +143,14 @@ def format_(files: tuple[Path, ...], only_check: bool) -> int:
 )
 @click.option("--model", is_flag=True, help="Add the models of all behaviours, for Groot2.")
 @_dialect
-@_libraries
+@foreign_tree_options
 @_output
 def convert(
     name: str,
     form: str | None,
     model: bool,
     dialect: str,
-    libraries: tuple[str, ...],
+    foreign: ForeignTrees,
     output: Path | None,
 ) -> None:
     """Turn a document into Python, or a tree made in Python into a document."""
@@ -160,8 +163,10 @@ def convert(
             raise BtManipError(f"'{name}' is Python already")
         _write(tree_to_xml(_made(source), registry, model=model), output)
         return
-    reading = _read(source, registry, dialect, libraries, strict=True, library=True)
+    options = foreign.reading()
+    reading = _read(source, registry, foreign, {**options, "dialect": dialect, "library": True})
     reading.raise_errors()
+    foreign.report()
     assert reading.document is not None
     if form == "xml":
         made: Any = reading.tree
@@ -169,7 +174,7 @@ def convert(
             raise BtManipError(f"'{name}' does not say which of its trees runs")
         _write(tree_to_xml(made, registry, model=model), output)
     else:
-        _write(to_python(reading.document, registry), output)
+        _write(to_python(reading.document, reading.registry, options["stubs"]), output)
 
 
 @tree.command()
@@ -213,31 +218,28 @@ def _findings(
     text: str,
     parts: "Parts",
     registry: "BehaviourRegistry",
-    dialect: str,
-    libraries: tuple[str, ...],
-    strict: bool,
-) -> list[Any]:
+    foreign: ForeignTrees,
+    options: dict[str, Any],
+) -> "list[Problem]":
     source = _find(text, parts)
     if source.kind == "python":
         _made(source)
         return []
-    return list(_read(source, registry, dialect, libraries, strict, library=True).problems)
+    return list(_read(source, registry, foreign, options).problems)
 
 
 def _read(
     source: "TreeSource",
     registry: "BehaviourRegistry",
-    dialect: str,
-    libraries: tuple[str, ...],
-    strict: bool,
-    library: bool,
+    foreign: ForeignTrees,
+    options: dict[str, Any],
 ) -> "Reading":
     from bt_manip.bt import read_tree
 
     assert source.path is not None
-    return read_tree(
-        source.path, registry, dialect=dialect, libraries=libraries, strict=strict, library=library
-    )
+    reading = read_tree(source.path, registry, **options)
+    foreign.note(reading.stubbed)
+    return reading
 
 
 def _load(
@@ -245,19 +247,30 @@ def _load(
     parts: "Parts",
     registry: "BehaviourRegistry",
     dialect: str,
-    libraries: tuple[str, ...],
+    foreign: ForeignTrees,
 ) -> "Tree":
     source = _find(text, parts)
     if source.kind == "python":
-        return _made(source)
-    return _read(source, registry, dialect, libraries, strict=False, library=False).usable_tree()
+        from bt_manip.bt import Tree, TreeDocument, parse_tree, tree_to_xml
+
+        made = _made(source)
+        if isinstance(made, TreeDocument):
+            text, options = tree_to_xml(made, registry), foreign.reading()
+            options["stubs"] = replace(options["stubs"], unknown=True)  # as it was declared there
+            return parse_tree(text, registry, dialect="auto", strict=False, **options)
+        assert isinstance(made, Tree)
+        return made
+    options = {**foreign.reading(), "dialect": dialect, "strict": False}
+    return _read(source, registry, foreign, options).usable_tree()
 
 
-def _made(source: "TreeSource") -> "Tree":
-    """Return a tree of Python, with the defaults of its arguments; it is not run."""
-    from bt_manip.runner import make_tree
+def _made(source: "TreeSource") -> Any:
+    """Return a tree or document of Python, with the defaults of its arguments; it is not run."""
+    from bt_manip.bt import TreeDocument
+    from bt_manip.runner import make_any, make_tree
 
-    return make_tree(source, {}, lambda: 0.0)
+    made = make_any(source, {})
+    return made if isinstance(made, TreeDocument) else make_tree(source, {}, lambda: 0.0)
 
 
 def _write(text: str, output: Path | None) -> None:

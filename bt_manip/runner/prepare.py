@@ -11,7 +11,7 @@ from .request import RunRequest
 from .run import Run
 from .scene_file import find_scene
 from .station import Station, build_station
-from .xml_tree import Warn, known_behaviours, load_document
+from .xml_tree import Warn, check_can_run, known_behaviours, load_document
 
 
 def prepare(request: RunRequest, parts: Parts, warn: Warn = lambda message: None) -> Run:
@@ -30,9 +30,13 @@ def prepare(request: RunRequest, parts: Parts, warn: Warn = lambda message: None
     models = fixture_models(request.settings, scene)
     settings = {key: text for key, text in request.settings.items() if key not in models}
     if request.tree.kind == "xml":
-        tree = load_document(request.tree, known_behaviours(parts), settings, clock, warn)
+        behaviours = known_behaviours(parts)
+        tree = load_document(
+            request.tree, behaviours, settings, clock, warn, reading=request.reading
+        )
     else:
         tree = make_tree(request.tree, settings, clock)
+    check_can_run(tree, warn)
     catalogue = Catalogue(parts.objects, sources=parts.model_sources)
     clock.station = build_station(
         parts,

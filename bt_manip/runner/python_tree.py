@@ -33,12 +33,8 @@ def make_tree(source: TreeSource, settings: Mapping[str, str], clock: Clock) -> 
         BtManipError: If there is no such name, a setting does not fit, the function raises an
             exception, or there is no tree.
     """
-    found = _find(source)
-    is_tree = isinstance(found, Behaviour | BehaviourTree | Tree)
-    signature = inspect.Signature() if is_tree else inspect.signature(found)
-    arguments = _arguments(source, signature, settings)
+    made = make_any(source, settings)
     try:
-        made = found if is_tree else found(**arguments)
         root = made.root if isinstance(made, BehaviourTree | Tree) else made
         if isinstance(root, Behaviour):
             return Tree(root, clock=clock, tree_id=source.function)
@@ -48,6 +44,27 @@ def make_tree(source: TreeSource, settings: Mapping[str, str], clock: Clock) -> 
         f"tree '{source.name}': the function returned {type(made).__name__}, "
         "a tree is a py_trees behaviour"
     )
+
+
+def make_any(source: TreeSource, settings: Mapping[str, str]) -> Any:
+    """Return the object that a Python name stands for: also a whole document of trees.
+
+    Args:
+        source: As of `make_tree`.
+        settings: Values for some of the arguments, as text.
+
+    Raises:
+        BtManipError: If there is no such name, a setting does not fit, or the function raises an
+            exception.
+    """
+    found = _find(source)
+    is_tree = isinstance(found, Behaviour | BehaviourTree | Tree)
+    signature = inspect.Signature() if is_tree else inspect.signature(found)
+    arguments = _arguments(source, signature, settings)
+    try:
+        return found if is_tree else found(**arguments)
+    except Exception as error:
+        raise BtManipError(f"tree '{source.name}' {_raised(error)}") from error
 
 
 def _find(source: TreeSource) -> Any:

@@ -41,7 +41,9 @@ class Reloader(RunObserver):
     def run_started(self, run: Any) -> None:
         """Begin to watch."""
         self._run = run
-        self._watch = TreeWatch(run.tree, self._behaviours, dialect="auto")
+        self._watch = TreeWatch(
+            run.tree, self._behaviours, **{"dialect": "auto", **run.request.reading}
+        )
 
     def before_tick(self) -> None:
         """Take up the file if it has changed."""

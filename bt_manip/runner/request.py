@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any
 
 from bt_manip.exceptions import BtManipError
 
@@ -38,6 +39,7 @@ class RunRequest:
         tick: Simulated time between two ticks of the tree [s], a whole number of control steps.
         settings: Values of keys that the tree declares at its root, as text.
         real_time: Simulated seconds per second of wall time; None runs as fast as possible.
+        reading: Further options of `bt_manip.bt.read_tree`: ``stubs``, ``libraries``.
     """
 
     tree: TreeSource
@@ -50,6 +52,7 @@ class RunRequest:
     tick: float = 0.010
     settings: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     real_time: float | None = None
+    reading: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
         """Check the numbers.

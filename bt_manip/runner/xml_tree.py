@@ -1,13 +1,23 @@
 """Trees that a document describes, and the keys that it lets one set."""
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
-from bt_manip.bt import STRING, BehaviourRegistry, Substitutions, Tree, read_tree
+from bt_manip.bt import (
+    STRING,
+    BehaviourRegistry,
+    Declared,
+    Substitutions,
+    Tree,
+    cannot_run,
+    read_tree,
+)
 from bt_manip.exceptions import BlackboardError, BtManipError, did_you_mean
 from bt_manip.registry import Parts
 
 from .tree_source import TreeSource
 
+DIALECT: Mapping[str, Any] = {"dialect": "auto"}
 Clock = Callable[[], float]
 Warn = Callable[[str], None]
 
@@ -20,6 +30,7 @@ def load_document(
     warn: Warn,
     *,
     substitutions: Substitutions | None = None,
+    reading: Mapping[str, Any] | None = None,
 ) -> Tree:
     """Read a tree and give its keys their values.
 
@@ -33,19 +44,43 @@ def load_document(
         clock: The clock that the tree's waits count [s].
         warn: Takes what is strange in the document without being wrong.
         substitutions: Rules that put other nodes in the place of some, for tests.
+        reading: Further options of `bt_manip.bt.read_tree`.
 
     Raises:
         BtManipError: When the document is wrong, or a setting does not fit it.
     """
     assert source.path is not None
-    reading = read_tree(
-        source.path, behaviours, clock=clock, dialect="auto", substitutions=substitutions
+    found = read_tree(
+        source.path,
+        behaviours,
+        **{**DIALECT, **(reading or {})},
+        clock=clock,
+        substitutions=substitutions,
     )
-    for warning in reading.warnings:
+    for warning in found.warnings:
         warn(str(warning))
-    tree = reading.usable_tree()
+    tree = found.usable_tree()
     set_keys(source, tree, settings)
     return tree
+
+
+def check_can_run(tree: Tree, warn: Warn) -> None:
+    """Tell which nodes of a tree are stubs, and refuse a tree that cannot be ticked.
+
+    Args:
+        tree: The tree.
+        warn: Takes the list of stubs.
+
+    Raises:
+        BtManipError: When a control or decorator of the tree is only declared.
+    """
+    stubs = [node for node in tree.nodes if isinstance(node, Declared)]
+    for node in stubs:
+        if not node.can_run:
+            raise BtManipError(cannot_run(node))
+    if stubs:
+        names = sorted({f"{node.registration} ({node.effect})" for node in stubs})
+        warn(f"stubs, which do not act: {', '.join(names)}")
 
 
 def known_behaviours(parts: Parts) -> BehaviourRegistry:

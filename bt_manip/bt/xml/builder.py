@@ -6,6 +6,7 @@ from py_trees.behaviour import Behaviour
 
 from bt_manip.bt.literals import parse_boolean
 from bt_manip.bt.nodes.actions.script import ScriptPort
+from bt_manip.bt.nodes.declared import Declared
 from bt_manip.bt.nodes.guard import Guard
 from bt_manip.bt.nodes.node import CONDITIONS, RESERVED, Comment, Node, NodeKind
 from bt_manip.bt.nodes.parent import Parent
@@ -14,6 +15,7 @@ from bt_manip.bt.nodes.test_node import TestNode, TestNodeConfig
 from bt_manip.bt.ports import Port
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.script.parser import parse_script
+from bt_manip.bt.stubs import Stubs, stub_child
 from bt_manip.bt.substitution import Substitutions, find_rule
 from bt_manip.bt.xml.dialect import Dialect
 from bt_manip.bt.xml.document import Document, is_port_name
@@ -32,6 +34,7 @@ class Builder:
     Attributes:
         places: The element of each node that was made.
         built: The IDs of the trees that were made.
+        stubbed: What each stub stands for and does, with the number of its nodes.
     """
 
     def __init__(
@@ -42,6 +45,7 @@ class Builder:
         dialect: Dialect,
         *,
         substitutions: Substitutions | None = None,
+        stubs: Stubs | None = None,
         strict: bool = True,
     ) -> None:
         """Prepare to make trees of a document.
@@ -52,6 +56,7 @@ class Builder:
             problems: Takes what is wrong.
             dialect: How scripts are written.
             substitutions: Rules for tests.
+            stubs: What stands for sub-trees that nobody has.
             strict: Whether literals that only fail at a tick in the engine are errors here.
         """
         self._document = document
@@ -59,10 +64,12 @@ class Builder:
         self._problems = problems
         self._dialect = dialect
         self._rules = substitutions or {}
+        self._stubs = stubs
         self._strict = strict
         self._count = 0
         self.places: dict[int, Element] = {}
         self.built: dict[str, None] = {}
+        self.stubbed: dict[str, int] = {}
 
     def build(self, tree_id: str, place: Place) -> Behaviour | None:
         """Make the nodes of a tree, those of its sub-trees included.
@@ -169,10 +176,16 @@ class Builder:
         except (BtManipError, TypeError) as error:
             self._problems.error(element.place, f"{name}: {error}")
             return None
+        if isinstance(node, Declared):
+            self._note(node, str(node.kind))
         node.registration = name
         node.name = label
         self._dress(node, element, scripts)
         return node
+
+    def _note(self, node: Node, kind: str) -> None:
+        text = f"{node.registration} ({kind}, {node.effect})"  # type: ignore[attr-defined]
+        self.stubbed[text] = self.stubbed.get(text, 0) + 1
 
     def _dress(self, node: Node, element: Element, scripts: dict[str, str]) -> None:
         node.conditions = scripts
@@ -275,7 +288,13 @@ class Builder:
             return self._replaced_subtree(element, label, scripts, rule)
         remaps, autoremap = self._remaps(element, tree_id)
         inner = prefix + label + ("" if named else f"::{uid}") + "/"
-        child = self._tree(tree_id, element.place_of("ID"), chain, inner)
+        result = self._stubs and self._stubs.result_of_tree(tree_id, self._document)
+        if result:
+            child = stub_child(tree_id, result, remaps)
+            self._note(child, "SubTree")
+            self.places[id(child)] = element
+        else:
+            child = self._tree(tree_id, element.place_of("ID"), chain, inner)
         if child is None:
             return None
         node = SubTree(

@@ -4,7 +4,11 @@ import re
 from dataclasses import dataclass
 from typing import Final
 
-from bt_manip.bt.nodes.decorators.for_each import ForEach
+from bt_manip.bt.nodes.decorators.for_each import ForEach, ForEachUntilSuccess
+from bt_manip.bt.nodes.decorators.repeat_unless_failure import (
+    RepeatUnlessFailureEachTick,
+    RepeatUnlessFailureWithinTick,
+)
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.xml.source import Element
@@ -64,7 +68,12 @@ MOVEIT_PRO: Final = Dialect(
         "_tags",
         "_skipValidation",
     },
-    nodes=(ForEach,),
+    nodes=(
+        ForEach,
+        ForEachUntilSuccess,
+        RepeatUnlessFailureEachTick,
+        RepeatUnlessFailureWithinTick,
+    ),
 )
 DIALECTS: Final = {dialect.name: dialect for dialect in (BTCPP, MOVEIT_PRO)}
 
@@ -90,7 +99,10 @@ def dialect_named(name: str, root: Element | None = None) -> Dialect:
 
 
 def _is_moveit_pro(root: Element) -> bool:
+    own = {cls.__name__ for cls in MOVEIT_PRO.nodes}
     for element in root.iterate():
+        if element.name in own or element.get("ID") in own:
+            return True
         if element.name in ("MetadataFields", "Metadata"):
             return True
         if element.name in ("BehaviorTree", "SubTree"):

@@ -58,11 +58,13 @@ class Document:
         return [Path(name) for name in self.sources if not name.startswith("<")]
 
     def add_library(self, other: "Document") -> None:
-        """Let trees and models of another document be known; own ones of the same ID count."""
+        """Let trees and models of another document be known; own ones of the same ID count.
+
+        Its files stay out of `order`: whoever reads a library checks its form.
+        """
         self.trees = {**other.trees, **self.trees}
         self.models = {**other.models, **self.models}
         self.sources = {**self.sources, **other.sources}
-        self.order += [name for name in other.order if name not in self.order]
 
     def main_tree(self) -> str | None:
         """Give the ID of the tree to run, or None if the document does not tell."""
@@ -77,12 +79,46 @@ class Document:
         return next(iter(self.trees)) if len(self.trees) == 1 else None
 
 
-def read_document(path: str | Path, problems: Problems) -> Document | None:
+class Sources:
+    """Parsed files by path, so that each is read once."""
+
+    def __init__(self) -> None:
+        """Start with none."""
+        self._read: dict[Path, Source | XmlError] = {}
+
+    def read(self, path: Path) -> Source:
+        """Give a parsed file.
+
+        Raises:
+            OSError: If it cannot be read.
+            XmlError: If it is no XML.
+        """
+        resolved = path.resolve()
+        if resolved not in self._read:
+            try:
+                self._read[resolved] = parse_source(decode(path.read_bytes(), str(path)), str(path))
+            except XmlError as error:
+                self._read[resolved] = error
+        found = self._read[resolved]
+        if isinstance(found, XmlError):
+            raise found
+        return found
+
+
+def read_document(
+    path: str | Path,
+    problems: Problems,
+    sources: Sources | None = None,
+    *,
+    includes: bool = True,
+) -> Document | None:
     """Read a file and all files that it includes.
 
     Args:
         path: The file.
         problems: Takes what is wrong.
+        sources: Files that were read before, and that are not read again.
+        includes: Whether to read the files that it includes.
 
     Returns:
         The document; None if not even its XML can be read.
@@ -91,14 +127,15 @@ def read_document(path: str | Path, problems: Problems) -> Document | None:
         TreeError: If the file cannot be opened.
     """
     path = Path(path)
+    sources = sources or Sources()
     try:
-        text = decode(path.read_bytes(), str(path))
+        source = sources.read(path)
     except OSError as error:
         raise TreeError(f"{path}: cannot be read: {error.strerror or error}") from None
     except XmlError as error:
         problems.error(error.place, error.reason)
         return None
-    return _Reader(problems).document(text, str(path), path)
+    return _Reader(problems, sources, includes).document(source, str(path), path)
 
 
 def parse_document(
@@ -115,40 +152,37 @@ def parse_document(
     Returns:
         The document; None if it is no XML.
     """
-    return _Reader(problems).document(text, file, None, base)
+    try:
+        source = parse_source(text, file)
+    except XmlError as error:
+        problems.error(error.place, error.reason)
+        return None
+    return _Reader(problems, Sources()).document(source, file, None, base)
 
 
 class _Reader:
-    def __init__(self, problems: Problems) -> None:
+    def __init__(self, problems: Problems, sources: Sources, includes: bool = True) -> None:
         self._problems = problems
+        self._sources = sources
+        self._includes = includes
         self._auto_named = 0
         self._included = 0
 
     def document(
-        self, text: str, file: str, path: Path | None, base: Path | None = None
-    ) -> Document | None:
-        source = self._parse(text, file)
-        if source is None:
-            return None
+        self, source: Source, file: str, path: Path | None, base: Path | None = None
+    ) -> Document:
         document = Document(source, path, file)
         folder = base or Path() if path is None else path.parent
         chain = [] if path is None else [path.resolve()]
         self._read(document, source, file, folder, chain)
         return document
 
-    def _parse(self, text: str, file: str) -> Source | None:
-        try:
-            return parse_source(text, file)
-        except XmlError as error:
-            self._problems.error(error.place, error.reason)
-            return None
-
     def _read(
         self, document: Document, source: Source, file: str, folder: Path, chain: list[Path]
     ) -> None:
         document.sources[file] = source
         for element in source.root.children:
-            if element.name == "include":
+            if element.name == "include" and self._includes:
                 self._include(document, element, folder, chain)
         if file not in document.order:
             document.order.append(file)
@@ -187,7 +221,7 @@ class _Reader:
             if known is not None:  # its definitions count again, as in the engine
                 self._read(document, known, str(path), path.parent, [*chain, resolved])
                 return
-            text = decode(path.read_bytes(), str(path))
+            source = self._sources.read(path)
         except XmlError as error:
             self._problems.error(error.place, error.reason)
             return
@@ -195,9 +229,7 @@ class _Reader:
             reason = getattr(error, "strerror", None) or error
             self._problems.error(place, f"the included file '{path}' cannot be read: {reason}")
             return
-        source = self._parse(text, str(path))
-        if source is not None:
-            self._read(document, source, str(path), path.parent, [*chain, resolved])
+        self._read(document, source, str(path), path.parent, [*chain, resolved])
 
     def _models(self, document: Document, root: Element) -> None:
         for models in root.children:

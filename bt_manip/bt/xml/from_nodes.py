@@ -7,11 +7,13 @@ from typing import Any, TypeVar
 
 from py_trees.behaviour import Behaviour
 
+from bt_manip.bt.nodes.declared import Declared
 from bt_manip.bt.nodes.node import Comment, Node
 from bt_manip.bt.nodes.parent import Parent
 from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.registry import BehaviourRegistry, name_problem
 from bt_manip.bt.tree import Tree
+from bt_manip.bt.xml.dialect import MOVEIT_PRO
 from bt_manip.bt.xml.source import (
     NOWHERE,
     Element,
@@ -145,7 +147,7 @@ def _comment(item: Comment | Raw) -> SourceComment | Text:
 
 class _Writer:
     def __init__(self, registry: BehaviourRegistry) -> None:
-        self._registry = registry
+        self._registry = MOVEIT_PRO.extended(registry)
         self.problems: list[str] = []
         self._subtrees: deque[SubTree] = deque()
         self._written: dict[str, Element] = {}
@@ -198,7 +200,7 @@ class _Writer:
             return self._subtree(behaviour)
         name = self._registry.name_of(type(behaviour))
         if name is None and isinstance(behaviour, Node) and behaviour.registration:
-            known = behaviour.registration in self._registry
+            known = isinstance(behaviour, Declared) or behaviour.registration in self._registry
             name = behaviour.registration if known else None
         if name is None or not isinstance(behaviour, Node):
             self.problems.append(
@@ -250,7 +252,7 @@ class _Writer:
         if node.autoremap_text:
             element.set("_autoremap", node.autoremap_text)
         self._finish(element, node)
-        if node.children:
+        if node.children and not isinstance(node.children[0], Declared):
             self._subtrees.append(node)
         _insert_comments(element, node)
         return element

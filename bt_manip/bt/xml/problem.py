@@ -70,6 +70,11 @@ class Problems:
         """Add a warning."""
         self._found.setdefault(Problem(place, message, WARNING))
 
+    def extend(self, problems: Iterable[Problem]) -> None:
+        """Add findings of others."""
+        for problem in problems:
+            self._found.setdefault(problem)
+
     @property
     def errors(self) -> list[Problem]:
         """The errors, in the order of the files and places."""

@@ -5,11 +5,14 @@ import re
 import sys
 from typing import Any
 
+from bt_manip.bt.nodes.declared import Declared, declare
 from bt_manip.bt.nodes.node import CONDITIONS, Node
 from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.ports import Port
 from bt_manip.bt.registry import BehaviourRegistry
+from bt_manip.bt.stubs import Stubs
 from bt_manip.bt.xml.builder import EXPLICIT
+from bt_manip.bt.xml.dialect import MOVEIT_PRO
 from bt_manip.bt.xml.document import Document, is_port_name
 from bt_manip.bt.xml.source import Element, SourceComment, Text
 from bt_manip.bt.xml.writer import write_element
@@ -19,7 +22,7 @@ _WIDTH = 100
 _PYTHON_OF = {attribute: name for name, attribute in CONDITIONS.items()}
 
 
-def to_python(document: Document, registry: BehaviourRegistry) -> str:
+def to_python(document: Document, registry: BehaviourRegistry, stubs: Stubs | None = None) -> str:
     """Write a document as a Python module.
 
     The module has a function for each tree, and ``document()``, from which
@@ -27,7 +30,8 @@ def to_python(document: Document, registry: BehaviourRegistry) -> str:
 
     Args:
         document: A document that was read without errors.
-        registry: The behaviours that it names.
+        registry: The behaviours that it names, as of its `Reading`.
+        stubs: What stood for sub-trees that nobody has when it was read.
 
     Returns:
         The source of the module.
@@ -35,19 +39,38 @@ def to_python(document: Document, registry: BehaviourRegistry) -> str:
     Raises:
         TreeError: If a behaviour's class cannot be imported by its name.
     """
-    return _Writer(document, registry).module()
+    return _Writer(document, registry, stubs).module()
 
 
 class _Writer:
-    def __init__(self, document: Document, registry: BehaviourRegistry) -> None:
+    def __init__(
+        self, document: Document, registry: BehaviourRegistry, stubs: Stubs | None
+    ) -> None:
         self._document = document
-        self._registry = registry
+        self._stubs = stubs
+        self._registry = MOVEIT_PRO.extended(registry)
         self._imports: dict[str, set[str]] = {}
+        self._reached = self._reached_trees()
         self._functions = self._function_names()
+        self._declared: dict[str, tuple[str, str]] = {}
+
+    def _reached_trees(self) -> dict[str, Element]:
+        """Give the document's own trees, and those of libraries that they name."""
+        trees = self._document.trees
+        own = self._document.source.root.children
+        found = {tree_id: tree for tree_id, tree in trees.items() if tree in own}
+        waiting = list(found.values())
+        while waiting:
+            for element in waiting.pop().iterate():
+                tree_id = element.get("ID") or ""
+                if element.name == "SubTree" and tree_id in trees and tree_id not in found:
+                    found[tree_id] = trees[tree_id]
+                    waiting.append(trees[tree_id])
+        return found
 
     def _function_names(self) -> dict[str, str]:
         names: dict[str, str] = {}
-        for tree_id in self._document.trees:
+        for tree_id in self._reached:
             base = re.sub(r"\W", "_", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", tree_id)).lower()
             base = base if base[:1].isalpha() and base.isascii() else f"tree_{base}"
             base = re.sub(r"[^a-z0-9_]", "_", base)
@@ -60,9 +83,7 @@ class _Writer:
         return names
 
     def module(self) -> str:
-        functions = [
-            self._function(tree_id, element) for tree_id, element in self._document.trees.items()
-        ]
+        functions = [self._function(tree_id, element) for tree_id, element in self._reached.items()]
         whole = self._document_function()
         imports = [
             f"from {module} import {', '.join(sorted(names))}"
@@ -74,9 +95,10 @@ class _Writer:
         ]
         main = self._document.main_tree()
         title = f"The tree {main}." if main else "Trees."
-        return "\n\n\n".join(
-            [f'"""{title}"""\n\n' + "\n".join(imports), *functions, whole]
-        ) + "\n"  # fmt: skip
+        head = f'"""{_escaped(title)}"""\n\n' + "\n".join(imports)
+        if self._declared:
+            head += "\n\n" + "\n".join(text for _, text in sorted(self._declared.values()))
+        return "\n\n\n".join([head, *functions, whole]) + "\n"
 
     def _use(self, name: str, module: str = "bt_manip.bt") -> str:
         self._imports.setdefault(module, set()).add(name)
@@ -87,7 +109,7 @@ class _Writer:
         call = _layout(self._node(element.children[0]), 1)
         return (
             f"def {self._functions[tree_id]}() -> {node}:\n"
-            f'    """Build the tree {tree_id}."""\n'
+            f'    """Build the tree {_escaped(tree_id)}."""\n'
             f"    return {call}"
         )
 
@@ -189,8 +211,14 @@ class _Writer:
 
     def _subtree(self, element: Element, arguments: list[Any]) -> Any:
         tree_id = element.get("ID") or ""
-        if tree_id in self._functions:
+        result = None
+        if self._stubs is not None:
+            result = self._stubs.result_of_tree(tree_id, self._document)
+        if result is None and tree_id in self._functions:
             arguments.append(f"{self._functions[tree_id]}()")
+        elif result is not None:
+            cls = declare(tree_id, result=result)
+            arguments.append(f"{self._declaration(tree_id, cls)}()")
         arguments.append(("tree_id", _text(tree_id)))
         remaps = {a.name: a.value for a in element.attributes.values() if is_port_name(a.name)}
         if remaps:
@@ -217,9 +245,42 @@ class _Writer:
         ]
 
     def _class(self, name: str, cls: type[Node]) -> str:
+        if issubclass(cls, Declared):
+            return self._declaration(name, cls)
         if cls is SubTree or "<" in cls.__qualname__ or "." in cls.__qualname__:
             raise TreeError(f"the class of '{name}' cannot be imported: {cls.__qualname__}")
         return self._use(cls.__name__, _shortest_module(cls))
+
+    def _declaration(self, name: str, cls: type[Node]) -> str:
+        """Declare a stub at the top of the module, and give its name in Python."""
+        if name in self._declared:
+            return self._declared[name][0]
+        base = _identifier(name)
+        taken = {variable for variable, _ in self._declared.values()}
+        taken |= {*self._functions.values(), *dir(sys.modules["bt_manip.bt"]), "document"}
+        variable, count = base, 2
+        while variable in taken or keyword.iskeyword(variable):
+            variable, count = f"{base}_{count}", count + 1
+        given: dict[str, Any] = cls.declaration  # type: ignore[attr-defined]
+        arguments: list[Any] = [_text(name), _text(given["kind"])]
+        if given["ports"]:
+            arguments.append(_List([_text(port) for port in given["ports"]]))
+        if given["result"] != "SUCCESS":
+            arguments.append(("result", _text(given["result"])))
+        if given["like"] is not None:
+            arguments.append(("like", self._class(given["like"].registration, given["like"])))
+        call = _layout(_Call(self._use("declare"), arguments), 0)
+        self._declared[name] = (variable, f"{variable} = {call}")
+        return variable
+
+
+def _identifier(name: str) -> str:
+    base = re.sub(r"\W", "_", name)
+    return base if base[:1].isalpha() else f"node_{base}"
+
+
+def _escaped(text: str) -> str:
+    return text.replace("\\", "\\\\").replace('"', '\\"')
 
 
 def _shortest_module(cls: type[Node]) -> str:

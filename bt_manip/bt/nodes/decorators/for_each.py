@@ -25,6 +25,8 @@ class ForEach(Decorator):
     """
 
     memory: ClassVar = ("_position",)
+    _ends_with: ClassVar[NodeStatus] = FAILURE
+    _at_the_end: ClassVar[NodeStatus] = SUCCESS
     vector_in = Input(doc="the items: a list, or a text such as 1;2;3")
     out = Output(doc="the item that the child works on")
     index = Output(INT, doc="its index, from 0")
@@ -37,7 +39,7 @@ class ForEach(Decorator):
         if self._node_status is IDLE:
             self._position = 0
         if self._position >= len(items):
-            return SUCCESS
+            return self._end()
         link = self.link
         if link._node_status is not RUNNING:
             for name, value in (("out", items[self._position]), ("index", self._position)):
@@ -48,11 +50,35 @@ class ForEach(Decorator):
         if state is RUNNING:
             return RUNNING
         self._reset_child()
-        if state is FAILURE:
-            return FAILURE
+        if state is self._ends_with:
+            return state
         self._position += 1
-        return SUCCESS if self._position >= len(items) else RUNNING
+        return self._end() if self._position >= len(items) else RUNNING
+
+    def _end(self) -> NodeStatus:
+        if self._at_the_end is FAILURE:
+            self._because("the child succeeded with none of the items")
+        return self._at_the_end
 
     def _halt(self) -> None:
         self._position = 0
         super()._halt()
+
+
+class ForEachUntilSuccess(ForEach):
+    """Tick the child with one item of a list after another, until it succeeds.
+
+    | child   | what happens                                                        |
+    |---------|---------------------------------------------------------------------|
+    | empty   | FAILURE; the child is not ticked                                    |
+    | SUCCESS | SUCCESS; `out` and `index` stay those of this item                  |
+    | FAILURE | the next tick takes the next item; FAILURE after the last one       |
+    | RUNNING | RUNNING; the next tick goes on with this item                       |
+    | SKIPPED | as FAILURE                                                          |
+    | halt    | the child is halted; the next round starts with the first item      |
+
+    Not a node of BehaviorTree.CPP: it belongs to the dialect ``moveit-pro``.
+    """
+
+    _ends_with: ClassVar = SUCCESS
+    _at_the_end: ClassVar = FAILURE

@@ -1,0 +1,230 @@
+"""Stubs: nodes and sub-trees that a document uses and nobody has, declared for reading."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ..exceptions import TreeError
+from .nodes.declared import LEAVES, RESULTS, declare, model_port
+from .nodes.node import Node, NodeKind
+from .ports import Port
+from .registry import BehaviourRegistry
+from .xml.check import EXPLICIT
+from .xml.document import Document, is_port_name, read_document
+from .xml.problem import Problems, hint
+from .xml.source import Element, Text
+
+
+@dataclass(frozen=True)
+class Stubs:
+    """What stands for nodes and sub-trees that nobody has.
+
+    A document's own ``TreeNodesModel`` always declares nodes where stubs are allowed at all.
+
+    Attributes:
+        unknown: Whether all leaves and sub-trees that nobody has succeed.
+        results: ``SUCCESS``, ``FAILURE``, ``RUNNING`` or the name of a known node, by the name
+            of the node or sub-tree; also for some that are known.
+        models: Files with a ``TreeNodesModel``: projects of Groot2, Nav2's list of its nodes.
+    """
+
+    unknown: bool = False
+    results: Mapping[str, str] = field(default_factory=dict)
+    models: Sequence[str | Path] = ()
+
+    def __post_init__(self) -> None:
+        """Read the files of models.
+
+        Raises:
+            TreeError: If one cannot be read or holds no models.
+        """
+        read: list[Document] = []
+        for path in self.models:
+            problems = Problems()
+            document = read_document(path, problems, includes=False)
+            if document is None or problems.errors:
+                raise TreeError("\n".join(map(str, problems.errors)))
+            if not any(child.name == "TreeNodesModel" for child in document.root.children):
+                raise TreeError(f"{path}: there is no <TreeNodesModel> in it")
+            read.append(document)
+        object.__setattr__(self, "_read", tuple(read))
+
+    def extend(self, document: Document, registry: BehaviourRegistry) -> BehaviourRegistry:
+        """Give a registry in which the nodes that a document uses are declared.
+
+        The models of sub-trees are added to the document's.
+
+        Args:
+            document: The document, its libraries included.
+            registry: The behaviours that are known.
+
+        Raises:
+            TreeError: If a result asked for does not suit the node.
+        """
+        documents: tuple[Document, ...] = self._read  # type: ignore[attr-defined]
+        models = _node_models([document, *documents])
+        for other in documents:
+            for tree_id, model in other.models.items():
+                document.models.setdefault(tree_id, model)
+        extended = registry.copy()
+        for name, elements in _uses(document).items():
+            known = registry.get(name) if name in registry else None
+            asked = self.results.get(name)
+            if (
+                asked is None
+                and known is not None
+                and not self._is_other(known, elements, registry)
+            ):
+                continue
+            model_of_node = models.get(name)
+            if asked is None and model_of_node is None:
+                if not self.unknown or name in document.trees:
+                    continue
+            cls = self._declared(name, elements, known, asked, model_of_node, registry)
+            if cls is not None:
+                extended.replace(cls, name)
+        return extended
+
+    def result_of_tree(self, tree_id: str, document: Document) -> str | None:
+        """Give what the stub of a sub-tree returns; None for a sub-tree that is not stubbed.
+
+        Raises:
+            TreeError: If a node was asked for.
+        """
+        asked = self.results.get(tree_id)
+        if asked is not None:
+            if asked.upper() not in RESULTS:
+                raise TreeError(
+                    f"'{tree_id}' is a sub-tree: its stub returns {', '.join(RESULTS)}, "
+                    f"not '{asked}'"
+                )
+            return asked.upper()
+        if tree_id in document.trees:
+            return None
+        return "SUCCESS" if self.unknown or tree_id in document.models else None
+
+    def _is_other(
+        self, known: type[Node], elements: Sequence[Element], registry: BehaviourRegistry
+    ) -> bool:
+        """Tell whether a document means another leaf by the name of a known one."""
+        return (
+            self.unknown
+            and known.kind in LEAVES
+            and not registry.is_built_in(known.registration)
+            and any(name not in known.ports for name in _port_names(elements))
+        )
+
+    def _declared(
+        self,
+        name: str,
+        elements: Sequence[Element],
+        known: type[Node] | None,
+        asked: str | None,
+        model: "_NodeModel | None",
+        registry: BehaviourRegistry,
+    ) -> type[Node] | None:
+        like = None
+        if asked is not None and asked.upper() not in RESULTS:
+            if asked not in registry:
+                raise TreeError(
+                    f'--stub "{name}={asked}": neither one of {", ".join(RESULTS)} nor the name of '
+                    f"a node{hint(asked, registry.names())}"
+                )
+            like = registry.get(asked)
+        kind = _kind(elements, known, like, model)
+        if kind is None:
+            return None
+        if asked is not None and like is None and kind not in LEAVES:
+            raise TreeError(
+                f"'{name}' is a {kind}: its stub is a known {kind}, not '{asked}', "
+                f'as in --stub "{name}=Fallback"'
+            )
+        ports: dict[str, Port] = {} if model is None else dict(model.ports)
+        if known is not None and like is None:
+            ports = {port.name: _optional(port) for port in known.ports.values()}
+        if model is None or known is not None:
+            for port in _port_names(elements):
+                ports.setdefault(port, model_port("inout", port, None))
+        result = asked.upper() if asked is not None and like is None else "SUCCESS"
+        cls: type[Node] = declare(name, kind, ports.values(), result=result, like=like)
+        return cls
+
+
+@dataclass
+class _NodeModel:
+    kind: str
+    ports: dict[str, Port]
+
+
+def _kind(
+    elements: Sequence[Element],
+    known: type[Node] | None,
+    like: type[Node] | None,
+    model: _NodeModel | None,
+) -> str | None:
+    """Give the kind of a node; None where nothing tells it."""
+    if known is not None:
+        return str(known.kind)
+    if model is not None:
+        return model.kind
+    explicit = next((element.name for element in elements if element.name in EXPLICIT), None)
+    if explicit is not None:
+        return explicit
+    if like is not None:
+        return str(like.kind)
+    return None if any(element.children for element in elements) else str(NodeKind.ACTION)
+
+
+def _uses(document: Document) -> dict[str, list[Element]]:
+    """Give the elements of all nodes of a document but sub-trees, by the name of the node."""
+    found: dict[str, list[Element]] = {}
+    for source in document.sources.values():
+        for tree in source.root.children:
+            if tree.name != "BehaviorTree":
+                continue
+            for element in tree.iterate():
+                name = element.get("ID") if element.name in EXPLICIT else element.name
+                if name and name not in ("SubTree", "BehaviorTree"):
+                    found.setdefault(name, []).append(element)
+    return found
+
+
+def _port_names(elements: Iterable[Element]) -> list[str]:
+    names = {name: None for element in elements for name in element.attributes}
+    return [name for name in names if is_port_name(name)]
+
+
+def _node_models(documents: Iterable[Document]) -> dict[str, _NodeModel]:
+    found: dict[str, _NodeModel] = {}
+    for document in documents:
+        for source in document.sources.values():
+            for models in source.root.children:
+                if models.name != "TreeNodesModel":
+                    continue
+                for element in models.children:
+                    name = element.get("ID")
+                    if element.name in EXPLICIT and name:
+                        found.setdefault(name, _NodeModel(element.name, _model_ports(element)))
+    return found
+
+
+def _model_ports(element: Element) -> dict[str, Port]:
+    ports = {}
+    for port in element.children:
+        direction, _, tag = port.name.partition("_")
+        name = port.get("name") or ""
+        if tag == "port" and is_port_name(name):
+            doc = " ".join(item.text.strip() for item in port.content if isinstance(item, Text))
+            ports[name] = model_port(direction, name, port.get("default"), doc)
+    return ports
+
+
+def _optional(port: Port) -> Port:
+    return model_port(port.direction, port.name, port.default_text or None, port.doc)
+
+
+def stub_child(tree_id: str, result: str, keys: Iterable[str]) -> Any:
+    """Make the leaf inside a sub-tree that nobody has; it writes the keys handed to it."""
+    names = list(keys)
+    return declare(tree_id, "Action", names, result=result)(**{key: f"{{{key}}}" for key in names})
