@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from bt_manip.cli.completion import complete_key, complete_part
+from bt_manip.cli.foreign_trees import foreign_tree_options
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.settings import parse_settings
 
@@ -85,6 +86,7 @@ EXIT_CODES = (
 )  # fmt: skip
 @click.option("--watch", is_flag=True, help="Take up the tree's file whenever it is edited.")
 @click.option("--quiet", is_flag=True, help="Print nothing but warnings and errors.")
+@foreign_tree_options
 @click.pass_obj
 def run(interrupt: Interrupt, settings: tuple[str, ...], **options: Any) -> int:
     """Run TREE in a cell.

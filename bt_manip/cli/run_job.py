@@ -3,12 +3,13 @@
 import os
 import traceback
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from bt_manip.cli.foreign_trees import ForeignTrees
 from bt_manip.cli.interrupt import INTERRUPTED, Interrupt
 from bt_manip.cli.plugin_options import load_chosen_plugins, print_warning
 from bt_manip.exceptions import BtManipError, NodeError
@@ -49,6 +50,7 @@ class RunOptions:
     resume: Path | None
     watch: bool
     quiet: bool
+    foreign: ForeignTrees = field(default_factory=ForeignTrees)
 
 
 def execute(options: RunOptions, interrupt: Interrupt) -> int:
@@ -130,6 +132,7 @@ class _Job:
             tick=options.tick_ms / 1e3,
             settings=options.settings,
             real_time=(float(window) if options.real_time is None else options.real_time) or None,
+            reading=options.foreign.reading(),
         )
         # Only now what takes long to import: what is wrong above is said at once.
         from bt_manip.cli.run_observers import extra_observers

@@ -1,7 +1,6 @@
 """``bt-manip tree``: check, show, format and convert trees; models and schemas for editors."""
 
 import os
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -161,7 +160,9 @@ def convert(
     if source.kind == "python":
         if form == "python":
             raise BtManipError(f"'{name}' is Python already")
-        _write(tree_to_xml(_made(source), registry, model=model), output)
+        written = _made(source)
+        root = getattr(written, "root", written)  # without the tree's name in Python
+        _write(tree_to_xml(root, registry, model=model), output)
         return
     options = foreign.reading()
     reading = _read(source, registry, foreign, {**options, "dialect": dialect, "library": True})
@@ -221,9 +222,11 @@ def _findings(
     foreign: ForeignTrees,
     options: dict[str, Any],
 ) -> "list[Problem]":
+    from bt_manip.runner import as_tree
+
     source = _find(text, parts)
     if source.kind == "python":
-        _made(source)
+        as_tree(_made(source), source, lambda: 0.0)
         return []
     return list(_read(source, registry, foreign, options).problems)
 
@@ -251,26 +254,18 @@ def _load(
 ) -> "Tree":
     source = _find(text, parts)
     if source.kind == "python":
-        from bt_manip.bt import Tree, TreeDocument, parse_tree, tree_to_xml
+        from bt_manip.runner import as_tree
 
-        made = _made(source)
-        if isinstance(made, TreeDocument):
-            text, options = tree_to_xml(made, registry), foreign.reading()
-            options["stubs"] = replace(options["stubs"], unknown=True)  # as it was declared there
-            return parse_tree(text, registry, dialect="auto", strict=False, **options)
-        assert isinstance(made, Tree)
-        return made
+        return as_tree(_made(source), source, lambda: 0.0)
     options = {**foreign.reading(), "dialect": dialect, "strict": False}
     return _read(source, registry, foreign, options).usable_tree()
 
 
 def _made(source: "TreeSource") -> Any:
     """Return a tree or document of Python, with the defaults of its arguments; it is not run."""
-    from bt_manip.bt import TreeDocument
-    from bt_manip.runner import make_any, make_tree
+    from bt_manip.runner import make_any
 
-    made = make_any(source, {})
-    return made if isinstance(made, TreeDocument) else make_tree(source, {}, lambda: 0.0)
+    return make_any(source, {})
 
 
 def _write(text: str, output: Path | None) -> None:

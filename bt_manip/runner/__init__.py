@@ -4,6 +4,7 @@ from .commanded_robot import CommandedRobot as CommandedRobot
 from .fixtures import naming_file as naming_file
 from .observer import RunObserver as RunObserver
 from .prepare import prepare as prepare
+from .python_tree import as_tree as as_tree
 from .python_tree import make_any as make_any
 from .python_tree import make_tree as make_tree
 from .reloading import Reloader as Reloader

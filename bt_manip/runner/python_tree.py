@@ -12,7 +12,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.trees import BehaviourTree
 
-from bt_manip.bt import Tree
+from bt_manip.bt import Tree, TreeDocument
 from bt_manip.exceptions import BtManipError, did_you_mean
 
 from .tree_source import TreeSource
@@ -33,11 +33,27 @@ def make_tree(source: TreeSource, settings: Mapping[str, str], clock: Clock) -> 
         BtManipError: If there is no such name, a setting does not fit, the function raises an
             exception, or there is no tree.
     """
-    made = make_any(source, settings)
+    return as_tree(make_any(source, settings), source, clock)
+
+
+def as_tree(made: Any, source: TreeSource, clock: Clock) -> Tree:
+    """Return a tree around what a Python name stands for.
+
+    Args:
+        made: A behaviour, a tree, or a document whose main tree is meant.
+        source: Where it comes from.
+        clock: The clock of the tree's timers [s].
+
+    Raises:
+        BtManipError: If there is no tree.
+    """
     try:
+        tree_id = source.function
+        if isinstance(made, TreeDocument):
+            tree_id, made = made.main_tree()
         root = made.root if isinstance(made, BehaviourTree | Tree) else made
         if isinstance(root, Behaviour):
-            return Tree(root, clock=clock, tree_id=source.function)
+            return Tree(root, clock=clock, tree_id=tree_id)
     except Exception as error:
         raise BtManipError(f"tree '{source.name}' {_raised(error)}") from error
     raise BtManipError(

@@ -114,7 +114,7 @@ def test_a_python_tree_that_raises_is_bad_input(call, write):
     write("def broken():\n    raise ValueError('no')\n", "broken.py")
 
     error = call("convert", "broken.py:broken").exception
-    assert isinstance(error, BtManipError) and "ValueError: no" in str(error)
+    assert isinstance(error, BtManipError) and "raised ValueError" in str(error)
 
 
 def test_model_and_schema_know_all_behaviours(call, write):

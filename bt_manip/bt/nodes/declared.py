@@ -107,7 +107,7 @@ def declare(
     if like is not None:
         effect = f"is a {like.registration}"
     else:
-        effect = RESULTS[result] if kind in LEAVES else "cannot run"
+        effect = RESULTS[result] if kind in LEAVES else "only declared"
     found = [port if isinstance(port, Port) else _named(InOut, port) for port in ports]
     declaration = {"kind": kind, "ports": [p.name for p in found], "result": result, "like": like}
     members: dict[str, Any] = {
@@ -146,7 +146,7 @@ def model_port(direction: str, name: str, default: str | None, doc: str = "") ->
     return _named(kinds.get(direction, InOut), name, default, doc)
 
 
-def cannot_run(node: Node) -> str:
+def cannot_run(node: Any) -> str:
     """Say why a declared control or decorator cannot be ticked, and what to do."""
     kind = str(node.kind).lower()
     known = "Fallback" if node.kind is NodeKind.CONTROL else "RetryUntilSuccessful"

@@ -92,6 +92,19 @@ class TreeDocument:
     before: Sequence[Comment | Raw] = ()
     after: Sequence[Comment] = ()
 
+    def main_tree(self) -> tuple[str, Behaviour]:
+        """Return the ID and the root of the main tree.
+
+        Raises:
+            TreeError: If the document does not say which tree that is.
+        """
+        trees = [item for item in self.content if isinstance(item, TreeDefinition)]
+        main = self.attributes.get("main_tree_to_execute")
+        for tree in trees:
+            if tree.tree_id == main or len(trees) == 1:
+                return tree.tree_id or "MainTree", tree.root
+        raise TreeError("the document does not say which of its trees runs")
+
 
 def tree_to_xml(
     tree: Tree | Behaviour | TreeDocument,

@@ -1,0 +1,83 @@
+"""Options for trees of others: --models, --stub-unknown, --stub and --with."""
+
+import pytest
+
+TREE = """\
+<root BTCPP_format="4" main_tree_to_execute="Main">
+  <BehaviorTree ID="Main">
+    <RecoveryNode number_of_retries="2">
+      <FollowPath path="{path}"/>
+      <SubTree ID="Clear things"/>
+    </RecoveryNode>
+  </BehaviorTree>
+</root>
+"""
+MODELS = """\
+<root><TreeNodesModel>
+  <Action ID="FollowPath"><output_port name="path"/></Action>
+  <Control ID="RecoveryNode"><input_port name="number_of_retries"/></Control>
+  <SubTree ID="Clear things"/>
+</TreeNodesModel></root>
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tree.xml").write_text(TREE)
+    (tmp_path / "nodes.xml").write_text(MODELS)
+    return tmp_path
+
+
+def test_models_declare_nodes_for_check_and_show(bt_manip, folder):
+    code, _, err = bt_manip("tree", "check", "tree.xml", "--models", "nodes.xml")
+    assert code == 0
+    assert "Stubs:" in err and "RecoveryNode (Control, only declared)" in err
+    assert "FollowPath" in bt_manip("tree", "show", "tree.xml", "--models", "nodes.xml").out
+
+
+def test_a_run_refuses_a_declared_control_until_a_known_one_does_its_work(bt_manip, folder):
+    code, _, err = bt_manip("run", "tree.xml", "--models", "nodes.xml")
+    assert code == 2 and '--stub "RecoveryNode=Fallback"' in err
+    code, _, err = bt_manip(
+        "run", "tree.xml", "--stub-unknown", "--stub", "RecoveryNode=Fallback", "--stub",
+        "FollowPath=FAILURE", "--quiet",
+    )  # fmt: skip
+    assert code == 0
+    assert "FollowPath (fails)" in err and "Clear things (succeeds)" in err
+
+
+def test_a_conversion_to_python_runs_and_leads_back(bt_manip, folder):
+    options = ("--stub-unknown", "--stub", "RecoveryNode=Fallback")
+    assert bt_manip("tree", "convert", "tree.xml", "-o", "made.py", *options).code == 0
+    assert bt_manip("tree", "convert", "made.py:document").out == TREE
+    assert "RecoveryNode" in bt_manip("tree", "show", "made.py:document").out
+    assert bt_manip("run", "made.py:document", "--quiet").code == 0
+
+
+@pytest.mark.parametrize("text", ["FollowPath", "=SUCCESS", "FollowPath="])
+def test_a_stub_without_name_or_result_is_bad_input(bt_manip, folder, text):
+    code, _, err = bt_manip("tree", "check", "tree.xml", "--stub", text)
+    assert code == 2 and "--stub wants NAME=RESULT" in err
+
+
+def test_a_stub_that_no_tree_has_a_use_for_is_told(bt_manip, folder):
+    _, _, err = bt_manip("tree", "check", "tree.xml", "--stub-unknown", "--stub", "Folow=FAILURE")
+    assert "--stub: nothing is named 'Folow'" in err
+
+
+def test_an_error_in_a_library_is_told_once(bt_manip, folder):
+    (folder / "parts").mkdir()
+    (folder / "parts" / "bad.xml").write_text(
+        '<root><BehaviorTree ID="Bad"><Unknown/></BehaviorTree></root>'
+    )
+    for name in ("a.xml", "b.xml"):
+        (folder / name).write_text(
+            '<root><BehaviorTree ID="Main"><SubTree ID="Bad"/></BehaviorTree></root>'
+        )
+    code, out, err = bt_manip("tree", "check", "a.xml", "b.xml", "--with", "parts")
+    assert code == 2 and out.count("'Unknown'") == 1 and "2 trees: 1 error" in err
+
+
+def test_formatting_needs_no_declarations(bt_manip, folder):
+    assert bt_manip("tree", "format", "tree.xml", "--check", "--stub-unknown").code == 0
