@@ -12,7 +12,7 @@ from bt_manip.exceptions import BtManipError, did_you_mean
 if TYPE_CHECKING:
     pass
 
-C = TypeVar("C", bound=Callable[..., Any])
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class ForeignTrees:
                 click.echo(f"Warning: --stub: nothing is named '{name}'{near}", err=True)
 
 
-def foreign_tree_options(command: C) -> C:
+def foreign_tree_options(command: Function) -> Function:
     """Add the options to a command, which gets them as ``foreign``, a `ForeignTrees`."""
     names = ("libraries", "models", "stub_unknown", "stubs")
 
