@@ -55,12 +55,7 @@ def checks_of(
                     f"plugin '{name}' has no '{part}' among its {kind}"
                     + did_you_mean(part, brought.get(kind, ()))
                 )
-    checks = [
-        *_objects(plugins.parts, brought.get("objects", ()), parameters),
-        *_robots(plugins.parts, brought.get("robots", ())),
-        *_controllers(plugins.parts, brought.get("controllers", ())),
-        *_behaviours(plugins.parts, brought.get("behaviours", ()), examples),
-    ]
+    checks = list(_checks(plugins.parts, brought, examples, parameters))
     left_out = {c.id for c in checks if c.id in without or c.id.partition(":")[0] in without}
     return [check for check in checks if check.id not in left_out]
 
@@ -106,54 +101,49 @@ def tree_runs(plugins: "Plugins", where: str | Path, options: Mapping[str, Any])
     return [(name, partial(run, place, name)) for name, place in trees.items()]
 
 
-def _objects(
-    parts: Parts, names: tuple[str, ...], parameters: Mapping[str, Mapping[str, Any]]
+def _checks(
+    parts: Parts,
+    brought: Mapping[str, tuple[str, ...]],
+    examples: Mapping[str, Example],
+    parameters: Mapping[str, Mapping[str, Any]],
 ) -> Iterator[Check]:
-    for name in names:
-        case = ObjectCase(name, parts.objects.get(name), parameters.get(name, {}))
-        yield from (_check(name, check, case) for check in OBJECT_CONTRACT)
-
-
-def _robots(parts: Parts, names: tuple[str, ...]) -> Iterator[Check]:
-    for name in names:
+    cases: list[tuple[str, tuple[Callable[[Any], None], ...], Any]] = []
+    for name in brought.get("objects", ()):
+        factory = parts.objects.get(name)
+        cases.append((name, OBJECT_CONTRACT, ObjectCase(name, factory, parameters.get(name, {}))))
+    for name in brought.get("robots", ()):
         description = parts.robots.get(name)
         kind = description.gripper.kind if description.gripper is not None else None
-        case = RobotCase(description, *([] if kind is None else [parts.grippers.get(kind)]))
-        yield from (_check(name, check, case) for check in ROBOT_CONTRACT)
-
-
-def _controllers(parts: Parts, names: tuple[str, ...]) -> Iterator[Check]:
-    for name in names:
+        grippers = [] if kind is None else [parts.grippers.get(kind)]
+        cases.append((name, ROBOT_CONTRACT, RobotCase(description, *grippers)))
+    for name in brought.get("controllers", ()):
         case = ControllerCase(name, parts.controllers.get(name))
-        yield from (_check(name, check, case) for check in CONTROLLER_CONTRACT)
-
-
-def _behaviours(
-    parts: Parts, names: tuple[str, ...], examples: Mapping[str, Example]
-) -> Iterator[Check]:
-    for name in names:
+        cases.append((name, CONTROLLER_CONTRACT, case))
+    for name, contract, each in cases:
+        for check in contract:
+            yield _check(name, check, partial(_given, each))
+    for name in brought.get("behaviours", ()):
         cls = parts.behaviours.get(name)
         if not issubclass(cls, Leaf):
             continue  # control nodes and decorators have no life cycle of their own
-        example = examples.get(name)
-        if example is None:
-            example = Example()
-            missing = [p.name for p in cls.ports.values() if p.mandatory]
-            if missing:
-                yield Check(f"{name}: has an example", partial(_no_example, name, missing))
-                continue
+        missing = [p.name for p in cls.ports.values() if p.mandatory]
+        if missing and name not in examples:
+            yield Check(f"{name}: has an example", partial(_no_example, name, missing))
+            continue
         for check in BEHAVIOUR_CONTRACT:
-            yield Check(f"{name}: {_title(check)}", partial(_run, check, cls, example))
+            make = partial(BehaviourCase, cls, examples.get(name, Example()))
+            yield _check(name, check, make)
 
 
-def _check(name: str, check: Callable[[Any], None], case: Any) -> Check:
-    return Check(f"{name}: {_title(check)}", lambda situations: check(case))
+def _given(case: Any, situations: Situations) -> Any:
+    return case
 
 
-def _run(
-    check: Callable[[BehaviourCase], None], cls: type, example: Example, situations: Situations
-) -> None:
-    check(BehaviourCase(cls, example, situations))
+def _check(
+    name: str, check: Callable[[Any], None], make_case: Callable[[Situations], Any]
+) -> Check:
+    title = check.__name__.replace("_", " ")
+    return Check(f"{name}: {title}", lambda situations: check(make_case(situations)))
 
 
 def _no_example(name: str, missing: list[str], situations: Situations) -> None:
@@ -161,7 +151,3 @@ def _no_example(name: str, missing: list[str], situations: Situations) -> None:
     raise AssertionError(
         f"give an example of how {name} is used: examples={{'{name}': Example({{{ports}}})}}"
     )
-
-
-def _title(check: Callable[..., None]) -> str:
-    return check.__name__.replace("_", " ")

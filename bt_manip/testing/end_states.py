@@ -52,12 +52,7 @@ def assert_tower(cell: Cell, names: list[str], on: str) -> None:
         assert_touches_only(cell, name, *stack[i : i + 3 : 2])
     for lower, upper in zip(names, names[1:], strict=False):
         rise = cell.pose(upper).translation[2] - cell.pose(lower).translation[2]
-        expected = rest_height(cell, lower) + rest_height(cell, upper)
+        expected = sum(as_object(cell.find(name)).rest_height for name in (lower, upper))
         assert abs(rise - expected) <= LEVEL, (
             f"'{upper}' is {1000 * rise:.1f} mm above '{lower}', expected {1000 * expected:.1f} mm"
         )
-
-
-def rest_height(cell: Cell, name: str) -> float:
-    """Return the height of an object's origin above its support [m]."""
-    return as_object(cell.find(name)).rest_height

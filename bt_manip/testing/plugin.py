@@ -7,6 +7,7 @@ the fixtures.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -117,9 +118,14 @@ def load_plugin() -> Callable[..., Plugins]:
     """
 
     def load(*modules: object) -> Plugins:
-        from bt_manip.testing.given_plugins import load_given_plugins
+        from bt_manip.plugins import Choice, load_plugins
 
-        return load_given_plugins(*modules)
+        points = [_Given(p) for p in modules]
+        problems: list[str] = []
+        loaded = load_plugins(entry_points=points, warn=problems.append, choice=Choice())
+        if problems:
+            raise AssertionError("\n".join(problems))
+        return loaded
 
     return load
 
@@ -213,3 +219,15 @@ def _plugins() -> Plugins:
     from bt_manip.plugins import load_plugins
 
     return load_plugins()
+
+
+class _Given(EntryPoint):
+    """Entry point of a plugin that is imported already."""
+
+    def __init__(self, plugin: object) -> None:
+        name = str(getattr(plugin, "__name__", type(plugin).__name__))
+        super().__init__(name, name, "bt_manip")
+        vars(self)["plugin"] = plugin  # entry points are immutable otherwise
+
+    def load(self) -> object:
+        return vars(self)["plugin"]

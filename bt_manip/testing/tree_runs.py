@@ -8,8 +8,7 @@ from typing import Any
 from bt_manip.registry import Parts
 from bt_manip.runner import Run, RunObserver, RunRequest, Station, prepare
 from bt_manip.testing.coverage import TreeCoverage
-from bt_manip.testing.explanation import explain
-from bt_manip.testing.history import History
+from bt_manip.testing.history import History, explain
 from bt_manip.testing.tree_reading import find_test_tree
 
 EndState = Callable[[Station], object]
@@ -27,19 +26,14 @@ class _Judge(RunObserver):
 
     def run_started(self, run: Run) -> None:
         """Observe the tree."""
-        self._station = run.station
-        self._tree = run.tree
-        self._watch()
-
-    def _watch(self) -> None:
-        self._history = History(self._tree)
-        self._tree.observers.append(self._history)
+        self._station, self._history = run.station, History(run.tree)
+        run.tree.observers.append(self._history)
 
     def cycle_started(self, cycle: int) -> None:
         """Start a new history."""
         self._cycle = cycle
-        self._tree.observers.remove(self._history)
-        self._watch()
+        self._history.tick = 0
+        self._history.changes.clear()
 
     def after_tick(self) -> None:
         """Count the ticks."""
@@ -67,7 +61,7 @@ class _Judge(RunObserver):
 
     def run_ended(self) -> None:
         """Stop observing the tree."""
-        self._tree.observers.remove(self._history)
+        self._history.tree.observers.remove(self._history)
 
 
 def run_tree(

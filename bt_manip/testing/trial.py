@@ -8,8 +8,7 @@ from py_trees.behaviour import Behaviour
 from bt_manip.bt import Blackboard, NodeStatus, Tree
 from bt_manip.exceptions import NodeError, did_you_mean
 from bt_manip.runner import Station
-from bt_manip.testing.explanation import explain
-from bt_manip.testing.history import History
+from bt_manip.testing.history import History, explain
 from bt_manip.testing.stubs import status_of
 
 TICK = 0.010
@@ -174,7 +173,9 @@ class Trial:
             AssertionError: When it has not.
         """
         __tracebackhide__ = True
-        wanted, ends = status_of(status), self.history.ended(self.node(node))
+        wanted, ended_node, running = status_of(status), self.node(node), NodeStatus.RUNNING
+        changes = [c.status for c in self.history.changes if c.node is ended_node]
+        ends = [change for change in changes if change is not running]
         if wanted not in ends:
             ended = ", ".join(end.name for end in ends) or "not at all"
             raise AssertionError(
