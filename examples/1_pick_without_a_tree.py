@@ -16,7 +16,7 @@ def main() -> None:
     at = cell.pose(cube).translation  # (3,)
     print(f"'{cube}' lies at {np.round(at, 3)} m")
 
-    # A motion is planned when it is asked for; the arm moves while the cell steps, 1 ms a step.
+    # A motion is planned on request; the arm moves while the cell steps, 1 ms per step.
     arm.move_to_pose(pointing_down(at + (0, 0, 0.15)))
     station.step_until(lambda: not arm.moving)
     arm.move_linear(pointing_down(at + (0, 0, 0.015)))

@@ -46,7 +46,7 @@ class Weigh(Action):
         return Status.SUCCESS
 
     def get_state(self) -> dict[str, Any]:
-        """Give what a snapshot must hold to go on from the middle."""
+        """Return the state from which a snapshot continues."""
         return {**super().get_state(), "readings": list(self.readings), "end": self.end}
 
     def set_state(self, state: dict[str, Any]) -> None:

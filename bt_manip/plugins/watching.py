@@ -107,7 +107,7 @@ class _Guard(RunObserver):
                 what = f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
                 place = _place(error)
                 self._warn(
-                    f"{self._plugin.label} watches no longer, the run goes on: {what}{place}"
+                    f"{self._plugin.label} is not called again, the run continues: {what}{place}"
                     f"{self._plugin.way_out}"
                 )
 

@@ -55,21 +55,21 @@ class FuelClient:
         self._progress = progress
 
     def find(self, address: FuelAddress) -> tuple[FuelAddress, Path]:
-        """Return a model's folder, from the cache if it is there in any version that is asked for.
+        """Return a model, from the cache if it has the requested version, or any.
 
         Returns:
-            The address with the version that it is, and the folder.
+            The address with the version, and the folder.
 
         Raises:
-            ModelError: When it is not here and cannot be fetched.
+            ModelError: When it is not cached and cannot be fetched.
         """
         return self.cache.find(address) or self.fetch(address)
 
     def fetch(self, address: FuelAddress) -> tuple[FuelAddress, Path]:
-        """Assert that the newest version, or the one that is asked for, is in the cache.
+        """Download the newest version, or the requested one, if it is not in the cache.
 
         Raises:
-            ModelError: When it cannot be fetched; nothing is left of it then.
+            ModelError: When it cannot be fetched.
         """
         if address.version is None and self.cache.versions(address):
             newest = self.details(address).get("version")

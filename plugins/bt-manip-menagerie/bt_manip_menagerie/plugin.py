@@ -1,4 +1,4 @@
-"""What this package brings to bt-manip."""
+"""Hooks of this package."""
 
 from bt_manip import hookimpl
 

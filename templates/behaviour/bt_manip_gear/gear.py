@@ -13,11 +13,11 @@ class Gear(CellBehaviour):
     patience = Input(float, default=2.0, doc="Longest simulated time to wait [s].")
 
     def start(self):
-        """Begin; whatever is raised here as a CellError is the reason of a failure."""
+        """Start; a CellError raised here becomes the reason of a failure."""
         self.cell.find(self.object)
 
     def update(self):
-        """Look once a tick; never wait here, and never step the cell."""
+        """Check once per tick; never wait here or step the cell."""
         speed = float(np.linalg.norm(self.cell.velocity(self.object)[:3]))
         self.feedback_message = f"{1e3 * speed:.1f} mm/s"
         if speed <= self.speed:

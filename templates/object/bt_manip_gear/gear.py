@@ -4,10 +4,10 @@ from dm_control import composer, mjcf
 
 
 class Gear(composer.Entity):
-    """A round thing to pick up; its origin is its centre."""
+    """A round object to pick up; its origin is its centre."""
 
     kind = "gear"  # the name that it is registered by
-    category = "graspable"  # what behaviours may do with it
+    category = "graspable"  # how behaviours use it
     free = True  # it can be moved
 
     def _build(self, name="gear", radius=0.025, height=0.05, mass=0.1):
@@ -25,5 +25,5 @@ class Gear(composer.Entity):
 
     @property
     def rest_height(self):
-        """Height of its centre over what it stands on [m]."""
+        """Height of its centre above its support [m]."""
         return self.parameters["height"] / 2

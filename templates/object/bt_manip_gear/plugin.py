@@ -1,11 +1,11 @@
-"""What this package brings to bt-manip."""
+"""Hooks of this package."""
 
 from bt_manip import hookimpl
 
 
 @hookimpl
 def register_objects(register):
-    """Bring the object."""
+    """Register the object."""
     from bt_manip_gear.gear import Gear
 
     register("gear", Gear)

@@ -1,4 +1,4 @@
-"""The robot: what its model file does not say."""
+"""The robot: limits that its model file cannot express."""
 
 from math import pi
 from pathlib import Path

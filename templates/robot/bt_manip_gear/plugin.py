@@ -1,11 +1,11 @@
-"""What this package brings to bt-manip."""
+"""Hooks of this package."""
 
 from bt_manip import hookimpl
 
 
 @hookimpl
 def register_robots(register):
-    """Bring the robot."""
+    """Register the robot."""
     from bt_manip_gear.gear import gear
 
     register(gear())
