@@ -1,4 +1,4 @@
-"""The command ``bt-manip`` and where its sub-commands are."""
+"""The command ``bt-manip``, its sub-commands and exit codes."""
 
 import importlib
 import importlib.util
@@ -31,22 +31,22 @@ COMMANDS = {
     "scene": "bt_manip.cli.scene:scene",
     "tree": "bt_manip.cli.tree:tree",
 }
-"""Sub-commands and where they are; each is imported when it is asked for."""
+"""Module and attribute of each sub-command; it is imported when it is needed."""
 
 
 class LazyGroup(click.Group):
-    """A group that imports a sub-command when somebody asks for it.
+    """A group that imports a sub-command when it is needed.
 
-    Plugins bring sub-commands by the entry-point group ``bt_manip.commands``. The list of all
-    takes their first lines from their sources, so that it costs nothing whatever they import.
+    Plugins register sub-commands by the entry-point group ``bt_manip.commands``. Their summaries
+    are read from their source files, so that ``--help`` imports none of them.
     """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Name the sub-commands."""
+        """Return the names of the sub-commands."""
         return sorted({*filter(self._exists, COMMANDS), *_plugin_commands(ctx)})
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import a sub-command; the built-in ones come first."""
+        """Return a sub-command; built-in ones take precedence."""
         if not self._exists(cmd_name):
             found = _plugin_commands(ctx).get(cmd_name)
             return None if found is None else found.load()
@@ -77,7 +77,7 @@ class LazyGroup(click.Group):
 
 
 def _plugin_commands(ctx: click.Context) -> "Mapping[str, PluginCommand]":
-    """Give the commands of plugins; looking through all packages once for a command line."""
+    """Return the commands of plugins; packages are searched once per command line."""
     if _FOUND not in ctx.meta:
         from bt_manip.cli.plugin_commands import plugin_commands
 
@@ -92,7 +92,7 @@ def _plugin_commands(ctx: click.Context) -> "Mapping[str, PluginCommand]":
 @click.pass_context
 def app(ctx: click.Context) -> None:
     """Run manipulation tasks, written as behaviour trees, on a simulated robot cell."""
-    if ctx.invoked_subcommand != "run":  # which has a report to write, whenever it is interrupted
+    if ctx.invoked_subcommand != "run":  # it writes a report when it is interrupted
         ctx.with_resource(ctx.obj.raised())
 
 
@@ -100,11 +100,11 @@ def run_app(interrupt: Interrupt, arguments: list[str] | None = None) -> int:
     """Run the command line.
 
     Args:
-        interrupt: What listens to Ctrl-C.
-        arguments: What stands behind ``bt-manip``; those of the process when None.
+        interrupt: The handler of Ctrl-C.
+        arguments: Arguments of the command; None: those of the process.
 
     Returns:
-        The exit code: 0, 1 when a cycle failed, 2 for bad input, 3 for a fault inside, 130 when
+        The exit code: 0, 1 when a cycle failed, 2 for bad input, 3 for an internal fault, 130 when
         interrupted.
     """
     try:
@@ -120,18 +120,18 @@ def run_app(interrupt: Interrupt, arguments: list[str] | None = None) -> int:
         click.echo(f"Error: {error}", err=True)
         return BAD_INPUT
     except BrokenPipeError:
-        # Who read the output is gone; Python's own flush at exit must not fail on it again.
+        # The reader of the pipe is gone; Python's flush at exit must not fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except Exception as error:
-        if interrupt.requested:  # the interrupt came out of an import as something else
+        if interrupt.requested:  # an import turned it into another exception
             return INTERRUPTED
         _print_fault(error)
         return FAULT
 
 
 def _print_fault(error: Exception) -> None:
-    """Say what is broken, and whose it is when it is a plugin's command."""
+    """Print an internal fault, with the plugin whose command it came from."""
     from bt_manip.cli.plugin_commands import BrokenCommandError, blame
 
     if isinstance(error, BrokenCommandError):

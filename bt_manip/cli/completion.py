@@ -19,7 +19,7 @@ Complete = Callable[[click.Context, click.Parameter, str], Items]
 
 
 def complete_part(kind: str) -> Complete:
-    """Return what completes names of a kind of parts, and files where no name fits.
+    """Return a completion of the names of a kind of parts, or of files if no name fits.
 
     Args:
         kind: A kind of parts, as in ``bt-manip list KIND``.
@@ -41,7 +41,7 @@ def complete_listed(
 
 
 def complete_key(ctx: click.Context, _: click.Parameter, incomplete: str) -> Items:
-    """Complete the KEY of ``--set KEY=VALUE`` with the keys of the tree that stands before."""
+    """Complete the KEY of ``--set KEY=VALUE`` with the keys of the tree before it."""
     from bt_manip.exceptions import BtManipError
 
     # With an option whose value is still missing, click leaves the arguments unread.

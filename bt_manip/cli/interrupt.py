@@ -1,4 +1,4 @@
-"""Ctrl-C, heard at any moment and obeyed in order."""
+"""Handling of Ctrl-C and SIGTERM."""
 
 import signal
 import time
@@ -7,26 +7,25 @@ from contextlib import contextmanager
 from types import FrameType
 
 INTERRUPTED = 130
-"""Exit code after Ctrl-C: 128 + SIGINT, as a shell has it."""
+"""Exit code after Ctrl-C: 128 + SIGINT, as in shells."""
 
 PATIENCE = 2.0
-"""Wall time after which a run that does not stop by itself is stopped [s]."""
+"""Wall time after which a run that does not stop after the signal is aborted [s]."""
 
 ONE_PRESS = 0.1
-"""What comes sooner after the first signal is the same one, told twice by what started us [s]."""
+"""Signals within this time of the first are duplicates of it, sent by a parent process [s]."""
 
 
 class Interrupt:
-    """Turns the first Ctrl-C (or SIGTERM) into the end of what is going on.
+    """Ends the program in order after Ctrl-C or SIGTERM.
 
-    What it does depends on what is going on: see `raised`, `held` and `patient`. At first it is
-    held, until whoever knows what has to be finished says otherwise. The second one ends a run
-    at once, whose arms still brake after the first. Every other one is ignored: it cannot break
-    what the first one has to finish.
+    The effect of the first signal depends on the mode: see `raised`, `held` (the initial mode) and
+    `patient`. A second signal aborts a run that is stopping its arms. Further signals are ignored,
+    so that they cannot break what is being written.
     """
 
     def __init__(self) -> None:
-        """Begin uninterrupted, without listening yet."""
+        """Create it; `install` makes it handle signals."""
         self.requested = False
         self.exit_code = 0
         self._mode = "held"
@@ -34,21 +33,21 @@ class Interrupt:
         self._hurried = False
 
     def install(self) -> None:
-        """Listen to the signals."""
+        """Handle the signals from now on."""
         signal.signal(signal.SIGINT, self._signalled)
         signal.signal(signal.SIGTERM, self._signalled)
 
     def close(self) -> None:
-        """Ignore the signals: what is left to do is to leave."""
+        """Ignore the signals while the process exits."""
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
     @contextmanager
     def raised(self) -> Iterator[None]:
-        """Raise KeyboardInterrupt where the program is.
+        """Raise KeyboardInterrupt at the signal.
 
         Raises:
-            KeyboardInterrupt: Also when the interrupt came before the block.
+            KeyboardInterrupt: Also if the signal came before the block.
         """
         with self._in_mode("raised"):
             if self.requested:
@@ -63,11 +62,11 @@ class Interrupt:
 
     @contextmanager
     def patient(self) -> Iterator[None]:
-        """Set `requested`, which a run looks at between ticks, so that it ends in order.
+        """Set `requested`, which a run checks between ticks, so that it stops its arms and ends.
 
         Raises:
-            SystemExit: When the block does not end within `PATIENCE` from then on, because a
-                plugin hangs; and again, should what follows hang too.
+            SystemExit: If the block does not end within `PATIENCE` of the signal, because a plugin
+                hangs; repeated after the same time.
             KeyboardInterrupt: At the second signal.
         """
         try:
@@ -99,13 +98,13 @@ class Interrupt:
             self._alarm(PATIENCE)
 
     def _alarm(self, after: float) -> None:
-        """Have SystemExit raised in the run after each such time; 0 calls it off."""
+        """Raise SystemExit in the run after this time, repeatedly; 0 cancels it."""
         if hasattr(signal, "setitimer"):
             signal.signal(signal.SIGALRM, self._out_of_patience)
             signal.setitimer(signal.ITIMER_REAL, after, after)
 
     def _out_of_patience(self, number: int, frame: FrameType | None) -> None:
         if self._mode == "patient":
-            # Not KeyboardInterrupt: what hangs is to be blamed like whatever raises, so that the
-            # arm is braked without it.
+            # Not KeyboardInterrupt: a behaviour that hangs is reported like one that raises, and
+            # the arms are stopped without it.
             raise SystemExit(self.exit_code)

@@ -1,4 +1,4 @@
-"""``bt-manip list``: what there is to use."""
+"""``bt-manip list``: registered parts."""
 
 import inspect
 import os
@@ -24,7 +24,7 @@ LISTED = (
 @click.argument("kind", required=False, type=click.Choice(LISTED))
 @click.argument("name", required=False, shell_complete=complete_listed)
 def list_parts(kind: str | None, name: str | None) -> None:
-    """List what is registered, with the plugin that it is from.
+    """List registered parts with the plugin of each.
 
     Without a KIND, everything is listed. With a NAME, only that part, with its documentation and,
     for a behaviour, its ports.
@@ -43,10 +43,10 @@ def list_parts(kind: str | None, name: str | None) -> None:
 
 
 def _describe(plugins: "Plugins", kind: str, name: str) -> None:
-    """Print all that is known of one part.
+    """Print the documentation of one part.
 
     Raises:
-        BtManipError: If there is none of this name.
+        BtManipError: If there is no part of this name.
     """
     rows = {row[0]: row for row in _rows(plugins, kind)}
     if name not in rows:
@@ -67,7 +67,7 @@ def _describe(plugins: "Plugins", kind: str, name: str) -> None:
 
 
 def _rows(plugins: "Plugins", kind: str) -> Iterator[tuple[str, str, str]]:
-    """Give name, origin and meaning of each part."""
+    """Yield name, plugin and summary of each part."""
     if kind == "plugins":
         for plugin in plugins.plugins:
             counts = (
@@ -91,7 +91,7 @@ def _rows(plugins: "Plugins", kind: str) -> Iterator[tuple[str, str, str]]:
 
 
 def _summary(part: Any) -> str:
-    """Say in one line what a part is."""
+    """Return a one-line summary of a part."""
     if isinstance(part, str):
         return part
     if not callable(part):  # a robot's description

@@ -1,4 +1,4 @@
-"""``bt-manip models``: find, fetch and look at models."""
+"""``bt-manip models``: list, download and show models."""
 
 import os
 from collections.abc import Iterator, Mapping
@@ -18,17 +18,17 @@ SOURCES = ("bundled", "fuel", "menagerie")
 
 @click.group()
 def models() -> None:
-    """Find, fetch and look at models."""
+    """List, download and show models."""
     os.environ.setdefault("MUJOCO_GL", "disable")
 
 
 @models.command("list")
 @click.argument("source", required=False, type=click.Choice(SOURCES))
 def list_models(source: str | None) -> None:
-    """List the models that can be used without a network, by their addresses.
+    """List the addresses of the models that can be used without a network.
 
-    With a source, only its models; of Menagerie then also those that would be downloaded, which
-    have a '*'. What Fuel has is at https://app.gazebosim.org.
+    With a source, only its models; for Menagerie also those that would be downloaded, marked '*'.
+    The models of Fuel are listed at https://app.gazebosim.org.
     """
     for chosen in [source] if source else SOURCES:
         for line in _known(chosen, everything=source is not None):
@@ -58,7 +58,7 @@ def fetch(addresses: tuple[str, ...]) -> None:
 @models.command()
 @click.argument("address")
 def path(address: str) -> None:
-    """Print where a model's file is on this machine, after fetching it where needed."""
+    """Print the path of a model's file, downloading the model if needed."""
     from bt_manip.models import find_model
 
     click.echo(find_model(address, sources=_sources(address)).path)
@@ -68,7 +68,7 @@ def path(address: str) -> None:
 @click.argument("address")
 @click.option("--mjcf", is_flag=True, help="Print the model as MJCF instead.")
 def show(address: str, mjcf: bool) -> None:
-    """Tell what a model is: its file, parts, mass and size, and what was lost in converting it."""
+    """Print a model's file, parts, mass and size, and what was lost in its conversion."""
     from bt_manip.models import load_model
 
     model = load_model(address, sources=_sources(address))
@@ -88,10 +88,10 @@ def show(address: str, mjcf: bool) -> None:
 def clear(addresses: tuple[str, ...], everything: bool, yes: bool) -> None:
     """Delete downloaded models: fuel:OWNER/NAME with or without a version, menagerie:NAME.
 
-    The cache of Fuel is Gazebo's too: what is deleted here is gone there.
+    The cache of Fuel is shared with Gazebo: models deleted here are deleted there.
     """
     if bool(addresses) == everything:
-        raise click.UsageError("give the addresses of what to delete, or --all")
+        raise click.UsageError("give the addresses of the models to delete, or --all")
     if everything and not yes:
         click.confirm("Delete all downloaded models, Gazebo's too?", abort=True)
     gone = _clear_all() if everything else [p for text in addresses for p in _clear(text)]
@@ -162,7 +162,7 @@ def _clear_all() -> list["Path"]:
 
 
 def _sources(address: str) -> "Mapping[str, Source]":
-    """Give what finds models; plugins are loaded only for kinds of address that they may know."""
+    """Return the sources of models; plugins are loaded only for addresses of unknown kinds."""
     from bt_manip.models import built_in_sources
 
     known = built_in_sources()

@@ -1,4 +1,4 @@
-"""``bt-manip new``: begin something of one's own."""
+"""``bt-manip new``: create packages from templates."""
 
 import os
 from pathlib import Path
@@ -12,25 +12,25 @@ KINDS = ("object", "controller", "robot", "behaviour", "planner")
 
 @click.group()
 def new() -> None:
-    """Begin a package of your own."""
+    """Create a package from a template."""
 
 
 @new.command("plugin")
 @click.argument("name")
 @click.option(
     "--kind", type=click.Choice(KINDS), default="behaviour", show_default=True,
-    help="What the plugin brings.",
+    help="What the plugin registers.",
 )  # fmt: skip
 @click.option(
     "--into", type=click.Path(file_okay=False, path_type=Path), default=Path("."), metavar="DIR",
-    help="Folder to write it in; the present one without.",
+    help="Folder to write it to.  [default: the current one]",
 )  # fmt: skip
 def new_plugin(name: str, kind: str, into: Path) -> None:
-    """Write the package of a plugin, with tests that pass at once."""
+    """Create the package of a plugin, with tests that pass."""
     os.environ.setdefault("MUJOCO_GL", "disable")
     from bt_manip.plugins import write_plugin
 
     folder = write_plugin(name, kind, into, load_chosen_plugins())
-    click.echo(f"wrote {folder}; go on with:")
+    click.echo(f"wrote {folder}; next:")
     click.echo(f'  pip install -e "{folder}[dev]"')
     click.echo(f"  pytest {folder}")

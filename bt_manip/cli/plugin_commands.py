@@ -1,4 +1,4 @@
-"""Commands of plugins: listed without loading anything, loaded when asked for."""
+"""Commands of plugins: listed without importing them, imported when they run."""
 
 import ast
 import importlib.machinery
@@ -13,7 +13,7 @@ import click
 from bt_manip.plugins import PREFIX, Choice, names_of
 
 GROUP = "bt_manip.commands"
-"""Name of the entry-point group: the command's name, and where its click command is."""
+"""Entry-point group: the name of each command, and where its click command is defined."""
 
 
 class BrokenCommandError(Exception):
@@ -22,22 +22,22 @@ class BrokenCommandError(Exception):
 
 @dataclass(frozen=True)
 class PluginCommand:
-    """A command that a package brings.
+    """A command of an installed package.
 
     Attributes:
-        point: Where it is.
+        point: Its entry point.
     """
 
     point: importlib.metadata.EntryPoint
 
     @property
     def package(self) -> str:
-        """Name and version of the package that brings it."""
+        """Name and version of its package."""
         dist = self.point.dist
         return f"{dist.name} {dist.version}" if dist is not None else self.point.module
 
     def summary(self) -> str:
-        """Read the first line of its help in its source, without importing anything of it."""
+        """Return the first line of its help, read from its source file without importing it."""
         path = _source(self.point.module)
         return _docstring(path, self.point.attr) if path is not None else ""
 
@@ -45,7 +45,7 @@ class PluginCommand:
         """Import it.
 
         Raises:
-            BrokenCommandError: When that fails, or it is no click command.
+            BrokenCommandError: If that fails, or it is not a click command.
         """
         try:
             command = self.point.load()
@@ -53,7 +53,7 @@ class PluginCommand:
             traceback.print_exception(error)
             raise BrokenCommandError(self._broken(f"{type(error).__name__}: {error}")) from error
         if not isinstance(command, click.Command):
-            raise BrokenCommandError(self._broken(f"'{self.point.value}' is no click command"))
+            raise BrokenCommandError(self._broken(f"'{self.point.value}' is not a click command"))
         return command
 
     def _broken(self, problem: str) -> str:
@@ -61,12 +61,12 @@ class PluginCommand:
         block = str(self.point.dist.name) if self.point.dist is not None else name
         return (
             f"the command '{name}' of {self.package} cannot be loaded: {problem} "
-            f"(to do without it: --block {block.removeprefix(PREFIX)})"
+            f"(to block it: --block {block.removeprefix(PREFIX)})"
         )
 
 
 def plugin_commands(choice: Choice) -> Mapping[str, PluginCommand]:
-    """Find the commands of installed packages, by name; of two with one name, the first."""
+    """Return the commands of installed packages by name; of duplicates, the first."""
     found: dict[str, PluginCommand] = {}
     points = importlib.metadata.entry_points(group=GROUP)
     for point in sorted(points, key=lambda p: (p.name, p.value)):
@@ -76,7 +76,7 @@ def plugin_commands(choice: Choice) -> Mapping[str, PluginCommand]:
 
 
 def blame(error: BaseException, choice: Choice) -> PluginCommand | None:
-    """Name the command whose package an exception came out of."""
+    """Return the command whose package an exception came from, if any."""
     owners = {c.point.module.partition(".")[0]: c for c in plugin_commands(choice).values()}
     for frame, _ in reversed(list(traceback.walk_tb(error.__traceback__))):
         package = str(frame.f_globals.get("__name__", "")).partition(".")[0]
@@ -86,7 +86,7 @@ def blame(error: BaseException, choice: Choice) -> PluginCommand | None:
 
 
 def _source(module: str) -> Path | None:
-    """Find a module's file without importing the packages that it is in."""
+    """Return a module's file without importing its packages."""
     places: list[str] | None = None
     parts = module.split(".")
     for i in range(len(parts)):

@@ -1,4 +1,4 @@
-"""Options that say which plugins are wanted, for every command that loads some."""
+"""The options ``--block`` and ``--plugins-dir`` of all commands."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -22,7 +22,7 @@ def plugin_options(command: C) -> C:
     block = click.option(
         "--block", multiple=True, metavar="NAME", is_eager=True,
         expose_value=False, callback=_keeper(_BLOCKED),
-        help="Do without a plugin; may be given more than once. Also BT_MANIP_BLOCK=NAME,NAME.",
+        help="Do not load a plugin; may be given more than once. Also BT_MANIP_BLOCK=NAME,NAME.",
     )  # fmt: skip
     folder = click.option(
         "--plugins-dir", multiple=True, metavar="DIR", is_eager=True,
@@ -45,14 +45,14 @@ def add_plugin_options(command: click.Command) -> None:
 
 def _keeper(key: str) -> "Callable[[click.Context, click.Parameter, tuple[object, ...]], None]":
     def keep(ctx: click.Context, parameter: click.Parameter, values: tuple[object, ...]) -> None:
-        # What stands before a sub-command and behind it adds up.
+        # Values before and after a sub-command add up.
         ctx.meta[key] = (*ctx.meta.get(key, ()), *values)
 
     return keep
 
 
 def chosen(ctx: click.Context | None = None) -> "Choice":
-    """Give what the options and the environment variables say together."""
+    """Return the choice of the options and the environment variables together."""
     from bt_manip.plugins import Choice
 
     ctx = ctx or click.get_current_context(silent=True)
@@ -61,7 +61,7 @@ def chosen(ctx: click.Context | None = None) -> "Choice":
 
 
 def load_chosen_plugins() -> "Plugins":
-    """Load the plugins that are wanted, and print a line about each that is broken."""
+    """Load the chosen plugins, and print a warning for each that is broken."""
     from bt_manip.plugins import load_plugins
 
     plugins = load_plugins(warn=print_warning, choice=chosen())
@@ -70,7 +70,7 @@ def load_chosen_plugins() -> "Plugins":
 
 
 def warn_of_unknown(plugins: "Plugins") -> None:
-    """Print a line about each name behind ``--block`` that nothing has."""
+    """Print a warning for each name after ``--block`` that no plugin has."""
     from bt_manip.cli.plugin_commands import plugin_commands
     from bt_manip.exceptions import did_you_mean
     from bt_manip.plugins import Choice, names_of
@@ -81,11 +81,11 @@ def warn_of_unknown(plugins: "Plugins") -> None:
     known = known.union(*(names_of(c.point) for c in plugin_commands(Choice()).values()))
     for name in wanted:
         if name == BUILTIN:
-            print_warning(f"--block {name}: what is built in cannot be blocked")
+            print_warning(f"--block {name}: built-in parts cannot be blocked")
         elif name not in known:
             print_warning(f"--block {name}: there is no such plugin{did_you_mean(name, known)}")
 
 
 def print_warning(message: str) -> None:
-    """Print a warning where errors go, on a line of its own."""
+    """Print a warning to the error stream."""
     click.echo(f"Warning: {message}", err=True)

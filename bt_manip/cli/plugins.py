@@ -1,4 +1,4 @@
-"""``bt-manip plugins``: which plugins there are, and how they are."""
+"""``bt-manip plugins``: the plugins and their state."""
 
 import contextlib
 import os
@@ -20,14 +20,14 @@ FAULT = 3
 @click.command("plugins")
 @click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
 @click.option(
-    "--check", is_flag=True, help="Print only what is wrong, and exit with 3 if anything is."
+    "--check", is_flag=True, help="Print problems only, and exit with 3 if there are any."
 )
 def show_plugins(as_json: bool, check: bool) -> int:
-    """Show plugins with what they bring, and whether they work."""
+    """List plugins, what they register, and whether they load."""
     os.environ.setdefault("MUJOCO_GL", "disable")
     from bt_manip.plugins import load_plugins
 
-    # What is broken is said in the table; a warning too would say it twice.
+    # The table says what is broken; a warning would repeat it.
     quiet = as_json or not check
     if quiet:
         loaded = load_plugins(warn=lambda _: None, choice=chosen())
@@ -54,7 +54,7 @@ def show_plugins(as_json: bool, check: bool) -> int:
 
 
 def _tree_problems(loaded: "Plugins") -> list[str]:
-    """Read all registered trees, and look for the scenes and controllers that they ask for."""
+    """Return problems of the registered trees, and of the scenes and controllers that they name."""
     from bt_manip.bt import read_tree
     from bt_manip.registry import Surroundings, UnknownPartError
     from bt_manip.runner import known_behaviours
@@ -83,14 +83,14 @@ def _tree_problems(loaded: "Plugins") -> list[str]:
 
 
 def _commands() -> Mapping[str, tuple[str, str]]:
-    """Load all commands of plugins; give the package and the problem of each."""
+    """Load all commands of plugins; return the package and the problem of each."""
     from bt_manip.cli.plugin_commands import BrokenCommandError, plugin_commands
 
     found = {}
     for name, command in plugin_commands(chosen()).items():
         package = command.package.partition(" ")[0]
         try:
-            with contextlib.redirect_stdout(sys.stderr):  # whatever it prints while it is imported
+            with contextlib.redirect_stdout(sys.stderr):  # what its import prints
                 command.load()
             found[name] = (package, "")
         except BrokenCommandError as error:

@@ -1,4 +1,4 @@
-"""``bt-manip run``: a tree in a cell, watched and reported."""
+"""``bt-manip run``: run a tree in a cell."""
 
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.settings import parse_settings
 
 EXIT_CODES = (
-    "Exit codes: 0 every cycle succeeded, 1 a cycle failed, 2 bad input, 3 a fault inside (a "
+    "Exit codes: 0 every cycle succeeded, 1 a cycle failed, 2 bad input, 3 an internal fault (a "
     "plugin raised, the physics diverged), 130 interrupted."
 )
 
@@ -38,13 +38,13 @@ EXIT_CODES = (
 @click.option(
     "--scene", metavar="S",
     shell_complete=complete_part("scenes"),
-    help="What stands in the cell: a registered name, or path.toml.  [default: the tree's, or "
-    "table_and_basket]",
+    help="Robots and objects in the cell: a registered name, or path.toml.  [default: the "
+    "tree's, or table_and_basket]",
 )  # fmt: skip
 @click.option(
     "--planner", default="rrt_connect", show_default=True, metavar="P",
     shell_complete=complete_part("planners"),
-    help="What finds ways around what is in the arm's way.",
+    help="Planner of collision-free paths.",
 )  # fmt: skip
 @click.option(
     "--set", "settings", multiple=True, metavar="KEY=VALUE", shell_complete=complete_key,
@@ -64,7 +64,7 @@ EXIT_CODES = (
 )
 @click.option(
     "--report", type=click.Path(path_type=Path), metavar="FILE",
-    help="Write what happened as JSON.",
+    help="Write a report as JSON.",
 )  # fmt: skip
 @click.option(
     "--trace", type=click.Path(path_type=Path), metavar="FILE.npz",
@@ -73,18 +73,18 @@ EXIT_CODES = (
 @click.option(
     "--record", "records", multiple=True, metavar="NAME[=FILE]",
     shell_complete=complete_part("recorders"),
-    help="Let a recorder watch (see: bt-manip list recorders); may be given more than once.",
+    help="Add a recorder (see: bt-manip list recorders); may be given more than once.",
 )  # fmt: skip
 @click.option(
     "--snapshot-at", "snapshots", multiple=True, metavar="SECONDS FILE",
     type=(float, click.Path(path_type=Path)),
-    help="Keep the run as it is after this much simulated time; may be given more than once.",
+    help="Write a snapshot after this much simulated time; may be given more than once.",
 )  # fmt: skip
 @click.option(
     "--resume", type=click.Path(path_type=Path), metavar="FILE",
-    help="Go on from a snapshot that a run with the same options has left.",
+    help="Continue from a snapshot of a run with the same options.",
 )  # fmt: skip
-@click.option("--watch", is_flag=True, help="Take up the tree's file whenever it is edited.")
+@click.option("--watch", is_flag=True, help="Reload the tree whenever its file changes.")
 @click.option("--quiet", is_flag=True, help="Print nothing but warnings and errors.")
 @foreign_tree_options
 @click.pass_obj

@@ -30,7 +30,7 @@ FAULT = 3
 
 @dataclass(frozen=True)
 class RunOptions:
-    """What stands behind ``bt-manip run``."""
+    """The options of ``bt-manip run``."""
 
     tree: str
     cycles: int
@@ -54,24 +54,24 @@ class RunOptions:
 
 
 def execute(options: RunOptions, interrupt: Interrupt) -> int:
-    """Run a tree as the options say, and write what they ask for.
+    """Run a tree and write the requested files.
 
     Returns:
         The exit code.
 
     Raises:
-        BtManipError: For bad input; nothing has been simulated or written then.
+        BtManipError: For bad input; nothing is simulated or written then.
     """
     _check_files(options)
     job = _Job(options, interrupt)
-    # Whatever happens and whenever: from here on the way leads through finish().
+    # From here on, finish() is called whatever happens.
     with interrupt.held():
         try:
             code = job.run()
         except KeyboardInterrupt:
             code = INTERRUPTED
         except (Exception, SystemExit) as error:
-            # An interrupt that hits an import can come out of it as something else.
+            # An import can turn the interrupt into another exception.
             if interrupt.requested:
                 code = INTERRUPTED
             elif job.started or not isinstance(error, BtManipError):
@@ -95,7 +95,7 @@ class _Job:
         self.started = False
 
     def run(self) -> int:
-        """Prepare the run and go through it; give the exit code of one that ends by itself."""
+        """Prepare and execute the run; return the exit code of one that was not interrupted."""
         with self._interrupt.raised():
             prepared, observers = self._prepare()
         self.started = True
@@ -104,7 +104,7 @@ class _Job:
         return 0
 
     def _prepare(self) -> tuple[Any, list["RunObserver"]]:
-        """Find everything that is wrong before anything is simulated."""
+        """Return the run and its observers; all bad input is found here."""
         options = self._options
         window = self._can_open_window()
         from rich.console import Console
@@ -134,7 +134,7 @@ class _Job:
             real_time=(float(window) if options.real_time is None else options.real_time) or None,
             reading=options.foreign.reading(),
         )
-        # Only now what takes long to import: what is wrong above is said at once.
+        # Slow imports come last: the errors above are reported at once.
         from bt_manip.cli.run_observers import extra_observers
         from bt_manip.recording import Recorder, Trace
         from bt_manip.runner import prepare
@@ -165,29 +165,29 @@ class _Job:
         return prepared, observers
 
     def _seed(self, resumed: "Mapping[str, Any] | None", default: int) -> int:
-        """Choose the seed: the option's, that of the run that goes on, or the scene's."""
+        """Return the seed: the option's, that of the resumed run, or the scene's."""
         if self._options.seed is not None:
             return self._options.seed
         return default if resumed is None else int(resumed["request"].get("seed", default))
 
     def _tell(self, message: str) -> None:
-        """Say something while the run goes on and a view may hold the terminal."""
+        """Print a line; also during the run, where a view may draw on the terminal."""
         from bt_manip.viewer import print_wrapped
 
         print_wrapped(self._console, message)
 
     def fault(self, error: BaseException) -> int:
-        """Say what is broken, and whose it is."""
+        """Print an exception with the plugin that it came from; return the exit code."""
         owner = self._plugins.blame(error) if self._plugins else None
         by = f"plugin '{owner.name}' {owner.version}".rstrip() + ": " if owner else ""
         text = str(error)
         if not isinstance(error, BtManipError):
-            # A node's exception is wrapped in one that says which node; the first one says why.
+            # The cause is the exception of the node itself, with its traceback.
             traceback.print_exception(error.__cause__ or error)
             if not isinstance(error, NodeError) and not hasattr(error, "culprit"):
                 text = f"{type(error).__name__}: {text}"
         self._error = f"{by}{text}"
-        click.echo(f"Error: the run ended by a fault: {self._error}", err=True)
+        click.echo(f"Error: the run ended with an internal fault: {self._error}", err=True)
         return FAULT
 
     def finish(self, code: int) -> int:
@@ -198,14 +198,14 @@ class _Job:
             code = CYCLE_FAILED
         try:
             with ExitStack() as stack:
-                # In this order from the last to the first, each even when another one fails.
+                # Called from the last to the first, each even if another one fails.
                 if self._recorder is not None:
                     stack.callback(self._print_cycles, report)
                 if self._options.report is not None:
                     stack.callback(report.write, self._options.report)
                 if self._trace is not None:
                     stack.callback(self._trace.close)
-        except OSError as error:  # a disk that is full, a folder that has gone meanwhile
+        except OSError as error:  # a full disk, a deleted folder
             click.echo(f"Error: {error}", err=True)
             return FAULT
         finally:
@@ -262,13 +262,13 @@ class _Job:
                 require_display()
                 return True
             except NoDisplayError as error:
-                print_warning(f"--window: {error}; the run goes on without a window")
+                print_warning(f"--window: {error}; the run has no window")
         os.environ.setdefault("MUJOCO_GL", "disable")
         return False
 
 
 def _check_files(options: RunOptions) -> None:
-    """Make sure that what the user wants written can be."""
+    """Check that all requested files can be written."""
     from bt_manip.recording import check_writable
 
     wanted = [("report", options.report), ("trace", options.trace)]

@@ -1,4 +1,4 @@
-"""Who watches a run beside the report and the view: what plugins bring."""
+"""Observers of a run from plugins and options."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -11,14 +11,14 @@ from bt_manip.runner import RunObserver, Stopwatch
 
 
 def extra_observers(plugins: Plugins, records: Iterable[str]) -> list[RunObserver]:
-    """Make the requested recorders, the plugins' observers and the stopwatch of controllers.
+    """Return the requested recorders, the plugins' observers and the stopwatch of controllers.
 
     Args:
         plugins: All plugins.
-        records: What stands behind each ``--record``.
+        records: The values of ``--record``.
 
     Raises:
-        BtManipError: When there is no such recorder, or it cannot write its file.
+        BtManipError: If there is no such recorder, or it cannot write its file.
     """
     observers = [_recorder(plugins, text) for text in records]
     observers += plugin_observers(plugins, print_warning)
@@ -47,5 +47,5 @@ def _recorder(plugins: Plugins, text: str) -> RunObserver:
 
 
 def _owner(plugins: Plugins, name: str) -> Plugin | None:
-    """Give the plugin of a name, and None for the built-in one."""
+    """Return the plugin of a name; None for the built-in one."""
     return None if name == BUILTIN else plugins.find(name)

@@ -1,4 +1,4 @@
-"""Snapshots of a run from the command line: kept at a time, gone on from later."""
+"""Writing snapshots of a run and resuming from them."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -18,29 +18,29 @@ from bt_manip.runner import (
 
 
 class SnapshotTaker(RunObserver):
-    """Keeps the moment after the first tick that ends at a time or later.
+    """Writes a snapshot after the first tick that ends at a time or later.
 
-    It stands behind the recorder, whose state of that tick goes into the file, too.
+    It is called after the recorder, whose state of that tick is part of the snapshot.
     """
 
     def __init__(self, at: float, path: Path, recorder: Recorder) -> None:
-        """Wait for a time.
+        """Set the time.
 
         Args:
             at: Simulated time of the cell [s].
             path: The file.
-            recorder: What gathers the run's report.
+            recorder: The recorder of the run's report.
         """
         self._at, self._path, self._recorder = at, path, recorder
         self._taken = False
 
     def run_started(self, run: Run) -> None:
-        """Note what is taken."""
+        """Keep the run."""
         self._run = run
         self._taken = False
 
     def after_tick(self) -> None:
-        """Take the snapshot when it is time."""
+        """Write the snapshot at its time."""
         cell = self._run.station.cell
         if self._taken or cell.time < self._at - 0.5 * cell.dt:
             return
@@ -55,7 +55,7 @@ class SnapshotTaker(RunObserver):
         )
 
     def run_ended(self) -> None:
-        """Say when there is none."""
+        """Print a warning if the run ended before."""
         if not self._taken:
             end = self._run.station.cell.time
             print_warning(
@@ -65,15 +65,15 @@ class SnapshotTaker(RunObserver):
 
 
 def takers(wanted: Sequence[tuple[float, Path]], recorder: Recorder) -> list[SnapshotTaker]:
-    """Make what takes each of some snapshots."""
+    """Return an observer for each snapshot."""
     return [SnapshotTaker(at, path, recorder) for at, path in wanted]
 
 
 def load_run(path: Path) -> dict[str, Any]:
-    """Read the snapshot of a run.
+    """Return the snapshot of a run.
 
     Raises:
-        BtManipError: When the file cannot be read, or is no snapshot of a run.
+        BtManipError: If the file cannot be read, or is not a snapshot of a run.
     """
     snapshot = load_snapshot(path)
     if not isinstance(snapshot, Mapping) or not {"request", "run", "recorder"} <= snapshot.keys():
@@ -82,16 +82,16 @@ def load_run(path: Path) -> dict[str, Any]:
 
 
 def go_on(path: Path, snapshot: Mapping[str, Any], run: Run, recorder: Recorder) -> None:
-    """Let a run go on from a snapshot.
+    """Restore a run from a snapshot.
 
     Args:
-        path: The snapshot's file, for messages.
-        snapshot: What is in it.
+        path: The file of the snapshot, for messages.
+        snapshot: Its content.
         run: The run, prepared by a request like that of the snapshot.
-        recorder: What gathers its report.
+        recorder: The recorder of its report.
 
     Raises:
-        BtManipError: When the request is another one, or the snapshot does not fit.
+        BtManipError: If the request differs, or the snapshot does not fit.
     """
     for key, now in _asked(run.request).items():
         then = snapshot["request"].get(key)
@@ -105,7 +105,7 @@ def go_on(path: Path, snapshot: Mapping[str, Any], run: Run, recorder: Recorder)
 
 
 def _asked(request: RunRequest) -> dict[str, Any]:
-    """Give what a run that goes on has to have in common with the one that was left."""
+    """Return the options that a resumed run must share with the interrupted one."""
     asked: dict[str, Any] = {
         "robot": request.robot,
         "controller": request.controller,
@@ -114,6 +114,6 @@ def _asked(request: RunRequest) -> dict[str, Any]:
         "tick": request.tick,
         "settings": dict(request.settings),
     }
-    if not is_scene_file(request.scene):  # whose path may be another one by then
+    if not is_scene_file(request.scene):  # the path of a file may have changed
         asked["scene"] = request.scene
     return asked

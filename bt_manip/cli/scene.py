@@ -1,4 +1,4 @@
-"""``bt-manip scene``: check and explain what stands in a cell."""
+"""``bt-manip scene``: check and show scenes."""
 
 import os
 from collections.abc import Iterator
@@ -20,13 +20,13 @@ BAD_INPUT = 2
 _robot = click.option(
     "--robot", default="panda", show_default=True, metavar="R",
     shell_complete=complete_part("robots"),
-    help="Robot of scenes that leave it open: a registered name, or path.toml.",
+    help="Robot of scenes that do not name one: a registered name, or path.toml.",
 )  # fmt: skip
 
 
 @click.group()
 def scene() -> None:
-    """Check and explain scenes: what stands in a cell before a tree begins."""
+    """Check and show scenes: the robots and objects that a run starts with."""
     os.environ.setdefault("MUJOCO_GL", "disable")
 
 
@@ -36,10 +36,10 @@ def scene() -> None:
 )
 @_robot
 def check(files: tuple[str, ...], robot: str) -> int:
-    """Print all that is wrong with scenes, each finding with file, line and key.
+    """Print all errors of scenes, each with file, line and key.
 
-    SCENE is path.toml or a registered name. What is right so far is put together, too: that finds
-    what would stand inside something else. Exits with 2 if there are errors.
+    SCENE is path.toml or a registered name. Valid scenes are also built, which finds objects that
+    overlap. Exits with 2 if there are errors.
     """
     parts = load_chosen_plugins().parts
     errors = 0
@@ -68,7 +68,7 @@ def _problems(text: str, parts: "Parts", robot: str) -> tuple[str, ...]:
 @click.argument("name", metavar="SCENE", shell_complete=complete_part("scenes"))
 @_robot
 def show(name: str, robot: str) -> None:
-    """Tell what stands where in a scene, and what varies from cycle to cycle.
+    """Print the robots and objects of a scene with their poses, and what varies between cycles.
 
     SCENE is path.toml or a registered name.
     """
@@ -80,10 +80,10 @@ def show(name: str, robot: str) -> None:
 def _built(
     text: str, parts: "Parts", robot: str, *, drawn: bool = False
 ) -> tuple["Scene", "Station"]:
-    """Find a scene and put it together, as it is before or after what varies has been drawn.
+    """Return a scene and its station, before or after the randomization of the first cycle.
 
     Raises:
-        BtManipError: When something is wrong with it.
+        BtManipError: If the scene is invalid.
     """
     from bt_manip.runner import build_station, find_scene, naming_file, seed_of
 
@@ -140,7 +140,7 @@ def _place(cell: "Cell", name: str) -> str:
 
 
 def _varied(found: "Scene", station: "Station") -> Iterator[str]:
-    """Say what varies, with the values of the first cycle where there is one yet."""
+    """Yield what varies, with the values of the first cycle if they are known."""
     from bt_manip.runner import naming_file
 
     with naming_file(found):

@@ -23,7 +23,7 @@ _dialect = click.option(
     type=click.Choice(["auto", "btcpp", "moveit-pro"]),
     default="auto",
     show_default=True,
-    help="How the document is written.",
+    help="Dialect of the document.",
 )
 _output = click.option(
     "-o",
@@ -45,11 +45,11 @@ def tree() -> None:
 )
 @_dialect
 @foreign_tree_options
-@click.option("--engine", is_flag=True, help="Find only what BehaviorTree.CPP rejects itself.")
+@click.option("--engine", is_flag=True, help="Report only what BehaviorTree.CPP rejects.")
 def check(files: tuple[str, ...], dialect: str, foreign: ForeignTrees, engine: bool) -> int:
-    """Print all that is wrong with trees, each finding with file, line and column.
+    """Print all errors and warnings of trees, each with file, line and column.
 
-    Exits with 2 if there are errors; warnings alone are no reason.
+    Exits with 2 if there are errors.
     """
     parts, registry = _registered()
     errors = warnings = 0
@@ -78,10 +78,10 @@ def check(files: tuple[str, ...], dialect: str, foreign: ForeignTrees, engine: b
     type=click.Choice(["text", "dot", "svg"]),
     default="text",
     show_default=True,
-    help="What to draw.",
+    help="Output format.",
 )
-@click.option("--ports/--no-ports", default=True, help="Write the ports of each node.")
-@click.option("--docs/--no-docs", default=False, help="Write what each leaf does.")
+@click.option("--ports/--no-ports", default=True, help="Include the ports of each node.")
+@click.option("--docs/--no-docs", default=False, help="Include the documentation of each leaf.")
 @_dialect
 @foreign_tree_options
 @_output
@@ -94,7 +94,7 @@ def show(
     foreign: ForeignTrees,
     output: Path | None,
 ) -> None:
-    """Draw a tree, with the ports and the documentation of its nodes."""
+    """Print a tree, with the ports and the documentation of its nodes."""
     from bt_manip.bt import draw_dot, draw_svg, draw_text
 
     parts, registry = _registered()
@@ -108,10 +108,12 @@ def show(
 @click.argument(
     "files", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path)
 )
-@click.option("--check", "only_check", is_flag=True, help="Only tell which files would change.")
+@click.option(
+    "--check", "only_check", is_flag=True, help="Print which files would change, and change none."
+)
 @foreign_tree_options
 def format_(files: tuple[Path, ...], only_check: bool, foreign: ForeignTrees) -> int:
-    """Rewrite documents in one clean form; comments, order and unknown attributes stay.
+    """Rewrite documents in canonical form; comments, order and unknown attributes are kept.
 
     Nodes need not be known, whether they are declared or not.
 
@@ -138,7 +140,7 @@ def format_(files: tuple[Path, ...], only_check: bool, foreign: ForeignTrees) ->
     "--to",
     "form",
     type=click.Choice(["xml", "python"]),
-    help="What to write; by default the other one.",
+    help="Output language.  [default: the other one]",
 )
 @click.option("--model", is_flag=True, help="Add the models of all behaviours, for Groot2.")
 @_dialect
@@ -152,14 +154,14 @@ def convert(
     foreign: ForeignTrees,
     output: Path | None,
 ) -> None:
-    """Turn a document into Python, or a tree made in Python into a document."""
+    """Convert an XML document to Python, or a Python tree to XML."""
     from bt_manip.bt import to_python, tree_to_xml
 
     parts, registry = _registered()
     source = _find(name, parts)
     if source.kind == "python":
         if form == "python":
-            raise BtManipError(f"'{name}' is Python already")
+            raise BtManipError(f"'{name}' is already Python")
         written = _made(source)
         root = getattr(written, "root", written)  # without the tree's name in Python
         _write(tree_to_xml(root, registry, model=model), output)

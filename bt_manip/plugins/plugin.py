@@ -77,7 +77,7 @@ class Plugin:
     @property
     def way_out(self) -> str:
         """Hint at the option that blocks it."""
-        return f" (to do without it: --block {self.name})"
+        return f" (to block it: --block {self.name})"
 
 
 @dataclass(frozen=True)

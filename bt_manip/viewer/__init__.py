@@ -1,4 +1,4 @@
-"""Watching a run: in the terminal, or in MuJoCo's own window.
+"""Views of a run: in the terminal, or in a window.
 
 Each name is imported when it is first used: a window needs OpenGL, the terminal does not.
 """

@@ -1,4 +1,4 @@
-"""Whether there is a display; asked before mujoco is imported, which decides by it how to draw."""
+"""Check for a display, before mujoco is imported: MUJOCO_GL is read at its import."""
 
 import os
 import sys
@@ -12,17 +12,17 @@ class NoDisplayError(BtManipError):
 
 
 def require_display() -> None:
-    """Try to reach the display here: MuJoCo's viewer would wait for a missing one without end.
+    """Connect to the display: without one, MuJoCo's viewer would wait forever.
 
     Raises:
-        NoDisplayError: When there is none.
+        NoDisplayError: If there is none.
     """
     display = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     if sys.platform.startswith("linux") and not display:
         raise NoDisplayError("there is no display: neither DISPLAY nor WAYLAND_DISPLAY is set")
     import glfw
 
-    with warnings.catch_warnings():  # glfw warns; the error says it better
+    with warnings.catch_warnings():  # the error replaces the warning of glfw
         warnings.simplefilter("ignore")
         reached = glfw.init()
     if not reached:

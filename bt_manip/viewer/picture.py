@@ -1,4 +1,4 @@
-"""Pictures of a cell, drawn without a window."""
+"""Offscreen rendering of a cell."""
 
 import os
 
@@ -10,13 +10,13 @@ from bt_manip.exceptions import BtManipError, did_you_mean
 
 
 class NoOpenGLError(BtManipError):
-    """There is no OpenGL to draw with."""
+    """No OpenGL backend works."""
 
 
 def render(
     cell: Cell, camera: str = "overview", *, width: int = 1280, height: int = 800
 ) -> np.ndarray:
-    """Draw what a camera of the cell sees; the cell itself does not change.
+    """Return an image of a camera of the cell; the cell does not change.
 
     Args:
         cell: The cell.
@@ -28,8 +28,8 @@ def render(
         Red, green and blue from 0 to 255, the top row first.  # (height, width, 3)
 
     Raises:
-        BtManipError: When there is no such camera, or the size cannot be drawn.
-        NoOpenGLError: When there is nothing to draw with.
+        BtManipError: If there is no such camera, or the size is too large.
+        NoOpenGLError: If no OpenGL backend works.
     """
     model = cell.model
     cameras = [model.camera(i).name for i in range(model.ncam)]
@@ -40,7 +40,7 @@ def render(
         raise BtManipError(
             f"a picture of this cell has up to {most[0]} x {most[1]} pixels, got {width} x {height}"
         )
-    # After a step, bodies are still where the step began: bring them up to date in a copy.
+    # After a step, poses of bodies are those of its start: update them in a copy.
     data = mujoco.MjData(model)
     mujoco.mj_copyData(data, model, cell.data)
     mujoco.mj_forward(model, data)

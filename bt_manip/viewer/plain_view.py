@@ -1,4 +1,4 @@
-"""The view of a run where the output is no terminal: a line when something has happened."""
+"""The view of a run without a terminal: a line per event."""
 
 from typing import Any
 
@@ -9,21 +9,21 @@ from bt_manip.viewer.wrapping import print_wrapped
 
 
 class PlainView(RunObserver):
-    """Prints a line for each cycle, and for each phase when there is only one cycle."""
+    """Prints a line for each cycle, and for each leaf that ends if there is only one cycle."""
 
     def __init__(self, console: Console, *, cycles: int) -> None:
-        """Get ready to print.
+        """Set where to print.
 
         Args:
             console: Where to.
-            cycles: How many cycles there will be; 0 for no end.
+            cycles: Number of cycles; 0 is unlimited.
         """
         self._console = console
         self._cycles = cycles
         self._cycle = 0
 
     def run_started(self, run: Any) -> None:
-        """Watch the tree's leaves, when each of them gets a line."""
+        """Observe the tree's leaves if each of them gets a line."""
         self._run = run
         self._cell = run.station.cell
         self._start = self._cell.time
@@ -31,18 +31,18 @@ class PlainView(RunObserver):
             run.tree.observers.append(self._node_changed)
 
     def cycle_started(self, cycle: int) -> None:
-        """Note when it began."""
+        """Keep its number and start time."""
         self._cycle = cycle
         self._start = self._cell.time
 
     def cycle_ended(self, status: str, reason: str) -> None:
-        """Print how it went."""
+        """Print its status and duration."""
         total = f"/{self._cycles}" if self._cycles else ""
         line = f"cycle {self._cycle + 1}{total}: {status} after {self._elapsed:.2f} s"
         print_wrapped(self._console, f"{line}: {reason}" if reason else line)
 
     def run_ended(self) -> None:
-        """Let go of the tree."""
+        """Stop observing the tree."""
         if self._node_changed in self._run.tree.observers:
             self._run.tree.observers.remove(self._node_changed)
 

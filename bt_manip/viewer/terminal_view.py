@@ -23,20 +23,20 @@ class TerminalView(RunObserver):
     """
 
     def __init__(self, console: Console, *, cycles: int) -> None:
-        """Get ready to draw.
+        """Set where to draw.
 
         Args:
             console: A terminal.
-            cycles: How many cycles there will be; 0 for no end.
+            cycles: Number of cycles; 0 is unlimited.
         """
         self._console = console
         self._cycles = cycles
-        self._statuses: dict[Any, str] = {}  # what each node came to in this cycle
+        self._statuses: dict[Any, str] = {}  # last status of each node in this cycle
         self._live: Live | None = None
         self._ascii = not str(console.encoding).lower().startswith("utf")
 
     def run_started(self, run: Any) -> None:
-        """Take the terminal, and watch the tree's nodes."""
+        """Start drawing, and observe the tree's nodes."""
         self._run = run
         run.tree.observers.append(self._node_changed)
         self._cycle = 0
@@ -50,26 +50,26 @@ class TerminalView(RunObserver):
         self._live.start()
 
     def cycle_started(self, cycle: int) -> None:
-        """Count, and forget how the nodes of the last cycle ended."""
+        """Clear the statuses of the last cycle."""
         self._cycle = cycle
         self._statuses.clear()
 
     def after_tick(self) -> None:
-        """Draw, when it is time to."""
+        """Draw if the last picture is old enough."""
         now = time.perf_counter()
         if self._live is not None and now >= self._next:
             self._live.update(self._picture(now), refresh=True)
             self._next = time.perf_counter() + REDRAW
 
     def cycle_ended(self, status: str, reason: str) -> None:
-        """Count, and leave the reason of a failure on the screen."""
+        """Count, and print the reason of a failure above the live view."""
         self._ended[status] = self._ended.get(status, 0) + 1
         if status != "SUCCESS" and self._live is not None:
             line = f"cycle {self._cycle + 1} failed: {reason}"
             print_wrapped(self._console, line, style="red")
 
     def run_ended(self) -> None:
-        """Give the terminal back as it was."""
+        """Stop drawing and restore the terminal."""
         if self._node_changed in self._run.tree.observers:
             self._run.tree.observers.remove(self._node_changed)
         live, self._live = self._live, None
@@ -77,8 +77,8 @@ class TerminalView(RunObserver):
             live.stop()
 
     def _node_changed(self, node: Any, old: Any, new: Any) -> None:
-        """Keep what a node came to: a parent resets its children as soon as it has ended."""
-        behaviour = getattr(node, "behaviour", node)  # what stands in for a stock behaviour
+        """Keep the final status of a node: a parent resets its children as soon as it ends."""
+        behaviour = getattr(node, "behaviour", node)  # of a wrapped stock behaviour
         if new.name != "IDLE" or old.name == "RUNNING":
             self._statuses[behaviour] = new.name
 
@@ -110,7 +110,7 @@ class TerminalView(RunObserver):
 
 
 def _around_running(lines: list[Text], room: int) -> list[Text]:
-    """Choose the lines around the last one that runs; the root's line always stays."""
+    """Return the root's line and those around the last running one."""
     running = [i for i, line in enumerate(lines) if line.plain.lstrip()[:1] in ("▶", ">")]
     middle = running[-1] if running else 0
     first = min(max(1, middle - room // 2), len(lines) - room + 1)

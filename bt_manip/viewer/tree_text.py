@@ -15,16 +15,16 @@ MARKS = {
 """Mark and style of each status."""
 
 PLAIN_MARKS = {"▶": ">", "✓": "+", "✗": "x", "·": "."}
-"""Marks for a terminal that knows no more than ASCII."""
+"""Marks for ASCII terminals."""
 
 
 def tree_lines(root: Any, status_of: Any, *, ascii_only: bool = False) -> Iterator[Text]:
-    """Give a line for each node, children under their parents.
+    """Yield a line for each node, children below their parents.
 
     Args:
         root: The root behaviour.
-        status_of: Gives the name of a node's status.
-        ascii_only: Whether to do without marks outside ASCII.
+        status_of: Returns the name of a node's status.
+        ascii_only: Whether to use ASCII marks only.
     """
     # A stack instead of recursion: a tree may be deeper than Python's stack.
     stack = [(root, 0)]
@@ -48,7 +48,7 @@ def tree_lines(root: Any, status_of: Any, *, ascii_only: bool = False) -> Iterat
 
 
 def running_leaves(root: Any, status_of: Any) -> list[Any]:
-    """Give the leaves that are running, in the order of the tree."""
+    """Return the running leaves, in the order of the tree."""
     found = []
     stack = [root]
     while stack:

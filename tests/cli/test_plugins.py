@@ -85,7 +85,7 @@ def test_a_command_that_does_not_import_is_3_and_says_whose_it_is(bt_manip, site
 def test_what_is_no_command_is_3(bt_manip, site):
     site("bt-manip-odd", "greet = 3", "[bt_manip.commands]\ngreet = bt_manip_odd:greet\n")
     code, _, err = bt_manip("greet")
-    assert code == 3 and "is no click command" in err
+    assert code == 3 and "is not a click command" in err
 
 
 def test_a_command_that_raises_is_3_and_says_whose_it_is(bt_manip, site):
