@@ -22,8 +22,7 @@ from .objects.cell_object import as_object
 from .physics.arena_model import ArenaModel, InitialOverrides
 from .physics.attachment import Attachment, Factory
 from .physics.compiled_physics import CompiledPhysics
-from .physics.model_properties import ENTITY
-from .physics.overrides import kind_of, nominal_value
+from .physics.overrides import nominal_value
 from .physics.placement_search import FREE_OVERLAP
 from .physics.state import integration_state
 from .region import Region
@@ -269,7 +268,6 @@ class Cell:
             CellError: If there is no such element or property, or a value is impossible; nothing
                 is changed then.
         """
-        self._check_entity(element)
         self._model.overrides.put(element, values, self._physics.nominal)
         self._physics.apply_overrides(self._model.overrides)
 
@@ -284,7 +282,6 @@ class Cell:
         Raises:
             CellError: If there is no such element or property.
         """
-        self._check_entity(element)
         return nominal_value(self._physics.nominal, element, name)
 
     @property
@@ -479,12 +476,6 @@ class Cell:
             raise CellError(f"a name cannot contain '/', got '{label}'")
         free = bool(as_object(entity).free) if free is None else free
         return label, Attachment.at(entity, T_we, free)
-
-    def _check_entity(self, element: str) -> None:
-        """Raise an error with the nearest names if an element is an entity that is not here."""
-        kind, name = kind_of(element)
-        if kind == ENTITY:
-            self.find(name)
 
     @property
     def _physics(self) -> CompiledPhysics:

@@ -1,6 +1,7 @@
 """The loop of a run: ticks of the tree, control steps of the cell, calls of the observers."""
 
 import contextlib
+import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -9,7 +10,6 @@ from typing import Any
 from bt_manip.bt import NodeStatus, Tree
 
 from .observer import RunObserver
-from .pacing import Pacing
 from .request import RunRequest
 from .station import Station
 
@@ -174,3 +174,31 @@ def _overridden(name: str, observers: Sequence[RunObserver]) -> tuple[Callable[[
     """Return the overridden methods of this name."""
     idle = getattr(RunObserver, name)
     return tuple(getattr(o, name) for o in observers if getattr(type(o), name) is not idle)
+
+
+class Pacing:
+    """Slows simulated time down to wall time; the simulation itself stays the same."""
+
+    def __init__(self, factor: float | None) -> None:
+        """Set the real-time factor.
+
+        Args:
+            factor: Simulated seconds per second of wall time; None runs as fast as possible.
+        """
+        self._factor = factor
+        self._wall = self._simulated = 0.0
+
+    def start(self, simulated: float) -> None:
+        """Start at a simulated time [s]."""
+        self._wall, self._simulated = time.perf_counter(), simulated
+
+    def wait(self, simulated: float) -> None:
+        """Sleep until wall time reaches a simulated time [s]."""
+        if self._factor is None:
+            return
+        due = self._wall + (simulated - self._simulated) / self._factor
+        ahead = due - time.perf_counter()
+        if ahead > 0.0:
+            time.sleep(ahead)
+        elif ahead < -1.0:  # more than a second late: do not catch up
+            self.start(simulated)

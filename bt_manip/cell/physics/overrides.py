@@ -9,6 +9,7 @@ import numpy as np
 from bt_manip.exceptions import did_you_mean
 
 from ..exceptions import CellError
+from ..naming import entity_of
 from .model_properties import CAMERA, ENTITY, LIGHT, PROPERTIES, ModelProperty, find_property
 
 Values = Mapping[str, Any]
@@ -114,20 +115,16 @@ def nominal_value(model: mujoco.MjModel, element: str, name: str) -> Any:
     return find_property(kind, name).read(model, ids)
 
 
-def kind_of(element: str) -> tuple[str, str]:
-    """Split an element into its kind (entity, light or camera) and its name."""
-    kind, colon, name = element.partition(":")
-    return (kind, name) if colon and kind in _OBJECT else (ENTITY, element)
-
-
 def _find(model: mujoco.MjModel, element: str) -> tuple[str, np.ndarray]:
     """Return an element's kind, and the ids of its bodies, of the light or of the camera."""
-    kind, name = kind_of(element)
-    if kind == ENTITY:
-        bodies = [i for i in range(1, model.nbody) if model.body(i).name.partition("/")[0] == name]
-        if not bodies:
-            raise CellError(f"there is no '{name}' in the cell that could be overridden")
-        return kind, np.array(bodies)
+    kind, colon, name = element.partition(":")
+    if not colon or kind not in _OBJECT:
+        owners = [entity_of(model.body(i).name) for i in range(model.nbody)]
+        bodies = np.flatnonzero([owner == element for owner in owners[1:]]) + 1
+        if not len(bodies):
+            near = did_you_mean(element, dict.fromkeys(owners[1:]))
+            raise CellError(f"there is no '{element}' in the cell{near}")
+        return ENTITY, bodies
     count = model.nlight if kind == LIGHT else model.ncam
     names = [mujoco.mj_id2name(model, _OBJECT[kind], i) or "" for i in range(count)]
     # A camera entity's camera is found by the entity's name.
