@@ -232,8 +232,7 @@ def _read(
         if strict:
             check_unused(document, main, builder.built, problems)
             if tree is not None and not problems.errors:
-                model = document.models.get(main)
-                given = () if model is None else model.ports
+                given = document.models.get(main, {})
                 check_keys(tree.nodes, builder.places, problems, given)
         built = builder.built
         stubbed = builder.stubbed

@@ -4,6 +4,7 @@ import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import partial
 from typing import Any, Final
 
 from bt_manip.bt import literals
@@ -93,17 +94,10 @@ ANY: Final = PortType("BT::Any", object, parse=_no_conversion, strong=False)
 STRING: Final = PortType("std::string", str, "string", str, str)
 INT: Final = PortType("int", int, "integer", literals.parse_integer, str)
 INT64: Final = PortType(
-    "int64_t", int, "integer", lambda text: literals.parse_integer(text, 64), str, 64
+    "int64_t", int, "integer", partial(literals.parse_integer, bits=64), str, bits=64
 )
-UNSIGNED: Final = PortType(
-    "unsigned int",
-    int,
-    "integer",
-    lambda text: literals.parse_integer(text, 32, signed=False),
-    str,
-    32,
-    False,
-)
+_parse_unsigned = partial(literals.parse_integer, signed=False)
+UNSIGNED: Final = PortType("unsigned int", int, "integer", _parse_unsigned, str, signed=False)
 BOOL: Final = PortType("bool", bool, "integer", literals.parse_boolean, _format_boolean, 1, False)
 DOUBLE: Final = PortType("double", float, "real", literals.parse_real, literals.format_real)
 STATUS: Final = PortType(

@@ -2,9 +2,39 @@
 
 from collections.abc import Iterable, Mapping
 from enum import Enum
-from typing import Any
+from typing import Any, Final
 
-from bt_manip.bt.nodes import actions, controls, decorators
+from bt_manip.bt.nodes.actions.blackboard import SetBlackboard, UnsetBlackboard, WasEntryUpdated
+from bt_manip.bt.nodes.actions.constant import AlwaysFailure, AlwaysSuccess
+from bt_manip.bt.nodes.actions.script import Script, ScriptCondition
+from bt_manip.bt.nodes.actions.sleep import Sleep
+from bt_manip.bt.nodes.controls.branching import IfThenElse, WhileDoElse
+from bt_manip.bt.nodes.controls.parallel import Parallel, ParallelAll
+from bt_manip.bt.nodes.controls.reactive import ReactiveFallback, ReactiveSequence
+from bt_manip.bt.nodes.controls.sequence import (
+    AsyncFallback,
+    AsyncSequence,
+    Fallback,
+    Sequence,
+    SequenceWithMemory,
+)
+from bt_manip.bt.nodes.controls.switch import Switch2, Switch3, Switch4, Switch5, Switch6
+from bt_manip.bt.nodes.controls.try_catch import TryCatch
+from bt_manip.bt.nodes.decorators.conditional import (
+    Precondition,
+    RunOnce,
+    SkipUnlessUpdated,
+    WaitValueUpdate,
+)
+from bt_manip.bt.nodes.decorators.forcing import (
+    ForceFailure,
+    ForceSuccess,
+    Inverter,
+    KeepRunningUntilFailure,
+)
+from bt_manip.bt.nodes.decorators.loop import LoopBool, LoopDouble, LoopInt, LoopString
+from bt_manip.bt.nodes.decorators.repeat import Repeat, RetryUntilSuccessful
+from bt_manip.bt.nodes.decorators.timing import Delay, Timeout
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.exceptions import TreeError, UnknownBehaviourError, did_you_mean
@@ -12,16 +42,15 @@ from bt_manip.exceptions import TreeError, UnknownBehaviourError, did_you_mean
 FORBIDDEN = frozenset(" \t\n\r<>&\"'/\\:*?|.")
 """Characters that no name of a behaviour, tree or port has."""
 
-
-def built_in_nodes() -> dict[str, type[Node]]:
-    """Give the nodes of the language by name: they come with every registry."""
-    found = {
-        name: value
-        for module in (controls, decorators, actions)
-        for name, value in vars(module).items()
-        if isinstance(value, type) and issubclass(value, Node)
-    }
-    return {name: found[name] for name in sorted(found)} | {"SubTree": SubTree}
+BUILT_IN: Final[tuple[type[Node], ...]] = (
+    AlwaysFailure, AlwaysSuccess, AsyncFallback, AsyncSequence, Delay, Fallback, ForceFailure,
+    ForceSuccess, IfThenElse, Inverter, KeepRunningUntilFailure, LoopBool, LoopDouble, LoopInt,
+    LoopString, Parallel, ParallelAll, Precondition, ReactiveFallback, ReactiveSequence, Repeat,
+    RetryUntilSuccessful, RunOnce, Script, ScriptCondition, Sequence, SequenceWithMemory,
+    SetBlackboard, SkipUnlessUpdated, Sleep, SubTree, Switch2, Switch3, Switch4, Switch5, Switch6,
+    Timeout, TryCatch, UnsetBlackboard, WaitValueUpdate, WasEntryUpdated, WhileDoElse,
+)  # fmt: skip
+"""The nodes of the language, which every registry has."""
 
 
 class BehaviourRegistry:
@@ -36,7 +65,7 @@ class BehaviourRegistry:
         Args:
             behaviours: Classes to register under their own names.
         """
-        self._classes = built_in_nodes()
+        self._classes = {cls.registration: cls for cls in BUILT_IN}
         self._built_in = frozenset(self._classes)
         self._enums: dict[str, int] = {}
         for behaviour in behaviours:

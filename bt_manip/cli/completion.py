@@ -80,8 +80,7 @@ def _keys(tree: str, plugins: "Plugins") -> Iterable[str]:
     found = read_tree(source.path, known_behaviours(plugins.parts)).tree
     if found is None or found.document is None:
         return ()
-    model = found.document.models.get(found.tree_id)
-    return () if model is None else model.ports
+    return found.document.models.get(found.tree_id, ())
 
 
 def _arguments(path: Path, function: str) -> list[str]:

@@ -106,8 +106,7 @@ def set_keys(
         BtManipError: When a setting does not fit.
     """
     assert tree.document is not None
-    model = tree.document.models.get(tree.tree_id)
-    keys = {} if model is None else model.ports
+    keys = tree.document.models.get(tree.tree_id, {})
     for key in settings:
         if key not in keys:
             raise BtManipError(

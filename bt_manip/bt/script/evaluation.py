@@ -1,15 +1,17 @@
-"""The values of the scripting language, and what a script sees.
+"""The values, operators and assignments of the scripting language.
 
 A value travels with its type, as ``(value, type)``: arithmetic gives doubles, while a literal or a
 variable keeps its type until it is calculated with.
 """
 
+import math
+import operator
 from collections.abc import Callable, Mapping
 from typing import Any, Final, NamedTuple
 
-from bt_manip.bt.blackboard import EMPTY, Blackboard
-from bt_manip.bt.port_types import BOOL, DOUBLE, STRING, PortType, cast
-from bt_manip.exceptions import ScriptError
+from bt_manip.bt.blackboard import EMPTY, Blackboard, Entry
+from bt_manip.bt.port_types import BOOL, DOUBLE, INT64, STRING, UNTYPED, PortType, cast
+from bt_manip.exceptions import BlackboardError, ScriptError
 
 Value = tuple[Any, PortType]
 """A value and its type."""
@@ -103,3 +105,241 @@ class Name:
         if entry is None:
             raise ScriptError(f"variable not found: {key}")
         return entry.value, entry.type
+
+
+def constant(value: Any, type: PortType) -> Expression:
+    """Compile a literal."""
+    pair = (value, type)
+    return lambda env: pair
+
+
+def unary(symbol: str, operand: Expression) -> Expression:
+    """Compile ``-x``, ``~x`` or ``!x``."""
+
+    def evaluate(env: Environment) -> Value:
+        value = operand(env)
+        if value[0] is EMPTY or value[1].family not in NUMBERS:
+            raise ScriptError(f"operator [{symbol}] needs a number, found {value[0]!r}")
+        number = as_double(value)
+        if symbol == "-":
+            return -number, DOUBLE
+        if symbol == "!":
+            return float(number == 0), DOUBLE
+        if not abs(number) <= 2.0**63:
+            raise ScriptError(f"{number} is out of range for operator [~]")
+        return float(~min(int(number), (1 << 63) - 1)), DOUBLE
+
+    return evaluate
+
+
+def chain(first: Expression, rest: list[tuple[str, Expression]]) -> Expression:
+    """Compile operators of one strength, from the left: ``a + b - c``."""
+    if len(rest) == 1:
+        symbol, second = rest[0]
+        return lambda env: binary(symbol, first(env), second(env))
+
+    def evaluate(env: Environment) -> Value:
+        value = first(env)
+        for symbol, operand in rest:
+            value = binary(symbol, value, operand(env))
+        return value
+
+    return evaluate
+
+
+def binary(symbol: str, left: Value, right: Value) -> Value:
+    """Apply an operator to two values.
+
+    Raises:
+        ScriptError: If the operator does not take them.
+    """
+    _check_written(symbol, left, right)
+    left_family, right_family = left[1].family, right[1].family
+    if left_family in NUMBERS and right_family in NUMBERS:
+        return calculate(symbol, left, right)
+    if symbol == "+" and left_family == right_family == "string":
+        return left[0] + right[0], STRING
+    if symbol == ".." and "string" in (left_family, right_family):
+        known = ("string", *NUMBERS)
+        if left_family in known and right_family in known:
+            return as_text(left) + as_text(right), STRING
+    raise ScriptError(f"operator [{symbol}] does not take {left[0]!r} and {right[0]!r}")
+
+
+def calculate(symbol: str, left: Value, right: Value) -> Value:
+    """Apply an operator to two numbers.
+
+    Raises:
+        ScriptError: If the operator does not take them.
+    """
+    a, b = as_double(left), as_double(right)
+    if symbol == "+":
+        return a + b, DOUBLE
+    if symbol == "-":
+        return a - b, DOUBLE
+    if symbol == "*":
+        return a * b, DOUBLE
+    if symbol == "/":
+        return divide(a, b), DOUBLE
+    if symbol == "..":
+        return EMPTY, NOTHING
+    if symbol in ("&&", "||"):
+        one, other = is_true(left), is_true(right)
+        return float(one and other if symbol == "&&" else one or other), DOUBLE
+    try:
+        i, j = cast(left[0], left[1], INT64), cast(right[0], right[1], INT64)
+    except ValueError:
+        raise ScriptError(f"operator [{symbol}] needs integers, found {a} and {b}") from None
+    bits = {"&": operator.and_, "|": operator.or_, "^": operator.xor}[symbol]
+    return float(bits(i, j)), DOUBLE
+
+
+def divide(a: float, b: float) -> float:
+    """Divide as floating point does: by zero, the result is infinite or no number."""
+    if b != 0:
+        return a / b
+    if a == 0 or math.isnan(a):
+        return math.nan
+    return math.copysign(math.inf, a) * math.copysign(1.0, b)
+
+
+def as_text(value: Value) -> str:
+    """Give a value as the text that ``..`` joins.
+
+    Raises:
+        ValueError: If it has none.
+    """
+    return str(cast(value[0], value[1], STRING))
+
+
+def comparison(first: Expression, rest: list[tuple[str, Expression]]) -> Expression:
+    """Compile comparisons, chained ones too: ``1 < x <= 5``."""
+
+    def evaluate(env: Environment) -> Value:
+        left = first(env)
+        for symbol, operand in rest:
+            right = operand(env)
+            if not _compare(symbol, left, right, env.enums):
+                return 0.0, DOUBLE
+            left = right
+        return 1.0, DOUBLE
+
+    return evaluate
+
+
+def _compare(symbol: str, left: Value, right: Value, enums: Mapping[str, int]) -> bool:
+    _check_written(symbol, left, right)
+    left_family, right_family = left[1].family, right[1].family
+    a: Any
+    b: Any
+    if left_family == right_family == "string":
+        a, b = left[0].encode(), right[0].encode()
+        same = a == b
+    elif left_family in NUMBERS or right_family in NUMBERS:
+        if "object" in (left_family, right_family):
+            raise ScriptError(f"cannot compare {left[0]!r} with {right[0]!r}")
+        a = text_as_double(left[0], enums) if left_family == "string" else as_double(left)
+        b = text_as_double(right[0], enums) if right_family == "string" else as_double(right)
+        same = abs(a - b) <= EPSILON
+    else:
+        raise ScriptError(f"cannot compare {left[0]!r} with {right[0]!r}")
+    if symbol == "==":
+        return bool(same)
+    if symbol == "!=":
+        return not same
+    # As negations, so that comparisons with NaN come out as in the engine.
+    if symbol == "<":
+        return not a >= b
+    if symbol == ">":
+        return not a <= b
+    return not a > b if symbol == "<=" else not a < b
+
+
+def _check_written(symbol: str, left: Value, right: Value) -> None:
+    for side, value in (("left", left), ("right", right)):
+        if value[0] is EMPTY:
+            raise ScriptError(f"the {side} operand of operator [{symbol}] {missing(value)}")
+
+
+def ternary(condition: Expression, then: Expression, otherwise: Expression) -> Expression:
+    """Compile ``condition ? then : otherwise``."""
+
+    def evaluate(env: Environment) -> Value:
+        value = condition(env)
+        if value[0] is EMPTY or value[1].family == "object":
+            raise ScriptError("the condition before [?] is no number")
+        return then(env) if as_double(value) != 0 else otherwise(env)
+
+    return evaluate
+
+
+def assignment(target: Expression, symbol: str, source: Expression) -> Expression:
+    """Compile ``:=`` (create or assign), ``=`` (assign), ``+= -= *= /=``."""
+
+    def evaluate(env: Environment) -> Value:
+        if not isinstance(target, Name):
+            raise ScriptError(f"the left operand of [{symbol}] is not a blackboard entry")
+        key = target.key
+        entry = env.scope.entry(key)
+        if entry is None:
+            if symbol != ":=":
+                raise ScriptError(
+                    f"the blackboard entry '{key}' does not exist; [:=] would create it"
+                )
+            try:
+                env.scope.declare(key)
+            except BlackboardError as error:
+                raise ScriptError(str(error)) from None
+            entry = env.scope.entry(key)
+            if entry is None:
+                raise ScriptError(
+                    f"'{key}' is remapped to an entry of the root that does not exist; "
+                    "only its own name, with @, creates it"
+                )
+        value = source(env)
+        if value[0] is EMPTY:
+            raise ScriptError(f"the right operand of operator [{symbol}] {missing(value)}")
+        try:
+            if symbol in (":=", "="):
+                _assign(entry, value, env.enums)
+            else:
+                _update(entry, symbol, value)
+        except (ValueError, ScriptError) as error:
+            raise ScriptError(f"entry '{key}' does not take {value[0]!r}: {error}") from None
+        return entry.value, entry.type
+
+    return evaluate
+
+
+def _assign(entry: Entry, value: Value, enums: Mapping[str, int]) -> None:
+    content, type = value
+    current = entry.value
+    if current is EMPTY and entry.declared is UNTYPED:
+        entry.put(content, type)
+    elif type.family == "string" and (current is EMPTY or entry.type.family != "string"):
+        convert = entry.declared.converter
+        if convert is not None:
+            entry.put(convert(content), entry.declared)
+        elif current is not EMPTY and entry.type.family in NUMBERS:
+            entry.put(text_as_double(content, enums), DOUBLE)
+        else:
+            raise ScriptError(f"a text does not become a {entry.type.name}")
+    else:
+        entry.copy_in(content, type)
+
+
+def _update(entry: Entry, symbol: str, value: Value) -> None:
+    if entry.value is EMPTY:
+        raise ScriptError(f"the left operand of operator [{symbol}] was never written")
+    current = (entry.value, entry.type)
+    family = value[1].family
+    if family in NUMBERS:
+        if current[1].family not in NUMBERS:
+            raise ScriptError(f"operator [{symbol}] needs a number on its left")
+        entry.copy_in(*calculate(symbol[0], current, value))
+    elif family == "string":
+        if symbol != "+=":
+            raise ScriptError(f"operator [{symbol}] does not take a text")
+        entry.copy_in(as_text(current) + value[0], STRING)
+    else:
+        entry.copy_in(*current)

@@ -9,8 +9,18 @@ from typing import Final
 
 from bt_manip.bt.literals import parse_real
 from bt_manip.bt.port_types import DOUBLE, INT64, STRING
-from bt_manip.bt.script.evaluation import Environment, Expression, Name, Value
-from bt_manip.bt.script.operators import assignment, chain, comparison, constant, ternary, unary
+from bt_manip.bt.script.evaluation import (
+    Environment,
+    Expression,
+    Name,
+    Value,
+    assignment,
+    chain,
+    comparison,
+    constant,
+    ternary,
+    unary,
+)
 from bt_manip.bt.script.tokens import Token, tokenize
 from bt_manip.exceptions import ScriptError
 

@@ -339,7 +339,7 @@ class Builder:
                 self._problems.error(element.place_of("_autoremap"), f"_autoremap: {error}")
         model = self._document.models.get(tree_id)
         if model is not None and not autoremap:
-            for name, default in model.ports.items():
+            for name, default in model.items():
                 if name in remaps:
                     continue
                 if default is None:

@@ -15,17 +15,6 @@ MAX_INCLUDES: Final = 1000
 
 
 @dataclass
-class SubTreeModel:
-    """What a ``TreeNodesModel`` says about a sub-tree.
-
-    Attributes:
-        ports: The default of each port; None where it must be given.
-    """
-
-    ports: dict[str, str | None] = field(default_factory=dict)
-
-
-@dataclass
 class Document:
     """A tree document, its included files read.
 
@@ -35,7 +24,7 @@ class Document:
         file: The name of the file in places of problems.
         sources: All files by name, in the order in which they were met; this document's too.
         trees: The ``<BehaviorTree>`` elements by ID; the last one of an ID counts.
-        models: What is said about sub-trees.
+        models: The ports of sub-trees by ID, each with its default; None where it must be given.
         order: The names of the files in the order in which the engine looks at them.
     """
 
@@ -44,7 +33,7 @@ class Document:
     file: str
     sources: dict[str, Source] = field(default_factory=dict)
     trees: dict[str, Element] = field(default_factory=dict)
-    models: dict[str, SubTreeModel] = field(default_factory=dict)
+    models: dict[str, dict[str, str | None]] = field(default_factory=dict)
     order: list[str] = field(default_factory=list)
 
     @property
@@ -243,13 +232,13 @@ class _Reader:
         if tree_id is None:
             self._problems.error(element.place, "the model of a SubTree needs the attribute 'ID'")
             return
-        model = document.models.setdefault(tree_id, SubTreeModel())
+        model = document.models.setdefault(tree_id, {})
         for kind in ("input_port", "output_port", "inout_port"):  # in this order: the last counts
             for port in element.children:
                 if port.name == kind:
                     self._model_port(model, port)
 
-    def _model_port(self, model: SubTreeModel, port: Element) -> None:
+    def _model_port(self, model: dict[str, str | None], port: Element) -> None:
         name = port.get("name")
         if name is None:
             self._problems.error(port.place, f"<{port.name}> needs the attribute 'name'")
@@ -263,7 +252,7 @@ class _Reader:
                 port.place_of("default"),
                 f"'{{=}}' in a model means the key '=' to BehaviorTree.CPP; write {{{name}}}",
             )
-        model.ports[name] = default
+        model[name] = default
 
     def _tree(self, document: Document, element: Element) -> None:
         tree_id = element.get("ID")

@@ -145,10 +145,7 @@ class _Writer:
 
     def _definition(self, tree_id: str, element: Element) -> Any:
         named = element.get("ID") is not None
-        arguments: list[Any] = [
-            _text(tree_id if named else ""),
-            f"{self._functions[tree_id]}()",
-        ]
+        arguments: list[Any] = [_text(tree_id if named else ""), f"{self._functions[tree_id]}()"]
         others = {a.name: a.value for a in element.attributes.values() if a.name != "ID"}
         if others:
             arguments.append(("attributes", _text(others)))

@@ -1,19 +1,1 @@
 """The built-in nodes with several children."""
-
-from bt_manip.bt.nodes.controls.branching import IfThenElse as IfThenElse
-from bt_manip.bt.nodes.controls.branching import WhileDoElse as WhileDoElse
-from bt_manip.bt.nodes.controls.parallel import Parallel as Parallel
-from bt_manip.bt.nodes.controls.parallel import ParallelAll as ParallelAll
-from bt_manip.bt.nodes.controls.reactive import ReactiveFallback as ReactiveFallback
-from bt_manip.bt.nodes.controls.reactive import ReactiveSequence as ReactiveSequence
-from bt_manip.bt.nodes.controls.sequence import AsyncFallback as AsyncFallback
-from bt_manip.bt.nodes.controls.sequence import AsyncSequence as AsyncSequence
-from bt_manip.bt.nodes.controls.sequence import Fallback as Fallback
-from bt_manip.bt.nodes.controls.sequence import Sequence as Sequence
-from bt_manip.bt.nodes.controls.sequence import SequenceWithMemory as SequenceWithMemory
-from bt_manip.bt.nodes.controls.switch import Switch2 as Switch2
-from bt_manip.bt.nodes.controls.switch import Switch3 as Switch3
-from bt_manip.bt.nodes.controls.switch import Switch4 as Switch4
-from bt_manip.bt.nodes.controls.switch import Switch5 as Switch5
-from bt_manip.bt.nodes.controls.switch import Switch6 as Switch6
-from bt_manip.bt.nodes.controls.try_catch import TryCatch as TryCatch

@@ -113,11 +113,7 @@ class ParallelAll(_Counting):
     | halt    | all running children are halted, the counts are cleared             |
     """
 
-    max_failures = Input(
-        int,
-        default=1,
-        doc="how many failures make it fail; -1 means all",
-    )
+    max_failures = Input(int, default=1, doc="how many failures make it fail; -1 means all")
 
     def _tick(self) -> NodeStatus:
         links = self._links_cache or self.links

@@ -25,9 +25,7 @@ class TryCatch(Control):
     least_children: ClassVar = 2
     memory: ClassVar = ("_index", "_skipped", "_catching")
     catch_on_halt = Input(
-        bool,
-        default=False,
-        doc="tick the last child also when the others are halted",
+        bool, default=False, doc="tick the last child also when the others are halted"
     )
     _index = 0
     _skipped = 0

@@ -61,9 +61,7 @@ class RunOnce(Decorator):
 
     memory: ClassVar = ("_result",)
     then_skip = Input(
-        bool,
-        default=True,
-        doc="skip afterwards; if false, return the status of that one run again",
+        bool, default=True, doc="skip afterwards; if false, return the status of that one run again"
     )
     _result = int(IDLE)
 

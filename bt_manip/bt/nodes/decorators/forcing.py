@@ -1,10 +1,29 @@
 """Decorators that change the child's result: Inverter, ForceSuccess, ForceFailure, ..."""
 
+from typing import ClassVar
+
 from bt_manip.bt.nodes.parent import Decorator
 from bt_manip.bt.status import FAILURE, RUNNING, SUCCESS, NodeStatus
 
 
-class Inverter(Decorator):
+class _Forcing(Decorator):
+    _on_success: ClassVar[NodeStatus] = SUCCESS
+    _on_failure: ClassVar[NodeStatus] = FAILURE
+    _reason: ClassVar = "succeeded"
+
+    def _tick(self) -> NodeStatus:
+        self._enter()
+        state = self.link.execute()
+        if state is not SUCCESS and state is not FAILURE:
+            return state
+        result = self._on_success if state is SUCCESS else self._on_failure
+        if state is SUCCESS and result is FAILURE:
+            self._because(f"{self.link.name} {self._reason}")
+        self._reset_child()
+        return result
+
+
+class Inverter(_Forcing):
     """Turn success into failure and failure into success.
 
     | child   | what happens        |
@@ -16,20 +35,11 @@ class Inverter(Decorator):
     | halt    | the child is halted |
     """
 
-    def _tick(self) -> NodeStatus:
-        self._enter()
-        state = self.link.execute()
-        if state is SUCCESS:
-            self._because(f"{self.link.name} succeeded")
-            self._reset_child()
-            return FAILURE
-        if state is FAILURE:
-            self._reset_child()
-            return SUCCESS
-        return state
+    _on_success = FAILURE
+    _on_failure = SUCCESS
 
 
-class ForceSuccess(Decorator):
+class ForceSuccess(_Forcing):
     """Succeed when the child has completed, whatever its result.
 
     | child   | what happens        |
@@ -41,16 +51,10 @@ class ForceSuccess(Decorator):
     | halt    | the child is halted |
     """
 
-    def _tick(self) -> NodeStatus:
-        self._enter()
-        state = self.link.execute()
-        if state is SUCCESS or state is FAILURE:
-            self._reset_child()
-            return SUCCESS
-        return state
+    _on_failure = SUCCESS
 
 
-class ForceFailure(Decorator):
+class ForceFailure(_Forcing):
     """Fail when the child has completed, whatever its result.
 
     | child   | what happens        |
@@ -62,15 +66,8 @@ class ForceFailure(Decorator):
     | halt    | the child is halted |
     """
 
-    def _tick(self) -> NodeStatus:
-        self._enter()
-        state = self.link.execute()
-        if state is SUCCESS or state is FAILURE:
-            if state is SUCCESS:
-                self._because(f"{self.link.name} succeeded, but failure is forced")
-            self._reset_child()
-            return FAILURE
-        return state
+    _on_success = FAILURE
+    _reason = "succeeded, but failure is forced"
 
 
 class KeepRunningUntilFailure(Decorator):

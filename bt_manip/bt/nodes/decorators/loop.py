@@ -150,11 +150,7 @@ def _loop(name: str, item: PortType, items: PortType) -> type[Loop]:
         "item": item,
         "items": items,
         "queue": InOut(doc="the items: a text such as 1;2;3, or an entry"),
-        "if_empty": Input(
-            STATUS,
-            default=SUCCESS,
-            doc="status when no item is left",
-        ),
+        "if_empty": Input(STATUS, default=SUCCESS, doc="status when no item is left"),
         "value": Output(item, doc="the item that the child works on"),
     }
     return type(name, (Loop,), body)

@@ -68,10 +68,7 @@ class Repeat(_Counting):
     -1 cycles never end, 0 cycles succeed without a tick of the child.
     """
 
-    num_cycles = Input(
-        int,
-        doc="how many successes; -1 for no end",
-    )
+    num_cycles = Input(int, doc="how many successes; -1 for no end")
 
     def _most(self) -> int:
         return self.num_cycles
@@ -93,10 +90,7 @@ class RetryUntilSuccessful(_Counting):
     -1 attempts never end, 0 attempts fail without a tick of the child.
     """
 
-    num_attempts = Input(
-        int,
-        doc="how many attempts; -1 for no end",
-    )
+    num_attempts = Input(int, doc="how many attempts; -1 for no end")
     _counted = FAILURE
 
     def _most(self) -> int:

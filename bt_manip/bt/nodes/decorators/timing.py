@@ -69,10 +69,7 @@ class Timeout(Timed, Decorator):
     """
 
     memory: ClassVar = ("_started", "_child_halted")
-    msec = Input(
-        UNSIGNED,
-        doc="how long the child may run [ms]; 0 for no limit",
-    )
+    msec = Input(UNSIGNED, doc="how long the child may run [ms]; 0 for no limit")
     _started = False
     _child_halted = False
 
