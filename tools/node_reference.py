@@ -57,14 +57,14 @@ def _table(block: str) -> str:
     rows: list[list[str]] = []
     for line in block.splitlines():
         cells = [cell.strip() for cell in line.strip("|").split("|")]
-        if set(line) <= set("|-") or cells == ["child", "what happens"]:
+        if set(line) <= set("|-") or cells == ["child", "result"]:
             continue
         if cells[0]:
             rows.append(cells)
         else:
             rows[-1][1] += " " + cells[1]
     head = "child" if rows[0][0] != "tick" else ""
-    lines = [f"| {head} | what happens |", "|---|---|"]
+    lines = [f"| {head} | result |", "|---|---|"]
     return "\n".join([*lines, *(f"| {first} | {second} |" for first, second in rows)])
 
 

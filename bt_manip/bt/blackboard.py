@@ -191,16 +191,16 @@ class Blackboard:
             ) from None
 
     def unset(self, key: str) -> None:
-        """Remove an entry of this very scope; nothing happens if there is none."""
+        """Remove an entry of this scope; nothing happens if there is none."""
         self.entries.pop(key, None)
 
     def get(self, key: str, default: Any = None) -> Any:
-        """Give the value behind a key, or a default if nothing was written."""
+        """Return the value behind a key, or a default if nothing was written."""
         found = self.entry(key)
         return default if found is None or found.value is EMPTY else found.value
 
     def __getitem__(self, key: str) -> Any:
-        """Give the value behind a key.
+        """Return the value behind a key.
 
         Raises:
             BlackboardError: If nothing was written under this key.
@@ -216,7 +216,7 @@ class Blackboard:
         """Write a Python value; its type is found from the value."""
         type = type_of(value)
         if type is INT64 and -(1 << 31) <= value < 1 << 31:
-            type = INT  # what a port of Python's int declares
+            type = INT  # the type that a port of Python's int declares
         self.write(key, value, type)
 
     def set_text(self, key: str, text: str) -> None:
@@ -238,7 +238,7 @@ class Blackboard:
             self.write(key, text, STRING)
 
     def __contains__(self, key: object) -> bool:
-        """Tell whether a value was written under this key."""
+        """Return whether a value was written under this key."""
         found = self.entry(key) if isinstance(key, str) else None
         return found is not None and found.value is not EMPTY
 

@@ -45,7 +45,7 @@ class Libraries:
             document.add_library(other)
 
     def problems_of(self, files: Collection[str], *args: Any, **options: Any) -> list[Problem]:
-        """Give what is wrong with some of the files, and what keeps any from being read.
+        """Return what is wrong with some of the files, and what keeps any from being read.
 
         Args:
             files: Their names, as of places.
@@ -64,7 +64,7 @@ class Libraries:
         *,
         strict: bool = True,
     ) -> list[Problem]:
-        """Give all that is wrong with the files by themselves, found once for each dialect.
+        """Return all that is wrong with the files by themselves, found once for each dialect.
 
         Args:
             registry: The behaviours that they may name.

@@ -1,7 +1,7 @@
 """Texts of a tree document as values, by the rules of the engine's string conversions.
 
 The engine reads numbers with C++'s ``std::from_chars``: the longest number at the very start of
-the text counts, and what follows is ignored (``"12abc"`` is 12), while a leading space or plus
+the text counts, and the rest is ignored (``"12abc"`` is 12), while a leading space or plus
 sign is an error.
 """
 
@@ -45,7 +45,7 @@ def parse_integer(text: str, bits: int = 32, *, signed: bool = True) -> int:
 
 
 def integer_range(bits: int, *, signed: bool) -> tuple[int, int]:
-    """Give the smallest and the largest number of an integer type."""
+    """Return the smallest and the largest number of an integer type."""
     return (-(1 << bits - 1), (1 << bits - 1) - 1) if signed else (0, (1 << bits) - 1)
 
 
@@ -105,7 +105,7 @@ def split_list(text: str) -> list[str]:
 
 
 def parse_json(text: str) -> Any:
-    """Read what follows the ``json:`` of a literal.
+    """Read the JSON text after the ``json:`` of a literal.
 
     Raises:
         ValueError: If it is not JSON.

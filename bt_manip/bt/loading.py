@@ -24,7 +24,7 @@ from bt_manip.exceptions import BtManipError, TreeError
 
 @dataclass(frozen=True)
 class Reading:
-    """What came of reading a document.
+    """The result of reading a document.
 
     Attributes:
         tree: The tree; None if the document cannot be used.
@@ -56,7 +56,7 @@ class Reading:
             raise TreeError("\n".join(map(str, self.errors)), self.errors)
 
     def usable_tree(self) -> Tree:
-        """Give the tree, if nothing is wrong with it.
+        """Return the tree, if nothing is wrong with it.
 
         Raises:
             TreeError: If the document is wrong; it lists all that is.
@@ -68,10 +68,10 @@ class Reading:
 
 
 class ReadingOptions(TypedDict, total=False):
-    """How a document is read; what is left out has its default.
+    """How a document is read; all options have defaults.
 
     Attributes:
-        clock: Gives the time [s] that Delay, Timeout and Sleep count; default: ``time.monotonic``.
+        clock: Returns the time [s] of Delay, Timeout and Sleep; default: ``time.monotonic``.
         main: The tree to run; by default the one that the document says.
         dialect: ``btcpp``, ``moveit-pro``, or ``auto`` to recognise it; default: ``btcpp``.
         blackboard: The root's entries that exist before.
@@ -79,8 +79,8 @@ class ReadingOptions(TypedDict, total=False):
         libraries: Other files and folders whose trees may be named as sub-trees; `Libraries`
             that are given to several readings are read and checked once.
         stubs: What stands for behaviours and sub-trees that nobody has; by default they are errors.
-        strict: Whether what the engine would only find at a tick is an error; default: it is.
-        library: Whether a document needs no main tree; default: it needs one.
+        strict: Whether errors that the engine finds only at a tick are reported; default: True.
+        library: Whether a document needs no main tree; default: False.
     """
 
     clock: Clock
@@ -126,7 +126,7 @@ def parse_tree(
     Args:
         text: The document.
         registry: The behaviours that it may name.
-        file: What places call the document.
+        file: The file name in places of problems.
         base: The folder of relative includes; the current one if none is given.
         **options: As of `ReadingOptions`.
 
@@ -173,7 +173,7 @@ def read_tree_text(
     Args:
         text: The document.
         registry: The behaviours that it may name.
-        file: What places call the document.
+        file: The file name in places of problems.
         base: The folder of relative includes; the current one if none is given.
         **options: As of `ReadingOptions`.
     """

@@ -130,7 +130,7 @@ def port_type(
     parse: Callable[[str], Any] | None = None,
     format: Callable[[Any], str] | None = None,
 ) -> PortType:
-    """Give the port type of a Python type.
+    """Return the port type of a Python type.
 
     Args:
         python: ``str``, ``int``, ``float``, ``bool``, lists of these (``list[float]``), an
@@ -169,7 +169,7 @@ def _format_enum(member: Any) -> str:
 
 
 def type_of(value: Any) -> PortType:
-    """Give the type of a Python value that came without one, as from a script or from Python."""
+    """Return the type of a Python value that came without one, as from a script or from Python."""
     kind = type(value)
     if kind is float:
         return DOUBLE
@@ -245,7 +245,7 @@ def fit(value: Any, type: PortType) -> Any:
 
     Args:
         value: Any value.
-        type: What it has to be.
+        type: The required type.
 
     Raises:
         TypeError: If it is of another type.
@@ -275,7 +275,7 @@ def _to_integer(value: int, target: PortType) -> int | bool:
 
 
 def casts_safely(value: Any, source: PortType, target: PortType) -> bool:
-    """Tell whether a number can be written to an entry of another number type."""
+    """Return whether a number can be written to an entry of another number type."""
     if source == target:
         return True
     if target is BOOL or target.family not in ("integer", "real"):

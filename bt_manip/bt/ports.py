@@ -1,4 +1,4 @@
-"""Ports: what a node reads and writes, declared once as attributes of its class."""
+"""Ports: the inputs and outputs of a node, declared as attributes of its class."""
 
 import inspect
 import keyword
@@ -29,7 +29,7 @@ class Port:
             is a Python keyword (``in_ = Input(int)`` declares the port ``in``).
         attribute: Its name in Python.
         type: The type of its values.
-        default: What it holds if nothing is given, `MISSING` if it must be given.
+        default: Its value if nothing is given, `MISSING` if it must be given.
         doc: One line for the palette and the documentation.
         direction: ``input``, ``output`` or ``inout``.
     """
@@ -56,12 +56,12 @@ class Port:
             default: Its value where none is given: a value, or a text as in a tree document,
                 ``"{key}"`` and ``"{=}"`` included.
             doc: One line of documentation, with the unit in [ ].
-            name: Its name in trees, if the attribute's does not do.
+            name: Its name in trees, if it differs from the attribute's.
             parse: For classes of your own: makes a value of a text.
             format: For classes of your own: makes such a text of a value.
 
         Raises:
-            PortError: If the default is none of the type.
+            PortError: If the default does not fit the type.
         """
         self.type: PortType = port_type(type, parse=parse, format=format)
         _check_default(default, self.type)
@@ -136,10 +136,7 @@ class InOut(Port):
 
 
 def _check_default(default: Any, type: PortType) -> None:
-    """Find a default that nobody could read while the line that declares it is in the traceback.
-
-    None stands for nothing, whatever the type.
-    """
+    """Raise a `PortError` for an invalid default; None is valid for every type."""
     if default is MISSING or default is None or not type.strong:
         return
     if isinstance(default, str) and pointed_key("", default) is not None:
@@ -151,7 +148,7 @@ def _check_default(default: Any, type: PortType) -> None:
             type.parse(default)
         elif inspect.isclass(type.python) or type.parse is None or type.format is None:
             fit(default, type)
-        else:  # a list, whose entries are looked at by their texts
+        else:  # a list, whose entries are checked by their texts
             type.parse(type.format(default))
     except Exception as error:  # a parser of a behaviour's own may raise anything
         raise PortError(
@@ -160,16 +157,16 @@ def _check_default(default: Any, type: PortType) -> None:
 
 
 def is_pointer(text: str) -> bool:
-    """Tell whether a text points to a blackboard entry: ``{key}``, spaces around it or not."""
+    """Return whether a text points to a blackboard entry: ``{key}``, spaces around it or not."""
     stripped = text.strip(" ")
     return len(stripped) >= 3 and stripped[0] == "{" and stripped[-1] == "}"
 
 
 def pointed_key(port_name: str, text: str) -> str | None:
-    """Give the key that a port's text points to; None for a literal.
+    """Return the key that a port's text points to; None for a literal.
 
     Args:
-        port_name: What ``{=}`` stands for.
+        port_name: The key that ``{=}`` means.
         text: The text given to the port.
     """
     if text in ("{=}", "="):

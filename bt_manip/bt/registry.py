@@ -105,7 +105,7 @@ class BehaviourRegistry:
             value: The number of that one name.
 
         Raises:
-            TreeError: If a name stands for another number already.
+            TreeError: If a name means another number already.
         """
         numbers = {enum: value} if isinstance(enum, str) else {m.name: m.value for m in enum}
         for name, number in numbers.items():
@@ -115,10 +115,10 @@ class BehaviourRegistry:
                 raise TreeError(f"'{name}' is {self._enums[name]} already; it cannot be {number}")
 
     def get(self, name: str) -> type[Node]:
-        """Give the class that is registered under a name.
+        """Return the class that is registered under a name.
 
         Raises:
-            UnknownBehaviourError: If there is none; the message names the nearest ones.
+            UnknownBehaviourError: If no class has it; the message names the nearest ones.
         """
         try:
             return self._classes[name]
@@ -128,7 +128,7 @@ class BehaviourRegistry:
             ) from None
 
     def names(self, *, built_in: bool = True) -> list[str]:
-        """Give all names, sorted.
+        """Return all names, sorted.
 
         Args:
             built_in: Whether the nodes of the language are among them.
@@ -136,11 +136,11 @@ class BehaviourRegistry:
         return sorted(n for n in self._classes if built_in or n not in self._built_in)
 
     def is_built_in(self, name: str) -> bool:
-        """Tell whether a name is that of a node of the language."""
+        """Return whether a name is that of a node of the language."""
         return name in self._built_in
 
     def name_of(self, cls: type[Any]) -> str | None:
-        """Give the name under which a class is registered, or None."""
+        """Return the name under which a class is registered, or None."""
         for name, known in self._classes.items():
             if known is cls:
                 return name
@@ -152,19 +152,19 @@ class BehaviourRegistry:
         return dict(self._enums)
 
     def copy(self) -> "BehaviourRegistry":
-        """Give a registry of one's own with the same content."""
+        """Return a registry of one's own with the same content."""
         copied = BehaviourRegistry()
         copied._classes = dict(self._classes)
         copied._enums = dict(self._enums)
         return copied
 
     def __contains__(self, name: object) -> bool:
-        """Tell whether a class is registered under this name."""
+        """Return whether a class is registered under this name."""
         return name in self._classes
 
 
 def name_problem(name: str) -> str | None:
-    """Say what is wrong with the name of a behaviour or tree, or None if nothing is."""
+    """Return the problem with the name of a behaviour or tree, or None."""
     if not name:
         return "is empty"
     if name in ("Root", "root"):
@@ -175,7 +175,7 @@ def name_problem(name: str) -> str | None:
     return None
 
 
-def check_name(name: str, what: str) -> None:
+def check_name(name: str, kind: str) -> None:
     """Check the name of a behaviour or tree.
 
     Raises:
@@ -183,4 +183,4 @@ def check_name(name: str, what: str) -> None:
     """
     problem = name_problem(name)
     if problem is not None:
-        raise TreeError(f"the {what} name '{name}' {problem}")
+        raise TreeError(f"the {kind} name '{name}' {problem}")

@@ -11,7 +11,7 @@ from bt_manip.exceptions import TreeError
 
 
 class TreeWatch:
-    """Looks whether the files of a running tree were edited, and replaces the tree if so."""
+    """Replaces a running tree when one of its files was edited."""
 
     def __init__(self, tree: Tree, registry: BehaviourRegistry, **options: Any) -> None:
         """Watch the files that a tree was read from, included ones too.
@@ -36,7 +36,7 @@ class TreeWatch:
         """Replace the tree if a file has changed since the last call; to be called between ticks.
 
         Returns:
-            What came of reading the changed files; None if none has changed. If it holds errors,
+            The result of reading the changed files; None if none has changed. If it holds errors,
             the tree goes on as it was.
 
         Raises:

@@ -1,4 +1,4 @@
-"""What all nodes of one tree share: the clock, timers, wake-ups, observers and enumerations."""
+"""The runtime that all nodes of one tree share: clock, timers, wake-ups and observers."""
 
 import time
 from collections.abc import Callable
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from bt_manip.bt.nodes.node import Node
 
 Clock = Callable[[], float]
-"""Gives the present time [s]."""
+"""Returns the present time [s]."""
 
 Observer = Callable[[Any, Any, Any], None]
 """Called with a node, its old and its new `NodeStatus`."""
@@ -21,7 +21,7 @@ class Runtime:
     """The surroundings of a running tree.
 
     Attributes:
-        clock: Gives the present time [s].
+        clock: Returns the present time [s].
         enums: Numbers that scripts and enumeration ports know by name.
         observers: Called on each change of a node's status.
         visited: While a py_trees generator drives the tree, the nodes ticked so far, else None.

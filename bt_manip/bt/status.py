@@ -1,4 +1,4 @@
-"""What a node of a tree is doing: the engine's five statuses beside py_trees' four."""
+"""The status of a node: the engine's five values and their py_trees counterparts."""
 
 from enum import IntEnum
 from typing import Final
@@ -40,13 +40,13 @@ def node_status(status: Status | NodeStatus) -> NodeStatus:
     """Convert the status that a leaf returned, py_trees' or the engine's, to the engine's.
 
     Args:
-        status: What an ``update`` returned.
+        status: The result of an ``update``.
 
     Returns:
         The engine's status; ``IDLE`` for py_trees' ``INVALID``.
 
     Raises:
-        TypeError: If it is no status at all.
+        TypeError: If it is not a status.
     """
     if status is Status.RUNNING:
         return RUNNING

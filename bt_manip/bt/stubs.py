@@ -51,7 +51,7 @@ class Stubs:
         object.__setattr__(self, "_read", tuple(read))
 
     def extend(self, document: Document, registry: BehaviourRegistry) -> BehaviourRegistry:
-        """Give a registry in which the nodes that a document uses are declared.
+        """Return a registry in which the nodes that a document uses are declared.
 
         The models of sub-trees are added to the document's.
 
@@ -87,7 +87,7 @@ class Stubs:
         return extended
 
     def result_of_tree(self, tree_id: str, document: Document) -> str | None:
-        """Give what the stub of a sub-tree returns; None for a sub-tree that is not stubbed.
+        """Return what the stub of a sub-tree returns; None for a sub-tree that is not stubbed.
 
         Raises:
             TreeError: If a node was asked for.
@@ -107,7 +107,7 @@ class Stubs:
     def _is_other(
         self, known: type[Node], elements: Sequence[Element], registry: BehaviourRegistry
     ) -> bool:
-        """Tell whether a document means another leaf by the name of a known one."""
+        """Return whether a document means another leaf by the name of a known one."""
         return (
             self.unknown
             and known.kind in LEAVES
@@ -163,7 +163,7 @@ def _kind(
     like: type[Node] | None,
     model: _NodeModel | None,
 ) -> str | None:
-    """Give the kind of a node; None where nothing tells it."""
+    """Return the kind of a node; None where nothing tells it."""
     if known is not None:
         return str(known.kind)
     if model is not None:
@@ -177,7 +177,7 @@ def _kind(
 
 
 def _uses(document: Document) -> dict[str, list[Element]]:
-    """Give the elements of all nodes of a document but sub-trees, by the name of the node."""
+    """Return the elements of all nodes of a document but sub-trees, by the name of the node."""
     found: dict[str, list[Element]] = {}
     for source in document.sources.values():
         for tree in source.root.children:

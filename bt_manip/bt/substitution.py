@@ -11,10 +11,10 @@ from bt_manip.bt.nodes.test_node import TestNodeConfig
 from bt_manip.exceptions import TreeError
 
 Rule = str | TestNodeConfig
-"""The name of the node to use instead, or what a TestNode shall do instead."""
+"""The name of the node to use instead, or the configuration of a TestNode."""
 
 Substitutions = Mapping[str, Rule]
-"""Rules by what they apply to: a node's name, its registered name, or its path (with ``* ?``)."""
+"""Rules by the nodes that they replace: a name, a registered name, or a path (with ``* ?``)."""
 
 
 def find_rule(rules: Substitutions, name: str, registration: str, path: str) -> Rule | None:
@@ -26,7 +26,7 @@ def find_rule(rules: Substitutions, name: str, registration: str, path: str) -> 
 
 
 def matches(text: str, pattern: str) -> bool:
-    """Tell whether a text matches a pattern, ``*`` being any text and ``?`` any character."""
+    """Return whether a text matches a pattern, ``*`` being any text and ``?`` any character."""
     return fnmatchcase(text, pattern.replace("[", "[[]"))
 
 

@@ -1,4 +1,4 @@
-"""A tree that runs: nodes, blackboard, clock, and the ways to tick it."""
+"""A tree that runs: its nodes, blackboard and clock, and the methods to tick it."""
 
 import sys
 import time
@@ -15,7 +15,7 @@ from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.runtime import Clock, Observer, Runtime
 from bt_manip.bt.status import FAILURE, RUNNING, SUCCESS, NodeStatus
 from bt_manip.bt.tree_state import get_tree_state, set_tree_state
-from bt_manip.exceptions import NodeError, TreeError
+from bt_manip.exceptions import NodeError, TreeError, did_you_mean
 
 if TYPE_CHECKING:
     from bt_manip.bt.xml.document import Document
@@ -29,7 +29,7 @@ class Tree:
 
     Attributes:
         root: Its root behaviour.
-        nodes: All nodes, depth first; stock py_trees behaviours stand in a `ForeignNode`.
+        nodes: All nodes, depth first; stock py_trees behaviours are wrapped in a `ForeignNode`.
         observers: Called as ``observer(node, old, new)`` on each change of a node's status.
         scopes: The blackboard scopes by the path of their sub-tree, ``""`` for the root's.
         document: The document it was read from, if any.
@@ -50,15 +50,15 @@ class Tree:
 
         Args:
             root: The root: a node, or any stock py_trees behaviour.
-            clock: Gives the time [s] that Delay, Timeout and Sleep count.
+            clock: Returns the time [s] that Delay, Timeout and Sleep count.
             blackboard: The scope of the root; a new one if none is given.
             enums: Numbers that scripts know by name.
             tree_id: The ID of the tree.
             document: The document it was read from.
-            report: Takes what is wrong with the nodes; without it the first error is raised.
+            report: Collects the problems of the nodes; without it the first error is raised.
 
         Raises:
-            TreeError: If a behaviour stands in it twice, or two sub-trees have the same path.
+            TreeError: If a behaviour occurs in it twice, or two sub-trees have the same path.
         """
         self.root = root
         self.tree_id = root.name if tree_id is None else tree_id
@@ -80,7 +80,7 @@ class Tree:
         """Hand infrastructure to all behaviours, before the first tick.
 
         Args:
-            **infrastructure: What behaviours reach for in their ``setup``: a cell, an arm, ...
+            **infrastructure: The arguments of every ``setup``: a cell, an arm, ...
 
         Raises:
             NodeError: If the ``setup`` of a behaviour raised an exception.
@@ -133,7 +133,7 @@ class Tree:
         return status
 
     def halt(self) -> None:
-        """Halt what runs, and set all nodes to idle.
+        """Halt the running nodes, and set all nodes to idle.
 
         As in the engine, the ``_onHalted`` scripts of all nodes run, also of those that did not.
 
@@ -147,11 +147,11 @@ class Tree:
         self._root._reset()
 
     def shutdown(self) -> None:
-        """Let all behaviours release what they hold."""
+        """Shut all behaviours down."""
         for link in self.nodes:
             behaviour_of(link).shutdown()
 
-    # ------------------------------------------------------------------ looking
+    # ------------------------------------------------------------------ access
 
     @property
     def blackboard(self) -> Blackboard:
@@ -160,7 +160,7 @@ class Tree:
 
     @property
     def clock(self) -> Clock:
-        """Gives the time [s] that the tree counts."""
+        """Returns the time [s] that the tree counts."""
         return self._runtime.clock
 
     @property
@@ -169,7 +169,7 @@ class Tree:
         return self._runtime.enums
 
     def statuses(self) -> bytes:
-        """Give the engine's status of every node, one byte a node, in the order of `nodes`."""
+        """Return the engine's status of every node, one byte a node, in the order of `nodes`."""
         if self._has_foreign:
             return bytes([link.engine_status for link in self.nodes])
         return bytes([link._node_status for link in self.nodes])
@@ -178,17 +178,15 @@ class Tree:
         """Find a node by its path.
 
         Raises:
-            TreeError: If there is none.
+            TreeError: If there is no such node.
         """
         for link in self.nodes:
             if link.path == path:
                 return link
-        from bt_manip.exceptions import did_you_mean
-
         raise TreeError(f"no node '{path}'" + did_you_mean(path, [n.path for n in self.nodes]))
 
     def failure_reason(self) -> str:
-        """Say which node failed last, and why: ``path: reason``, or nothing if none did."""
+        """Return which node failed last, and why: ``path: reason``, or an empty text."""
         if self._runtime.reason is None:
             return ""
         node, reason = self._runtime.reason
@@ -201,11 +199,11 @@ class Tree:
     # ------------------------------------------------------------------ state as plain data
 
     def get_state(self) -> dict[str, Any]:
-        """Give the state of all nodes and blackboards as plain data."""
+        """Return the state of all nodes and blackboards as plain data."""
         return get_tree_state(self.nodes, self.scopes, self._runtime)
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take back what `get_state` gave, in a tree of the same shape.
+        """Restore the state that `get_state` returned, in a tree of the same shape.
 
         Raises:
             TreeError: If the state is of another tree.
@@ -274,7 +272,7 @@ def _make_room(root: Behaviour) -> None:
 
 
 def _keep_entries(old: Blackboard, new: Blackboard) -> None:
-    """Keep what was written, unless the new tree gives the key another type or meaning."""
+    """Keep the written entries, unless the new tree gives the key another type or meaning."""
     for key, entry in old.entries.items():
         fresh = new.entries.get(key)
         if key in new.remapped:

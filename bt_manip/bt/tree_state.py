@@ -1,4 +1,4 @@
-"""The state of a tree as plain data: what a snapshot holds."""
+"""The state of a tree as plain data, for snapshots."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -16,7 +16,7 @@ from bt_manip.exceptions import TreeError
 def get_tree_state(
     nodes: list[Link], scopes: Mapping[str, Blackboard], runtime: Runtime
 ) -> dict[str, Any]:
-    """Give the state of nodes and scopes as numbers, strings, lists and dicts.
+    """Return the state of nodes and scopes as numbers, strings, lists and dicts.
 
     Raises:
         TreeError: If an entry holds a value that its type cannot write as text.
@@ -45,7 +45,7 @@ def set_tree_state(
     scopes: Mapping[str, Blackboard],
     runtime: Runtime,
 ) -> None:
-    """Take back what `get_tree_state` gave.
+    """Restore the state that `get_tree_state` returned.
 
     Raises:
         TreeError: If the state is of another tree.

@@ -235,7 +235,7 @@ def test_a_condition_that_is_running_is_ticked_on_as_in_the_engine_and_says_what
     tree = Tree(condition)
     assert [tree.tick() for _ in range(2)] == [NodeStatus.RUNNING] * 2
     assert condition.feedback_message == (
-        "a condition that gives RUNNING: what takes time is an Action"
+        "a condition returned RUNNING: work that takes time belongs in an Action"
     )
     assert tree.tick() is NodeStatus.SUCCESS
 

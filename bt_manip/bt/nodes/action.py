@@ -20,13 +20,13 @@ _RUNNING: Final = Status.RUNNING
 _SUCCESS: Final = Status.SUCCESS
 _FAILURE: Final = Status.FAILURE
 _INVALID: Final = Status.INVALID
-STILL_RUNNING: Final = "a condition that gives RUNNING: what takes time is an Action"
+STILL_RUNNING: Final = "a condition returned RUNNING: work that takes time belongs in an Action"
 
 
 class Leaf(Node):
     """A node without children, written as a py_trees behaviour.
 
-    ``initialise`` starts the work, ``update`` looks at it once per tick, and ``terminate`` ends it:
+    ``initialise`` starts the work, ``update`` checks it once per tick, and ``terminate`` ends it:
     with ``SUCCESS`` or ``FAILURE`` when it has completed, with ``INVALID`` when it is halted.
     """
 
@@ -44,7 +44,7 @@ class Leaf(Node):
         """Start the work; called when the node is ticked and was not running."""
 
     def update(self) -> Status | NodeStatus:  # type: ignore[override]
-        """Look at the work, once per tick.
+        """Check the work, once per tick.
 
         Returns:
             ``RUNNING``, ``SUCCESS`` or ``FAILURE``; or ``NodeStatus.SKIPPED``.
@@ -58,7 +58,7 @@ class Leaf(Node):
         """Fail with a reason, from ``initialise`` or ``update``.
 
         Args:
-            reason: Why, for people; it becomes the node's ``feedback_message``.
+            reason: Why; it becomes the node's ``feedback_message``.
 
         Returns:
             ``FAILURE``, so that ``update`` can ``return self.fail("...")``.
@@ -175,11 +175,11 @@ class SyncAction(Action):
 
 
 class Condition(Leaf):
-    """A leaf that only looks: it is evaluated anew at every tick.
+    """A leaf that checks a state: it is evaluated again at every tick.
 
     It should say SUCCESS or FAILURE at once. The engine only asks for that in its documentation:
-    RUNNING is passed on and the condition is ticked again, and so it is here; but the node says of
-    itself what is odd, and its contract does not hold.
+    RUNNING is passed on and the condition is ticked again, and so it is here; but its feedback
+    message warns, and the contract of conditions fails.
     """
 
     kind: ClassVar = NodeKind.CONDITION

@@ -1,4 +1,4 @@
-"""Giving the nodes of a tree their surroundings: runtime, scope, path and number."""
+"""Binding the nodes of a tree to their runtime, scope, path and number."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ from bt_manip.bt.runtime import Runtime
 from bt_manip.exceptions import BlackboardError, BtManipError, PortError, ScriptError, TreeError
 
 Report = Callable[[Any, str, BtManipError], None]
-"""Takes a node, the name of one of its ports or an empty text, and what is wrong with it."""
+"""Takes a node, the name of one of its ports or an empty text, and the problem with it."""
 
 
 @dataclass
@@ -35,19 +35,19 @@ class Binding:
 def bind(
     root: Behaviour, runtime: Runtime, scope: Blackboard, report: Report | None = None
 ) -> Binding:
-    """Give all nodes below and at `root` their surroundings, and declare their ports.
+    """Bind `root` and all nodes below it to a runtime and scopes, and declare their ports.
 
     Args:
         root: The root, ours or a stock behaviour.
-        runtime: What they share.
+        runtime: The clock, timers and enumerations that they share.
         scope: The blackboard scope of the root.
-        report: Takes what is wrong; without it the first error is raised.
+        report: Collects the problems; without it the first error is raised.
 
     Returns:
-        What was bound.
+        The bound nodes and scopes.
 
     Raises:
-        BtManipError: If something is wrong: two sub-trees with one path, a node that stands twice
+        BtManipError: If the tree is invalid: two sub-trees with one path, a node that occurs twice
             in the tree, an entry that ports want with different types.
     """
     return _Binder(runtime, report or _raise).bind(root, scope)

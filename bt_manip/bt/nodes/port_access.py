@@ -66,7 +66,7 @@ class PortAccess(Link, Behaviour):
             raise PortError(f"port '{port.name}' of {self.name}: {error}") from None
 
     def port_text(self, name: str) -> str | None:
-        """Give a port's text as in a document: what was given, else its default, else None."""
+        """Return a port's text as in a document: the given one, else its default, else None."""
         value = self.given.get(name, MISSING)
         port = self.ports.get(name)
         if value is MISSING:
@@ -84,7 +84,7 @@ class PortAccess(Link, Behaviour):
 
         Args:
             name: The port.
-            type: What to read it as, if not as the port's own type.
+            type: The type of the result, if not the port's own type.
 
         Raises:
             PortError: If nothing was given, if the entry is missing or was never written, or if
@@ -145,7 +145,7 @@ class PortAccess(Link, Behaviour):
             raise self._port_error(name, str(error)) from None
 
     def is_connected(self, name: str) -> bool:
-        """Tell whether something was given for a port, or its default points to an entry."""
+        """Return whether something was given for a port, or its default points to an entry."""
         return self._output(name) is not None
 
     def _output(self, name: str) -> str | None:

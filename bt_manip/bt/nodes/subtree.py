@@ -15,9 +15,9 @@ from bt_manip.exceptions import PortError
 
 
 class SubTree(Decorator):
-    """Tick the root of another tree, which sees only what is handed to it.
+    """Tick the root of another tree, in a blackboard scope of its own.
 
-    | child   | what happens        |
+    | child   | result              |
     |---------|---------------------|
     | SUCCESS | SUCCESS             |
     | FAILURE | FAILURE             |
@@ -47,7 +47,7 @@ class SubTree(Decorator):
             *args: Optionally its name, then the root of the inner tree.
             child: The root of the inner tree.
             tree_id: The ID of the inner tree in a document; the name if none is given.
-            remap: What the inner keys mean: ``"{outer key}"``, or a constant.
+            remap: The meaning of the inner keys: ``"{outer key}"``, or a constant.
             autoremap: Whether all other keys mean the same outside; also as text, ``"true"``.
             **remaps: More of `remap`, and the scripts around the tick.
         """

@@ -1,4 +1,4 @@
-"""TestNode: stands in for another node in tests."""
+"""TestNode: replaces another node in tests."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -18,16 +18,16 @@ from bt_manip.exceptions import ScriptError, TreeError
 
 @dataclass(frozen=True)
 class TestNodeConfig:
-    """What a TestNode does.
+    """The behaviour of a TestNode.
 
     Attributes:
-        return_status: What it returns.
-        return_status_script: A script that gives what it returns; it knows the statuses by name.
+        return_status: Its result.
+        return_status_script: A script whose value is its result; it knows the statuses by name.
         async_delay: How long it is running before [ms].
         success_script: Runs when it succeeds.
         failure_script: Runs when it fails.
         post_script: Runs in both cases, and after any other result.
-        complete_func: Gives what it returns, in Python.
+        complete_func: Returns its result, in Python.
     """
 
     __test__: ClassVar = False  # not a test case of pytest's
@@ -42,7 +42,7 @@ class TestNodeConfig:
 
 
 class TestNode(Action):
-    """Return what a test wants, in the place of another node.
+    """Return a configured status, in place of another node.
 
     | tick | RUNNING until async_delay has passed; then the asked status, after its scripts |
     |------|--------------------------------------------------------------------------------|
@@ -65,13 +65,13 @@ class TestNode(Action):
 
         Args:
             name: Its name.
-            config: What it does.
-            replaced: The class that it stands in for, whose ports it takes.
+            config: Its behaviour.
+            replaced: The class that it replaces, whose ports it takes.
             orphans: The children of the replaced node; they are never ticked.
             **ports: As of every `Node`.
 
         Raises:
-            ScriptError: If one of its scripts is none.
+            ScriptError: If one of its scripts is invalid.
             TreeError: If it is asked to return IDLE.
         """
         if replaced is not None:
@@ -102,7 +102,7 @@ class TestNode(Action):
         return Status.RUNNING
 
     def terminate(self, new_status: Status) -> None:
-        """Forget the delay."""
+        """Cancel the delay."""
         self.runtime.cancel_timer(self)
 
     def on_timer(self) -> None:

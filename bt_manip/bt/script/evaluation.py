@@ -21,11 +21,11 @@ EPSILON: Final = 2.0**-23
 """Numbers that differ by no more are equal: the rounding error of single precision."""
 
 NOTHING: Final = PortType("nothing: [..] joins texts, and both operands are numbers", None)
-"""The type of what two numbers joined by ``..`` give."""
+"""The type of the result of two numbers joined by ``..``."""
 
 
 class Environment(NamedTuple):
-    """What a script sees: a blackboard scope, and numbers by name."""
+    """The variables of a script: a blackboard scope, and numbers by name."""
 
     scope: Blackboard
     enums: Mapping[str, int]
@@ -36,7 +36,7 @@ Expression = Callable[[Environment], Value]
 
 
 def is_true(value: Value) -> bool:
-    """Tell whether the value of a condition is true.
+    """Return whether the value of a condition is true.
 
     Raises:
         ScriptError: If it is a text, a negative number, or an integer beside 0 and 1.
@@ -53,7 +53,7 @@ def is_true(value: Value) -> bool:
 
 
 def as_double(value: Value) -> float:
-    """Give a number as a double.
+    """Return a number as a double.
 
     Raises:
         ScriptError: If a double does not hold it exactly.
@@ -65,7 +65,7 @@ def as_double(value: Value) -> float:
 
 
 def text_as_double(text: str, enums: Mapping[str, int]) -> float:
-    """Give the number that a text stands for: a truth value, an enumeration's name, or a number.
+    """Return the number that a text means: a truth value, an enumeration's name, or a number.
 
     Raises:
         ScriptError: If it is none of these.
@@ -83,7 +83,7 @@ def text_as_double(text: str, enums: Mapping[str, int]) -> float:
 
 
 def missing(value: Value) -> str:
-    """Say in which way a value is missing."""
+    """Return the reason why a value is missing."""
     return f"is {value[1].name}" if value[1] is NOTHING else "was never written"
 
 
@@ -97,7 +97,7 @@ class Name:
         self.key = key
 
     def __call__(self, env: Environment) -> Value:
-        """Give the variable's value."""
+        """Return the variable's value."""
         key = self.key
         if key in env.enums:
             return float(env.enums[key]), DOUBLE
@@ -204,7 +204,7 @@ def divide(a: float, b: float) -> float:
 
 
 def as_text(value: Value) -> str:
-    """Give a value as the text that ``..`` joins.
+    """Return a value as the text that ``..`` joins.
 
     Raises:
         ValueError: If it has none.

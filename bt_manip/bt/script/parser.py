@@ -61,7 +61,7 @@ class ParsedScript:
     def __init__(
         self, text: str, statements: list[Expression], reads: set[str], writes: set[str]
     ) -> None:
-        """Keep what the parser found."""
+        """Keep the results of the parser."""
         self.text = text
         self.reads = frozenset(reads)
         self.writes = frozenset(writes)
@@ -90,7 +90,7 @@ def parse_script(text: str, *, double_quotes: bool = False) -> ParsedScript:
         double_quotes: Whether strings may stand between double quotes too, as in MoveIt Pro.
 
     Raises:
-        ScriptError: If it is empty, or is no script.
+        ScriptError: If it is empty or invalid.
     """
     parser = _Parser(tokenize(text, double_quotes=double_quotes))
     statements = parser.statements()

@@ -11,7 +11,7 @@ class Token(NamedTuple):
 
     Attributes:
         kind: ``string``, ``integer``, ``real``, ``name``, ``operator`` or ``end``.
-        text: Its text; of a string, what stands between the quotes.
+        text: Its text; of a string, the part between the quotes.
         position: Where it starts, from 0.
     """
 

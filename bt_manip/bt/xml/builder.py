@@ -53,7 +53,7 @@ class Builder:
         Args:
             document: The document; its form was verified.
             registry: The behaviours that it may name.
-            problems: Takes what is wrong.
+            problems: Collects errors and warnings.
             dialect: How scripts are written.
             substitutions: Rules for tests.
             stubs: What stands for sub-trees that nobody has.
@@ -76,7 +76,7 @@ class Builder:
 
         Args:
             tree_id: The tree.
-            place: Where it was named, for the error if there is none of that name.
+            place: Where it was named, for the error if no tree has that name.
 
         Returns:
             The root; None if nothing could be made.
@@ -234,7 +234,7 @@ class Builder:
         return given
 
     def _check_literal(self, port: Port, text: str, place: Place) -> bool:
-        """Tell whether a port takes a text; report it if it does not."""
+        """Return whether a port takes a text; report it if it does not."""
         if len(text) >= 3 and text[0] == "{" and text[-1] == "}":
             return True
         type = port.type

@@ -202,7 +202,7 @@ def _scripts(node: Node, element: Element) -> list[tuple[ParsedScript, Place]]:
 
 
 def _owner(scope: Blackboard, key: str) -> tuple[int, str]:
-    """Give the scope and the key behind a key."""
+    """Return the scope and the key behind a key."""
     while True:
         if key[:1] == "@":
             return id(scope.root), key[1:]

@@ -17,7 +17,7 @@ from bt_manip.exceptions import TreeError, did_you_mean
 
 @dataclass(frozen=True)
 class Dialect:
-    """What a dialect allows beyond the engine's rules.
+    """The extensions of a dialect to the engine's rules.
 
     Attributes:
         name: Its name.
@@ -34,11 +34,11 @@ class Dialect:
     nodes: tuple[type[Node], ...] = ()
 
     def plain_name(self, name: str) -> str:
-        """Give a name without the characters that the dialect allows in names."""
+        """Return a name without the characters that the dialect allows in names."""
         return re.sub(r"[ .'/:?*|()]", "_", name) if self.spaces_in_names else name
 
     def extended(self, registry: BehaviourRegistry) -> BehaviourRegistry:
-        """Give a registry that knows the dialect's nodes too."""
+        """Return a registry that knows the dialect's nodes too."""
         missing = [cls for cls in self.nodes if cls.registration not in registry]
         if missing:
             registry = registry.copy()
@@ -79,7 +79,7 @@ DIALECTS: Final = {dialect.name: dialect for dialect in (BTCPP, MOVEIT_PRO)}
 
 
 def dialect_named(name: str, root: Element | None = None) -> Dialect:
-    """Give a dialect by its name; ``auto`` recognises it.
+    """Return a dialect by its name; ``auto`` recognises it.
 
     Args:
         name: ``btcpp``, ``moveit-pro`` or ``auto``.

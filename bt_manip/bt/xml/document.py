@@ -25,7 +25,7 @@ class Document:
         sources: All files by name, in the order in which they were met; this document's too.
         trees: The ``<BehaviorTree>`` elements by ID; the last one of an ID counts.
         models: The ports of sub-trees by ID, each with its default; None where it must be given.
-        order: The names of the files in the order in which the engine looks at them.
+        order: The names of the files in the order in which the engine checks them.
     """
 
     source: Source
@@ -56,7 +56,7 @@ class Document:
         self.sources = {**self.sources, **other.sources}
 
     def main_tree(self) -> str | None:
-        """Give the ID of the tree to run, or None if the document does not tell."""
+        """Return the ID of the tree to run, or None if the document does not tell."""
         declared = self.root.get("main_tree_to_execute")
         if declared:
             return declared
@@ -76,7 +76,7 @@ class Sources:
         self._read: dict[Path, Source | XmlError] = {}
 
     def read(self, path: Path) -> Source:
-        """Give a parsed file.
+        """Return a parsed file.
 
         Raises:
             OSError: If it cannot be read.
@@ -105,7 +105,7 @@ def read_document(
 
     Args:
         path: The file.
-        problems: Takes what is wrong.
+        problems: Collects errors and warnings.
         sources: Files that were read before, and that are not read again.
         includes: Whether to read the files that it includes.
 
@@ -130,16 +130,16 @@ def read_document(
 def parse_document(
     text: str, problems: Problems, *, file: str = "<text>", base: Path | None = None
 ) -> Document | None:
-    """Read a document from a text; included files are looked for below `base`.
+    """Read a document from a text; relative includes start at `base`.
 
     Args:
         text: The document.
-        problems: Takes what is wrong.
-        file: What places call it.
+        problems: Collects errors and warnings.
+        file: The file name in places of problems.
         base: The folder of relative includes; the current one if none is given.
 
     Returns:
-        The document; None if it is no XML.
+        The document; None if it is not well-formed XML.
     """
     try:
         source = parse_source(text, file)
@@ -269,7 +269,7 @@ class _Reader:
 
 
 def port_name_problem(name: str) -> str | None:
-    """Say what is wrong with the name of a port, or None if nothing is."""
+    """Return the problem with the name of a port, or None."""
     if not name:
         return "is empty"
     if "0" <= name[0] <= "9":
@@ -281,7 +281,7 @@ def port_name_problem(name: str) -> str | None:
 
 
 def is_port_name(name: str) -> bool:
-    """Tell whether an attribute's name is that of a port, and not one for editors."""
+    """Return whether an attribute's name is that of a port, and not one for editors."""
     first = name[:1]
     return (
         ("a" <= first <= "z" or "A" <= first <= "Z")

@@ -78,7 +78,7 @@ class TreeDefinition:
 
 @dataclass(frozen=True)
 class TreeDocument:
-    """A document made in Python: its trees and all that stands beside them.
+    """A document made in Python: its trees, comments and other elements.
 
     Attributes:
         content: Trees, comments and other elements, in order.

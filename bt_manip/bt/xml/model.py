@@ -1,4 +1,4 @@
-"""The ``TreeNodesModel``: what Groot2's palette needs to know of the behaviours."""
+"""The ``TreeNodesModel``: the names and ports of the behaviours, for Groot2's palette."""
 
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.ports import Port

@@ -1,4 +1,4 @@
-"""What is wrong with a tree document, and where."""
+"""Problems of a tree document, with their places."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 from bt_manip.exceptions import did_you_mean
 
 MOST_NAMES: Final = 12
-"""A list of more names than this helps nobody."""
+"""Longer lists of names are left out of messages."""
 
 ERROR: Final = "error"
 WARNING: Final = "warning"
@@ -37,7 +37,7 @@ class Problem:
 
     Attributes:
         place: Where.
-        message: What is wrong, what was found, and what would have been right.
+        message: The problem, the text that was found, and the expected one.
         severity: ``error`` or ``warning``.
     """
 

@@ -55,7 +55,7 @@ class _Writer:
         self._declared: dict[str, tuple[str, str]] = {}
 
     def _reached_trees(self) -> dict[str, Element]:
-        """Give the document's own trees, and those of libraries that they name."""
+        """Return the document's own trees, and those of libraries that they name."""
         trees = self._document.trees
         own = self._document.source.root.children
         found = {tree_id: tree for tree_id, tree in trees.items() if tree in own}
@@ -281,7 +281,7 @@ def _escaped(text: str) -> str:
 
 
 def _shortest_module(cls: type[Node]) -> str:
-    """Give the shortest of the packages around a class that hands the class on."""
+    """Return the shortest of the packages around a class that hands the class on."""
     names = cls.__module__.split(".")
     for count in range(1, len(names)):
         package = sys.modules.get(".".join(names[:count]))

@@ -27,7 +27,7 @@ def verify(
     Args:
         document: The document.
         registry: The behaviours that it may name.
-        problems: Takes what is wrong.
+        problems: Collects errors and warnings.
         dialect: Which names are allowed.
         strict: False where also what only the engine refuses is an error.
     """

@@ -16,8 +16,8 @@ class SetBlackboard(SyncAction):
 
     A text becomes the type of the entry, if that has one.
 
-    | tick | SUCCESS; FAILURE if the other entry was never written; a value that is none of the |
-    |      | entry's type is an error of the tree                                               |
+    | tick | SUCCESS; FAILURE if the other entry was never written; a value that does not      |
+    |      | become the entry's type is an error of the tree                                    |
     |------|------------------------------------------------------------------------------------|
     | halt | nothing                                                                            |
     """

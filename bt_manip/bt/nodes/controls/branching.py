@@ -18,7 +18,7 @@ class _Branching(Control):
 class IfThenElse(_Branching):
     """Ask the first child once, then tick the second one or the third one.
 
-    | child   | what happens                                                        |
+    | child   | result                                                              |
     |---------|---------------------------------------------------------------------|
     | SUCCESS | of the condition: the second child is ticked; of a branch: SUCCESS  |
     | FAILURE | of the condition: the third child is ticked, or FAILURE if there is |
@@ -62,7 +62,7 @@ class IfThenElse(_Branching):
 class WhileDoElse(_Branching):
     """Ask the first child at every tick; tick the second one, or else the third one.
 
-    | child   | what happens                                                        |
+    | child   | result                                                              |
     |---------|---------------------------------------------------------------------|
     | SUCCESS | of the condition: the third child is halted, the second one ticked; |
     |         | of a branch: all are reset, SUCCESS                                 |

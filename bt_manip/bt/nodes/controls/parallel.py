@@ -8,7 +8,7 @@ from bt_manip.bt.status import FAILURE, RUNNING, SKIPPED, SUCCESS, NodeStatus
 
 
 def threshold(count: int, children: int) -> int:
-    """Give the number that a threshold means; a negative one counts from all children, -1."""
+    """Return the number that a threshold means; a negative one counts from all children, -1."""
     return max(children + count + 1, 0) if count < 0 else count
 
 
@@ -34,9 +34,9 @@ class _Counting(Control):
         if self._node_runtime is not None and self._reason is not None:
             self._node_runtime.reason = self._reason
 
-    def _check(self, count: int, what: str) -> None:
+    def _check(self, count: int, verb: str) -> None:
         if len(self.children) < count:
-            raise ValueError(f"{len(self.children)} children can never {what}: {count} must")
+            raise ValueError(f"{len(self.children)} children can never {verb}: {count} must")
 
     def _halt(self) -> None:
         self._clear()
@@ -46,9 +46,9 @@ class _Counting(Control):
 class Parallel(_Counting):
     """Tick all children that have not completed, until enough have succeeded or failed.
 
-    The verdict is looked for after each child: on a verdict the later children are not ticked.
+    The verdict is checked after each child: on a verdict the later children are not ticked.
 
-    | child   | what happens                                                        |
+    | child   | result                                                              |
     |---------|---------------------------------------------------------------------|
     | SUCCESS | counted; it is not ticked again. SUCCESS once success_count have    |
     | FAILURE | counted; it is not ticked again. FAILURE once failure_count have,   |
@@ -103,7 +103,7 @@ class Parallel(_Counting):
 class ParallelAll(_Counting):
     """Tick all children until all have completed, then judge.
 
-    | child   | what happens                                                        |
+    | child   | result                                                              |
     |---------|---------------------------------------------------------------------|
     | SUCCESS | it is not ticked again                                              |
     | FAILURE | counted; it is not ticked again. When all have completed: FAILURE   |

@@ -36,7 +36,7 @@ class _Reactive(Control):
 class ReactiveSequence(_Reactive):
     """Tick all children from the first one at every tick; fail as soon as one fails.
 
-    | child   | what happens                                                        |
+    | child   | result                                                              |
     |---------|---------------------------------------------------------------------|
     | SUCCESS | the next child is ticked; after the last one SUCCESS                |
     | FAILURE | all are reset, FAILURE                                              |
@@ -49,7 +49,7 @@ class ReactiveSequence(_Reactive):
 class ReactiveFallback(_Reactive):
     """Tick all children from the first one at every tick; succeed as soon as one succeeds.
 
-    | child   | what happens                                                        |
+    | child   | result                                                              |
     |---------|---------------------------------------------------------------------|
     | SUCCESS | all are reset, SUCCESS                                              |
     | FAILURE | the next child is ticked; after the last one FAILURE                |

@@ -7,7 +7,7 @@ from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, NodeSta
 
 
 class InOrder(Control):
-    """Tick the children one after the other until one returns what ends it."""
+    """Tick the children one after the other until one returns the ending status."""
 
     memory: ClassVar = ("_index", "_skipped")
     _goes_on: ClassVar[NodeStatus] = SUCCESS
@@ -68,7 +68,7 @@ class InOrder(Control):
 class Sequence(InOrder):
     """Tick the children one after the other; fail as soon as one fails.
 
-    | child   | what happens                                                        |
+    | child   | result                                                              |
     |---------|---------------------------------------------------------------------|
     | SUCCESS | the next child is ticked; after the last one SUCCESS                |
     | FAILURE | all are reset, FAILURE; the next round starts with the first child  |
@@ -81,7 +81,7 @@ class Sequence(InOrder):
 class AsyncSequence(Sequence):
     """A Sequence that pauses after each child that succeeded within one tick.
 
-    | child   | what happens                                                        |
+    | child   | result                                                              |
     |---------|---------------------------------------------------------------------|
     | SUCCESS | in its first tick, and others remain: RUNNING, and the tree is      |
     |         | woken up to go on; else as Sequence                                 |
@@ -97,7 +97,7 @@ class AsyncSequence(Sequence):
 class SequenceWithMemory(Sequence):
     """A Sequence that goes on with the child that failed, not with the first one.
 
-    | child   | what happens                                                        |
+    | child   | result                                                              |
     |---------|---------------------------------------------------------------------|
     | SUCCESS | as AsyncSequence                                                    |
     | FAILURE | this and the later children are halted, FAILURE; the next round     |
@@ -121,7 +121,7 @@ class SequenceWithMemory(Sequence):
 class Fallback(InOrder):
     """Tick the children one after the other; succeed as soon as one succeeds.
 
-    | child   | what happens                                                        |
+    | child   | result                                                              |
     |---------|---------------------------------------------------------------------|
     | SUCCESS | all are reset, SUCCESS                                              |
     | FAILURE | the next child is ticked; after the last one FAILURE                |
@@ -137,7 +137,7 @@ class Fallback(InOrder):
 class AsyncFallback(Fallback):
     """A Fallback that pauses after each child that failed within one tick.
 
-    | child   | what happens                                                        |
+    | child   | result                                                              |
     |---------|---------------------------------------------------------------------|
     | SUCCESS | as Fallback                                                         |
     | FAILURE | in its first tick, and others remain: RUNNING, and the tree is      |

@@ -16,7 +16,7 @@ _EPSILON = 2.0**-23  # of single precision, as everywhere in the engine
 class Switch(Control):
     """Tick the child whose case equals the variable, or else the last child.
 
-    | child   | what happens                                                        |
+    | child   | result                                                              |
     |---------|---------------------------------------------------------------------|
     | SUCCESS | all are reset, SUCCESS                                              |
     | FAILURE | all are reset, FAILURE                                              |
@@ -26,12 +26,12 @@ class Switch(Control):
     | halt    | the running child is halted                                         |
 
     Cases are equal to the variable as texts, as integers, or as numbers up to 2^-23; names of
-    scripting enumerations stand for their numbers. Without a variable the last child is ticked.
+    scripting enumerations mean their numbers. Without a variable the last child is ticked.
     """
 
     memory: ClassVar = ("_running_child",)
     cases: ClassVar[tuple[str, ...]] = ()
-    variable = Input(str, doc="what is compared with the cases")
+    variable = Input(str, doc="the value that the cases are compared with")
     _running_child = -1
 
     def _tick(self) -> NodeStatus:
@@ -74,7 +74,7 @@ class Switch(Control):
 
 
 def equal(one: str, other: str, enums: Mapping[str, int]) -> bool:
-    """Tell whether a variable and a case are equal: as texts, integers or real numbers."""
+    """Return whether a variable and a case are equal: as texts, integers or real numbers."""
     if one == other:
         return True
     numbers = [enums[text] if text in enums else _integer(text) for text in (one, other)]

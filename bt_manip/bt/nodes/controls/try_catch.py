@@ -11,7 +11,7 @@ from bt_manip.exceptions import PortError
 class TryCatch(Control):
     """Tick all children but the last as a Sequence; if one fails, tick the last one.
 
-    | child   | what happens                                                        |
+    | child   | result                                                              |
     |---------|---------------------------------------------------------------------|
     | SUCCESS | the next one is ticked; SUCCESS after the last but one              |
     | FAILURE | all are reset, and the last child is ticked until it completes;     |

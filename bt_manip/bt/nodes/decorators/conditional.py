@@ -14,7 +14,7 @@ from bt_manip.exceptions import PortError
 class Precondition(ScriptPort, Decorator):
     """Tick the child once a script was true, and then until the child has completed.
 
-    | child   | what happens                                                       |
+    | child   | result                                                             |
     |---------|--------------------------------------------------------------------|
     | not yet | while the script is false: the status of the port else             |
     | SUCCESS | SUCCESS; the next round asks the script again                      |
@@ -49,7 +49,7 @@ class Precondition(ScriptPort, Decorator):
 class RunOnce(Decorator):
     """Tick the child until it has completed once; never again.
 
-    | child     | what happens                                                   |
+    | child     | result                                                         |
     |-----------|----------------------------------------------------------------|
     | SUCCESS   | SUCCESS                                                        |
     | FAILURE   | FAILURE                                                        |
@@ -104,7 +104,7 @@ class _Updated(Watching, Decorator):
 class SkipUnlessUpdated(_Updated):
     """Tick the child if an entry was written since the last check, else skip.
 
-    | child       | what happens                                                 |
+    | child       | result                                                       |
     |-------------|--------------------------------------------------------------|
     | not written | SKIPPED; a missing entry was not written                     |
     | SUCCESS     | SUCCESS                                                      |
@@ -120,7 +120,7 @@ class SkipUnlessUpdated(_Updated):
 class WaitValueUpdate(_Updated):
     """Tick the child if an entry was written since the last check, else wait.
 
-    | child       | what happens                                                 |
+    | child       | result                                                       |
     |-------------|--------------------------------------------------------------|
     | not written | RUNNING; a missing entry was not written                     |
     | SUCCESS     | SUCCESS                                                      |

@@ -12,7 +12,7 @@ from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SUCCESS, NodeStatus
 class ForEach(Decorator):
     """Tick the child once for each item of a list, and hand the item and its index to it.
 
-    | child   | what happens                                                        |
+    | child   | result                                                              |
     |---------|---------------------------------------------------------------------|
     | empty   | SUCCESS; the child is not ticked                                    |
     | SUCCESS | the next tick takes the next item; SUCCESS after the last one       |
@@ -68,7 +68,7 @@ class ForEach(Decorator):
 class ForEachUntilSuccess(ForEach):
     """Tick the child with one item of a list after another, until it succeeds.
 
-    | child   | what happens                                                        |
+    | child   | result                                                              |
     |---------|---------------------------------------------------------------------|
     | empty   | FAILURE; the child is not ticked                                    |
     | SUCCESS | SUCCESS; `out` and `index` stay those of this item                  |

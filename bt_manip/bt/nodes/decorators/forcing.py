@@ -26,7 +26,7 @@ class _Forcing(Decorator):
 class Inverter(_Forcing):
     """Turn success into failure and failure into success.
 
-    | child   | what happens        |
+    | child   | result              |
     |---------|---------------------|
     | SUCCESS | FAILURE             |
     | FAILURE | SUCCESS             |
@@ -42,7 +42,7 @@ class Inverter(_Forcing):
 class ForceSuccess(_Forcing):
     """Succeed when the child has completed, whatever its result.
 
-    | child   | what happens        |
+    | child   | result              |
     |---------|---------------------|
     | SUCCESS | SUCCESS             |
     | FAILURE | SUCCESS             |
@@ -57,7 +57,7 @@ class ForceSuccess(_Forcing):
 class ForceFailure(_Forcing):
     """Fail when the child has completed, whatever its result.
 
-    | child   | what happens        |
+    | child   | result              |
     |---------|---------------------|
     | SUCCESS | FAILURE             |
     | FAILURE | FAILURE             |
@@ -73,7 +73,7 @@ class ForceFailure(_Forcing):
 class KeepRunningUntilFailure(Decorator):
     """Tick the child again and again until it fails.
 
-    | child   | what happens                         |
+    | child   | result                               |
     |---------|--------------------------------------|
     | SUCCESS | RUNNING; the next tick starts it anew |
     | FAILURE | FAILURE                              |

@@ -26,7 +26,7 @@ from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SUCCESS, NodeStatus
 class Loop(Decorator):
     """Tick the child once for each item of a queue, and hand the item to it.
 
-    | child   | what happens                                                        |
+    | child   | result                                                              |
     |---------|---------------------------------------------------------------------|
     | empty   | the status of the port if_empty; the child is not ticked            |
     | SUCCESS | RUNNING; the next tick takes the next item                          |
@@ -54,7 +54,7 @@ class Loop(Decorator):
         return "queue"
 
     def check_ports(self) -> None:
-        """Check what must be right before the first tick.
+        """Check the ports before the first tick.
 
         Raises:
             PortError: If the queue is missing, or is a text that holds something else.
@@ -130,14 +130,14 @@ class Loop(Decorator):
             raise self._port_error("queue", str(error)) from None
 
     def get_state(self) -> dict[str, Any]:
-        """Give what is left of the queue, and whether the child runs."""
+        """Return the rest of the queue, and whether the child runs."""
         return {
             "queue": None if self._queue is None else list(self._queue),
             "child_running": self._child_running,
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take back what `get_state` gave."""
+        """Restore the state that `get_state` returned."""
         self._queue = None if state["queue"] is None else deque(state["queue"])
         self._child_running = state["child_running"]
 

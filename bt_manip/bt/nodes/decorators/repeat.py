@@ -9,7 +9,7 @@ from bt_manip.exceptions import PortError
 
 
 class _Counting(Decorator):
-    """Tick the child again each time it returns what is counted, until that is enough."""
+    """Tick the child again each time it returns the counted status, up to a limit."""
 
     memory: ClassVar = ("_count",)
     _counted: ClassVar[NodeStatus] = SUCCESS
@@ -20,7 +20,7 @@ class _Counting(Decorator):
         raise NotImplementedError
 
     def _most_now(self, most: int) -> int:
-        """Give how many are enough after one more was counted."""
+        """Return how many are enough after one more was counted."""
         return most
 
     def _tick(self) -> NodeStatus:
@@ -56,7 +56,7 @@ class _Counting(Decorator):
 class Repeat(_Counting):
     """Tick the child until it has succeeded a number of times.
 
-    | child   | what happens                                                         |
+    | child   | result                                                               |
     |---------|----------------------------------------------------------------------|
     | SUCCESS | counted; SUCCESS after num_cycles. Else it starts anew: in this tick |
     |         | if it had been running, else RUNNING and the tree is woken up        |
@@ -75,9 +75,9 @@ class Repeat(_Counting):
 
 
 class RetryUntilSuccessful(_Counting):
-    """Tick the child until it succeeds, a number of times at the most.
+    """Tick the child until it succeeds, a number of times at most.
 
-    | child   | what happens                                                         |
+    | child   | result                                                               |
     |---------|----------------------------------------------------------------------|
     | SUCCESS | SUCCESS, the count starts anew                                       |
     | FAILURE | counted; FAILURE after num_attempts, which is read again each time.  |
@@ -103,4 +103,4 @@ class RetryUntilSuccessful(_Counting):
         try:
             return self._most()
         except PortError:
-            return most  # it was there at the start of the tick: go on with what it said then
+            return most  # it was there at the start of the tick: go on with the value of then

@@ -11,7 +11,7 @@ from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, NodeSta
 class RepeatUnlessFailureEachTick(Decorator):
     """Tick the child until it has succeeded a number of times, once per tick.
 
-    | child   | what happens                                                        |
+    | child   | result                                                              |
     |---------|---------------------------------------------------------------------|
     | SUCCESS | counted; SUCCESS after num_cycles, else RUNNING                     |
     | FAILURE | FAILURE, the count starts anew                                      |

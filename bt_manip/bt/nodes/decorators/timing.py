@@ -12,7 +12,7 @@ from bt_manip.bt.status import FAILURE, RUNNING, SUCCESS, NodeStatus
 class Delay(Timed, Decorator):
     """Wait, then tick the child.
 
-    | child   | what happens                                     |
+    | child   | result                                           |
     |---------|--------------------------------------------------|
     | waiting | RUNNING until delay_msec have passed             |
     | SUCCESS | SUCCESS; the next round waits again              |
@@ -56,7 +56,7 @@ class Delay(Timed, Decorator):
 class Timeout(Timed, Decorator):
     """Tick the child, and halt it when it has been running for too long.
 
-    | child   | what happens                                                       |
+    | child   | result                                                             |
     |---------|--------------------------------------------------------------------|
     | SUCCESS | SUCCESS                                                            |
     | FAILURE | FAILURE                                                            |
