@@ -65,11 +65,6 @@ class MjcfWriter:
         Raises:
             ValueError: If MuJoCo or PyMJCF refuses the model.
         """
-        text, assets = self.write(models)
-        return mujoco.MjModel.from_xml_string(text, assets)
-
-    def write(self, models: Iterable[mjcf.RootElement]) -> tuple[str, dict[str, bytes]]:
-        """Return the arena as MJCF, and the contents of the files that it names."""
         kept = {id(model): model for model in models}
         frames = {id(mjcf.get_attachment_frame(model)): model for model in kept.values()}
         self._texts = texts = {i: self._text_of(model) for i, model in kept.items()}
@@ -95,7 +90,7 @@ class MjcfWriter:
                 if parts:
                     whole += [f"<{tag}>", *parts, f"</{tag}>"]
         whole.append("</mujoco>")
-        return "".join(whole), assets
+        return mujoco.MjModel.from_xml_string("".join(whole), assets)
 
     def _write_default(self, texts: dict[int, _Text], kept: dict[int, Any]) -> str:
         """Serialize the defaults of the arena and of all attached models."""
