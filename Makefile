@@ -32,7 +32,7 @@ types: setup  ## Check types
 	$(BIN)/mypy
 
 docs: setup .venv/.docs  ## Build the documentation in docs/_build/html
-	$(BIN)/python -m sphinx -E -b html -W --keep-going -q docs docs/_build/html
+	$(BIN)/python -m sphinx -E -j auto -b html -W --keep-going -q docs docs/_build/html
 	@echo "docs/_build/html/index.html"
 
 .venv/.docs: pyproject.toml constraints.txt
