@@ -217,4 +217,7 @@ class Decorator(Parent, PyTreesDecorator):
 
     def _reset_child(self) -> None:
         """Halt the child if it runs, and set it to idle."""
-        self._halt_child(0)
+        link = self.link
+        if link._node_status is RUNNING:
+            link.halt()
+        link._reset()
