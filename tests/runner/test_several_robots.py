@@ -93,7 +93,7 @@ def test_both_go_on_from_a_state_bit_for_bit(station, left, right):
 
 
 def test_a_behaviour_that_names_no_robot_is_refused_before_anything_moves(station):
-    with pytest.raises((BtManipError, NodeError), match="robots 'left', 'right'; say which"):
+    with pytest.raises((BtManipError, NodeError), match="robots 'left', 'right'; select one"):
         set_up(station, MoveHome())
 
 
