@@ -8,6 +8,7 @@ from typing import Any, TypedDict, Unpack
 
 from bt_manip.bt.blackboard import Blackboard
 from bt_manip.bt.libraries import Libraries
+from bt_manip.bt.mapping import LeafMapping
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.runtime import Clock
 from bt_manip.bt.stubs import Stubs
@@ -79,6 +80,8 @@ class ReadingOptions(TypedDict, total=False):
         libraries: Other files and folders whose trees may be named as sub-trees; `Libraries`
             that are given to several readings are read and checked once.
         stubs: What stands for behaviours and sub-trees that nobody has; by default they are errors.
+        mapping: Which behaviours stand for leaves and sub-trees of others; they are replaced in the
+            document.
         strict: Whether errors that the engine finds only at a tick are reported; default: True.
         library: Whether a document needs no main tree; default: False.
     """
@@ -90,6 +93,7 @@ class ReadingOptions(TypedDict, total=False):
     substitutions: Substitutions | None
     libraries: Sequence[str | Path] | Libraries
     stubs: Stubs | None
+    mapping: LeafMapping | None
     strict: bool
     library: bool
 
@@ -195,6 +199,7 @@ def _read(
     strict: bool = True,
     libraries: Sequence[str | Path] | Libraries = (),
     stubs: Stubs | None = None,
+    mapping: LeafMapping | None = None,
     library: bool = False,
 ) -> Reading:
     if document is None:
@@ -204,6 +209,8 @@ def _read(
     if not isinstance(libraries, Libraries):
         libraries = Libraries(libraries)
     libraries.add_to(document)
+    if mapping is not None:
+        mapping.apply(document, problems)
     rules = dialect_named(dialect, document.root)
     known = registry = rules.extended(registry)
     if stubs is not None:

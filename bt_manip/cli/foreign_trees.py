@@ -24,12 +24,14 @@ class ForeignTrees:
         models: Files that declare nodes.
         stub_unknown: Whether leaves and sub-trees that nobody has succeed.
         stubs: ``NAME=RESULT``, as given.
+        mapping: A file that maps leaves to behaviours.
     """
 
     libraries: tuple[Path, ...] = ()
     models: tuple[Path, ...] = ()
     stub_unknown: bool = False
     stubs: tuple[str, ...] = ()
+    mapping: Path | None = None
     _stubbed: dict[str, int] = field(default_factory=dict)
 
     def reading(self) -> dict[str, Any]:
@@ -38,7 +40,7 @@ class ForeignTrees:
         Raises:
             BtManipError: If a file cannot be read, or a stub is not of the form ``NAME=RESULT``.
         """
-        from bt_manip.bt import Libraries, Stubs
+        from bt_manip.bt import LeafMapping, Libraries, Stubs
 
         results: dict[str, str] = {}
         for text in self.stubs:
@@ -50,7 +52,8 @@ class ForeignTrees:
             results[name] = result
         stubs: Stubs = Stubs(self.stub_unknown, results, self.models)
         libraries: Libraries = Libraries(self.libraries)
-        return {"stubs": stubs, "libraries": libraries}
+        mapping = None if self.mapping is None else LeafMapping.read(self.mapping)
+        return {"stubs": stubs, "libraries": libraries, "mapping": mapping}
 
     def note(self, stubbed: Mapping[str, int]) -> None:
         """Remember what was stubbed in one more tree."""
@@ -73,7 +76,7 @@ class ForeignTrees:
 
 def foreign_tree_options(command: Function) -> Function:
     """Add the options to a command, which gets them as ``foreign``, a `ForeignTrees`."""
-    names = ("libraries", "models", "stub_unknown", "stubs")
+    names = ("libraries", "models", "stub_unknown", "stubs", "mapping")
 
     def with_options(*args: Any, **options: Any) -> Any:
         foreign = ForeignTrees(**{name: options.pop(name) for name in names})
@@ -97,6 +100,10 @@ def foreign_tree_options(command: Function) -> Function:
             "--models", multiple=True, type=path, metavar="FILE",
             help="A file whose TreeNodesModel declares nodes, such as a project of Groot2; may "
             "be given more than once.",
+        ),
+        click.option(
+            "--map", "mapping", type=path, metavar="FILE.toml",
+            help="Which behaviours stand for leaves and sub-trees of others, and how.",
         ),
         click.option(
             "--with", "libraries", multiple=True, type=path, metavar="PATH",

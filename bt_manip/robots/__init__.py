@@ -2,6 +2,10 @@
 
 from .addresses import reader as reader
 from .addresses import writer as writer
+from .configurations import Configuration as Configuration
+from .configurations import find_configuration as find_configuration
+from .configurations import read_configurations as read_configurations
+from .configurations import read_waypoints as read_waypoints
 from .description_file import read_description as read_description
 from .errors import GripperError as GripperError
 from .errors import RobotError as RobotError

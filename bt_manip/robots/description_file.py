@@ -8,6 +8,7 @@ import pinocchio as pin
 from bt_manip.toml_tables import TomlFile, TomlTable
 
 from .assembly import MENAGERIE
+from .configurations import read_configurations
 from .errors import RobotError
 from .gripper import DEFAULT_KIND, GripperDescription
 from .robot_description import RobotDescription, ToolLimits
@@ -49,6 +50,7 @@ def read_description(path: Path | str) -> RobotDescription:
         effort=table.numbers("effort", n, spread=True),
         gripper=_gripper(table.table("gripper"), path),
         tool_limits=_tool_limits(table.table("tool_limits")),
+        configurations=read_configurations(table, path.parent),
     )
     for part in (tool, base, table):
         if part is not None:

@@ -12,6 +12,7 @@ from bt_manip.cell import MonitoredEntity
 
 from .addresses import reader
 from .assembly import assemble, find_element
+from .configurations import Configuration, find_configuration
 from .errors import GripperError, RobotError
 from .gripper import Gripper
 from .joint_limits import read_limits
@@ -65,6 +66,10 @@ class Robot(MonitoredEntity):
             RobotError: When the description and its model do not fit.
         """
         self.description = description
+        self.configurations: dict[str, Configuration] = {
+            "home": description.home,
+            **description.configurations,
+        }
         self._where = f"robot '{description.name}'"
         root, alone, hand, self.tool_site = assemble(description, name or description.name)
         self.limits = read_limits(alone, description)
@@ -80,6 +85,14 @@ class Robot(MonitoredEntity):
 
     def _build_observables(self) -> RobotObservables:
         return RobotObservables(self)
+
+    def configuration(self, name: str) -> tuple[float, ...]:
+        """Return the joint positions of a named configuration [rad].
+
+        Raises:
+            MotionError: If there is none of that name, or it is of other joints.
+        """
+        return find_configuration(name, self.configurations, self.description.arm_joints)
 
     @property
     def mjcf_model(self) -> mjcf.RootElement:

@@ -1,9 +1,11 @@
 """What bt-manip must know of a robot that its model file does not say."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import pinocchio as pin
 
+from .configurations import Configuration
 from .errors import RobotError
 from .gripper import GripperDescription
 
@@ -52,6 +54,7 @@ class RobotDescription:
         T_rb: Pose of the model's base where the robot is put: where it stands in a scene.
         pedestal: Size of a block that carries the base, in x, y and z [m]; it stands under it, on
             the plane that the robot is put on. None: there is none.
+        configurations: Named configurations, besides ``home``.
     """
 
     name: str
@@ -68,6 +71,7 @@ class RobotDescription:
     T_ft: pin.SE3 = field(default_factory=pin.SE3.Identity)
     T_rb: pin.SE3 = field(default_factory=pin.SE3.Identity)
     pedestal: tuple[float, ...] | None = None
+    configurations: Mapping[str, Configuration] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check that there is one number a joint, and that what has a size has one."""

@@ -12,7 +12,7 @@ from bt_manip.cell import Region
 from bt_manip.cell.randomization import Randomization
 from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Registry
-from bt_manip.robots import RobotDescription, read_description
+from bt_manip.robots import Configuration, RobotDescription, read_description
 
 
 @dataclass(frozen=True)
@@ -68,6 +68,7 @@ class Scene:
         randomization: What varies from cycle to cycle.
         seed: Seed of runs that give none.
         about: A description in one sentence.
+        configurations: Named configurations of its robots, besides those of their descriptions.
         source: The file that it was read from.
     """
 
@@ -77,6 +78,7 @@ class Scene:
     seed: int | None = None
     about: str = ""
     source: str = ""
+    configurations: Mapping[str, Configuration] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check the robots' names.

@@ -17,6 +17,7 @@ from bt_manip.cell.randomization import Randomization, parse_variation
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.models import is_address
 from bt_manip.registry import Parts
+from bt_manip.robots import read_configurations
 from bt_manip.toml_tables import TomlFile, TomlTable
 
 from .scene import Fixture, Scene, SceneRobot, find_robot
@@ -123,6 +124,7 @@ class _Reader:
         for table in attempt(whole.tables, "cameras") or []:
             self._add(self._camera(table), table)
         randomization = self._randomization(attempt(whole.table, "randomization"))
+        configurations = attempt(read_configurations, whole, self._folder) or {}
         attempt(whole.finish)
         if "robots" not in whole.keys():
             self._refuse(whole, "robots", "is missing: at least one [[robots]] table")
@@ -132,7 +134,7 @@ class _Reader:
             return Scene(
                 robots=tuple(robots), fixtures=tuple(self._fixtures),
                 randomization=randomization, seed=seed, about=about or "",
-                source=str(self._file.path),
+                source=str(self._file.path), configurations=configurations,
             )  # fmt: skip
         except BtManipError as error:
             self._refuse(whole, "robots", f"is wrong: {error}")

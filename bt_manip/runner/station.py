@@ -247,6 +247,8 @@ def build_station(
             if fixture.name in later:
                 add_fixture(cell, fixture, entity, seed)
     robots = {name: one.commanded(name) for name, one in zip(names, entities, strict=True)}
+    for one in robots.values():
+        one.robot.configurations |= scene.configurations
     if len(robots) > 1:
         MultiArmCoordinator({name: one.arm for name, one in robots.items()})
     rng = np.random.default_rng(seed)

@@ -1,0 +1,184 @@
+"""Leaf mappings: which of our behaviours stand for leaves and sub-trees of others."""
+
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ..exceptions import ScriptError, TreeError, did_you_mean
+from .blackboard import Blackboard
+from .ports import is_pointer
+from .script.evaluation import Environment, is_true
+from .script.parser import parse_script
+from .xml.check import EXPLICIT
+from .xml.document import Document, is_port_name
+from .xml.problem import Problems
+from .xml.source import Attribute, Element
+
+_KEYS = ("node", "when", "ports", "set")
+
+
+@dataclass(frozen=True)
+class MappingRule:
+    """One rule of a mapping.
+
+    Attributes:
+        node: The behaviour that stands for the leaf.
+        when: A script over the leaf's ports that has to be true; empty: always.
+        ports: The leaf's ports by the names of the behaviour's.
+        constants: Values of further ports.
+    """
+
+    node: str
+    when: str = ""
+    ports: Mapping[str, str] = field(default_factory=dict)
+    constants: Mapping[str, str] = field(default_factory=dict)
+
+
+class LeafMapping:
+    """Rules by the name of the leaf or sub-tree that they replace."""
+
+    def __init__(self, rules: Mapping[str, list[MappingRule]], file: str = "<mapping>") -> None:
+        """Take the rules; of those of one name the first that holds counts."""
+        self.rules = rules
+        self._file = file
+        self._done: dict[int, Element] = {}
+
+    @classmethod
+    def read(cls, path: str | Path) -> "LeafMapping":
+        """Read a mapping from a TOML file.
+
+        A table, or an array of tables, for each name: ``node`` names the behaviour, ``when`` is a
+        script over the leaf's ports, ``ports`` has the leaf's ports by the behaviour's, ``set``
+        has constants.
+
+        Raises:
+            TreeError: If it cannot be read, or has another form.
+        """
+        try:
+            return cls.parse(Path(path).read_text("utf-8"), str(path))
+        except OSError as error:
+            raise TreeError(f"{path}: {error.strerror}") from None
+
+    @classmethod
+    def parse(cls, text: str, file: str = "<mapping>") -> "LeafMapping":
+        """Read a mapping from a text; see `read`."""
+        try:
+            data = tomllib.loads(text)
+        except ValueError as error:
+            raise TreeError(f"{file}: {error}") from None
+        rules = {}
+        for name, tables in data.items():
+            tables = tables if isinstance(tables, list) else [tables]
+            rules[name] = [_rule(table, f"{file}: {name}") for table in tables]
+        return cls(rules, file)
+
+    def apply(self, document: Document, problems: Problems) -> None:
+        """Replace the leaves and sub-trees of a document, each once.
+
+        Args:
+            document: The document, its libraries included.
+            problems: Takes what no rule holds for.
+        """
+        for source in document.sources.values():
+            for tree in source.root.children:
+                for element in tree.iterate() if tree.name == "BehaviorTree" else ():
+                    if id(element) not in self._done:
+                        self._done[id(element)] = element
+                        self._replace(element, problems)
+
+    def _replace(self, element: Element, problems: Problems) -> None:
+        explicit = element.name in (*EXPLICIT, "SubTree")
+        name = (element.get("ID") or "") if explicit else element.name
+        if name not in self.rules or element.children:
+            return
+        given = {key: a for key, a in element.attributes.items() if is_port_name(key)}
+        try:
+            found = self._choose(name, {key: a.value for key, a in given.items()})
+        except (ScriptError, TreeError) as error:
+            problems.error(element.place, f"{self._file}: {name}: {error}")
+            return
+        kept = {
+            key: a
+            for key, a in element.attributes.items()
+            if key not in given and key not in ("ID", "_autoremap")
+        }
+        made = [_made(rule, given, element) for _, rule in found]
+        if len(made) == 1:
+            element.name, element.attributes = made[0].name, {**made[0].attributes, **kept}
+            return
+        # The rule depends on the blackboard: it is chosen when the node is ticked.
+        branch = made[-1]
+        for (condition, _), leaf in zip(reversed(found[:-1]), reversed(made[:-1]), strict=True):
+            test = Element("ScriptCondition", element.place)
+            test.attributes["code"] = Attribute("code", condition, element.place, element.place)
+            branch = Element("IfThenElse", element.place, content=[test, leaf, branch])
+        element.name, element.attributes = branch.name, kept
+        element.content = branch.content
+        self._done.update((id(e), e) for e in element.iterate())
+
+    def _choose(self, name: str, given: Mapping[str, str]) -> list[tuple[str, MappingRule]]:
+        """Return the rules that may hold, with their conditions over the blackboard."""
+        scope = Blackboard()
+        for key, text in given.items():
+            if not is_pointer(text):
+                scope.set_text(key, text)
+        found: list[tuple[str, MappingRule]] = []
+        for rule in self.rules[name]:
+            if not rule.when:
+                return [*found, ("", rule)]
+            reads = parse_script(rule.when).reads
+            for key in reads - given.keys():
+                raise TreeError(f"the rule '{rule.when}' needs the port '{key}'")
+            pointers = {key: given[key].strip(" ")[1:-1] for key in reads if is_pointer(given[key])}
+            if pointers:
+                condition = rule.when
+                for key, entry in pointers.items():
+                    condition = re.sub(
+                        rf"(?<![\w@.]){key}\b", entry if entry != "=" else key, condition
+                    )
+                found.append((condition, rule))
+            elif is_true(parse_script(rule.when).evaluate(Environment(scope, {}))):
+                return [*found, ("", rule)]
+        values = ", ".join(f"{key}={text}" for key, text in given.items())
+        raise TreeError(f"no rule holds for {values or 'a leaf without ports'}")
+
+
+def _made(rule: MappingRule, given: Mapping[str, Attribute], element: Element) -> Element:
+    made = Element(rule.node, element.place)
+    for port, theirs in rule.ports.items():
+        if theirs in given:
+            a = given[theirs]
+            value = f"{{{theirs}}}" if a.value == "{=}" else a.value
+            made.attributes[port] = Attribute(port, value, a.place, a.value_place)
+    for port, text in rule.constants.items():
+        made.attributes[port] = Attribute(port, text, element.place, element.place)
+    return made
+
+
+def _rule(table: Any, where: str) -> MappingRule:
+    if not isinstance(table, dict) or not isinstance(table.get("node"), str):
+        raise TreeError(f"{where}: 'node' is missing: the name of a behaviour")
+    for key in table:
+        if key not in _KEYS:
+            raise TreeError(f"{where}: '{key}' means nothing{did_you_mean(key, _KEYS)}")
+    ports, constants = table.get("ports", {}), table.get("set", {})
+    when = table.get("when", "")
+    if not isinstance(ports, dict) or not all(isinstance(p, str) for p in ports.values()):
+        raise TreeError(f"{where}: 'ports' is a table of names of ports")
+    if not isinstance(constants, dict) or not isinstance(when, str):
+        raise TreeError(f"{where}: 'set' is a table of values, 'when' a script")
+    if when:
+        try:
+            parse_script(when)
+        except ScriptError as error:
+            raise TreeError(f"{where}: when: {error}") from None
+    return MappingRule(table["node"], when, ports, {k: _text(v) for k, v in constants.items()})
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return ";".join(map(str, value)) if isinstance(value, list) else str(value)

@@ -1,0 +1,106 @@
+"""Named configurations of robots, from tables and from MoveIt Pro's waypoints."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from bt_manip.exceptions import BtManipError, MotionError, did_you_mean
+from bt_manip.toml_tables import TomlTable
+
+Configuration = Sequence[float] | Mapping[str, float]
+"""Joint positions in order, or by the name of the joint [rad]."""
+
+
+def read_configurations(table: TomlTable, folder: Path) -> dict[str, Configuration]:
+    """Read the named configurations of a robot or scene file.
+
+    Args:
+        table: The file: ``[configurations]`` has joint positions by name [rad], ``waypoints``
+            names a file of MoveIt Pro.
+        folder: Where paths start.
+
+    Raises:
+        BtManipError: If one of them is wrong.
+    """
+    found: dict[str, Configuration] = {}
+    waypoints = table.text("waypoints")
+    if waypoints is not None:
+        try:
+            found |= read_waypoints(folder / waypoints)
+        except BtManipError as error:
+            raise table.error("waypoints", f"is wrong: {error}") from error
+    named = table.table("configurations")
+    for name in () if named is None else named.keys():
+        found[name] = named.numbers(name) or ()  # type: ignore[union-attr]
+    return found
+
+
+def read_waypoints(path: Path | str) -> dict[str, Configuration]:
+    """Read the waypoints of MoveIt Pro: joint positions by the name of the joint.
+
+    Args:
+        path: A ``waypoints.yaml``.
+
+    Raises:
+        BtManipError: If it cannot be read, or is no list of waypoints.
+    """
+    import yaml
+
+    try:
+        data = yaml.safe_load(Path(path).read_text("utf-8")) or []
+        return {
+            str(waypoint["name"]): {
+                str(joint): float(position)
+                for joint, position in zip(
+                    waypoint["joint_state"]["name"],
+                    waypoint["joint_state"]["position"],
+                    strict=True,
+                )
+            }
+            for waypoint in data
+        }
+    except OSError as error:
+        raise BtManipError(f"{path}: {error.strerror}") from None
+    except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
+        raise BtManipError(f"{path} is no list of waypoints: {error}") from None
+
+
+def find_configuration(
+    name: str, known: Mapping[str, Configuration], joints: Sequence[str]
+) -> tuple[float, ...]:
+    """Return the joint positions of a named configuration, in the order of the joints [rad].
+
+    A joint of a waypoint may have a prefix before its name: ``panda_joint1``.
+
+    Args:
+        name: Its name.
+        known: All named configurations.
+        joints: The names of the joints.
+
+    Raises:
+        MotionError: If there is none of that name, or it is of other joints.
+    """
+    if name not in known:
+        near = did_you_mean(name, known)
+        raise MotionError(f"no configuration is named '{name}'{near}", reason="target")
+    found = known[name]
+    if isinstance(found, Mapping):
+        return tuple(_position(name, found, joint) for joint in joints)
+    if len(found) != len(joints):
+        raise MotionError(
+            f"the configuration '{name}' has {len(found)} positions; the arm has {len(joints)} "
+            "joints",
+            reason="target",
+        )
+    return tuple(found)
+
+
+def _position(name: str, positions: Mapping[str, float], joint: str) -> float:
+    if joint in positions:
+        return positions[joint]
+    ending = [value for other, value in positions.items() if other.endswith(joint)]
+    if len(ending) != 1:
+        raise MotionError(
+            f"the configuration '{name}' has no joint '{joint}'; it has {', '.join(positions)}",
+            reason="target",
+        )
+    return ending[0]

@@ -1,0 +1,124 @@
+"""Leaves and sub-trees of others that our behaviours stand for."""
+
+import pytest
+
+from bt_manip.bt import Action, BehaviourRegistry, Input, LeafMapping, Status
+from bt_manip.bt.loading import read_tree_text
+from bt_manip.exceptions import TreeError
+
+MAPPING = """\
+["Move to Waypoint"]
+node = "Go"
+ports = { to = "waypoint_name" }
+
+[[MoveGripperAction]]
+when = "position < 0.1"
+node = "Open"
+
+[[MoveGripperAction]]
+when = "position > 0.5"
+node = "Close"
+set = { force = 40, gently = true }
+"""
+TREE = """\
+<root BTCPP_format="4">
+  <BehaviorTree ID="Main">
+    <Control ID="Sequence">
+      <SubTree ID="Move to Waypoint" waypoint_name="Above" group="arm" _collapsed="true"/>
+      <Action ID="MoveGripperAction" name="grip" position="{}" topic="/x" _skipIf="false"/>
+    </Control>
+  </BehaviorTree>
+</root>
+"""
+
+
+class Noting(Action):
+    """Note what was given."""
+
+    def update(self):
+        given = {name: self.read_port(name) for name in self.ports}
+        NOTES.append((self.registration, self.name, given))
+        return Status.SUCCESS
+
+
+class Go(Noting):
+    to = Input(str)
+
+
+class Open(Noting):
+    """Open."""
+
+
+class Close(Noting):
+    force = Input(float)
+    gently = Input(bool)
+
+
+NOTES = []
+
+
+@pytest.fixture
+def read(tmp_path):
+    NOTES.clear()
+    (tmp_path / "mapping.toml").write_text(MAPPING)
+    registry = BehaviourRegistry([Go, Open, Close])
+
+    def read(position, **options):
+        mapping = LeafMapping.read(tmp_path / "mapping.toml")
+        return read_tree_text(
+            TREE.format(position), registry, dialect="auto", mapping=mapping, **options
+        )
+
+    return read
+
+
+def test_leaves_and_sub_trees_become_behaviours_with_their_ports(read):
+    tree = read("0.79").usable_tree()
+    tree.tick()
+    assert NOTES == [
+        ("Go", "Go", {"to": "Above"}),
+        ("Close", "grip", {"force": 40.0, "gently": True}),
+    ]
+
+
+def test_a_rule_chooses_by_the_value_of_a_port(read):
+    read("0").usable_tree().tick()
+    assert NOTES[-1] == ("Open", "grip", {})
+
+
+@pytest.mark.parametrize(("opening", "expected"), [(0.0, "Open"), (0.9, "Close")])
+def test_a_rule_over_an_entry_chooses_at_the_tick(read, opening, expected):
+    mapping = MAPPING.replace('when = "position > 0.5"\n', "")
+    tree = read("{opening}", blackboard={"opening": opening})
+    assert tree.errors and "no rule holds" in str(tree.errors[0])
+    rules = LeafMapping.parse(mapping)  # the last rule always holds
+    registry = BehaviourRegistry([Go, Open, Close])
+    tree = read_tree_text(
+        TREE.format("{opening}"), registry, dialect="auto", mapping=rules,
+        blackboard={"opening": opening},
+    ).usable_tree()  # fmt: skip
+    tree.tick()
+    assert NOTES[-1][0] == expected
+
+
+def test_a_leaf_that_no_rule_holds_for_is_an_error_at_its_place(read):
+    (error,) = [e for e in read("0.3").errors if "no rule" in str(e)]
+    assert error.place.line == 5
+    assert "MoveGripperAction: no rule holds for position=0.3, topic=/x" in str(error)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[A]\nwhen = 'x'", "'node' is missing"),
+        ("[A]\nnode = 'Go'\nport = {}", "'port' means nothing; did you mean 'ports'"),
+        ("[A]\nnode = 'Go'\nwhen = 'x <'", "when: "),
+        ("[A]\nnode = 'Go'\nports = { a = 1 }", "table of names of ports"),
+        ("[A", "mapping.toml: "),
+    ],
+)
+def test_a_wrong_mapping_is_refused(tmp_path, text, message):
+    path = tmp_path / "mapping.toml"
+    path.write_text(text)
+    with pytest.raises(TreeError, match=message):
+        LeafMapping.read(path)
