@@ -3,9 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
-from bt_manip.bt import Input
-from bt_manip.bt.port_types import DOUBLE_LIST
-from bt_manip.bt.ports import is_pointer
+from bt_manip.bt import DOUBLE_LIST, Input, is_pointer
 
 from .move import PlannedMove
 

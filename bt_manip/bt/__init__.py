@@ -78,7 +78,9 @@ from .mapping import LeafMapping as LeafMapping
 from .nodes.declared import Declared as Declared
 from .nodes.declared import cannot_run as cannot_run
 from .nodes.declared import declare as declare
+from .port_types import DOUBLE_LIST as DOUBLE_LIST
 from .port_types import STRING as STRING
+from .ports import is_pointer as is_pointer
 from .stubs import Stubs as Stubs
 from .substitution import Rule as Rule
 from .substitution import Substitutions as Substitutions
