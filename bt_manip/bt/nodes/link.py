@@ -49,9 +49,9 @@ class Link:
     feedback_message: str
     status: Status
     conditions: dict[str, str]
-    _node_status: NodeStatus = IDLE
-    _node_runtime: "Runtime | None" = None
-    _node_observers: "list[Observer] | tuple[()]" = ()
+    _node_status: NodeStatus
+    _node_runtime: "Runtime | None"
+    _node_observers: "list[Observer] | tuple[()]"
 
     @property
     def links(self) -> list[Any]:
@@ -106,6 +106,9 @@ class ForeignNode(Link):
         kind = NodeKind.CONTROL if behaviour.children else NodeKind.ACTION
         self.kind = kind  # type: ignore[misc]
         self.conditions = {}
+        self._node_status = IDLE
+        self._node_observers = ()
+        self._node_runtime = None
 
     @property
     def links(self) -> list[Link]:

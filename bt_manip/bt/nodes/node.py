@@ -12,6 +12,7 @@ from bt_manip.bt.nodes.link import Link
 from bt_manip.bt.nodes.link import NodeKind as NodeKind
 from bt_manip.bt.nodes.port_access import PortAccess
 from bt_manip.bt.ports import Port
+from bt_manip.bt.runtime import Observer, Runtime
 from bt_manip.bt.status import (
     FAILURE,
     IDLE,
@@ -60,6 +61,9 @@ class Node(PortAccess):
         is_named: Whether its name was given, and is not only that of its class.
     """
 
+    _node_status: NodeStatus = IDLE
+    _node_runtime: Runtime | None = None
+    _node_observers: list[Observer] | tuple[()] = ()
     _node_guard: Guard | None = None
     _node_tag: str | None = None
     """Its element in a document, if that is not its own name: ``Action``."""
