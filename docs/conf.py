@@ -27,6 +27,7 @@ myst_heading_anchors = 4
 autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True
+toc_object_entries_show_parents = "hide"
 python_use_unqualified_type_names = True
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True
@@ -40,6 +41,8 @@ nitpick_ignore_regex = [  # other projects' names, and internal ones in signatur
 ]
 
 html_theme = "furo"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 html_title = "bt-manip"
 html_show_copyright = html_show_sphinx = html_copy_source = html_show_sourcelink = False
 
@@ -55,8 +58,9 @@ PUBLIC = {
 def adapt_docstring(
     app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]
 ) -> None:
-    """Make reStructuredText of what docstrings take from Markdown: `names` and tables."""
+    """Make reStructuredText of what docstrings take from Markdown: `names`, tables, shapes."""
     text = re.sub(r"(?<![`:\w])`([^`\n]+)`(?![`_])", _code, "\n".join(lines))
+    text = re.sub(r" +# (\(.+\))$", r" ``\1``", text, flags=re.M)  # shapes of arrays
     lines[:] = re.sub(r"^\|.*\n(?:\|.*(?:\n|$))+", _table, text, flags=re.M).split("\n")
 
 
