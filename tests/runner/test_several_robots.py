@@ -160,4 +160,4 @@ def test_what_one_holds_the_other_does_not(station, left, right):
     assert left.arm.payload is not None and right.arm.payload is None
     holding = {name: IsHolding(object="cube", robot=name) for name in ("left", "right")}
     assert set_up(station, holding["left"]).until_done() is NodeStatus.SUCCESS
-    assert set_up(station, holding["right"]).fails_with("hold nothing")
+    assert set_up(station, holding["right"]).fails_with("holds nothing")
