@@ -33,6 +33,7 @@ napoleon_numpy_docstring = False
 napoleon_use_ivar = True
 napoleon_use_rtype = False
 
+highlight_language = "text"  # of blocks without one: commands and their output
 nitpicky = True
 nitpick_ignore_regex = [  # other projects' names, and internal ones in signatures
     ("py:class", r".*"),
