@@ -71,6 +71,7 @@ STABLE = {
 """Names that keep their meaning until the next major version."""
 
 EXPERIMENTAL = {
+    "bt_manip.bt": "read_tree Reading declare Stubs Libraries LeafMapping",
     "bt_manip.cell.randomization": "Randomization",
     "bt_manip.collision": "CollisionWorld FreeSpace CollisionPair",
     "bt_manip.trajectories": (
