@@ -25,10 +25,11 @@ class Libraries:
         Raises:
             TreeError: If a file cannot be opened.
         """
+        self.paths = tuple(map(Path, paths))
         self.sources = Sources()
         self.documents: list[Document] = []
         self._problems = Problems()
-        for path in map(Path, paths):
+        for path in self.paths:
             files = sorted(path.rglob("*.xml")) if path.is_dir() else [path]
             for file in files:
                 problems = Problems()

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from bt_manip.bt.libraries import Libraries
 from bt_manip.bt.loading import Reading, read_tree
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.tree import Tree
@@ -46,8 +47,11 @@ class TreeWatch:
         if stamps == self._seen:
             return None
         self._seen = stamps
+        options = dict(self._options)
+        if isinstance(options.get("libraries"), Libraries):
+            options["libraries"] = Libraries(options["libraries"].paths)  # read anew
         try:
-            reading = read_tree(self._path, self._registry, clock=self._tree.clock, **self._options)
+            reading = read_tree(self._path, self._registry, clock=self._tree.clock, **options)
         except TreeError:
             return None  # an editor is just writing it anew: the next call finds it
         if reading.tree is not None and not reading.errors:

@@ -1,5 +1,7 @@
 """Nodes and sub-trees that nobody has: declared, stubbed, converted and ticked."""
 
+import os
+
 import pytest
 
 from bt_manip.bt import (
@@ -9,6 +11,7 @@ from bt_manip.bt import (
     Status,
     Stubs,
     Tree,
+    TreeWatch,
     declare,
     parse_tree,
     read_tree,
@@ -213,3 +216,20 @@ def test_files_of_a_library_are_read_once(registry, library, tmp_path, monkeypat
     for name in ("a.xml", "b.xml"):
         read_tree(using("Good", tmp_path / name), registry, libraries=libraries)
     assert sorted(read) == ["a.xml", "b.xml", "bad.xml", "good.xml", "package.xml"]
+
+
+def test_a_watched_tree_and_its_library_are_read_anew(registry, library, tmp_path):
+    path = using("Good", tmp_path / "a.xml")
+    options = {"libraries": Libraries([library])}
+    tree = read_tree(path, registry, **options).usable_tree()
+    watch = TreeWatch(tree, registry, **options)
+    assert watch.poll() is None
+    good = library / "good.xml"
+    good.write_text(good.read_text().replace("AlwaysSuccess", "AlwaysFailure"))
+    os.utime(good, ns=(1, 1))
+    assert not watch.poll().errors
+    tree.tick()
+    assert tree.root.status is Status.FAILURE
+    path.write_text(path.read_text().replace('"Good"', '"Worse"'))
+    os.utime(path, ns=(1, 1))
+    assert "no tree is named 'Worse'" in str(watch.poll().errors[0])
