@@ -1,0 +1,72 @@
+"""What a newcomer does in the first minutes: clone, run, complete a name, make mistakes."""
+
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+
+pytestmark = pytest.mark.soak
+
+
+@pytest.fixture(scope="module")
+def clone(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("newcomer") / "bt-manip"
+    subprocess.run(["git", "clone", "--quiet", REPOSITORY, path], check=True)
+    return path
+
+
+def run(clone: Path, *command: str, **variables: str) -> subprocess.CompletedProcess:
+    environment = {
+        name: value
+        for name, value in os.environ.items()
+        if name not in ("PYTHONPATH", "MUJOCO_GL", "DISPLAY", "VIRTUAL_ENV")
+    }
+    return subprocess.run(
+        command, cwd=clone, env={**environment, "COLUMNS": "80", **variables},
+        capture_output=True, text=True, stdin=subprocess.DEVNULL,
+    )  # fmt: skip
+
+
+def test_make_run_sets_up_and_picks_a_cube_in_80_columns(clone):
+    done = run(clone, "make", "run")
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert "1 of 1 cycles succeeded, 1 object placed" in done.stdout
+    before = lines[: lines.index(".venv/bin/bt-manip run pick_place")]
+    assert len(before) <= 4  # the steps of the setup, and nothing of pip
+    assert "Warning" not in done.stderr
+
+
+def test_a_tree_is_completed(clone):
+    done = run(
+        clone, ".venv/bin/bt-manip",
+        _BT_MANIP_COMPLETE="bash_complete", COMP_WORDS="bt-manip run pi", COMP_CWORD="2",
+    )  # fmt: skip
+    assert "plain,pick_place" in done.stdout.splitlines()
+
+
+MISTAKES = {
+    "a tree": (["run", "pick_plac"], "did you mean 'pick_place'"),
+    "a key": (["run", "pick_place", "--set", "cubee=x"], "has no key 'cubee'; did you mean"),
+    "a robot": (["run", "pick_place", "--robot", "pandaa"], "did you mean 'panda'"),
+    "a controller": (["run", "pick_place", "--controller", "computed"], "did you mean"),
+    "a scene": (["run", "pick_place", "--scene", "tabel"], "'tabel'"),
+    "a number": (["run", "pick_place", "--tick", "0"], "tick must be positive"),
+    "an option": (["run", "pick_place", "--cycle", "2"], "--cycles"),
+    "a node": (["run", "wrong.xml"], "wrong.xml:1:"),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_gets_one_message_that_says_what_would_be_right(clone, mistake):
+    arguments, said = MISTAKES[mistake]
+    leaf = '<Graps object="cube"/>'
+    main = f'<BehaviorTree ID="Main">{leaf}</BehaviorTree>'
+    (clone / "wrong.xml").write_text(f'<root BTCPP_format="4">{main}</root>')
+    done = run(clone, ".venv/bin/bt-manip", *arguments)
+    assert done.returncode == 2
+    assert said in done.stderr and "Traceback" not in done.stderr
