@@ -90,7 +90,7 @@ install() {
     fi
 }
 
-echo "Installing packages into .venv, which takes a minute or two (log: $log)"
+echo "Installing packages into .venv: a minute or two (log: $log)"
 # The tools that build packages come from the constraints too, so nothing is built in isolation.
 install hatchling
 install --no-build-isolation "$@"

@@ -129,3 +129,12 @@ def test_an_unwritable_file_is_bad_input(call, write):
     error = call("schema", "-o", "no/such/folder/x.xsd").exception
 
     assert isinstance(error, BtManipError) and "cannot be written" in str(error)
+
+
+def test_adding_models_keeps_those_of_the_document(call, tmp_path):
+    written = call("convert", "pick_place", "--to", "xml", "--model").output
+    assert written.count("<TreeNodesModel>") == 1
+    assert '<input_port name="attempts" default="3">' in written
+    assert '<Action ID="Hover">' in written
+    (tmp_path / "copy.xml").write_text(written)
+    assert call("check", str(tmp_path / "copy.xml")).return_value == 0

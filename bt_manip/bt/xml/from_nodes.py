@@ -2,6 +2,7 @@
 
 from collections import deque
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
@@ -14,6 +15,7 @@ from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.registry import BehaviourRegistry, name_problem
 from bt_manip.bt.tree import Tree
 from bt_manip.bt.xml.dialect import MOVEIT_PRO
+from bt_manip.bt.xml.model import tree_nodes_model
 from bt_manip.bt.xml.source import (
     NOWHERE,
     Element,
@@ -129,8 +131,9 @@ def tree_to_xml(
         TreeError: If nodes have no form in XML; it names all of them.
     """
     if isinstance(tree, Tree):
-        if tree.document is not None and not model:
-            return write_source(tree.document.source)
+        if tree.document is not None:
+            source = tree.document.source
+            return write_source(_with_models(source, registry) if model else source)
         tree_id = tree_id or (tree.tree_id if name_problem(tree.tree_id) is None else None)
         tree = tree.root
     writer = _Writer(registry)
@@ -141,15 +144,25 @@ def tree_to_xml(
     else:
         root = writer.trees(tree_id or "MainTree", tree)
         before, after = [], []
-    if model:
-        from bt_manip.bt.xml.model import tree_nodes_model
-
-        root.content.append(tree_nodes_model(registry))
     if writer.problems:
         raise TreeError(
             "the tree has no form in XML:\n" + "\n".join(writer.problems), writer.problems
         )
-    return write_source(Source(root, before, after))
+    source = Source(root, before, after)
+    return write_source(_with_models(source, registry) if model else source)
+
+
+def _with_models(source: Source, registry: BehaviourRegistry) -> Source:
+    """Return a copy of a document with the models of all behaviours that it does not model."""
+    source = deepcopy(source)
+    added = tree_nodes_model(registry)
+    for element in source.root.children:
+        if element.name == "TreeNodesModel":
+            known = {model.get("ID") for model in element.children}
+            element.content += [m for m in added.children if m.get("ID") not in known]
+            return source
+    source.root.content.append(added)
+    return source
 
 
 def _comment(item: Comment | Raw) -> SourceComment | Text:
