@@ -13,7 +13,7 @@ def did_you_mean(name: str, valid: Iterable[str], *, most: int = 3) -> str:
     Args:
         name: What was written.
         valid: What would have been right.
-        most: How many suggestions at the most.
+        most: Maximum number of suggestions.
 
     Returns:
         ``"; did you mean 'a' or 'b'?"``, or all choices when nothing is near, or ``""`` when

@@ -93,7 +93,7 @@ def read_limits(mj_model: mujoco.MjModel, description: RobotDescription) -> Join
 
 
 def effort_limit(mj_model: mujoco.MjModel, joint: int) -> float:
-    """Give the effort that a joint's actuators can make at the most, infinite when unbounded."""
+    """Return the maximum effort of a joint's actuators, infinite when unbounded."""
     bound = np.inf
     if mj_model.jnt_actfrclimited[joint]:
         bound = float(np.abs(mj_model.jnt_actfrcrange[joint]).min())

@@ -189,7 +189,7 @@ def profile_to_velocity(
     Args:
         start: Initial position, velocity and acceleration.
         velocity: Final velocity.
-        limits: Limits of acceleration and jerk.
+        limits: Acceleration and jerk limits.
     """
     unit = limits[0]
     bound = max(abs(start[1]), abs(velocity), 1e-6)
