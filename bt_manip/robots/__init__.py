@@ -1,4 +1,4 @@
-"""Robots: description, composer entity and the Pinocchio model that agrees with MuJoCo."""
+"""Robots: description, composer entity and a Pinocchio model equivalent to MuJoCo's."""
 
 from .addresses import reader as reader
 from .addresses import writer as writer

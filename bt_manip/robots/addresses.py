@@ -1,4 +1,4 @@
-"""A robot's numbers in the arrays of a compiled model."""
+"""Fast access to a robot's elements of the arrays of a compiled model."""
 
 from collections.abc import Callable
 
@@ -6,17 +6,18 @@ import numpy as np
 
 
 def reader(array: np.ndarray, addresses: np.ndarray) -> Callable[[], np.ndarray]:
-    """Give what reads some numbers of an array, as they are whenever it is called.
+    """Return a function that reads the current values of some elements of an array.
 
-    Finding a part of an array takes longer than most of what is done with it in a control step:
-    where the numbers lie together, which they mostly do, one view of them is made for good.
+    Contiguous elements, the usual case, are read through one read-only view, because indexing in
+    every control step would take longer than most computations with the result. Other elements
+    are copied.
 
     Args:
-        array: An array that the physics writes; it is only read.
-        addresses: Where the numbers are in it.
+        array: An array that the physics writes.
+        addresses: Indices of the elements.
     """
     array = array.view()
-    array.flags.writeable = False  # whoever works in place on them must not move the physics
+    array.flags.writeable = False  # in-place operations on the result must not change the physics
     if not _lie_together(addresses):
         return lambda: array[addresses]
     numbers = _part(array, addresses)
@@ -24,11 +25,11 @@ def reader(array: np.ndarray, addresses: np.ndarray) -> Callable[[], np.ndarray]
 
 
 def writer(array: np.ndarray, addresses: np.ndarray) -> Callable[[np.ndarray], None]:
-    """Give what writes some numbers of an array, found once as for `reader`.
+    """Return a function that writes some elements of an array, indexed once as in `reader`.
 
     Args:
         array: An array that the physics reads.
-        addresses: Where the numbers go in it.
+        addresses: Indices of the elements.
     """
     together = _lie_together(addresses)
     target, where = (_part(array, addresses), slice(None)) if together else (array, addresses)

@@ -1,4 +1,4 @@
-"""One model of an arm and its gripper, from the files that a description names."""
+"""Assembly of the models of an arm and its gripper from the files in a description."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,7 +16,7 @@ from .gripper import GripperDescription
 from .robot_description import RobotDescription
 
 MENAGERIE = "menagerie:"
-"""What the address of a model of MuJoCo Menagerie begins with."""
+"""Prefix of addresses of MuJoCo Menagerie models."""
 
 _TOOL = "tool_frame"
 _WORLD_SETTINGS = ("option", "visual", "statistic", "size")
@@ -24,13 +24,13 @@ _ROTATIONS = ("quat", "euler", "axisangle", "xyaxes", "zaxis")
 
 
 class Assembly(NamedTuple):
-    """A robot's model before it is put into a world.
+    """A robot's model before it is attached to a world.
 
     Attributes:
-        root: The model, as dm_control edits it.
-        alone: The same, compiled alone.
-        gripper: The part of the model in which the gripper's names are looked up.
-        tool_site: The site that poses are asked for.
+        root: The model, as a PyMJCF element.
+        alone: The same model, compiled on its own.
+        gripper: The part of the model that contains the gripper's elements.
+        tool_site: The site of the tool.
     """
 
     root: mjcf.RootElement
@@ -43,11 +43,11 @@ def assemble(description: RobotDescription, name: str) -> Assembly:
     """Read the arm's model, attach the gripper's, and place both as described.
 
     Args:
-        description: What to put together.
+        description: The robot's description.
         name: Name of the model.
 
     Raises:
-        RobotError: When a file is missing or broken, or a name in it is unknown.
+        RobotError: If a file is missing or invalid, or a name is unknown.
     """
     where = f"robot '{description.name}'"
     root, alone = _read(description.model, where)
@@ -65,10 +65,10 @@ def assemble(description: RobotDescription, name: str) -> Assembly:
 
 
 def find_element(root: mjcf.RootElement, kind: str, name: str, where: str) -> Any:
-    """Give a named element of a model, or offer the nearest right names.
+    """Return a named element of a model.
 
     Raises:
-        RobotError: When there is none of that name.
+        RobotError: If there is none of that name; the message suggests the nearest names.
     """
     element = root.find(kind, name)
     if element is None:
@@ -91,7 +91,7 @@ def _read(model: str, where: str) -> tuple[mjcf.RootElement, mujoco.MjModel]:
 
 
 def _locate(model: str, where: str) -> Path:
-    """Give the file of a model: a path, or ``menagerie:NAME`` or ``menagerie:NAME/ENTRY``."""
+    """Return the file of a model: a path, or ``menagerie:NAME`` or ``menagerie:NAME/ENTRY``."""
     if not model.startswith(MENAGERIE):
         if not Path(model).is_file():
             raise RobotError(f"{where}: no model file {model}")
@@ -147,7 +147,7 @@ def _tool_site(
     description: RobotDescription,
     where: str,
 ) -> Any:
-    """Find the tool's site, or add one where the description says."""
+    """Return the tool's site; add one if the description offsets the tool or names a body."""
     name = description.tool_frame
     for model in (hand, root):
         site = model.find("site", name)
@@ -175,7 +175,7 @@ def _tool_site(
 
 
 def _move_base(root: mjcf.RootElement, alone: mujoco.MjModel, T_rb: pin.SE3) -> None:
-    """Move everything that stands in the file's world."""
+    """Transform the pose of every top-level body by `T_rb`."""
     if T_rb == pin.SE3.Identity():
         return
     for body in root.worldbody.body:
@@ -184,7 +184,7 @@ def _move_base(root: mjcf.RootElement, alone: mujoco.MjModel, T_rb: pin.SE3) -> 
 
 
 def _add_pedestal(root: mjcf.RootElement, description: RobotDescription) -> None:
-    """Put a block under the base, beside its bodies: the arm can hit it."""
+    """Add a block under the base, as a geom of the world body: the arm can collide with it."""
     if description.pedestal is None:
         return
     half = [0.5 * size for size in description.pedestal]
@@ -209,7 +209,7 @@ def _place(element: Any, T: pin.SE3) -> None:
 
 
 def _drop_world(root: mjcf.RootElement) -> None:
-    """Leave out what belongs to the world, and gravity compensation, which is the controller's."""
+    """Remove world settings, and gravity compensation, which is the controller's task."""
     for name in _WORLD_SETTINGS:
         element = getattr(root, name)
         for attribute in list(element.get_attributes()):

@@ -1,4 +1,4 @@
-"""Named configurations of robots, from tables and from MoveIt Pro's waypoints."""
+"""Named configurations of robots, from TOML tables and MoveIt Pro waypoint files."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -7,19 +7,19 @@ from bt_manip.exceptions import BtManipError, MotionError, did_you_mean
 from bt_manip.toml_tables import TomlTable
 
 Configuration = Sequence[float] | Mapping[str, float]
-"""Joint positions in order, or by the name of the joint [rad]."""
+"""Joint positions, in joint order or by joint name [rad]."""
 
 
 def read_configurations(table: TomlTable, folder: Path) -> dict[str, Configuration]:
     """Read the named configurations of a robot or scene file.
 
     Args:
-        table: The file: ``[configurations]`` has joint positions by name [rad], ``waypoints``
-            names a file of MoveIt Pro.
-        folder: Where paths start.
+        table: Root table of the file: ``[configurations]`` has joint positions by name [rad],
+            ``waypoints`` is the path of a MoveIt Pro waypoint file.
+        folder: Folder that paths are relative to.
 
     Raises:
-        BtManipError: If one of them is wrong.
+        BtManipError: If a configuration is invalid.
     """
     found: dict[str, Configuration] = {}
     waypoints = table.text("waypoints")
@@ -35,13 +35,13 @@ def read_configurations(table: TomlTable, folder: Path) -> dict[str, Configurati
 
 
 def read_waypoints(path: Path | str) -> dict[str, Configuration]:
-    """Read the waypoints of MoveIt Pro: joint positions by the name of the joint.
+    """Read a MoveIt Pro waypoint file: joint positions by joint name.
 
     Args:
         path: A ``waypoints.yaml``.
 
     Raises:
-        BtManipError: If it cannot be read, or is no list of waypoints.
+        BtManipError: If the file cannot be read or is not a list of waypoints.
     """
     import yaml
 
@@ -69,7 +69,7 @@ def find_configuration(
 ) -> tuple[float, ...]:
     """Return the joint positions of a named configuration, in the order of the joints [rad].
 
-    A joint of a waypoint may have a prefix before its name: ``panda_joint1``.
+    Joint names in a waypoint may have a prefix: ``panda_joint1``.
 
     Args:
         name: Its name.
@@ -77,7 +77,7 @@ def find_configuration(
         joints: The names of the joints.
 
     Raises:
-        MotionError: If there is none of that name, or it is of other joints.
+        MotionError: If the name is unknown or the configuration is for other joints.
     """
     if name not in known:
         near = did_you_mean(name, known)

@@ -1,4 +1,4 @@
-"""A robot's description from a TOML file."""
+"""Reading of a robot's description from a TOML file."""
 
 from dataclasses import fields, replace
 from pathlib import Path
@@ -17,16 +17,15 @@ from .robot_description import RobotDescription, ToolLimits
 def read_description(path: Path | str) -> RobotDescription:
     """Read a robot's description.
 
-    The keys are those of `RobotDescription`, with the poses in tables: ``[base]`` says where the
-    robot stands in a scene, ``[tool]`` has the ``frame`` and the pose of the tool in it, and
-    ``[gripper]`` the gripper, with the keys that its ``kind`` asks for. One number stands for one
-    of every joint.
+    The keys are those of `RobotDescription`, with the poses in tables: ``[base]`` has the pose of
+    the base in a scene, ``[tool]`` the ``frame`` and the pose of the tool in it, and ``[gripper]``
+    the gripper, with the keys of its ``kind``. A single number applies to every joint.
 
     Args:
-        path: The file; paths of models in it start from its folder.
+        path: The file; model paths in it are relative to its folder.
 
     Raises:
-        RobotError: With the file and the key, when it is missing or wrong.
+        RobotError: If the file or a key is missing or wrong; the message names both.
     """
     path = Path(path)
     table = TomlFile(path, "robot description", RobotError).whole

@@ -4,8 +4,8 @@ from bt_manip.exceptions import BtManipError
 
 
 class RobotError(BtManipError):
-    """A robot's description and its model do not fit each other, or one of them is wrong."""
+    """A robot's description or model is invalid, or the two do not match."""
 
 
 class GripperError(BtManipError):
-    """A command that a gripper cannot follow, or one to a robot that has none."""
+    """A command is invalid for a gripper, or the robot has no gripper."""

@@ -1,4 +1,4 @@
-"""Grasp candidates: tool poses relative to an object, with what they cost."""
+"""Grasp candidates: tool poses relative to an object, with their costs."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -15,8 +15,8 @@ class GraspCandidate:
 
     Attributes:
         T_ot: Pose of the tool in the object's frame; its z axis is the approach direction.
-        width: Width of what is gripped [m].
-        costs: Cost of each criterion that depends on gripper and object alone [-].
+        width: Gripped width [m].
+        costs: Cost of each criterion that depends only on gripper and object [-].
     """
 
     T_ot: pin.SE3
@@ -24,16 +24,16 @@ class GraspCandidate:
     costs: Mapping[str, float] = field(default_factory=dict)
 
     def to_text(self) -> str:
-        """Return it as ``x;y;z;qw;qx;qy;qz;width``, the pose being `T_ot`."""
+        """Return the candidate as ``x;y;z;qw;qx;qy;qz;width``, with the pose `T_ot`."""
         numbers = (*self.T_ot.translation, *spatial.quat_wxyz(self.T_ot), self.width)
         return ";".join(repr(float(x)) for x in numbers)
 
     @classmethod
     def from_text(cls, text: str) -> "GraspCandidate":
-        """Parse the text that `to_text` returns; the costs are not part of it.
+        """Parse text returned by `to_text`; it does not include the costs.
 
         Raises:
-            ValueError: When it is not eight finite numbers, the last not negative.
+            ValueError: If it is not eight finite numbers, the last nonnegative.
         """
         try:
             numbers = [float(part) for part in text.split(";")]
@@ -49,9 +49,9 @@ class GraspCandidates:
     """The grasp candidates of one object as arrays, one row per candidate.
 
     Attributes:
-        rotation: Of the tool in the object's frame.  # (n, 3, 3)
-        position: Of the tool in the object's frame [m].  # (n, 3)
-        width: Width of what is gripped [m].  # (n,)
+        rotation: Rotation matrix of the tool in the object's frame.  # (n, 3, 3)
+        position: Position of the tool in the object's frame [m].  # (n, 3)
+        width: Gripped width [m].  # (n,)
         opening: Opening of the gripper just before contact: 1 for open, 0 for closed.  # (n,)
         costs: Cost of each criterion, from 0 to its weight [-].  # {criterion: (n,)}
         clear: Whether the gripper is known to touch the object at the contacts only; otherwise it

@@ -1,4 +1,4 @@
-"""What every kind of gripper promises, and what a robot's description says of one."""
+"""Interface of grippers, and their part of a robot's description."""
 
 import abc
 from collections.abc import Mapping, Sequence
@@ -19,24 +19,24 @@ if TYPE_CHECKING:
     from .robot import Robot
 
 DEFAULT_KIND = "two_finger"
-"""The kind of a gripper whose description names none."""
+"""Kind of gripper if the description names none."""
 
 COMMON_KEYS = ("kind", "max_force", "model", "mount", "position", "quat_wxyz", "rpy")
-"""Keys of ``[gripper]`` that every kind has."""
+"""Keys of ``[gripper]`` common to all kinds."""
 
 
 @dataclass(frozen=True)
 class GripperDescription:
-    """A gripper: its kind, what every kind has, and what only its kind knows.
+    """Description of a gripper: its kind, common data, and parameters of the kind.
 
     Attributes:
-        max_force: Greatest force that it is asked to hold with [N].
+        max_force: Maximum grip force [N].
         kind: Registered name of the kind of gripper.
-        parameters: What the kind asks for, as plain data; `read` hands it over.
-        model: Where its MJCF file is; None: it is part of the arm's.
-        mount: Name of the arm's site or body that a model of its own is attached to.
+        parameters: Parameters of the kind, as plain data; `read` returns them as a table.
+        model: Path of its MJCF file; None if it is part of the arm's.
+        mount: Name of the arm's site or body to which a separate model is attached.
         T_mg: Pose of that model in the mount.
-        file: The file that the parameters are from, for messages.
+        file: The file that contains the parameters, for messages.
     """
 
     max_force: float
@@ -48,14 +48,14 @@ class GripperDescription:
     file: TomlFile | PythonSource | None = field(default=None, compare=False, repr=False)
 
     def read(self, robot: str) -> TomlTable:
-        """Give the parameters key by key; the kind calls ``finish`` to refuse unknown ones.
+        """Return the parameters as a table; the kind calls ``finish`` to reject unknown keys.
 
         Args:
             robot: Name of the robot, for messages.
         """
         source = self.file or PythonSource(f"robot '{robot}'", RobotError)
         table = TomlTable(source, self.parameters, ("gripper",))
-        for key in COMMON_KEYS:  # known, to be offered where a key is mistyped
+        for key in COMMON_KEYS:  # mark as known, so that they are suggested for mistyped keys
             table.value(key)
         return table
 
@@ -70,32 +70,32 @@ class GraspGenerator(Protocol):
     com: np.ndarray
 
     def candidates(self, down: np.ndarray) -> GraspCandidates:
-        """List the grasps that do not come from below.
+        """Return the grasps that do not approach from below.
 
         Args:
             down: Straight down in the object's frame; unit.  # (3,)
 
         Raises:
-            MotionError: When the gripper cannot grip the object, with the reason.
+            MotionError: If the gripper cannot grip the object; the message has the reason.
         """
 
 
 class Gripper(composer.Entity, abc.ABC):
     """A robot's gripper: commands, measurements, and its part in planning.
 
-    A kind of gripper is a subclass and is registered by the hook ``register_grippers``. Its robot
-    makes it (``Robot(description, gripper=MyGripper)``), before anything is compiled: ``_build``
-    may change the robot's model, as by adding actuators and sensors. From then on it lives by
-    composer's hooks. Commands return at once; what they ask for happens in the steps that follow.
+    A kind of gripper is a subclass and is registered by the hook ``register_grippers``. The robot
+    creates it (``Robot(description, gripper=MyGripper)``) before the model is compiled, so
+    ``_build`` may change the robot's model, for example by adding actuators and sensors. Composer's
+    hooks then run it. Commands return at once and are executed during the following steps.
     """
 
     kind: ClassVar[str] = "gripper"
 
     def _build(self, robot: "Robot") -> None:
-        """Prepare to control a robot's gripper; subclasses add what they need.
+        """Initialize the control of a robot's gripper; subclasses extend this.
 
         Raises:
-            RobotError: When the robot's description has no gripper.
+            RobotError: If the robot's description has no gripper.
         """
         description = robot.description.gripper
         if description is None:
@@ -106,24 +106,24 @@ class Gripper(composer.Entity, abc.ABC):
 
     @property
     def mjcf_model(self) -> mjcf.RootElement:
-        """An empty model: what composer attaches."""
+        """An empty model, which composer attaches."""
         return self._mjcf_root
 
     @property
     def robot(self) -> "Robot":
-        """The robot whose gripper it is."""
+        """The robot that has this gripper."""
         return self._robot
 
     @property
     def max_force(self) -> float:
-        """Greatest force that it is asked to hold with [N]."""
+        """Maximum grip force [N]."""
         return self._description.max_force
 
     def check_force(self, force: float) -> float:
-        """Give a force that the gripper can hold with [N].
+        """Return a grip force after checking it [N].
 
         Raises:
-            GripperError: When it cannot.
+            GripperError: If the gripper cannot hold with this force.
         """
         if not 0.0 < force <= self.max_force:
             raise GripperError(
@@ -135,36 +135,36 @@ class Gripper(composer.Entity, abc.ABC):
 
     @abc.abstractmethod
     def open(self) -> None:
-        """Let go of what is held, and be ready to grip."""
+        """Release the held object and open, ready to grip."""
 
     @abc.abstractmethod
     def close(self, force: float) -> None:
         """Grip with a force [N].
 
         Raises:
-            GripperError: When the gripper has no such force.
+            GripperError: If the gripper cannot hold with this force.
         """
 
     @abc.abstractmethod
     def stop(self) -> None:
-        """Stop where it is; what is held stays held."""
+        """Stop at the current opening; a held object stays held."""
 
     # Measurements
 
     @property
     @abc.abstractmethod
     def moving(self) -> bool:
-        """Whether a command is still being carried out."""
+        """Whether a command is still being executed."""
 
     @property
     @abc.abstractmethod
     def is_open(self) -> bool:
-        """Whether it is ready to grip, and at rest."""
+        """Whether it is open, ready to grip and at rest."""
 
     @property
     @abc.abstractmethod
     def steady(self) -> bool:
-        """Whether it holds with the asked force, and has for a while."""
+        """Whether it has held with the commanded force for some time."""
 
     @property
     @abc.abstractmethod
@@ -179,38 +179,38 @@ class Gripper(composer.Entity, abc.ABC):
     @property
     @abc.abstractmethod
     def held(self) -> tuple[str, ...]:
-        """Names of the entities that are held."""
+        """Names of the held entities."""
 
     @property
     @abc.abstractmethod
     def forces(self) -> tuple[float, ...]:
-        """Force on what is held in the last step, one for each place that holds it [N]."""
+        """Force on the held object in the last step, one per gripping surface [N]."""
 
     @property
     @abc.abstractmethod
     def status(self) -> str:
-        """What it is at, in a few words: its forces, or how far it is open."""
+        """Short description of its state: the forces or the opening."""
 
     # Geometry
 
     @property
     @abc.abstractmethod
     def contact_bodies(self) -> Sequence[Any]:
-        """Bodies of the robot's model (PyMJCF elements) that may touch what is gripped."""
+        """Bodies of the robot's model (PyMJCF elements) that may touch a gripped object."""
 
     @abc.abstractmethod
     def held_root(self) -> int:
-        """Give the root body of the free object that moves with the gripper now; 0 for none.
+        """Return the root body of the free object that moves with the gripper now; 0 for none.
 
-        Asked of the positions and contacts as they are, not of the last step's.
+        Computed from the current positions and contacts, not from those of the last step.
         """
 
     @abc.abstractmethod
     def set_opening(self, qpos: np.ndarray, share: float = 1.0) -> None:
-        """Write the positions of the gripper's joints into positions of the physics.
+        """Write the gripper's joint positions for an opening into ``qpos``.
 
         Args:
-            qpos: All positions, which are changed.
+            qpos: Joint positions of the whole model, changed in place.
             share: 1 for open, 0 for closed.
         """
 
@@ -223,20 +223,20 @@ class Gripper(composer.Entity, abc.ABC):
         com: np.ndarray,
         rng: np.random.Generator,
     ) -> GraspGenerator:
-        """Return what generates the grasps of an object.
+        """Return a grasp generator for an object.
 
         Args:
             name: Name of the object, for messages.
             solids: Its convex solids (`bt_manip.grippers.Solid`), in its frame.
-            geom_poses: Pose of each geom that moves with the tool, in the tool frame, with the
+            geom_poses: Pose in the tool frame of each geom that moves with the tool, with the
                 gripper open.
             com: The object's centre of mass, in its frame [m].  # (3,)
-            rng: Random generator, for points on its surface.
+            rng: Random generator for points on its surface.
         """
 
     @property
     def contact_body_ids(self) -> tuple[int, ...]:
-        """The contact bodies in the compiled model."""
+        """Ids of the contact bodies in the compiled model."""
         model = self._robot.mj_model
         if self._ids is None or self._ids[0] is not model:
             names = [body.full_identifier for body in self.contact_bodies]
@@ -247,8 +247,8 @@ class Gripper(composer.Entity, abc.ABC):
 
     @abc.abstractmethod
     def get_state(self) -> dict[str, Any]:
-        """Give what is remembered between steps as plain data."""
+        """Return the state kept between steps, as plain data."""
 
     @abc.abstractmethod
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take back what ``get_state`` gave."""
+        """Restore a state returned by ``get_state``."""

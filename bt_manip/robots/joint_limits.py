@@ -1,4 +1,4 @@
-"""What the joints of an arm can do."""
+"""Joint limits of an arm."""
 
 from dataclasses import dataclass, fields
 
@@ -12,15 +12,15 @@ from .robot_description import RobotDescription
 
 @dataclass(frozen=True, eq=False)
 class JointLimits:
-    """Bounds of every joint of an arm; the arrays are read-only copies.
+    """Limits of every joint of an arm; the arrays are read-only copies.
 
     Attributes:
-        lower: Least position [rad] or [m], minus infinity where there is none.  # (nq,)
-        upper: Greatest position.  # (nq,)
-        velocity: Greatest speed [rad/s].  # (nq,)
-        acceleration: Greatest acceleration [rad/s2].  # (nq,)
-        jerk: Greatest jerk [rad/s3].  # (nq,)
-        effort: Greatest torque [N m] or force [N].  # (nq,)
+        lower: Minimum position [rad] or [m]; minus infinity if unlimited.  # (nq,)
+        upper: Maximum position [rad] or [m]; infinity if unlimited.  # (nq,)
+        velocity: Maximum speed [rad/s].  # (nq,)
+        acceleration: Maximum acceleration [rad/s2].  # (nq,)
+        jerk: Maximum jerk [rad/s3].  # (nq,)
+        effort: Maximum torque [N m] or force [N].  # (nq,)
     """
 
     lower: np.ndarray
@@ -49,23 +49,23 @@ class JointLimits:
             raise RobotError(f"joint limits: lower {self.lower} not below upper {self.upper}")
 
     def contain(self, q: np.ndarray, tolerance: float = 0.0) -> bool:
-        """Tell whether a configuration is inside the position limits."""
+        """Return whether a configuration is inside the position limits."""
         return bool((q >= self.lower - tolerance).all() and (q <= self.upper + tolerance).all())
 
 
 def read_limits(mj_model: mujoco.MjModel, description: RobotDescription) -> JointLimits:
-    """Join what the model and the description say of the arm's joints.
+    """Return the limits of the arm's joints from its model and description.
 
-    Positions come from the model. Efforts come from the description, or from the model: the
-    tightest of the joints' and the actuators' force ranges, and of what a motor's control range
-    lets through.
+    Position limits come from the model. Effort limits come from the description, or otherwise from
+    the model: the smallest of the force ranges of joint and actuators and of the motors' control
+    ranges.
 
     Args:
-        mj_model: The robot's own model, compiled alone.
-        description: What else is known of it.
+        mj_model: The robot's model, compiled on its own.
+        description: The robot's description.
 
     Raises:
-        RobotError: When a joint is unknown or its effort is not bounded anywhere.
+        RobotError: If a joint is unknown or its effort is unbounded in both.
     """
     joints = [find(mj_model, "joint", name) for name in description.arm_joints]
     limited = mj_model.jnt_limited[joints].astype(bool)
@@ -108,7 +108,7 @@ def effort_limit(mj_model: mujoco.MjModel, joint: int) -> float:
 
 
 def is_motor(mj_model: mujoco.MjModel, actuator: int) -> bool:
-    """Tell whether an actuator's force is its control signal and nothing else."""
+    """Return whether an actuator's force equals its control signal."""
     return (
         int(mj_model.actuator_gaintype[actuator]) == int(mujoco.mjtGain.mjGAIN_FIXED)
         and int(mj_model.actuator_biastype[actuator]) == int(mujoco.mjtBias.mjBIAS_NONE)

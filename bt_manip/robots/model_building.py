@@ -1,7 +1,7 @@
-"""Pinocchio's model of an arm, taken from the compiled MuJoCo model.
+"""Pinocchio model of an arm, built from the compiled MuJoCo model.
 
-Pinocchio's own MJCF reader drops base poses, frames, defaults and gravity without a word; what
-MuJoCo has compiled is what is simulated, so the model that plans and controls is built from that.
+Pinocchio's own MJCF reader silently drops base poses, frames, defaults and gravity. Building the
+model from the compiled MuJoCo model makes it agree with the simulation.
 """
 
 from collections.abc import Sequence
@@ -27,19 +27,20 @@ def build_model(
     joints: Sequence[str],
     qpos: np.ndarray | None = None,
 ) -> pin.Model:
-    """Build the model of some joints of a compiled MuJoCo model; all others are locked.
+    """Build the Pinocchio model of some joints of a compiled MuJoCo model; all others are locked.
 
-    The universe is MuJoCo's world, positions are MuJoCo's (also where a joint has a ``ref``), and
-    joints and frames carry the names that MuJoCo compiled.
+    The universe frame is MuJoCo's world frame, joint positions equal MuJoCo's (also for joints with
+    a ``ref``), and joints and frames have their full names in the compiled model.
 
     Args:
-        mj_model: What is simulated.
+        mj_model: The compiled model.
         joints: Names of the hinge and slide joints that move, from the base outwards.
-        qpos: Where the other joints are locked; by default ``mj_model.qpos0``.  # (mj_model.nq,)
+        qpos: Positions at which the other joints are locked; default: ``mj_model.qpos0``.
+            # (mj_model.nq,)
 
     Raises:
-        RobotError: When a joint or body is unknown, of the wrong kind or in the wrong order, or
-            when a tendon's armature couples the joints.
+        RobotError: If a joint or body is unknown, of the wrong kind or in the wrong order, or if
+            a tendon's armature couples the joints.
     """
     moving = [find(mj_model, "joint", name) for name in joints]
     for name, joint in zip(joints, moving, strict=True):
@@ -55,7 +56,7 @@ def build_model(
 
     model = pin.Model()
     model.name = _name(mj_model.body(root))
-    # Where each body is: the Pinocchio joint it hangs on, and its pose in that joint's frame.
+    # Placement of each body: its Pinocchio joint, and its pose in that joint's frame.
     placed: dict[int, tuple[int, pin.SE3]] = {0: (0, pin.SE3.Identity())}
     for body in np.flatnonzero(mj_model.body_rootid == root).tolist():
         _add_joints(model, mj_model, body, moving, qpos, placed)
@@ -75,10 +76,10 @@ def build_model(
 
 
 def find(mj_model: mujoco.MjModel, kind: str, name: str) -> int:
-    """Give the id of a named ``"body"``, ``"joint"`` or ``"site"``.
+    """Return the id of a named ``"body"``, ``"joint"`` or ``"site"``.
 
     Raises:
-        RobotError: When there is none of that name.
+        RobotError: If there is none of that name.
     """
     named = getattr(mj_model, kind)
     try:
@@ -109,7 +110,7 @@ def _add_joints(
     qpos: np.ndarray,
     placed: dict[int, tuple[int, pin.SE3]],
 ) -> None:
-    """Walk through the joints of a body, as mj_kinematics does, and note where the body is."""
+    """Add the moving joints of a body, in the order of mj_kinematics, and store its placement."""
     parent, T = placed[int(mj_model.body_parentid[body])]
     T = T * spatial.pose(mj_model.body_pos[body], mj_model.body_quat[body])
     first = int(mj_model.body_jntadr[body])
@@ -138,7 +139,7 @@ def _add_joints(
 
 
 def _joint_model(kind: int, axis: np.ndarray) -> pin.JointModel:
-    """Choose the joint of an axis: Pinocchio's aligned ones are faster."""
+    """Return the joint model of an axis; Pinocchio's axis-aligned models are faster."""
     aligned = (
         (pin.JointModelRX, pin.JointModelRY, pin.JointModelRZ)
         if kind == _HINGE
@@ -168,7 +169,7 @@ def _add_inertia(
 def _add_frames(
     model: pin.Model, mj_model: mujoco.MjModel, body: int, place: tuple[int, pin.SE3]
 ) -> None:
-    """Add the body and its sites."""
+    """Add frames for a body and its sites."""
     parent, T = place
     joint_frame = model.getFrameId(model.names[parent], pin.FrameType.JOINT) if parent else 0
     frames = [(_name(mj_model.body(body)), T, pin.FrameType.BODY)]
@@ -186,7 +187,7 @@ def _gravity(mj_model: mujoco.MjModel) -> np.ndarray:
 
 
 def _transmitted_armature(mj_model: mujoco.MjModel, moving: Sequence[int]) -> np.ndarray:
-    """Sum what actuators and tendons with a rotor inertia add to the joints they move."""
+    """Return the armature that actuators and tendons add to the joints that they move."""
     added = np.zeros(len(moving))
     order = {joint: i for i, joint in enumerate(moving)}
     on_joint = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))

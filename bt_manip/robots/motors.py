@@ -1,4 +1,4 @@
-"""Motors in place of whatever a model is actuated by."""
+"""Replacement of a model's actuators by motors."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -17,14 +17,14 @@ def ensure_motors(
     *,
     freed: Sequence[Any] = (),
 ) -> list[Any]:
-    """Give each joint or tendon exactly one motor and take all other actuators off them.
+    """Ensure that each joint or tendon has exactly one motor and no other actuator.
 
     Args:
         root: The robot's model.
-        alone: The same, compiled alone.
+        alone: The same model, compiled on its own.
         driven: The joints and tendons that get a motor.
-        efforts: The greatest effort of each motor.
-        freed: Joints that lose their actuators, too.
+        efforts: Maximum effort of each motor.
+        freed: Further joints whose actuators are removed.
     """
     kept: dict[str, Any] = {}
     names = {element.full_identifier for element in driven}

@@ -9,12 +9,12 @@ from .robot_description import RobotDescription
 
 
 def panda(model: str | None = None) -> RobotDescription:
-    """Describe the Panda.
+    """Return the description of the Panda.
 
-    The limits are Franka's own (``rate_limiting.h`` of libfranka and the robot's data sheet).
+    The limits are those of ``rate_limiting.h`` in libfranka and of the robot's data sheet.
 
     Args:
-        model: Path of an MJCF with the same names; the bundled one when None.
+        model: Path of an MJCF file with the same names; None for the bundled one.
     """
     return RobotDescription(
         name="panda",

@@ -1,4 +1,4 @@
-"""What a robot carries."""
+"""The payload of a robot."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,10 +11,10 @@ from .errors import RobotError
 
 @dataclass(frozen=True, eq=False)
 class Payload:
-    """A rigid body that is held at the tool.
+    """A rigid body held at the tool.
 
     Attributes:
-        mass: [kg].
+        mass: Mass [kg].
         com: Centre of mass in the tool frame [m].  # (3,)
         inertia: Tensor about the centre of mass, in axes of the tool frame [kg m2].  # (3, 3)
     """
@@ -24,7 +24,7 @@ class Payload:
     inertia: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
 
     def __post_init__(self) -> None:
-        """Copy, check and freeze."""
+        """Copy, check and freeze the arrays."""
         for name, shape in (("com", (3,)), ("inertia", (3, 3))):
             array = np.array(getattr(self, name), dtype=float)
             if array.shape != shape or not np.isfinite(array).all():
@@ -41,10 +41,10 @@ class Payload:
         return pin.Inertia(self.mass, self.com.copy(), self.inertia.copy())
 
     def get_state(self) -> dict[str, Any]:
-        """Give the payload as plain data."""
+        """Return the payload as plain data."""
         return {"mass": self.mass, "com": self.com.tolist(), "inertia": self.inertia.tolist()}
 
     @classmethod
     def from_state(cls, state: dict[str, Any]) -> "Payload":
-        """Make a payload from plain data."""
+        """Return a payload from plain data."""
         return cls(state["mass"], np.array(state["com"]), np.array(state["inertia"]))

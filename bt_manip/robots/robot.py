@@ -1,4 +1,4 @@
-"""A robot as a composer entity: arm joints with torque motors, a tool, maybe a gripper."""
+"""A robot as a composer entity: an arm with torque motors, a tool and an optional gripper."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -23,7 +23,7 @@ from .robot_observables import RobotObservables
 
 
 class WristWrench(NamedTuple):
-    """What the arm exerts on all that is beyond its wrist."""
+    """Wrench that the last link exerts on the bodies mounted on it."""
 
     force: np.ndarray  # (3,) [N]
     torque: np.ndarray  # (3,) [N m]
@@ -32,19 +32,19 @@ class WristWrench(NamedTuple):
 class Robot(MonitoredEntity):
     """An arm from an MJCF file, commanded by torques.
 
-    What the file says of the world (options, keyframes) is left out: the world is the arena's.
-    Position servos and other actuators of the arm's joints are replaced by motors with the same
-    effort limits, so that any arm that MuJoCo loads takes the same controllers.
+    World settings in the file (options, keyframes) are dropped: the arena defines them. Position
+    servos and other actuators of the arm's joints are replaced by motors with the same effort
+    limits, so that every arm that MuJoCo loads accepts the same controllers.
 
     Attributes:
-        gripper: Its gripper; None where it has none, or was built without what controls it.
-        alone: The robot's model, compiled by itself as its files have it.
-        gripper_root: The part of the model in which the gripper's names are looked up.
+        gripper: Its gripper; None if it has none or was built without a gripper class.
+        alone: The robot's model compiled on its own, as in its files.
+        gripper_root: The part of the model that contains the gripper's elements.
         qpos_adr: Addresses of the arm's positions in ``qpos``.  # (nq,)
         dof_adr: Addresses of the arm's degrees of freedom in ``qvel``.  # (nq,)
         ctrl_adr: Addresses of the arm's motors in ``ctrl``.  # (nq,)
-        tool_site_id: The tool in the compiled model.
-        wrist_body_id: What is mounted on the last link, in the compiled model.
+        tool_site_id: Id of the tool site in the compiled model.
+        wrist_body_id: Id of the body mounted on the last link, in the compiled model.
     """
 
     def _build(
@@ -53,17 +53,16 @@ class Robot(MonitoredEntity):
         name: str | None = None,
         gripper: Callable[["Robot"], Gripper] | None = None,
     ) -> None:
-        """Put the robot together.
+        """Build the robot's model.
 
         Args:
-            description: What it is made of.
+            description: The robot's description.
             name: Name of its model; default: the description's.
-            gripper: Makes what controls its gripper, by the description's kind; None: the parts of
-                the gripper in its model are left as they are, passive. A robot whose description
-                has no gripper has none, whatever is given.
+            gripper: Factory of its gripper, of the description's kind; None leaves the gripper's
+                parts in the model passive. Ignored if the description has no gripper.
 
         Raises:
-            RobotError: When the description and its model do not fit.
+            RobotError: If the description and its model do not match.
         """
         self.description = description
         self.configurations: dict[str, Configuration] = {
@@ -90,7 +89,7 @@ class Robot(MonitoredEntity):
         """Return the joint positions of a named configuration [rad].
 
         Raises:
-            MotionError: If there is none of that name, or it is of other joints.
+            MotionError: If the name is unknown or the configuration is for other joints.
         """
         return find_configuration(name, self.configurations, self.description.arm_joints)
 
@@ -100,15 +99,15 @@ class Robot(MonitoredEntity):
         return self._mjcf_root
 
     def find(self, kind: str, name: str, root: mjcf.RootElement | None = None) -> Any:
-        """Give a named element of the gripper's part of the model, or of another part.
+        """Return a named element of the gripper's part of the model, or of another part.
 
         Args:
             kind: ``"joint"``, ``"body"``, ``"tendon"``, ...
-            name: Its name there.
-            root: Where to look; default: `gripper_root`.
+            name: Its name in that part.
+            root: Part of the model to search; default: `gripper_root`.
 
         Raises:
-            RobotError: When there is none; the nearest right names are offered.
+            RobotError: If there is no such element; the message suggests the nearest names.
         """
         return find_element(root or self.gripper_root, kind, name, self._where)
 
@@ -117,7 +116,7 @@ class Robot(MonitoredEntity):
         """Its gripper.
 
         Raises:
-            GripperError: When it has none.
+            GripperError: If it has none.
         """
         if self.gripper is None:
             raise GripperError(f"robot '{self.description.name}' has no gripper")
@@ -125,7 +124,7 @@ class Robot(MonitoredEntity):
 
     @property
     def contact_bodies(self) -> Sequence[Any]:
-        """Bodies (PyMJCF elements) that may touch things: those of the gripper."""
+        """Bodies (PyMJCF elements) that may touch objects: those of the gripper."""
         return self.gripper.contact_bodies if self.gripper is not None else ()
 
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
@@ -149,12 +148,12 @@ class Robot(MonitoredEntity):
     def initialize_episode(
         self, physics: mjcf.Physics, random_state: np.random.RandomState
     ) -> None:
-        """Put the arm home (composer's hook)."""
+        """Set the arm to its home configuration (composer's hook)."""
         del physics, random_state
         self.set_configuration(np.array(self.description.home))
 
     def set_configuration(self, q: np.ndarray) -> None:
-        """Put the arm at a configuration, at rest; the caller calls ``mj_forward``."""
+        """Set the arm's configuration, with zero velocity; the caller calls ``mj_forward``."""
         self.mj_data.qpos[self.qpos_adr] = q
         self.mj_data.qvel[self.dof_adr] = 0.0
 
@@ -175,7 +174,7 @@ class Robot(MonitoredEntity):
 
     @property
     def tau(self) -> np.ndarray:
-        """Efforts that the arm's motors made in the last step, a copy [N m]."""  # (nq,)
+        """Efforts of the arm's motors in the last step, a copy [N m]."""  # (nq,)
         return self._tau().copy()
 
     @property
@@ -192,13 +191,14 @@ class Robot(MonitoredEntity):
         return np.concatenate([velocity[3:], velocity[:3]])  # (6,) [m/s, rad/s]
 
     def wrist_wrench(self, frame: pin.SE3 | None = None) -> WristWrench:
-        """Give the wrench that the last link exerts on what is mounted on it, as of the last step.
+        """Return the wrench of the last link on the bodies mounted on it, as of the last step.
 
-        MuJoCo computes the forces between bodies only when somebody asks, as here: a force sensor
-        in the model would make it do so in every step.
+        The forces between bodies are computed on demand; a force sensor in the model would make
+        MuJoCo compute them in every step.
 
         Args:
-            frame: The wrench is taken about its origin, along its axes; default: the tool's.
+            frame: Frame in which the wrench is expressed, torque about its origin; default: the
+                tool frame.
         """
         model, data, body = self.mj_model, self.mj_data, self.wrist_body_id
         T = frame or self.tool_pose
@@ -211,7 +211,7 @@ class Robot(MonitoredEntity):
     def make_model(self) -> RobotModel:
         """Build the model for planning and control; the robot must be compiled into a world.
 
-        The gripper is locked half open. Each caller gets a model of its own.
+        The gripper is locked half open. Each call returns a new model.
         """
         if not hasattr(self, "mj_model"):
             raise RobotError(
@@ -233,14 +233,14 @@ class Robot(MonitoredEntity):
 
 
 def _wrist(model: mujoco.MjModel, site: int, joints: list[int]) -> int:
-    """Find the body that is mounted on the last link, where a wrist sensor would sit.
+    """Return the body that is mounted on the last link, where a wrist sensor would be.
 
-    The last link itself, where nothing is mounted on it as a body of its own.
+    This is the last link itself if no separate body is mounted on it.
 
     Args:
         model: The compiled model.
-        site: The tool.
-        joints: The arm's joints.
+        site: Id of the tool site.
+        joints: Ids of the arm's joints.
     """
     links = {int(body) for body in model.jnt_bodyid[joints]}
     body = mounted = int(model.site_bodyid[site])
@@ -250,7 +250,7 @@ def _wrist(model: mujoco.MjModel, site: int, joints: list[int]) -> int:
 
 
 def compile_alone(robot: Robot) -> mjcf.Physics:
-    """Compile a robot that stands alone at the origin, at home: for planning without a cell."""
+    """Compile a robot on its own, at its home configuration, for planning without a cell."""
     physics = mjcf.Physics.from_mjcf_model(robot.mjcf_model)
     state = np.random.RandomState(0)
     for entity in robot.iter_entities():

@@ -1,4 +1,4 @@
-"""What bt-manip must know of a robot that its model file does not say."""
+"""Description of a robot: data that its model file does not contain."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,15 +12,15 @@ from .gripper import GripperDescription
 
 @dataclass(frozen=True)
 class ToolLimits:
-    """Bounds of the tool's motion along and about a line; the defaults are the Panda's.
+    """Limits of the tool's motion along and about a line; the defaults are the Panda's.
 
     Attributes:
-        velocity: Linear [m/s].
-        acceleration: Linear [m/s2].
-        jerk: Linear [m/s3].
-        angular_velocity: [rad/s].
-        angular_acceleration: [rad/s2].
-        angular_jerk: [rad/s3].
+        velocity: Maximum linear velocity [m/s].
+        acceleration: Maximum linear acceleration [m/s2].
+        jerk: Maximum linear jerk [m/s3].
+        angular_velocity: Maximum angular velocity [rad/s].
+        angular_acceleration: Maximum angular acceleration [rad/s2].
+        angular_jerk: Maximum angular jerk [rad/s3].
     """
 
     velocity: float = 1.7
@@ -33,27 +33,27 @@ class ToolLimits:
 
 @dataclass(frozen=True)
 class RobotDescription:
-    """An arm with a tool: data only, so that another arm is a few lines.
+    """Description of an arm with a tool: data only.
 
     Position limits, inertias, friction and (unless given here) effort limits are read from the
-    model; MJCF has no place for the others.
+    model; MJCF has no attributes for the other limits.
 
     Attributes:
-        name: What the robot is called in the cell and on the command line.
-        model: Where its MJCF file is: a path, or ``menagerie:NAME/ENTRY``.
+        name: Name of the robot in the cell and on the command line.
+        model: Its MJCF file: a path, or ``menagerie:NAME/ENTRY``.
         arm_joints: Names of its arm's joints, from the base to the tool.
-        tool_frame: Name of the site or body that poses are asked for.
+        tool_frame: Name of the site or body that the tool pose is relative to.
         home: Configuration of the arm at the start [rad].
-        velocity: Limit of each arm joint [rad/s].
-        acceleration: Limit of each arm joint [rad/s2].
-        jerk: Limit of each arm joint [rad/s3].
-        gripper: The gripper, where there is one.
-        effort: Limit of each arm joint [N m]; None takes them from the model.
-        tool_limits: Bounds of the tool's motion along a straight line.
+        velocity: Velocity limit of each arm joint [rad/s].
+        acceleration: Acceleration limit of each arm joint [rad/s2].
+        jerk: Jerk limit of each arm joint [rad/s3].
+        gripper: The gripper; None if there is none.
+        effort: Effort limit of each arm joint [N m]; None reads them from the model.
+        tool_limits: Limits of the tool's motion along a straight line.
         T_ft: Pose of the tool in the tool frame.
-        T_rb: Pose of the model's base where the robot is put: where it stands in a scene.
-        pedestal: Size of a block that carries the base, in x, y and z [m]; it stands under it, on
-            the plane that the robot is put on. None: there is none.
+        T_rb: Pose of the model's base relative to the robot's placement in the scene.
+        pedestal: Size of a block under the base, in x, y and z [m]; it stands on the plane on which
+            the robot is placed. None for no pedestal.
         configurations: Named configurations, besides ``home``.
     """
 
@@ -74,7 +74,7 @@ class RobotDescription:
     configurations: Mapping[str, Configuration] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Check that there is one number a joint, and that what has a size has one."""
+        """Check that there is one value per joint and that the pedestal's sizes are positive."""
         n = len(self.arm_joints)
         if n == 0:
             raise RobotError(f"robot '{self.name}': a robot has at least one arm joint")

@@ -1,4 +1,4 @@
-"""The model of an arm that planning and control compute with."""
+"""Kinematic and dynamic model of an arm, for planning and control."""
 
 from collections.abc import Sequence
 
@@ -14,22 +14,22 @@ from .robot_description import ToolLimits
 
 
 class RobotModel:
-    """Kinematics and dynamics of an arm that stands in a world, with what it carries.
+    """Kinematics and dynamics of an arm in a world, including its payload.
 
-    The universe is the world that MuJoCo simulates. Methods write into `data`, so whoever computes
-    keeps a copy of their own (`copy`).
+    The universe frame is MuJoCo's world frame. Methods write into `data`, so every user needs its
+    own copy (`copy`).
 
     Attributes:
         model: Pinocchio's model; its frames are MuJoCo's bodies and sites.
         data: Pinocchio's data.
-        tool_frame_id: Frame that poses are about.
-        limits: What the joints can do.
-        tool_limits: What the tool may do along a line.
+        tool_frame_id: Id of the tool frame.
+        limits: Joint limits.
+        tool_limits: Limits of the tool's motion along a line.
         damping: Viscous friction of each joint [N m s/rad].  # (nv,)
         friction: Dry friction of each joint [N m].  # (nv,)
         home: Configuration of the arm at the start [rad].  # (nq,)
-        locked_qpos: MuJoCo's positions that all other joints are locked at.
-        payload: What is held, None when nothing is.
+        locked_qpos: MuJoCo positions at which all other joints are locked.
+        payload: The held payload, or None.
     """
 
     def __init__(
@@ -46,16 +46,16 @@ class RobotModel:
         """Build the model of an arm from the compiled MuJoCo model.
 
         Args:
-            mj_model: What is simulated.
+            mj_model: The compiled model.
             joints: Full names of the arm's joints, from the base outwards.
             tool_frame: Full name of the tool's site.
-            limits: What the joints can do.
-            home: Configuration at the start; the middle of the limits by default.  # (nq,)
-            tool_limits: What the tool may do along a line.
-            qpos: Where all other joints are locked; by default ``mj_model.qpos0``.
+            limits: Joint limits.
+            home: Configuration at the start; default: the middle of the limits.  # (nq,)
+            tool_limits: Limits of the tool's motion along a line.
+            qpos: Positions at which all other joints are locked; default: ``mj_model.qpos0``.
 
         Raises:
-            RobotError: When a name is unknown or the joints are no arm.
+            RobotError: If a name is unknown or the joints do not form an arm.
         """
         find(mj_model, "site", tool_frame)
         self.model = build_model(mj_model, joints=joints, qpos=qpos)
@@ -74,21 +74,21 @@ class RobotModel:
         middle = 0.5 * (np.maximum(limits.lower, -np.pi) + np.minimum(limits.upper, np.pi))
         self.home = middle if home is None else np.array(home, dtype=float)
         joint = self.model.frames[self.tool_frame_id].parentJoint
-        self._bare = self.model.inertias[joint].copy()  # of what the tool is fixed to
+        self._bare = self.model.inertias[joint].copy()  # inertia of the link with the tool
         self.payload: Payload | None = None
 
     def copy(self) -> "RobotModel":
-        """Make a copy that computes for itself."""
+        """Return a copy with its own `data`."""
         return self.with_payload(self.payload)
 
     def with_payload(self, payload: Payload | None) -> "RobotModel":
-        """Make a copy that carries this payload at its tool, instead of what this one carries."""
+        """Return a copy with this payload at its tool, replacing the current one."""
         other = object.__new__(RobotModel)
         other.__dict__.update(self.__dict__)
         other.model = self.model.copy()
         frame = other.model.frames[self.tool_frame_id]
         joint = frame.parentJoint
-        # Always from the bare inertia: the same payload gives the same bits, whatever was carried.
+        # Start from the bare inertia, so that the result does not depend on earlier payloads.
         other.model.inertias[joint] = self._bare.copy()
         if payload is not None:
             other.model.inertias[joint] = self._bare + frame.placement.act(payload.spatial_inertia)
@@ -102,21 +102,21 @@ class RobotModel:
         return int(self.model.nq)
 
     def pose(self, q: np.ndarray) -> pin.SE3:
-        """Give the pose T_wt of the tool in the world."""
+        """Return the pose T_wt of the tool in the world."""
         pin.forwardKinematics(self.model, self.data, q)
         return pin.updateFramePlacement(self.model, self.data, self.tool_frame_id)
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
-        """Give the tool's Jacobian: linear over angular velocity, in the world's axes."""
+        """Return the tool's Jacobian: linear over angular velocity, in world axes."""
         return pin.computeFrameJacobian(  # (6, nv)
             self.model, self.data, q, self.tool_frame_id, pin.LOCAL_WORLD_ALIGNED
         )
 
     def rnea(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """Give the effort of rigid bodies, rotors and payload, without friction."""  # (nv,)
+        """Return the inverse dynamics of links, rotors and payload, without friction."""  # (nv,)
         return pin.rnea(self.model, self.data, q, v, a)
 
     def effort(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """Give the effort that the motors must make, damping and dry friction included."""
+        """Return the required motor efforts, including viscous and dry friction."""
         tau = pin.rnea(self.model, self.data, q, v, a)
         return tau + self.damping * v + self.friction * np.sign(v)  # (nv,)

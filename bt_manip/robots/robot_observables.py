@@ -1,11 +1,11 @@
-"""What a learner or a recorder can observe of a robot, by composer's means."""
+"""Composer observables of a robot, for learning and recording."""
 
 from dm_control import composer
 from dm_control.composer.observation import observable
 
 
 class RobotObservables(composer.Observables):
-    """Joints, the tool's pose and velocity, what pulls at the wrist."""
+    """Joint states, the tool's pose and velocity, and the wrist wrench."""
 
     @composer.observable
     def joint_positions(self) -> observable.Observable:
@@ -19,7 +19,7 @@ class RobotObservables(composer.Observables):
 
     @composer.observable
     def joint_torques(self) -> observable.Observable:
-        """Efforts that the motors make at the arm's joints [N m]."""
+        """Efforts of the motors of the arm's joints [N m]."""
         return observable.MJCFFeature("force", self._entity.arm_actuators)
 
     @composer.observable
@@ -39,10 +39,10 @@ class RobotObservables(composer.Observables):
 
     @composer.observable
     def wrist_force(self) -> observable.Observable:
-        """Force of the last link on what is mounted on it, along the tool's axes [N]."""
+        """Force of the last link on the bodies mounted on it, in the tool's axes [N]."""
         return observable.Generic(lambda physics: self._entity.wrist_wrench().force)
 
     @composer.observable
     def wrist_torque(self) -> observable.Observable:
-        """Torque that goes with ``wrist_force``, about the tool, along its axes [N m]."""
+        """Torque of the same wrench about the tool's origin, in the tool's axes [N m]."""
         return observable.Generic(lambda physics: self._entity.wrist_wrench().torque)

@@ -1,4 +1,4 @@
-"""Proof that the model which plans and controls is the one that is simulated."""
+"""Verification of the Pinocchio model against the simulated MuJoCo model."""
 
 from typing import NamedTuple
 
@@ -13,10 +13,10 @@ class Verification(NamedTuple):
     """The largest differences between two models of one robot, in absolute terms.
 
     Attributes:
-        mass_error: Over the elements of M(q) [kg m2].
-        bias_error: Over Coriolis, centrifugal and gravity efforts [N m].
-        frame_error: Over positions [m] and elements of rotation matrices of all frames.
-        n: At how many configurations.
+        mass_error: Of the elements of M(q) [kg m2].
+        bias_error: Of Coriolis, centrifugal and gravity efforts [N m].
+        frame_error: Of positions [m] and elements of rotation matrices of all frames.
+        n: Number of configurations.
     """
 
     mass_error: float
@@ -38,14 +38,14 @@ def verify(
     n: int = 100,
     qpos: np.ndarray | None = None,
 ) -> Verification:
-    """Compare a model with MuJoCo at random configurations inside the limits.
+    """Compare a Pinocchio model with MuJoCo at random configurations inside the limits.
 
     Args:
-        mj_model: What is simulated.
-        pin_model: What `build_model` made of it.
-        rng: Draws configurations, and velocities of standard deviation 1.
-        n: How many.
-        qpos: Where the other joints are locked; by default ``mj_model.qpos0``.
+        mj_model: The simulated model.
+        pin_model: The model that `build_model` built from it.
+        rng: Random generator of configurations, and of velocities with standard deviation 1.
+        n: Number of configurations.
+        qpos: Positions at which the other joints are locked; default: ``mj_model.qpos0``.
     """
     joints = [find(mj_model, "joint", name) for name in list(pin_model.names)[1:]]
     at_q, at_v = mj_model.jnt_qposadr[joints], mj_model.jnt_dofadr[joints]
