@@ -1,4 +1,4 @@
-"""Kinds of grippers: each a `bt_manip.robots.Gripper` in a package of its own."""
+"""Kinds of grippers: each is a `bt_manip.robots.Gripper` in its own package."""
 
 from .solids import Solid as Solid
 from .solids import solids_of as solids_of

@@ -1,4 +1,4 @@
-"""The convex solids that an object collides as, and their surfaces."""
+"""Convex solids of an object's collision geometry, and their surfaces."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,8 +19,8 @@ _KINDS = {
     int(mujoco.mjtGeom.mjGEOM_ELLIPSOID): "ellipsoid",
     int(mujoco.mjtGeom.mjGEOM_MESH): "mesh",
 }
-_SECTORS = 32  # of the polyhedron that stands for a round solid
-_RINGS = 8  # of half a sphere
+_SECTORS = 32  # of the polyhedron that approximates a round solid
+_RINGS = 8  # per hemisphere
 _QUADS = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
 
 
@@ -30,7 +30,7 @@ class Polyhedron:
 
     Attributes:
         normals: Outward unit normals, one per triangle.  # (k, 3)
-        offsets: Of the planes [m].  # (k,)
+        offsets: Offsets of the planes [m].  # (k,)
         triangles: Corners of the surface triangles [m].  # (k, 3, 3)
     """
 
@@ -40,10 +40,10 @@ class Polyhedron:
 
     @classmethod
     def from_triangles(cls, triangles: np.ndarray) -> "Polyhedron":
-        """Make a polyhedron from the triangles of a convex surface, in either winding order.
+        """Return the polyhedron with the triangles of a convex surface, in either winding order.
 
         Args:
-            triangles: Those without area are left out [m].  # (k, 3, 3)
+            triangles: Surface triangles; those without area are dropped [m].  # (k, 3, 3)
         """
         edges = triangles[:, 1:] - triangles[:, :1]
         normals = np.cross(edges[:, 0], edges[:, 1])
@@ -63,7 +63,7 @@ class Solid:
     Attributes:
         kind: ``box``, ``sphere``, ``cylinder``, ``capsule``, ``ellipsoid`` or ``mesh``.
         size: Half lengths or radii as in MuJoCo's ``geom_size`` [m].  # (3,)
-        T_os: Its pose in the object.
+        T_os: Its pose in the object's frame.
         friction: Sliding friction [-].
         hull: Triangles of a mesh's convex hull, in the frame of the solid [m].  # (n, 3, 3)
     """
@@ -105,11 +105,11 @@ class Solid:
 
 
 def solids_of(cell: Cell, name: str) -> list[Solid]:
-    """List the convex solids of an entity that can be in contact.
+    """Return the convex solids of an entity's collision geometry.
 
     Raises:
-        CellError: When there is no such entity.
-        MotionError: When it has no collision geometry.
+        CellError: If there is no such entity.
+        MotionError: If it has no collision geometry.
     """
     cell.find(name)
     model, data = cell.model, cell.data
@@ -135,9 +135,10 @@ def solids_of(cell: Cell, name: str) -> list[Solid]:
 
 
 def least_width(solids: Sequence[Solid]) -> float:
-    """Return the least distance between two parallel planes that enclose an object [m].
+    """Return the minimum distance between two parallel planes that enclose an object [m].
 
-    Over the face normals: exact for polyhedra, and for a single cylinder, capsule or sphere.
+    The minimum is taken over the face normals. It is exact for polyhedra, and for a single
+    cylinder, capsule or sphere.
     """
     normals = np.concatenate([solid.polyhedron.normals for solid in solids])
     upper, lower = (np.max([s.support(d) for s in solids], axis=0) for d in (normals, -normals))
@@ -145,7 +146,7 @@ def least_width(solids: Sequence[Solid]) -> float:
 
 
 def surface_triangles(kind: str, size: np.ndarray) -> np.ndarray:
-    """Return the surface of a primitive; a round one as an inscribed polyhedron.
+    """Return the surface triangles of a primitive; round ones as an inscribed polyhedron [m].
 
     Args:
         kind: ``box``, ``sphere``, ``cylinder``, ``capsule`` or ``ellipsoid``.
@@ -172,7 +173,7 @@ def surface_triangles(kind: str, size: np.ndarray) -> np.ndarray:
 
 
 def _mesh_hull(model: mujoco.MjModel, mesh: int) -> np.ndarray:
-    """Return the triangles of the convex hull that MuJoCo's compiler made of a mesh [m].
+    """Return the triangles of the convex hull that MuJoCo's compiler computed for a mesh [m].
 
     From ``mesh_graphadr`` on, ``mesh_graph`` holds the numbers of vertices and faces, two numbers
     per vertex, three edge numbers per face, and the three vertices of each face.

@@ -1,4 +1,4 @@
-"""Grippers of two fingers that mirror each other."""
+"""Grippers with two fingers that move symmetrically."""
 
 from .antipodal_grasps import GRIP_DEPTH as GRIP_DEPTH
 from .gripper import TwoFingerGripper as TwoFingerGripper

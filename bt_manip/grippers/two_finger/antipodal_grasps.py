@@ -1,4 +1,4 @@
-"""Where two fingers grip an object, and how deep: antipodal grasps of primitives and meshes."""
+"""Antipodal grasps of primitives and meshes, and their depth."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -22,33 +22,33 @@ GRIP_DEPTH = 0.010
 """Depth of the tool centre point below the upper edge of the gripped faces [m].
 
 A cube is gripped this far below its top. Round sides are gripped at their widest point. The palm
-or the support surface may demand a smaller depth.
+or the support surface may require a smaller depth.
 """
 
 CONTACT_WEIGHT = 0.3
-"""Cost of pads that touch nothing beside the two contact points."""
+"""Cost of pads in contact at the two contact points only."""
 
 ANGLE_WEIGHT = 1.0
-"""Cost of surfaces inclined to the closing direction by `_MAX_ANGLE`, or more."""
+"""Cost of surface normals at `_MAX_ANGLE` or more from the closing direction."""
 
 SLACK_WEIGHT = 0.3
-"""Cost of fingers that open no wider than the object; none from `_MIN_SLACK` on."""
+"""Cost of a gripper that opens no wider than the object; zero from `_MIN_SLACK` on."""
 
 DEPTH_WEIGHT = 0.5
-"""Cost of a tool that palm or fingertips keep a finger's length short of the preferred depth."""
+"""Cost of a tool that is a finger length short of the preferred depth."""
 
 _MAX_ANGLE = 0.25 * math.pi  # [rad]
 _MIN_SLACK = 5e-3  # [m] on each side
-_CLOSING_MARGIN = 3e-3  # [m] on each side of the contacts, before which fingers touch nothing
+_CLOSING_MARGIN = 3e-3  # [m] on each side of the contacts, within which the fingers may touch
 
-MAX_PRIMITIVES = 8  # solids of an object that are gripped one by one
+MAX_PRIMITIVES = 8  # of an object, up to which each solid is gripped separately
 
 _PALM_CLEARANCE = 3e-3  # [m] between the palm and the object
-_TIP_CLEARANCE = (5e-3, 1e-3)  # [m] of the tips above the object's far side: preferred, least
+_TIP_CLEARANCE = (5e-3, 1e-3)  # [m] of the tips above the object's far side: preferred, minimum
 _MIN_OVERLAP = 4e-3  # [m] of the fingers with flat faces
 _TIP_OVERHANG = 2e-3  # [m] of the tips beyond a point contact, at least
 _MAX_OFF_CENTRE = 0.25  # radii from the widest point of round sides at which the tips may end
-_BELOW = -0.1  # cosine of the approach to straight down below which it comes from below
+_BELOW = -0.1  # cosine of approach and straight down, below which a grasp approaches from below
 
 _LONG = 3.0  # half lengths in pad half widths from which on a box is also gripped off its centre
 _OFF_CENTRE = 0.6  # of the half length at which it is gripped then
@@ -68,10 +68,10 @@ class AntipodalGrasp(NamedTuple):
         closing: Direction from one contact to the other; unit.  # (3,)
         approach: Approach direction, orthogonal to that; unit.  # (3,)
         width: Distance between the two contacts [m].
-        face_extent: How far both faces continue against the approach; 0 for round sides [m].
+        face_extent: Extent of both faces against the approach; 0 for round sides [m].
         contact: Fraction of the pads in contact, 0 to 1.
         normal_angle: Largest angle between the closing direction and a surface normal [rad].
-        radius: Of round sides, which may be gripped slightly off their widest point [m].
+        radius: Radius of round sides, which may be gripped slightly off their widest point [m].
         part: Index of the gripped solid; -1 for the whole object.
     """
 
@@ -95,7 +95,7 @@ def box_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[Antipodal
     Args:
         solid: A box.
         hand: The gripper.
-        down: Straight down in the object's frame; no approach comes from below.  # (3,)
+        down: Straight down in the object's frame; grasps from below are excluded.  # (3,)
     """
     R, centre, half = solid.T_os.rotation, solid.T_os.translation, solid.size
     for i in range(3):
@@ -130,7 +130,7 @@ def cylinder_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[Anti
     Args:
         solid: A cylinder or a capsule.
         hand: The gripper.
-        down: Straight down in the object's frame; no approach comes from below.  # (3,)
+        down: Straight down in the object's frame; grasps from below are excluded.  # (3,)
     """
     axis, centre = solid.T_os.rotation[:, 2], solid.T_os.translation
     radius, half = float(solid.size[0]), float(solid.size[1])
@@ -188,13 +188,13 @@ def sphere_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[Antipo
 def sampled_grasps(
     solids: Sequence[Solid], pairs: AntipodalPairs, contact: np.ndarray, down: np.ndarray
 ) -> Iterator[AntipodalGrasp]:
-    """List the grasps at sampled pairs: approached from nearest to above, and turned from that.
+    """List the grasps at sampled pairs, with approaches at several angles from nearest to down.
 
     Args:
         solids: The object.
         pairs: Its antipodal pairs.
         contact: Fraction of the pads in contact at each.  # (n,)
-        down: Straight down in the object's frame; no approach comes from below.  # (3,)
+        down: Straight down in the object's frame; grasps from below are excluded.  # (3,)
     """
     widths = [float(np.linalg.norm(b - a)) for a, b in zip(pairs.first, pairs.second, strict=True)]
     lines = (pairs.second - pairs.first) / np.maximum(widths, 1e-9)[:, None]
@@ -217,13 +217,13 @@ def grasp_candidates(
     """Set the depth of the tool in each grasp; drop those without a feasible depth.
 
     The preferred depth is `GRIP_DEPTH`. The palm has to stay clear of the object, the fingertips
-    above what the object lies on, and the fingers have to overlap the contacts.
+    above the support surface, and the fingers have to overlap the contacts.
 
     Args:
-        grasps: At least one.
+        grasps: One or more grasps.
         hand: The gripper.
         solids: All solids of the object.
-        clear: Whether the fingers touch the object at the contacts only, by its geometry.
+        clear: Whether the object's geometry ensures that the fingers touch it at the contacts only.
     """
     centre, closing, approach = (np.array(c) for c in list(zip(*grasps, strict=True))[:3])
     width, extent, contact, angle, radius, part = np.array([grasp[3:] for grasp in grasps]).T
@@ -271,10 +271,10 @@ _PRIMITIVES = {
 
 
 class AntipodalGraspGenerator:
-    """Generates the grasp candidates of one object, in whatever orientation it lies.
+    """Generates the grasp candidates of one object, in any orientation.
 
-    Boxes, cylinders, capsules and spheres are gripped by their geometry, up to `MAX_PRIMITIVES` of
-    them in one object. For any other object antipodal pairs are sampled, once.
+    Boxes, cylinders, capsules and spheres are gripped by their geometry, in objects of up to
+    `MAX_PRIMITIVES` solids. For other objects antipodal pairs are sampled, once.
 
     Attributes:
         name: Name of the object, for messages.
@@ -291,7 +291,7 @@ class AntipodalGraspGenerator:
         com: np.ndarray,
         rng: np.random.Generator,
     ) -> None:
-        """Sample the object where its geometry is not made of primitives.
+        """Sample antipodal pairs unless the object consists of primitives only.
 
         Args:
             name: Name of the object.
@@ -312,13 +312,13 @@ class AntipodalGraspGenerator:
         )
 
     def candidates(self, down: np.ndarray) -> GraspCandidates:
-        """List the grasps that do not come from below.
+        """Return the grasps that do not approach from below.
 
         Args:
             down: Straight down in the object's frame; unit.  # (3,)
 
         Raises:
-            MotionError: When the object is too wide or too thin for the gripper.
+            MotionError: If the gripper cannot grip the object; the message has the reason.
         """
         grasps: list[AntipodalGrasp] = []
         if self._sampled is not None:
@@ -354,7 +354,7 @@ def _support(solids: Sequence[Solid], directions: np.ndarray, part: np.ndarray) 
 
 
 def _fits(width: float, hand: Hand) -> bool:
-    """Return whether the fingers open wide enough, and close far enough, for a width [m]."""
+    """Return whether a width is inside the gripper's range of openings [m]."""
     return hand.least + 5e-4 < width <= hand.stroke - 2.0 * FINGER_CLEARANCE
 
 

@@ -10,20 +10,20 @@ from ..solids import Polyhedron, Solid
 from .hand import Hand
 
 FINGER_CLEARANCE = 1.5e-3
-"""How much wider than the object the fingers open, on each side [m]."""
+"""Minimum clearance between each open finger and the object [m]."""
 
 SAMPLES = 320  # points drawn from the surface
-MAX_PAIRS = 60  # pairs that become grasps
-MAX_PARALLEL = 10  # of them with similar direction and width
-CONE_FRACTION = 0.8  # of the friction cone's half angle that is used
+MAX_PAIRS = 60  # maximum number of selected pairs
+MAX_PARALLEL = 10  # maximum number of selected pairs with similar direction and width
+CONE_FRACTION = 0.8  # used fraction of the friction cone's half angle
 
-_INSIDE = 1e-5  # [m] depth inside another solid from which on a point is not on the surface
+_INSIDE = 1e-5  # [m] depth inside another solid above which a point is not on the surface
 _MERGED = 1e-5  # [m] gap between solids up to which a line treats them as one
 _SAME_CENTRE = 5e-3  # [m] distance of centres below which similar pairs are duplicates
 _SIMILAR_WIDTH = 0.01  # [m] difference of widths
 _SIMILAR_DIRECTION = 0.3  # [rad] angle between lines
-_LEVER = 0.05  # [m] distance from the centre of mass that costs as much as missing contact
-_FLAT = 1e-3  # [m] deviation of a surface that still carries a pad
+_LEVER = 0.05  # [m] distance from the centre of mass with the cost of missing contact
+_FLAT = 1e-3  # [m] maximum deviation of a surface in contact with a pad
 _FACE_STEPS = 1e-3 * np.array([3.5, 7, 10, 20, 30, 40, 50, 60, 80, 100])  # [m]
 
 
@@ -45,7 +45,7 @@ class AntipodalPairs(NamedTuple):
 
 
 class Intersections(NamedTuple):
-    """Where one line enters and leaves an object, in order."""
+    """Intersections of one line with an object, in order along the line."""
 
     enter: list[float]  # [m] along the line
     leave: list[float]
@@ -60,7 +60,7 @@ def sample_surface(
 
     Args:
         solids: Its solids; they may overlap.
-        count: Number of points; those inside another solid are left out.
+        count: Number of points; those inside another solid are dropped.
         rng: Random generator.
 
     Returns:
@@ -90,7 +90,7 @@ def intersect(
 
     Args:
         solids: The object.
-        points: One on each line [m].  # (n, 3)
+        points: One point on each line [m].  # (n, 3)
         directions: Unit directions of the lines.  # (n, 3)
     """
     parts: list[list[tuple[float, float, np.ndarray, np.ndarray]]] = [[] for _ in points]
@@ -181,9 +181,9 @@ def _angle(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def friction_cone(solids: Sequence[Solid], hand: Hand) -> float:
-    """Return the half angle of the friction cone that grasps are kept inside [rad].
+    """Return the half angle of the friction cone for grasps [rad].
 
-    For two geoms in contact MuJoCo uses the larger friction.
+    MuJoCo uses the larger friction of two geoms in contact.
     """
     return CONE_FRACTION * math.atan(max(hand.friction, min(s.friction for s in solids)))
 
@@ -191,7 +191,7 @@ def friction_cone(solids: Sequence[Solid], hand: Hand) -> float:
 def best_antipodal_pairs(
     solids: Sequence[Solid], hand: Hand, com: np.ndarray, rng: np.random.Generator
 ) -> tuple[AntipodalPairs, np.ndarray]:
-    """Sample antipodal pairs and keep the best of different position, direction and width.
+    """Sample antipodal pairs and select the best of different position, direction and width.
 
     Args:
         solids: The object.
@@ -232,7 +232,7 @@ def best_antipodal_pairs(
 
 def pad_contact(solids: Sequence[Solid], pairs: AntipodalPairs, hand: Hand) -> np.ndarray:
     """Estimate the fraction of the pads in contact, from four parallel lines beside each pair."""
-    n = len(pairs.first)  # of the result, too
+    n = len(pairs.first)
     if not n:
         return np.zeros(0)
     line, width = pairs.lines()
@@ -252,7 +252,7 @@ def pad_contact(solids: Sequence[Solid], pairs: AntipodalPairs, hand: Hand) -> n
 def face_extents(
     solids: Sequence[Solid], pairs: AntipodalPairs, approaches: Sequence[np.ndarray]
 ) -> np.ndarray:
-    """Measure how far both faces of each pair continue against an approach direction [m]."""
+    """Return the extent of both faces of each pair against an approach direction [m]."""
     n = len(_FACE_STEPS)  # (n,)
     repeated = AntipodalPairs(*(np.repeat(column, n, axis=0) for column in pairs))
     line, width = repeated.lines()
@@ -266,5 +266,5 @@ def face_extents(
 
 
 def _at(positions: Sequence[float], expected: float) -> bool:
-    """Return whether a line crosses a surface within `_FLAT` of where it is expected."""
+    """Return whether a line crosses a surface within `_FLAT` of the expected position."""
     return any(abs(t - expected) < _FLAT for t in positions)

@@ -1,4 +1,4 @@
-"""What the fingers feel."""
+"""Contacts of the fingers: forces and touched entities."""
 
 from collections.abc import Sequence
 
@@ -9,17 +9,17 @@ from bt_manip.cell import BodyNames, entity_of
 
 from .mechanism import Mechanism
 
-_REACH = 0.3  # [m] radius of the sensors' zone: all contacts of a finger, however long it is
+_REACH = 0.3  # [m] radius of the sensor zones, large enough for all contacts of a finger
 
 Touched = tuple[tuple[str, ...], tuple[str, ...]]
 """Names of the entities that touch the first and the second finger."""
 
 
 class FingerContacts:
-    """Touch sensors in a robot's two fingers, and the names of what touches them.
+    """Touch sensors in a robot's two fingers, and the names of the entities that they touch.
 
-    A touch sensor sums the normal forces of its body's contacts inside MuJoCo, so that a step
-    costs no loop over contacts.
+    A touch sensor sums the normal forces of its body's contacts inside MuJoCo, so no Python loop
+    over contacts is needed.
     """
 
     def __init__(self, root: mjcf.RootElement, mechanism: Mechanism):
@@ -36,7 +36,7 @@ class FingerContacts:
             self._sensors.append(root.sensor.add("touch", name=name, site=site))
 
     def bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Look at a compiled model."""
+        """Bind to a compiled model."""
         left, right = (model.sensor(s.full_identifier).adr[0] for s in self._sensors)
         self._bound = data.sensordata.item, int(left), int(right)
         self._geoms = self._mechanism.geoms
@@ -45,12 +45,12 @@ class FingerContacts:
         self.bound = True
 
     def forces(self) -> tuple[float, float]:
-        """Give the normal force on each finger [N]."""
+        """Return the normal force on each finger [N]."""
         force, left, right = self._bound
         return force(left), force(right)
 
     def names(self) -> Touched:
-        """Name the entities that touch each finger, the robot itself apart."""
+        """Return the names of the entities that touch each finger, excluding the robot."""
         left, right = (self._partners(geoms) for geoms in self._geoms)
         return left, right
 
@@ -68,11 +68,11 @@ class FingerContacts:
 
 
 def held_root(model: mujoco.MjModel, data: mujoco.MjData, fingers: Sequence[int]) -> int:
-    """Give the root body of the free object that all fingers touch; 0 where there is none.
+    """Return the root body of the free object that all fingers touch; 0 for none.
 
     Args:
-        model: What is simulated.
-        data: Its contacts are looked at.
+        model: The compiled model.
+        data: Its data, with current contacts.
         fingers: Ids of the finger bodies.
     """
     if not fingers or not data.ncon:

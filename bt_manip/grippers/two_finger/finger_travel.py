@@ -1,4 +1,4 @@
-"""How far the fingers of a gripper move when its joints do."""
+"""Travel of the fingers of a gripper as a function of its joints."""
 
 import copy
 from collections.abc import Sequence
@@ -14,33 +14,33 @@ from .parameters import TwoFingerParameters
 _TENDON = int(mujoco.mjtObj.mjOBJ_TENDON)
 _SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
 
-_STOPS = 17
-_STEPS = 150  # at most, of 1 ms, at each stop
-_STILL = 2e-3  # [rad/s] or [m/s]
-_POLE = 250.0  # [rad/s] of what moves the joint from stop to stop
-_HEAVY = 1e4  # [kg m2] that freezes the arm; much more spoils the solver's numbers
-_DEGREE = 5
-_RESIDUAL = 3e-4  # [m] that the fitted travel may be off
+_STOPS = 17  # measured positions of the joint
+_STEPS = 150  # maximum number of simulation steps of 1 ms for each position
+_STILL = 2e-3  # [rad/s] or [m/s] below which a joint counts as settled
+_POLE = 250.0  # [rad/s] of the loop that moves the joint to each position
+_HEAVY = 1e4  # [kg m2] armature that freezes the arm; larger values harm the solver's accuracy
+_DEGREE = 5  # of the fitted polynomial
+_RESIDUAL = 3e-4  # [m] maximum error of the fitted travel
 
 
 @dataclass(frozen=True, eq=False)
 class FingerTravel:
-    """The way of two fingers that mirror each other, as a function of their joints.
+    """Travel of two symmetric fingers as a function of their joints.
 
-    The distance s of a finger from the middle is half the opening. Whatever stands between joint
-    and finger, the efforts follow from the velocities: ds/dq newtons become one at the finger.
+    The distance s of a finger from the centre is half the opening. By the principle of virtual
+    work, a force of 1 N at the finger requires an effort of ds/dq at the joint.
 
     Attributes:
-        open_width: Opening with the fingers apart [m].
-        min_width: Opening with the fingers together [m].
+        open_width: Maximum opening [m].
+        min_width: Minimum opening [m].
         polynomials: Coefficients of s(q) for each finger, the constant first.  # (2, n)
         ratios: Velocity of each finger's joint per velocity of the motor.  # (2,)
-        mass: What one finger's force has to accelerate, along s [kg]; 0 leaves it to the joint's.
+        mass: Effective mass of one finger along s [kg]; 0 to read it from the joint.
         loss: Viscous friction of one finger, along s [N s/m].
         joints: Names of all joints that move with the fingers.
-        widths: Openings at which they are known, increasing [m].  # (m,)
-        positions: Where the joints are then.  # (m, len(joints))
-        columns: Which of the joints are the fingers' own.
+        widths: Openings at which `positions` were measured, increasing [m].  # (m,)
+        positions: Positions of the joints at `widths`.  # (m, len(joints))
+        columns: Indices of the two finger joints in `joints`.
     """
 
     open_width: float
@@ -55,16 +55,16 @@ class FingerTravel:
     columns: tuple[int, ...]
 
     def configuration(self, width: float) -> np.ndarray:
-        """Give the positions of all moving joints at an opening."""  # (len(joints),)
+        """Return the positions of all moving joints at an opening [m]."""  # (len(joints),)
         return np.array([np.interp(width, self.widths, column) for column in self.positions.T])
 
     def efforts(self, force: float, *, together: bool) -> list[float]:
-        """Give the greatest effort of each motor when each finger presses with a force [N].
+        """Return the maximum effort of each motor for a force of each finger.
 
-        A fifth more is for what friction takes.
+        It includes a margin of 20 % for friction.
 
         Args:
-            force: Of each finger [N].
+            force: Force of each finger [N].
             together: Whether one motor moves both.
         """
         steepest = []
@@ -76,7 +76,7 @@ class FingerTravel:
 
 
 def direct_travel(gripper: TwoFingerParameters, joints: Sequence[str]) -> FingerTravel:
-    """Describe fingers on slides, whose positions are their distances from the middle."""
+    """Return the travel of fingers on slides, whose positions are distances from the centre."""
     widths = np.array([gripper.min_width, gripper.open_width])
     return FingerTravel(
         open_width=gripper.open_width,
@@ -95,7 +95,7 @@ def direct_travel(gripper: TwoFingerParameters, joints: Sequence[str]) -> Finger
 def is_direct(
     mj_model: mujoco.MjModel, gripper: TwoFingerParameters, joints: Sequence[str]
 ) -> bool:
-    """Tell whether each finger is a slide with a motor of its own."""
+    """Return whether each finger is a slide with its own motor."""
     kinds = [int(mj_model.jnt_type[mj_model.joint(name).id]) for name in joints]
     return gripper.motor is None and all(kind == _SLIDE for kind in kinds)
 
@@ -110,24 +110,25 @@ def measure_travel(
     arm_joints: Sequence[str],
     where: str,
 ) -> FingerTravel:
-    """Move a gripper through its range, without load, and see where its fingers are.
+    """Measure the travel of the fingers by simulating the gripper over its range without load.
 
-    The mechanism is simulated as it is, closed loops and springs included; gravity, contacts and
-    actuators are off and the arm is frozen. The opening is the shortest distance between the
-    shapes of the two fingers that collide.
+    The simulation includes closed loops and springs; gravity, contacts and actuators are disabled
+    and the arm is frozen. The opening is the minimum distance between the collision geoms of the
+    two fingers.
 
     Args:
-        mj_model: The robot, compiled alone; it is not changed.
-        gripper: What is described of the gripper.
+        mj_model: The robot, compiled on its own; it is not changed.
+        gripper: Parameters of the gripper.
         joints: Full names of the joints that move the two fingers.
         fingers: Full names of the finger bodies.
-        motor: Full name of the joint or tendon that the one motor moves; None: one motor a joint.
+        motor: Full name of the joint or tendon moved by a motor for both fingers; None for one
+            motor per joint.
         arm_joints: Full names of the arm's joints.
-        where: Who asks, for messages.
+        where: Name of the robot, for messages.
 
     Raises:
-        RobotError: When the joints have no range, do not move the fingers, or move them so that
-            one opening has two positions.
+        RobotError: If the joints have no range, do not move the fingers, or move them so that one
+            opening has several positions.
     """
     model, data = _bench(mj_model, arm_joints)
     ids = [model.joint(name).id for name in joints]
@@ -189,7 +190,7 @@ def measure_travel(
 def _bench(
     mj_model: mujoco.MjModel, arm_joints: Sequence[str]
 ) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """Copy the model to where nothing but the gripper's mechanism moves."""
+    """Return a copy of the model in which only the gripper's mechanism moves, and its data."""
     model = copy.copy(mj_model)
     model.opt.timestep = 1e-3
     model.opt.gravity[:] = 0.0
@@ -202,7 +203,7 @@ def _bench(
 
 
 def _go_to(model: mujoco.MjModel, data: mujoco.MjData, joints: Sequence[int], share: float) -> None:
-    """Pull joints to a share of their range and let everything settle."""
+    """Move joints to a fraction of their range and simulate until the mechanism settles."""
     lower, upper = model.jnt_range[joints].T
     target = lower + share * (upper - lower)
     at_q, at_v = model.jnt_qposadr[joints], model.jnt_dofadr[joints]
@@ -217,7 +218,7 @@ def _go_to(model: mujoco.MjModel, data: mujoco.MjData, joints: Sequence[int], sh
 
 
 def _length(model: mujoco.MjModel, data: mujoco.MjData, motor: str | None) -> float:
-    """Give the position of what the motor moves."""
+    """Return the position of the joint, or the length of the tendon, that the motor moves."""
     if motor is None:
         return 0.0
     tendon = mujoco.mj_name2id(model, _TENDON, motor)
@@ -236,7 +237,7 @@ def _shapes(model: mujoco.MjModel, finger: str, where: str) -> list[int]:
 
 
 def _fit(q: np.ndarray, s: np.ndarray, where: str) -> np.ndarray:
-    """Fit a polynomial to the way of a finger."""
+    """Fit a polynomial to the travel s(q) of a finger [m]."""
     polynomial = np.polynomial.Polynomial.fit(q, s, _DEGREE).convert()
     residual = float(np.abs(polynomial(q) - s).max())
     if residual > _RESIDUAL:

@@ -1,4 +1,4 @@
-"""Two fingers that travel and press, step by step."""
+"""Control of two fingers in every step, by position or by force."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -26,44 +26,44 @@ CLOSING = "closing"
 GRIPPING = "gripping"
 RELEASING = "releasing"
 PRESSING = (GRIPPING, RELEASING)
-"""What it can be at while fingers follow a force and no position."""
+"""States in which the fingers are force-controlled."""
 
 RAMP = 0.05
-"""How long a force takes to change [s]."""
+"""Duration of a change of the force [s]."""
 MET = 1e-3
-"""Opening, beyond the least one, at which the fingers have met [m]."""
+"""Opening, above the minimum, up to which the fingers count as closed on each other [m]."""
 
-_TOUCHED = 0.2  # [N] normal force that counts as a touch
-_SPEED = 0.1  # [m/s] of each finger, unless it is slower
-_SLOW = 0.04  # [m/s] speed of each finger once one of them touches
-_STEADY_BAND = (0.95, 1.20)  # of the force
-_MET_FORCE = 5.0  # [N] with which fingers press each other
+_TOUCHED = 0.2  # [N] normal force above which a finger is in contact
+_SPEED = 0.1  # [m/s] of each finger, or its maximum if lower
+_SLOW = 0.04  # [m/s] speed of each finger after the first contact
+_STEADY_BAND = (0.95, 1.20)  # relative to the commanded force
+_MET_FORCE = 5.0  # [N] of fingers closed on each other
 
 _NOTHING: Touched = ((), ())
 
 
 class DrivenFingers(Gripper):
-    """Drives two fingers from one step to the next: along a stroke, or with a force.
+    """Controls two fingers in every step: position along a stroke, or grip force.
 
-    Where each finger has a motor, that they stay in step is control, not a constraint; where one
-    motor moves both by a mechanism, it gets the sum of what the fingers need. They follow one
-    jerk-limited stroke until both feel the object, slower once one of them does, and then press
-    with a force that rises softly to the asked one. The normal force of each finger is measured by
-    a touch sensor that this entity adds to the robot's fingers.
+    Fingers with a motor each are synchronized by control, not by a constraint; a motor that moves
+    both through a mechanism gets the sum of their efforts. The fingers follow one jerk-limited
+    stroke until both touch the object, slower after the first contact, and then press with a force
+    that rises smoothly to the commanded one. A touch sensor, added to each finger by this entity,
+    measures its normal force.
     """
 
     kind = KIND
 
     state: str
-    """What it is at: still, moving, closing, gripping or releasing."""
+    """Control state: still, moving, closing, gripping or releasing."""
     _stroke: Stroke | None
     _touched: Touched | None
 
     def _build(self, robot: Robot) -> None:
-        """Prepare to drive a robot's fingers.
+        """Initialize the control of a robot's fingers.
 
         Raises:
-            RobotError: When the robot has no gripper, or its model and description do not fit.
+            RobotError: If the robot has no gripper, or its model and description do not match.
         """
         super()._build(robot)
         name = robot.description.name
@@ -107,12 +107,12 @@ class DrivenFingers(Gripper):
         return self.mechanism.fingers
 
     def held_root(self) -> int:
-        """Give the root body of the free object that both fingers touch; 0 for none."""
+        """Return the root body of the free object that both fingers touch; 0 for none."""
         robot = self.robot
         return held_root(robot.mj_model, robot.mj_data, self.contact_body_ids)
 
     def set_opening(self, qpos: np.ndarray, share: float = 1.0) -> None:
-        """Write where the joints are with the fingers apart (1), together (0) or between."""
+        """Write the gripper's joint positions for an opening from closed (0) to open (1)."""
         self.mechanism.set_width(qpos, self._min + share * (self._open - self._min))
 
     def grasp_generator(
@@ -123,7 +123,7 @@ class DrivenFingers(Gripper):
         com: np.ndarray,
         rng: np.random.Generator,
     ) -> AntipodalGraspGenerator:
-        """Return what generates the antipodal grasps of an object."""
+        """Return the generator of antipodal grasps of an object."""
         robot = self.robot
         hand = measure_hand(robot.mj_model, self.mechanism, robot.tool_site_id, geom_poses)
         return AntipodalGraspGenerator(name, solids, hand, com, rng)
@@ -131,7 +131,7 @@ class DrivenFingers(Gripper):
     # Composer's hooks
 
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Bind to the compiled model; what the last step touched is still true."""
+        """Bind to the compiled model, keeping the contacts of the last step."""
         if self._contacts.bound:
             self._touch()
         model, data = physics.model.ptr, physics.data.ptr
@@ -145,7 +145,7 @@ class DrivenFingers(Gripper):
     def initialize_episode(
         self, physics: mjcf.Physics, random_state: np.random.RandomState
     ) -> None:
-        """Start anew, with the fingers open."""
+        """Reset, with the fingers open."""
         self._reset()
         data = self.robot.mj_data
         self.mechanism.set_width(data.qpos, self._open)
@@ -153,7 +153,7 @@ class DrivenFingers(Gripper):
         self._motion = Motion(0.5 * self.width, 0.0, 0.0)
 
     def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Command the fingers for the step that begins now."""
+        """Command the fingers for the next step."""
         if self.state == CLOSING:
             self._look_for_contact()
         fingers, loop = self._fingers.read(), self._loop
@@ -165,7 +165,7 @@ class DrivenFingers(Gripper):
         self._fingers.push(f1, f2)
 
     def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Measure what the step did, and go on with the time."""
+        """Measure the finger forces and advance the stroke or the force."""
         self._forces = left, right = self._contacts.forces()
         self._touched = None if left or right else _NOTHING
         if self._stroke is not None:
@@ -173,7 +173,7 @@ class DrivenFingers(Gripper):
         elif self.state in PRESSING:
             self._press_on(left, right)
 
-    # Inside
+    # Internal
 
     def _reset(self) -> None:
         self.state = STILL
@@ -182,14 +182,14 @@ class DrivenFingers(Gripper):
         self._limits = StrokeLimits(self._speed)
         self._target = self._motion.s
         self._slowed = False
-        self._asked = 0.0  # [N] the force of the last close()
+        self._asked = 0.0  # [N] force commanded by the last close()
         self._press = Press()
         self._in_band = 0  # steps
         self._forces = (0.0, 0.0)
         self._touched = _NOTHING
 
     def _touch(self) -> Touched:
-        """Name what each finger touched in the last step; looked up when somebody asks."""
+        """Return the entities that each finger touched in the last step, found on demand."""
         if self._touched is None:
             self._touched = self._contacts.names()
         return self._touched
@@ -222,7 +222,7 @@ class DrivenFingers(Gripper):
             self._stroke = None
             if self.state == MOVING:
                 self.state = STILL
-            elif self.state == CLOSING:  # nothing touched on the whole way
+            elif self.state == CLOSING:  # no contact along the whole stroke
                 self._begin_grip(_MET_FORCE)
 
     def _press_on(self, left: float, right: float) -> None:
@@ -239,7 +239,7 @@ class DrivenFingers(Gripper):
     # State
 
     def get_state(self) -> dict[str, Any]:
-        """Give what is remembered between steps as plain data."""
+        """Return the state kept between steps, as plain data."""
         return {
             "state": self.state,
             "motion": list(self._motion),
@@ -255,7 +255,7 @@ class DrivenFingers(Gripper):
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take back what ``get_state`` gave."""
+        """Restore a state returned by ``get_state``."""
         stroke = state["stroke"]
         left, right = state["touched"]
         self.state = state["state"]

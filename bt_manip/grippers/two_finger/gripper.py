@@ -1,4 +1,4 @@
-"""A gripper of two fingers: positions while it travels, forces while it holds."""
+"""A two-finger gripper: position control while moving, force control while holding."""
 
 import numpy as np
 from dm_control import composer
@@ -19,12 +19,12 @@ from .fingers import (
 )
 from .stroke import StrokeLimits
 
-_RELEASE = 0.04  # [s]
-_STEADY_TIME = 0.05  # [s]
+_RELEASE = 0.04  # [s] in which the force falls to zero before opening
+_STEADY_TIME = 0.05  # [s] inside the force band until the grip is steady
 
 
 class TwoFingerGripperObservables(composer.Observables):
-    """How far it is open, and how hard it presses."""
+    """Joint positions, opening and finger forces."""
 
     @composer.observable
     def positions(self) -> observable.Observable:
@@ -43,19 +43,19 @@ class TwoFingerGripperObservables(composer.Observables):
 
 
 class TwoFingerGripper(DrivenFingers):
-    """Opens and closes two fingers, and holds with a force."""
+    """A gripper that opens and closes two fingers, and holds with a force."""
 
     def _build(self, robot: Robot, speed: float | None = None) -> None:
-        """Prepare to control a robot's gripper.
+        """Initialize the control of a robot's gripper.
 
         Args:
-            robot: A robot with two fingers.
-            speed: Speed of each finger unless a command says otherwise [m/s]; default: 0.1, or
-                the greatest that the gripper has.
+            robot: A robot with a two-finger gripper.
+            speed: Default speed of each finger in commands [m/s]; default: 0.1, or the gripper's
+                maximum if lower.
 
         Raises:
-            RobotError: When the robot has no gripper, or its model and description do not fit.
-            GripperError: When the gripper has no such speed.
+            RobotError: If the robot has no gripper, or its model and description do not match.
+            GripperError: If the gripper cannot move at this speed.
         """
         super()._build(robot)
         self._speed = self._checked_speed(speed)
@@ -67,10 +67,10 @@ class TwoFingerGripper(DrivenFingers):
     # Commands
 
     def open(self, speed: float | None = None) -> None:
-        """Open all the way; what is held is let go softly first.
+        """Open fully, after reducing the force on a held object smoothly to zero.
 
         Args:
-            speed: Of each finger [m/s].
+            speed: Speed of each finger [m/s].
         """
         self.move(self._open, speed)
 
@@ -79,10 +79,10 @@ class TwoFingerGripper(DrivenFingers):
 
         Args:
             width: Distance between the fingers [m].
-            speed: Of each finger [m/s].
+            speed: Speed of each finger [m/s].
 
         Raises:
-            GripperError: When the gripper does not open or move so.
+            GripperError: If the gripper cannot reach this opening or speed.
         """
         low, high = self._min, self._open
         if not low - 1e-9 <= width <= high + 1e-9:
@@ -96,14 +96,14 @@ class TwoFingerGripper(DrivenFingers):
             self.state = MOVING
 
     def close(self, force: float = 50.0, speed: float | None = None) -> None:
-        """Close until both fingers press with a force, or meet.
+        """Close until both fingers press with a force, or touch each other.
 
         Args:
             force: Normal force of each finger [N].
-            speed: Of each finger until one of them touches [m/s].
+            speed: Speed of each finger until the first contact [m/s].
 
         Raises:
-            GripperError: When the gripper has no such force or speed.
+            GripperError: If the gripper cannot reach this force or speed.
         """
         force = self.check_force(force)
         self._limits = StrokeLimits(self._checked_speed(speed))
@@ -117,25 +117,25 @@ class TwoFingerGripper(DrivenFingers):
             self.state = CLOSING
 
     def stop(self) -> None:
-        """Brake the fingers; what is held stays held."""
+        """Stop the fingers; a held object stays held."""
         if self.state in (MOVING, CLOSING):
             self._travel(None)
             self.state = MOVING
         elif self.state == RELEASING:
             self._change_force(GRIPPING, self._asked, RAMP)
 
-    # Questions
+    # Measurements
 
     @property
     def moving(self) -> bool:
-        """Whether a command is still being carried out."""
+        """Whether a command is still being executed."""
         return self.state in (MOVING, CLOSING, RELEASING) or (
             self.state == GRIPPING and not (self.steady or self.closed_on_nothing)
         )
 
     @property
     def steady(self) -> bool:
-        """Whether each finger has pressed with 95 to 120 % of the asked force for 50 ms."""
+        """Whether each finger has pressed with 95 to 120 % of the commanded force for 50 ms."""
         return (
             self.state == GRIPPING
             and self._in_band * self._dt >= _STEADY_TIME - 1e-9
@@ -144,17 +144,17 @@ class TwoFingerGripper(DrivenFingers):
 
     @property
     def closed_on_nothing(self) -> bool:
-        """Whether the fingers have closed and met."""
+        """Whether the fingers have closed on each other."""
         return self.state == GRIPPING and self.width < self._min + MET
 
     @property
     def is_open(self) -> bool:
-        """Whether the fingers are all the way open, and still."""
+        """Whether the fingers are fully open and at rest."""
         return self.state == STILL and self.width > self._open - MET
 
     @property
     def status(self) -> str:
-        """How hard the fingers press, or how far they are open."""
+        """Short description: the finger forces, if pressing, and the opening."""
         apart = f"{1e3 * self.width:.0f} mm apart"
         if self.state in (CLOSING, *PRESSING):
             left, right = self.forces

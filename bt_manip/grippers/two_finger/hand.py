@@ -1,4 +1,4 @@
-"""Lengths of a gripper of two fingers, as its compiled model shows them."""
+"""Dimensions of a two-finger gripper, measured on its compiled model."""
 
 from collections.abc import Mapping
 from itertools import product
@@ -14,41 +14,41 @@ _SIGNS = np.array(list(product((-1.0, 1.0), repeat=3)))  # (8, 3) corners of a b
 
 
 class Hand(NamedTuple):
-    """Lengths of a hand with its fingers open, seen from the tool.
+    """Dimensions of a hand with its fingers open, in the tool frame.
 
-    `bt_manip.grasping.GripperClearance` measures what depends on where the hand is.
+    `bt_manip.grasping.GripperClearance` measures the clearance at a given pose of the hand.
     """
 
     closing: np.ndarray
-    """Direction from one finger to the other, in the tool's frame; across its z axis."""  # (3,)
+    """Direction between the fingers in the tool frame, orthogonal to its z axis; unit."""  # (3,)
     stroke: float
-    """How far the fingers open [m]."""
+    """Maximum opening [m]."""
     least: float
-    """Opening with the fingers together [m]."""
+    """Minimum opening [m]."""
     tip: float
-    """How far the fingers reach beyond the tool's centre [m]."""
+    """Distance of the fingertips beyond the tool centre point [m]."""
     palm: float
-    """How far behind the tool's centre the palm is [m]."""
+    """Distance of the palm behind the tool centre point [m]."""
     pad: float
     """Half the width of a finger [m]."""
     friction: float
     """Sliding friction of the fingers [-]."""
 
     def opening(self, width: np.ndarray) -> np.ndarray:
-        """Give how far the gripper is open at widths [m]: 1 for all the way, 0 for closed."""
+        """Return the relative opening at widths [m]: 1 for open, 0 for closed."""
         return (width - self.least) / (self.stroke - self.least)
 
 
 def measure_hand(
     model: mujoco.MjModel, mechanism: Mechanism, tool_site: int, placed: Mapping[int, pin.SE3]
 ) -> Hand:
-    """Measure a gripper.
+    """Return the dimensions of a gripper.
 
     Args:
-        model: What it is compiled into.
-        mechanism: Its fingers.
+        model: The compiled model.
+        mechanism: The gripper's mechanism.
         tool_site: Id of the tool's site.
-        placed: Pose of each geom that moves with the tool in the tool, with the fingers open.
+        placed: Pose in the tool frame of each geom that moves with the tool, fingers open.
     """
     fingers, travel = mechanism.geoms, mechanism.travel
     boxes = {geom: _corners(model, geom, T) for geom, T in placed.items()}
@@ -77,6 +77,6 @@ def measure_hand(
 
 
 def _corners(model: mujoco.MjModel, geom: int, T_tg: pin.SE3) -> np.ndarray:
-    """Give the corners of the box around a geom, in the tool's frame."""  # (8, 3)
+    """Return the corners of a geom's bounding box, in the tool frame [m]."""  # (8, 3)
     centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
     return np.array((centre + _SIGNS * half) @ T_tg.rotation.T + T_tg.translation)

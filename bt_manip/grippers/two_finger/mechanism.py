@@ -13,28 +13,28 @@ from .parameters import TwoFingerParameters
 
 
 class Mechanism:
-    """Two fingers of a robot, with motors instead of whatever actuated them.
+    """Mechanism of a robot's two fingers, with motors in place of the model's actuators.
 
     Attributes:
         fingers: The finger bodies, as PyMJCF elements.
-        travel: How the fingers move with their joints.
+        travel: Travel of the fingers as a function of their joints.
         actuators: The motors: one for each joint, or one for both.
         qpos_adr: Addresses of the two joints in ``qpos``, once compiled.  # (2,)
-        dof_adr: Like ``qpos_adr``, in ``qvel``.  # (2,)
+        dof_adr: Addresses of the two joints in ``qvel``, once compiled.  # (2,)
         ctrl_adr: Addresses of the motors in ``ctrl``, once compiled.
-        geoms: Ids of each finger's geoms that collide, once compiled.
+        geoms: Ids of each finger's collision geoms, once compiled.
     """
 
     def __init__(self, robot: Robot, parameters: TwoFingerParameters, max_force: float) -> None:
-        """Find it in the robot's model, and change that as described.
+        """Find the mechanism in the robot's model and apply the parameters to it.
 
         Args:
             robot: The robot, not compiled yet.
-            parameters: What its description says.
-            max_force: Greatest force of each finger [N].
+            parameters: Parameters of the gripper.
+            max_force: Maximum force of each finger [N].
 
         Raises:
-            RobotError: When the model has no such joints and fingers.
+            RobotError: If the model has no such joints and fingers.
         """
         where = f"robot '{robot.description.name}'"
         self.joints = [robot.find("joint", name) for name in parameters.joints]
@@ -113,7 +113,7 @@ class Mechanism:
         qpos[self._moving_qpos_adr] = self.travel.configuration(width)
 
     def rest(self, qvel: np.ndarray) -> None:
-        """Write that all moving joints are at rest into a ``qvel``."""
+        """Set the velocities of all moving joints in a ``qvel`` to zero."""
         qvel[self._moving_dof_adr] = 0.0
 
 
@@ -124,7 +124,7 @@ def _joints_below(bases: list[Any]) -> list[Any]:
 def _with_joints(
     alone: mujoco.MjModel, bases: list[Any], parameters: TwoFingerParameters
 ) -> mujoco.MjModel:
-    """Give the model with the described armature (friction has no part in a travel)."""
+    """Return the model with the described armature; dry friction does not affect the travel."""
     if parameters.armature is None:
         return alone
     model = copy.copy(alone)
@@ -142,10 +142,10 @@ def _efforts(
     *,
     together: bool,
 ) -> list[float]:
-    """Give the greatest effort of each motor.
+    """Return the maximum effort of each motor.
 
-    A slide's motor makes what the model and the description both allow. The servo that a model
-    puts on a mechanism says little of the real one's force: there, the description decides.
+    For slides this is the smaller limit of model and description. For other mechanisms only the
+    description counts, because a model's servo gains tell little about the real force.
     """
     if travel.mass:
         return travel.efforts(max_force, together=together)

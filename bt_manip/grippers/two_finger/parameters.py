@@ -1,4 +1,4 @@
-"""What a description says of a gripper of two fingers."""
+"""Parameters of a two-finger gripper in a robot's description."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,13 +14,13 @@ KIND = "two_finger"
 
 @dataclass(frozen=True)
 class PadParameters:
-    """What the fingers' surfaces are like, where the model's own would not hold what they grip.
+    """Contact parameters of the fingers' surfaces, which replace the model's.
 
     Attributes:
-        friction: Sliding, torsional [m] and rolling [m] friction; it counts for the pair, whatever
-            the gripped surface is like.
-        solref: MuJoCo's stiffness of the contact; None keeps the model's.
-        solimp: MuJoCo's impedance of the contact; None keeps the model's.
+        friction: Sliding [-], torsional [m] and rolling [m] friction; it overrides the friction of
+            the gripped surface.
+        solref: MuJoCo's contact stiffness and damping (``solref``); None keeps the model's.
+        solimp: MuJoCo's contact impedance (``solimp``); None keeps the model's.
     """
 
     friction: tuple[float, ...] = (1.0, 0.005, 0.0001)
@@ -30,7 +30,7 @@ class PadParameters:
 
 @dataclass(frozen=True)
 class TwoFingerParameters:
-    """Joints that move, bodies that touch; the attributes are those of `two_finger_gripper`."""
+    """Parameters of a two-finger gripper; the attributes are those of `two_finger_gripper`."""
 
     joints: tuple[str, ...]
     fingers: tuple[str, ...]
@@ -59,27 +59,28 @@ def two_finger_gripper(
     mount: str | None = None,
     T_mg: pin.SE3 | None = None,
 ) -> GripperDescription:
-    """Describe a gripper of two fingers; in a TOML file the keys of ``[gripper]`` say the same.
+    """Describe a two-finger gripper; ``[gripper]`` in a TOML file has the same keys.
 
-    Fingers may be slides with a motor each, whose positions then add up to the opening, or any
-    mechanism in which each finger follows one joint: how far it moves is measured on the model.
-    Where one motor moves both, the model's equalities that couple the joints are the mechanism.
+    Fingers may be slides with a motor each, whose positions add up to the opening, or any mechanism
+    in which each finger follows one joint; its travel is then measured on the model. If one motor
+    moves both fingers, the model's equality constraints couple the joints.
 
     Args:
         joints: Names of the two joints that move the fingers.
         fingers: Names of the finger bodies, in the order of the joints.
-        open_width: Opening with the fingers apart [m].
-        max_speed: Greatest speed of one finger [m/s].
-        max_force: Greatest normal force of each finger [N].
-        min_width: Opening with the fingers together [m]; default: 0.
-        motor: Name of the joint or tendon that the one motor moves; None: each joint has its own.
+        open_width: Maximum opening [m].
+        max_speed: Maximum speed of one finger [m/s].
+        max_force: Maximum normal force of each finger [N].
+        min_width: Minimum opening [m]; default: 0.
+        motor: Name of the joint or tendon moved by a motor for both fingers; None for one motor
+            per joint.
         pads: Contact ``friction``, ``solref`` and ``solimp`` of the fingers' surfaces; None keeps
-            what the model says.
-        armature: Replaces that of every joint of its mechanism [kg m2]; None keeps the model's.
-        frictionloss: Replaces the dry friction of every joint of its mechanism [N m].
-        model: Where its MJCF file is; None: it is part of the arm's.
-        mount: Name of the arm's site or body that a model of its own is attached to.
-        T_mg: Pose of that model in the mount; default: the mount's own.
+            the model's.
+        armature: Armature of every joint of the mechanism [kg m2]; None keeps the model's.
+        frictionloss: Dry friction of every joint of the mechanism [N m]; None keeps the model's.
+        model: Path of its MJCF file; None if it is part of the arm's.
+        mount: Name of the arm's site or body to which a separate model is attached.
+        T_mg: Pose of that model in the mount; default: identity.
     """
     given: dict[str, Any] = {
         "joints": list(joints),
@@ -103,10 +104,10 @@ def two_finger_gripper(
 
 
 def read_parameters(table: TomlTable) -> TwoFingerParameters:
-    """Read what a description says.
+    """Read the parameters from a description.
 
     Raises:
-        RobotError: With the key, when it is missing, wrong or unknown.
+        RobotError: If a key is missing, wrong or unknown; the message names it.
     """
     joints, fingers = table.texts("joints"), table.texts("fingers")
     for key, names in (("joints", joints), ("fingers", fingers)):

@@ -1,39 +1,39 @@
-"""How two fingers are kept on their stroke."""
+"""Position control of two fingers."""
 
 from .stroke import Motion
 from .transmission import Fingers
 
-# Poles of a finger's position loop [rad/s]; a tenth of the sampling rate is 628.
+# Poles of a finger's position loop [rad/s], well below a tenth of the sampling rate (628 rad/s).
 _POLE = 150.0
-_PUSH = 20.0  # [N] most that a finger pushes with while it follows a position
+_PUSH = 20.0  # [N] maximum force of a finger under position control
 
 
 class FingerLoop:
-    """A position loop with two equal poles for each finger, and what the motion needs ahead of it.
+    """A PD position loop with two equal poles and acceleration feedforward for each finger.
 
     Attributes:
-        stiffness: Force for each metre that a finger is off [N/m].
-        damping: Force for each m/s that a finger is off [N s/m].
+        stiffness: Position gain of a finger [N/m].
+        damping: Velocity gain of a finger, including its viscous friction [N s/m].
     """
 
     def __init__(self, mass: float, loss: float) -> None:
         """Tune the loop to a gripper.
 
         Args:
-            mass: What the force of one finger has to accelerate [kg].
+            mass: Effective mass of one finger [kg].
             loss: Viscous friction of one finger [N s/m].
         """
         self._mass = mass
         self.stiffness = mass * _POLE * _POLE
         self.damping = 2.0 * mass * _POLE
-        self._added = self.damping - loss  # friction does its share of the damping
+        self._added = self.damping - loss  # viscous friction provides the rest
 
     def forces(self, motion: Motion, fingers: Fingers) -> tuple[float, float]:
-        """Give the forces that keep the fingers on a motion, opening ones being positive [N].
+        """Return the forces that make the fingers follow a motion, positive to open [N].
 
         Args:
-            motion: Where each finger should be now.
-            fingers: Where they are.
+            motion: Desired motion of each finger.
+            fingers: Measured positions and velocities of the fingers.
         """
         s, v, a = motion
         s1, s2, v1, v2 = fingers

@@ -1,54 +1,54 @@
-"""The force of two fingers on what is between them."""
+"""Force control of two fingers on a held object."""
 
 import math
 from collections.abc import Mapping
 from typing import Any
 
-_FIRST = 2.0  # [N] force that the first ramp begins with
+_FIRST = 2.0  # [N] force at the start of the first ramp
 _DAMPING = 20.0  # [N s/m] of each finger
-_STEP_SHARE = 0.3  # of the force: the most that keeping in step takes from a finger
+_STEP_SHARE = 0.3  # maximum synchronizing force, relative to the grip force
 _FORCE_GAIN = 5.0  # [1/s] integral action on the mean of the measured forces
-_TRIM_SHARE = 0.2  # of the force: the most that the integral adds
+_TRIM_SHARE = 0.2  # maximum of the integral term, relative to the grip force
 
 
 class Press:
-    """Drives two fingers with one force, which changes softly, and keeps them in step.
+    """Controls two fingers with one grip force, which changes smoothly, and synchronizes them.
 
-    What keeps them in step leaves the difference that they had when the object was gripped:
-    centring it then would rub it on whatever it stands on. It only has to carry what the object
-    weighs and resists along the fingers.
+    The synchronization preserves the position difference at the time of the grip: centring the
+    object would slide it over its support. It only has to balance the object's weight and
+    resistance along the closing direction.
     """
 
     def __init__(self) -> None:
-        """Press with nothing."""
+        """Initialize with zero force."""
         self.force = 0.0  # [N] of each finger
         self._ramp = (0.0, 0.0, 0.0)  # from [N], to [N], duration [s]
         self._time = 0.0  # [s] since the ramp began
-        self._trim = 0.0  # [N] that the measured force was short of
-        self._offset = 0.0  # [m] by which the first finger is further out
+        self._trim = 0.0  # [N] integral term of the force control
+        self._offset = 0.0  # [m] desired position difference, first minus second finger
 
     def begin(self, offset: float) -> None:
-        """Begin to press on an object.
+        """Start to press on an object.
 
         Args:
-            offset: By how much the first finger is further out than the second [m].
+            offset: Position difference to preserve, first minus second finger [m].
         """
         self.force, self._trim, self._offset = _FIRST, 0.0, offset
 
     def change(self, force: float, duration: float) -> None:
-        """Let the force change to another one, softly [N], [s]."""
+        """Start a smooth change to another force [N] over a duration [s]."""
         self._ramp = (self.force, force, duration)
         self._time = 0.0
 
     def advance(self, dt: float, measured: float) -> bool:
-        """Go on by a control step.
+        """Advance by a control step.
 
         Args:
             dt: Duration of the step [s].
-            measured: Mean of the forces that the fingers felt [N].
+            measured: Mean of the measured finger forces [N].
 
         Returns:
-            Whether the force has arrived where it was asked to be.
+            Whether the change of the force is complete.
         """
         start, end, duration = self._ramp
         self._time += dt
@@ -65,12 +65,12 @@ class Press:
     def forces(
         self, stiffness: float, damping: float, difference: float, v1: float, v2: float
     ) -> tuple[float, float]:
-        """Give the forces of the two motors, closing ones being negative [N].
+        """Return the forces on the two fingers, negative to close [N].
 
         Args:
-            stiffness: Of a finger's position loop [N/m].
-            damping: Of a finger's position loop [N s/m].
-            difference: By how much the first finger is further out now [m].
+            stiffness: Stiffness of a finger's position loop [N/m].
+            damping: Damping of a finger's position loop [N s/m].
+            difference: Current position difference, first minus second finger [m].
             v1: Velocity of the first finger [m/s].
             v2: Velocity of the second finger [m/s].
         """
@@ -81,7 +81,7 @@ class Press:
         return f - step - _DAMPING * v1, f + step - _DAMPING * v2
 
     def get_state(self) -> dict[str, Any]:
-        """Give everything as plain data."""
+        """Return the state as plain data."""
         return {
             "force": self.force,
             "ramp": list(self._ramp),
@@ -91,7 +91,7 @@ class Press:
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Take everything back."""
+        """Restore a state returned by ``get_state``."""
         start, end, duration = state["ramp"]
         self.force, self._ramp, self._time = state["force"], (start, end, duration), state["time"]
         self._trim, self._offset = state["trim"], state["offset"]

@@ -1,4 +1,4 @@
-"""The jerk-limited travel of a finger."""
+"""Jerk-limited trajectory of a finger."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -9,7 +9,7 @@ from bt_manip.robots import GripperError
 
 
 class Motion(NamedTuple):
-    """Where a finger should be."""
+    """Desired position, velocity and acceleration of a finger."""
 
     s: float  # [m]
     v: float  # [m/s]
@@ -17,7 +17,7 @@ class Motion(NamedTuple):
 
 
 class StrokeLimits(NamedTuple):
-    """How fast a finger may travel."""
+    """Motion limits of a finger."""
 
     speed: float  # [m/s]
     acceleration: float = 5.0  # [m/s2]
@@ -25,18 +25,18 @@ class StrokeLimits(NamedTuple):
 
 
 class Stroke:
-    """A travel from a motion to rest: at a target, or as soon as the limits allow."""
+    """A time-optimal trajectory to rest: at a target, or as soon as the limits allow."""
 
     def __init__(self, start: Motion, target: float | None, limits: StrokeLimits):
-        """Plan the travel.
+        """Plan the trajectory.
 
         Args:
-            start: Motion at its beginning.
-            target: Where it ends [m]; ``None``: brake.
-            limits: How fast it may be.
+            start: Motion at its start.
+            target: Position at its end [m]; None to stop as soon as possible.
+            limits: Motion limits.
 
         Raises:
-            GripperError: When no such travel exists, as with a speed that is not positive.
+            GripperError: If there is no such trajectory, for example for a speed of zero.
         """
         self.start, self.target, self.limits = start, target, limits
         self.elapsed = 0.0
@@ -65,11 +65,11 @@ class Stroke:
 
     @property
     def done(self) -> bool:
-        """Whether the end is reached."""
+        """Whether the end of the trajectory is reached."""
         return self.elapsed >= self.duration
 
     def advance(self, dt: float) -> Motion:
-        """Go on by ``dt`` [s] and give the motion there."""
+        """Advance by ``dt`` [s] and return the motion there."""
         self.elapsed += dt
         if self.elapsed < self.duration:
             s, v, a = self._trajectory.at_time(self.elapsed)
@@ -78,7 +78,7 @@ class Stroke:
         return Motion(s[0], 0.0, 0.0)
 
     def get_state(self) -> dict[str, Any]:
-        """Give the travel as plain data."""
+        """Return the stroke as plain data."""
         return {
             "start": list(self.start),
             "target": self.target,
@@ -88,7 +88,7 @@ class Stroke:
 
     @classmethod
     def from_state(cls, state: Mapping[str, Any]) -> "Stroke":
-        """Make the same travel again; Ruckig gives the same bits for the same numbers."""
+        """Return the same stroke from plain data; Ruckig computes it again, bit for bit."""
         stroke = cls(Motion(*state["start"]), state["target"], StrokeLimits(*state["limits"]))
         stroke.elapsed = state["elapsed"]
         return stroke

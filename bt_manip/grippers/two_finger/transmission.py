@@ -1,4 +1,4 @@
-"""Between the motors of a gripper and its fingers."""
+"""Transmissions between the motors of a gripper and its fingers."""
 
 from typing import Protocol
 
@@ -8,14 +8,14 @@ import numpy as np
 from .mechanism import Mechanism
 
 Fingers = tuple[float, float, float, float]
-"""Distances of the two fingers from the middle [m], and their velocities [m/s]."""
+"""Distances of the two fingers from the centre [m], and their velocities [m/s]."""
 
 
 class Transmission(Protocol):
-    """Turns joint motion into finger motion, and finger forces into what the motors make.
+    """Converts joint motion into finger motion, and finger forces into motor efforts.
 
     Attributes:
-        mass: What the force of one finger has to accelerate [kg].
+        mass: Effective mass of one finger [kg].
         loss: Viscous friction of one finger [N s/m].
     """
 
@@ -23,60 +23,60 @@ class Transmission(Protocol):
     loss: float
 
     def bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Look at a compiled model."""
+        """Bind to a compiled model."""
 
     def read(self) -> Fingers:
-        """Give where the fingers are and how they move."""
+        """Return the positions and velocities of the fingers."""
 
     def push(self, first: float, second: float) -> None:
-        """Push each finger with a force, opening ones being positive [N]."""
+        """Apply a force to each finger, positive to open [N]."""
 
 
 def make_transmission(mechanism: Mechanism) -> Transmission:
-    """Choose by how the fingers are moved."""
+    """Return the transmission of a mechanism."""
     return LinkedFingers(mechanism) if mechanism.travel.mass else SlidingFingers(mechanism)
 
 
 class SlidingFingers:
-    """Each finger is a slide with a motor of its own."""
+    """Transmission of fingers on slide joints with a motor each."""
 
     def __init__(self, mechanism: Mechanism) -> None:
-        """Take a mechanism, which need not be compiled yet."""
+        """Store the mechanism, which need not be compiled yet."""
         self._mechanism = mechanism
         self.mass = self.loss = 0.0
 
     def bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Look at a compiled model."""
+        """Bind to a compiled model."""
         mechanism = self._mechanism
         (p1, p2), (d1, d2) = mechanism.qpos_adr.tolist(), mechanism.dof_adr.tolist()
         u1, u2 = mechanism.ctrl_adr.tolist()
-        # Together, because looking up attributes one by one takes longer than computing with them.
+        # One tuple, because separate attribute lookups take longer than the computation.
         self._bound = (data.qpos.item, data.qvel.item, p1, p2, d1, d2)
         self._motors = (data.ctrl, u1, u2)
         self.mass = float(model.dof_M0[[d1, d2]].mean())
         self.loss = float(model.dof_damping[[d1, d2]].mean())
 
     def read(self) -> Fingers:
-        """Give where the fingers are and how they move."""
+        """Return the positions and velocities of the fingers."""
         position, velocity, p1, p2, d1, d2 = self._bound
         return position(p1), position(p2), velocity(d1), velocity(d2)
 
     def push(self, first: float, second: float) -> None:
-        """Push each finger with a force, opening ones being positive [N]."""
+        """Apply a force to each finger, positive to open [N]."""
         ctrl, u1, u2 = self._motors
         ctrl[u1] = first
         ctrl[u2] = second
 
 
 class LinkedFingers:
-    """Each finger follows a joint by a mechanism; one motor moves both, or one each.
+    """Transmission of fingers that each follow a joint; one motor for both, or one each.
 
-    What a force at a finger is at the motor follows from the velocities: power is the same. What
-    friction and springs of the mechanism take is left to who measures the force.
+    Motor efforts follow from finger forces by the principle of virtual work. Friction and springs
+    of the mechanism are not compensated here; force feedback does that.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
-        """Take a mechanism, which need not be compiled yet."""
+        """Store the mechanism, which need not be compiled yet."""
         self._mechanism = mechanism
         travel = mechanism.travel
         self.mass, self.loss = travel.mass, travel.loss
@@ -88,14 +88,14 @@ class LinkedFingers:
         self._at = (0.0, 0.0)
 
     def bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Look at a compiled model."""
+        """Bind to a compiled model."""
         mechanism = self._mechanism
         (p1, p2), (d1, d2) = mechanism.qpos_adr.tolist(), mechanism.dof_adr.tolist()
         self._bound = (data.qpos.item, data.qvel.item, p1, p2, d1, d2)
         self._ctrl, self._motors = data.ctrl, mechanism.ctrl_adr.tolist()
 
     def read(self) -> Fingers:
-        """Give where the fingers are and how they move."""
+        """Return the positions and velocities of the fingers."""
         position, velocity, p1, p2, d1, d2 = self._bound
         q1, q2 = self._at = position(p1), position(p2)
         (way1, way2), (slope1, slope2) = self._ways, self._slopes
@@ -107,7 +107,7 @@ class LinkedFingers:
         )
 
     def push(self, first: float, second: float) -> None:
-        """Push each finger with a force, opening ones being positive [N]; where last read."""
+        """Apply a force to each finger, positive to open [N], at the last read positions."""
         q1, q2 = self._at
         slope1, slope2 = self._slopes
         effort1 = first * _polynomial(slope1, q1) * self._r1
@@ -120,7 +120,7 @@ class LinkedFingers:
 
 
 def _polynomial(coefficients: tuple[float, ...], x: float) -> float:
-    """Evaluate by Horner's rule, the constant coming first."""
+    """Evaluate a polynomial by Horner's rule, constant coefficient first."""
     value = 0.0
     for c in reversed(coefficients):
         value = value * x + c
