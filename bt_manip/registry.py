@@ -1,4 +1,4 @@
-"""Parts by name, each with the plugin that brought it."""
+"""Registries of parts by name, each part with the plugin that provides it."""
 
 import copy
 from collections.abc import Callable, Iterator, Mapping
@@ -11,22 +11,22 @@ T = TypeVar("T")
 
 
 class UnknownPartError(BtManipError):
-    """A part was asked for by a name that nothing is registered under.
+    """No part is registered under a requested name.
 
     Attributes:
-        kind: What was asked for: ``"robot"``, ``"object"``, ...
-        name: The name that is not known.
-        known: The names that are.
+        kind: Kind of the part: ``"robot"``, ``"object"``, ...
+        name: The unknown name.
+        known: The registered names.
     """
 
     def __init__(self, kind: str, name: str, known: tuple[str, ...], note: str = "") -> None:
-        """Say what is missing and which names are nearest.
+        """Build the message, with the nearest names.
 
         Args:
-            kind: What was asked for.
-            name: The name that is not known.
-            known: The names that are.
-            note: What else may explain that it is missing.
+            kind: Kind of the part.
+            name: The unknown name.
+            known: The registered names.
+            note: Possible other reason, appended to the message.
         """
         super().__init__(f"unknown {kind} '{name}'" + did_you_mean(name, known) + note)
         self.kind = kind
@@ -35,56 +35,56 @@ class UnknownPartError(BtManipError):
 
 
 class PartFault(Exception):
-    """A part cannot be made, by a fault of the plugin that it is from.
+    """A part cannot be created because of a fault in its plugin.
 
-    Not a `BtManipError`: whoever asked for the part has done nothing wrong.
+    Not a `BtManipError`, because the request for the part is valid.
 
     Attributes:
         plugin: Name of the plugin.
     """
 
     def __init__(self, kind: str, name: str, plugin: str, problem: str) -> None:
-        """Say which part it is, and what is wrong with it."""
+        """Build the message from the part and the problem."""
         super().__init__(f"{kind} '{name}' cannot be made: {problem}")
         self.plugin = plugin
 
 
 class Registry(Generic[T]):
-    """Keeps parts of one kind by name and hands out copies.
+    """Registry of parts of one kind by name, which returns copies.
 
-    What comes out is never shared: data is copied, functions and classes are what makes new
-    things. So no run can change what the next one gets.
+    Parts are never shared between runs: data is copied, and factories create new objects. So no run
+    can change the parts of the next one.
     """
 
     def __init__(self, kind: str) -> None:
-        """Make an empty registry.
+        """Create an empty registry.
 
         Args:
-            kind: What its parts are, in the singular, for messages.
+            kind: Kind of its parts, in the singular, for messages.
         """
         self.kind = kind
         self.note = ""  # appended to the message on a miss
         self._items: dict[str, tuple[T, str]] = {}
 
     def add(self, name: str, item: T, owner: str) -> None:
-        """Take in a part.
+        """Register a part.
 
         Args:
-            name: The name that it is asked for by.
+            name: Name of the part.
             item: The part.
-            owner: The plugin that brings it.
+            owner: The plugin that provides it.
 
         Raises:
-            BtManipError: When the name is taken or is no name.
+            BtManipError: If the name is taken or invalid.
         """
         self.check(name)
         self._items[name] = (item, owner)
 
     def check(self, name: object) -> None:
-        """Make sure that a part could be taken in under a name.
+        """Check that a part can be registered under a name.
 
         Raises:
-            BtManipError: When the name is taken or is no name.
+            BtManipError: If the name is taken or invalid.
         """
         if not isinstance(name, str) or not name or not all(c.isalnum() or c in "_-" for c in name):
             raise BtManipError(
@@ -96,37 +96,37 @@ class Registry(Generic[T]):
             )
 
     def get(self, name: str) -> T:
-        """Give a copy of a part.
+        """Return a copy of a part.
 
         Raises:
-            UnknownPartError: When there is none of this name; it offers the nearest names.
+            UnknownPartError: If there is none of this name; the message suggests the nearest names.
         """
         return copy.deepcopy(self._find(name)[0])
 
     def create(self, name: str, *arguments: Any, **parameters: Any) -> Any:
-        """Call a part that is a factory.
+        """Call a factory and return the new part.
 
         Raises:
-            UnknownPartError: When there is none of this name; it offers the nearest names.
+            UnknownPartError: If there is none of this name; the message suggests the nearest names.
         """
         factory: Any = self.get(name)
         return factory(*arguments, **parameters)
 
     def maker(self, name: str, *needs: str, expected: str = "") -> Callable[..., Any]:
-        """Give what makes a part that is a factory, so that a plugin's fault in it has its name.
+        """Return a wrapped factory, whose errors name the plugin at fault.
 
         Args:
-            name: The part.
-            *needs: Names of what a part of this kind has to have.
-            expected: What a part of this kind is, for messages.
+            name: Name of the factory.
+            *needs: Attributes that a part of this kind must have.
+            expected: Description of a part of this kind, for messages.
 
         Returns:
-            A function that takes what the factory takes, which is its ``__wrapped__``. It raises a
-            `PartFault` when the factory raises, unless that is a `BtManipError`, or makes something
-            else.
+            A function with the arguments of the factory, which is its ``__wrapped__``. It raises
+            `PartFault` if the factory raises an error other than `BtManipError`, or returns an
+            object without the attributes.
 
         Raises:
-            UnknownPartError: When there is none of this name; it offers the nearest names.
+            UnknownPartError: If there is none of this name; the message suggests the nearest names.
         """
         factory: Any = self.get(name)
 
@@ -151,15 +151,15 @@ class Registry(Generic[T]):
         return make
 
     def owner(self, name: str) -> str:
-        """Name the plugin that brought a part.
+        """Return the name of the plugin that provides a part.
 
         Raises:
-            UnknownPartError: When there is none of this name.
+            UnknownPartError: If there is none of this name.
         """
         return self._find(name)[1]
 
     def names(self) -> tuple[str, ...]:
-        """Name all parts, in alphabetical order."""
+        """Return the names of all parts, in alphabetical order."""
         return tuple(sorted(self._items))
 
     def _find(self, name: str) -> tuple[T, str]:
@@ -169,25 +169,25 @@ class Registry(Generic[T]):
             raise UnknownPartError(self.kind, name, self.names(), self.note) from None
 
     def __contains__(self, name: object) -> bool:
-        """Tell whether there is a part of this name."""
+        """Return whether there is a part of this name."""
         return name in self._items
 
     def __iter__(self) -> Iterator[str]:
-        """Go through the names, in alphabetical order."""
+        """Iterate over the names, in alphabetical order."""
         return iter(self.names())
 
     def __len__(self) -> int:
-        """Count the parts."""
+        """Return the number of parts."""
         return len(self._items)
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """Where a tree works, by registered names; None where it does not care.
+    """Scene and controller that a tree requires, by registered names; None for any.
 
     Attributes:
-        scene: What stands in the cell.
-        controller: What the arm is controlled by.
+        scene: Name of the scene.
+        controller: Name of the arm's controller.
     """
 
     scene: str | None = None
@@ -196,7 +196,7 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class Parts:
-    """All that plugins brought, kind by kind.
+    """All parts that plugins provide, by kind.
 
     Attributes:
         objects: Factories, ``factory(**parameters) -> composer.Entity``.
@@ -204,13 +204,13 @@ class Parts:
         grippers: Factories, ``factory(robot) -> Gripper``.
         controllers: Factories, ``factory(robot) -> Controller``.
         planners: Factories, ``factory() -> Planner``.
-        behaviours: Classes of tree nodes; the nodes of the tree language itself are not here.
-        trees: Places: ``path.xml`` or ``path.py:function``.
+        behaviours: Classes of tree nodes, without the built-in nodes of the tree language.
+        trees: Locations: ``path.xml`` or ``path.py:function``.
         scenes: Factories, ``factory() -> Scene``.
-        model_sources: Functions, ``find(address, progress) -> FoundModel | Path``, by what stands
-            before the colon of an address.
+        model_sources: Functions, ``find(address, progress) -> FoundModel | Path``, by the kind of
+            address: the text before the colon.
         recorders: Factories, ``factory(path) -> RunObserver``.
-        surroundings: Where trees work that do not work everywhere, by their names.
+        surroundings: Required scene and controller of trees, by the name of the tree.
     """
 
     objects: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("object"))
@@ -230,7 +230,7 @@ class Parts:
     surroundings: dict[str, Surroundings] = field(default_factory=dict)
 
     def by_kind(self) -> Mapping[str, Registry[Any]]:
-        """Give the registries by the names of their fields, ``"objects"`` and so on."""
+        """Return the registries by the names of their fields, ``"objects"`` and so on."""
         return {
             "objects": self.objects,
             "robots": self.robots,

@@ -1,7 +1,7 @@
-"""Poses: a ``pin.SE3`` everywhere, and its ways to and from MuJoCo's arrays.
+"""Poses as ``pin.SE3``, and their conversion to and from MuJoCo's arrays.
 
-``T_wb`` is frame b seen from frame w. Quaternions carry their order in the name: MuJoCo writes
-``quat_wxyz``, Pinocchio's vectors are ``quat_xyzw``.
+``T_wb`` is the pose of frame b in frame w. Names of quaternions state the order of the elements:
+``quat_wxyz`` in MuJoCo, ``quat_xyzw`` in Pinocchio.
 """
 
 from collections.abc import Sequence
@@ -14,14 +14,14 @@ def pose(
     position: Sequence[float] | np.ndarray,
     quat_wxyz: Sequence[float] | np.ndarray = (1.0, 0.0, 0.0, 0.0),
 ) -> pin.SE3:
-    """Make a pose from a position and a quaternion.
+    """Return the pose with a position and an orientation.
 
     Args:
         position: Origin of the frame [m].  # (3,)
-        quat_wxyz: Its orientation, of any length but zero.  # (4,)
+        quat_wxyz: Orientation; normalized here.  # (4,)
 
     Raises:
-        ValueError: When a number is not finite or the quaternion has no direction.
+        ValueError: If a number is not finite or the quaternion is zero.
     """
     p = np.asarray(position, dtype=float)
     w, x, y, z = (float(c) for c in quat_wxyz)
@@ -34,13 +34,13 @@ def pose(
 
 
 def quat_wxyz(T: pin.SE3) -> np.ndarray:
-    """Give the orientation of a pose as a unit quaternion in MuJoCo's order."""  # (4,)
+    """Return the orientation of a pose as a unit quaternion in MuJoCo's order."""  # (4,)
     x, y, z, w = pin.Quaternion(T.rotation).coeffs()
     return np.array([w, x, y, z])
 
 
 def pointing_down(position: Sequence[float] | np.ndarray, yaw: float = 0.0) -> pin.SE3:
-    """Make a tool pose whose z axis points straight down.
+    """Return a tool pose whose z axis points straight down.
 
     Args:
         position: Origin of the tool [m].  # (3,)

@@ -1,10 +1,10 @@
-"""In which line of a TOML file a key stands."""
+"""Line numbers of keys in a TOML file."""
 
 import re
 from collections.abc import Iterable
 
 Place = tuple[str | int, ...]
-"""Keys from the outermost one in; in an array of tables, the number of the table, from 1."""
+"""Path of a key: keys from outermost to innermost; in arrays of tables also the index, from 1."""
 
 _PART = r"""(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')"""
 _KEY = rf"{_PART}(?:\s*\.\s*{_PART})*"
@@ -14,13 +14,13 @@ _ASSIGNMENT = re.compile(rf"\s*({_KEY})\s*=")
 
 
 def line_numbers(text: str) -> dict[Place, int]:
-    """Find the lines of keys and tables; of what stands inside a value, that of the value.
+    """Return the line numbers of keys and tables, from 1, but not of keys inside inline values.
 
-    A guess by the look of the lines, for messages: what looks like a key inside a text of several
-    lines counts as one.
+    The result is approximate and meant for messages: lines of a multi-line string that look like
+    keys count as keys.
 
     Args:
-        text: The file.
+        text: Content of the file.
     """
     lines: dict[Place, int] = {}
     counts: dict[Place, int] = {}
@@ -43,7 +43,7 @@ def line_numbers(text: str) -> dict[Place, int]:
 
 
 def line_of(place: Place, lines: dict[Place, int]) -> int | None:
-    """Give the line of a key, or that of the nearest table around it that has one."""
+    """Return the line of a key, or of the innermost enclosing table with a known line."""
     while place and place not in lines:
         place = place[:-1]
     return lines.get(place)
@@ -54,7 +54,7 @@ def _parts(key: str) -> Place:
 
 
 def _counted(parts: Iterable[str | int], counts: dict[Place, int]) -> Place:
-    """Say of each array on the way which of its tables is meant: the last one so far."""
+    """Insert the index of the last table so far after each array of tables in a path."""
     *around, last = parts
     place: Place = ()
     for part in around:

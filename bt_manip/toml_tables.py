@@ -1,4 +1,4 @@
-"""Reading the tables of a TOML file, so that whatever is wrong is said with its place."""
+"""Typed reading of TOML tables; error messages name the file, line and key."""
 
 import tomllib
 from collections.abc import Callable, Mapping
@@ -20,8 +20,8 @@ class TomlFile:
 
     Attributes:
         path: The file.
-        error: What is raised when something in it is wrong.
-        problems: What `attempt` has caught.
+        error: Type of the errors about its content.
+        problems: Errors that `attempt` has collected.
     """
 
     def __init__(self, path: Path, what: str, error: type[BtManipError]) -> None:
@@ -29,11 +29,11 @@ class TomlFile:
 
         Args:
             path: The file.
-            what: What it is, for messages.
-            error: What to raise when something in it is wrong.
+            what: Kind of the file, for messages.
+            error: Type of the errors about its content.
 
         Raises:
-            BtManipError: Of that type, when there is no such file or it is not TOML.
+            BtManipError: Of that type, if there is no such file or it is not valid TOML.
         """
         self.path, self.error = path, error
         self.problems: list[BtManipError] = []
@@ -48,16 +48,16 @@ class TomlFile:
 
     @property
     def whole(self) -> "TomlTable":
-        """The table that the file itself is."""
+        """The root table of the file."""
         return TomlTable(self, self._entries)
 
     def where(self, place: Place) -> str:
-        """Say where a key is: the file, and the line where it is known."""
+        """Return the location of a key: the file, and the line if known."""
         line = line_of(place, self._lines)
         return str(self.path) if line is None else f"{self.path}:{line}"
 
     def attempt(self, read: Callable[..., T], *arguments: Any, **named: Any) -> T | None:
-        """Read something; keep what is wrong with it for later, and give None."""
+        """Call a reading function; on a `BtManipError` store it in `problems` and return None."""
         try:
             return read(*arguments, **named)
         except BtManipError as problem:
@@ -66,59 +66,59 @@ class TomlFile:
 
 
 class PythonSource(NamedTuple):
-    """Stands for the file of a table that was written in Python."""
+    """Source of a table that was defined in Python, in place of a file."""
 
     name: str
     error: type[BtManipError]
 
     def where(self, place: Place) -> str:
-        """Say whose table it is."""
+        """Return the name of the source."""
         return self.name
 
 
 class TomlTable:
-    """A table of a file, read key by key; `finish` finds the keys that nobody asked for."""
+    """A table of a file, read key by key; `finish` rejects keys that were not read."""
 
     def __init__(
         self, file: TomlFile | PythonSource, entries: Mapping[str, Any], place: Place = ()
     ) -> None:
-        """Read a table.
+        """Create a table.
 
         Args:
-            file: Where it is.
-            entries: What is in it.
-            place: What it is called in the file; empty for the file itself.
+            file: Source of the table.
+            entries: Content of the table.
+            place: Path of the table in the file; empty for the root table.
         """
         self.file, self._entries, self._place = file, entries, place
         self._asked: list[str] = []
 
     def error(self, key: str, message: str) -> BtManipError:
-        """Make an error about a key."""
+        """Return an error about a key."""
         where = self.file.where((*self._place, key))
         return self.file.error(f"{where}: key '{self._full(key)}' {message}")
 
     def keys(self) -> tuple[str, ...]:
-        """Name what is in the table."""
+        """Return the keys of the table."""
         return tuple(self._entries)
 
     def value(self, key: str) -> Any:
-        """Give whatever a key has, or None where there is none."""
+        """Return the value of a key, or None if missing."""
         return self._get(key)
 
     def text(self, key: str, default: str | None = None) -> str | None:
-        """Give a text, or the default where there is none."""
+        """Return a string, or the default if missing."""
         value = self._get(key, default)
         if value is not default and (not isinstance(value, str) or not value):
             raise self.error(key, f"is a text, got {value!r}")
         return value
 
     def needed_text(self, key: str) -> str:
-        """Give a text that must be there."""
+        """Return a required string."""
         self._need(key, "a text")
         return str(self.text(key))
 
     def texts(self, key: str) -> tuple[str, ...]:
-        """Give a list of texts that must be there."""
+        """Return a required list of strings."""
         self._need(key, "a list of names")
         value = self._get(key)
         if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
@@ -126,14 +126,14 @@ class TomlTable:
         return tuple(value)
 
     def number(self, key: str, default: float | None = None) -> float | None:
-        """Give a number, or the default where there is none."""
+        """Return a number, or the default if missing."""
         value = self._get(key, default)
         if value is not default and not _is_number(value):
             raise self.error(key, f"is a number, got {value!r}")
         return None if value is None else float(value)
 
     def needed_number(self, key: str) -> float:
-        """Give a number that must be there."""
+        """Return a required number."""
         self._need(key, "a number")
         value = self.number(key)
         assert value is not None
@@ -142,12 +142,12 @@ class TomlTable:
     def numbers(
         self, key: str, size: int | None = None, *, spread: bool = False
     ) -> tuple[float, ...] | None:
-        """Give a list of numbers, or None where there is none.
+        """Return a list of numbers, or None if missing.
 
         Args:
-            key: Where it is.
-            size: How many there must be.
-            spread: Whether one number stands for as many equal ones.
+            key: The key.
+            size: Required length; None for any.
+            spread: Whether to accept a single number and repeat it.
         """
         value = self._get(key)
         if value is None:
@@ -162,21 +162,21 @@ class TomlTable:
         return tuple(float(item) for item in value)
 
     def needed_numbers(self, key: str, size: int) -> tuple[float, ...]:
-        """Give a list of numbers that must be there; one number stands for equal ones."""
+        """Return a required list of numbers; a single number is repeated."""
         self._need(key, f"{size} numbers")
         value = self.numbers(key, size, spread=True)
         assert value is not None
         return value
 
     def pose(self) -> pin.SE3:
-        """Give the pose that ``position`` [m] and ``quat_wxyz``, or ``rpy`` [rad], say."""
+        """Return the pose from the keys ``position`` [m] and ``quat_wxyz`` or ``rpy`` [rad]."""
         position = self.numbers("position", 3) or (0.0, 0.0, 0.0)
         return spatial.pose(position, self.turn())
 
     def turn(self) -> tuple[float, ...]:
-        """Give the orientation that ``quat_wxyz``, or ``rpy`` [rad], says, as a quaternion.
+        """Return the orientation from the key ``quat_wxyz`` or ``rpy`` [rad], as a quaternion.
 
-        Roll, pitch and yaw turn about the axes of the world, in this order.
+        Roll, pitch and yaw are rotations about fixed axes, in this order.
         """  # (4,)
         quat, rpy = self.numbers("quat_wxyz", 4), self.numbers("rpy", 3)
         if quat is not None and rpy is not None:
@@ -191,21 +191,21 @@ class TomlTable:
         return quat or (1.0, 0.0, 0.0, 0.0)
 
     def flag(self, key: str) -> bool | None:
-        """Give true or false, or None where there is neither."""
+        """Return a boolean, or None if missing."""
         value = self._get(key)
         if value is not None and not isinstance(value, bool):
             raise self.error(key, f"is true or false, got {value!r}")
         return value
 
     def whole_number(self, key: str) -> int | None:
-        """Give a whole number, or None where there is none."""
+        """Return an integer, or None if missing."""
         value = self._get(key)
         if value is not None and (not isinstance(value, int) or isinstance(value, bool)):
             raise self.error(key, f"is a whole number, got {value!r}")
         return value
 
     def table(self, key: str) -> "TomlTable | None":
-        """Give a table inside, or None where there is none."""
+        """Return a subtable, or None if missing."""
         value = self._get(key)
         if value is None:
             return None
@@ -214,7 +214,7 @@ class TomlTable:
         return TomlTable(self.file, value, (*self._place, key))
 
     def tables(self, key: str) -> list["TomlTable"]:
-        """Give the tables of an array, none where there is no such array."""
+        """Return the tables of an array of tables; an empty list if missing."""
         value = self._get(key)
         if value is None:
             return []
@@ -226,14 +226,14 @@ class TomlTable:
         ]
 
     def rest(self) -> dict[str, Any]:
-        """Give the keys that nobody has asked for, with their values."""
+        """Return the entries that were not read."""
         return {key: value for key, value in self._entries.items() if key not in self._asked}
 
     def finish(self) -> None:
-        """Refuse keys that mean nothing.
+        """Reject keys that were not read.
 
         Raises:
-            BtManipError: When there is one; nearest right keys are offered.
+            BtManipError: If there is one; the message suggests the nearest known keys.
         """
         for key in self._entries:
             if key not in self._asked:

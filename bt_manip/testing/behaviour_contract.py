@@ -22,13 +22,13 @@ _BRAKING_SLACK = 0.25  # [s]
 
 @dataclass(frozen=True)
 class Example:
-    """Example of how a behaviour is used, for its contract.
+    """Example of the use of a behaviour, for its contract.
 
     Attributes:
         ports: Values of its ports.
         start: Start situation.
-        board: Blackboard entries that exist before.
-        fails: Port values, with each of which it must fail.
+        board: Initial blackboard entries.
+        fails: Sets of port values with which it must fail.
         status: Expected result.
     """
 
@@ -61,7 +61,7 @@ class BehaviourCase:
         return self.situations.reset(self.example.start)
 
     def ticks(self) -> int:
-        """Return the number of ticks of a whole run."""
+        """Return the number of ticks of a complete run."""
         trial = self.trial(self.start())
         self.finish(trial)
         return trial.history.tick
@@ -76,7 +76,7 @@ class BehaviourCase:
 
 
 def needs_no_robot_to_be_built(case: BehaviourCase) -> None:
-    """It is constructed, put into a tree and halted without a cell."""
+    """Check that it can be constructed, added to a tree and halted without a cell."""
     node = case.cls(**case.example.ports)
     assert case.cls.summary(), f"{case.cls.__name__} has no documentation for the palette"
     tree = Tree(node, clock=lambda: 0.0)
@@ -87,7 +87,7 @@ def needs_no_robot_to_be_built(case: BehaviourCase) -> None:
 
 
 def setup_starts_nothing(case: BehaviourCase) -> None:
-    """``setup`` changes nothing, also when it is called again."""
+    """Check that ``setup`` does not change the state of the station."""
     station = case.start()
     before = station.get_state()
     trial = case.trial(station)
@@ -96,7 +96,7 @@ def setup_starts_nothing(case: BehaviourCase) -> None:
 
 
 def ends_as_it_should(case: BehaviourCase) -> None:
-    """Its example ends with the expected result, a condition within one tick."""
+    """Check that its example ends with the expected result; a condition in one tick."""
     trial = case.trial(case.start())
     case.finish(trial)
     ticks = trial.history.tick
@@ -106,7 +106,7 @@ def ends_as_it_should(case: BehaviourCase) -> None:
 
 
 def never_steps_the_physics(case: BehaviourCase) -> None:
-    """A tick takes no simulated time and changes no state of the physics."""
+    """Check that a tick takes no simulated time and does not change the state of the physics."""
     station = case.start()
     cell, trial = station.cell, case.trial(station)
     status = NodeStatus.RUNNING
@@ -127,9 +127,9 @@ def never_steps_the_physics(case: BehaviourCase) -> None:
 
 
 def halts_in_every_state(case: BehaviourCase) -> None:
-    """After a halt before, at the start of, during and after a run, everything comes to rest.
+    """Check that arm and gripper stop after a halt before, during and after a run.
 
-    Afterwards it can start again.
+    The tree is then idle and can be ticked again.
     """
     whole = case.ticks()
     for ticks in sorted({0, 1, whole - 1, whole, *(whole * i // _HALTS for i in range(_HALTS))}):
@@ -153,7 +153,7 @@ def halts_in_every_state(case: BehaviourCase) -> None:
 
 
 def gives_a_reason_when_it_fails(case: BehaviourCase) -> None:
-    """Failures have a reason: for unknown names, and for the example's failures."""
+    """Check that failures have a reason: for unknown names and for the example's failures."""
     wrong = [{name: _NO_SUCH_NAME} for name in _names(case)]
     for ports in wrong + [dict(ports) for ports in case.example.fails]:
         station = case.start()
@@ -180,7 +180,7 @@ def gives_a_reason_when_it_fails(case: BehaviourCase) -> None:
 
 
 def runs_the_same_again(case: BehaviourCase) -> None:
-    """It repeats a run bit for bit, as the same instance and as a new one."""
+    """Check that the same instance and a new one repeat a run bit for bit."""
     trial = case.trial(case.start())
     case.finish(trial)
     first = trial.history.tick, trial.station.cell.state_bytes()
@@ -198,7 +198,7 @@ def runs_the_same_again(case: BehaviourCase) -> None:
 
 
 def goes_on_from_its_state(case: BehaviourCase) -> None:
-    """Its state is plain data, from which another instance continues bit for bit."""
+    """Check that another instance continues from its state, plain data, bit for bit."""
     whole = case.ticks()
     for ticks in sorted({1, whole // 2}):
         station = case.start()
@@ -230,11 +230,11 @@ BEHAVIOUR_CONTRACT: tuple[Callable[[BehaviourCase], None], ...] = (
     runs_the_same_again,
     goes_on_from_its_state,
 )
-"""Checks of the contract; each raises an `AssertionError`."""
+"""Checks of the contract; each raises `AssertionError` if it fails."""
 
 
 def _names(case: BehaviourCase) -> list[str]:
-    """Return the ports of the example with a name: texts that are not blackboard keys."""
+    """Return the ports of the example that contain a name: strings that are no blackboard keys."""
     return [
         name
         for name, value in case.example.ports.items()

@@ -14,13 +14,13 @@ from bt_manip.robots import Robot, RobotDescription, panda
 
 MAX_STEADY_ERROR = 0.02  # [rad]: friction deflects a compliant controller
 MAX_DRIFT = 1e-3  # [rad] from 0.75 s to 1 s at rest
-MAX_LAG = 0.1  # [rad] while moving
-MAX_TORQUE_STEP = 0.3  # of the effort limits, after a switch at rest
+MAX_LAG = 0.1  # [rad] tracking error while moving
+MAX_TORQUE_STEP = 0.3  # relative to the effort limits, after a switch at rest
 
 
 @dataclass(frozen=True)
 class ControllerCase:
-    """A controller on a robot."""
+    """A controller and the robot to check it on."""
 
     name: str
     factory: Callable[..., Any]
@@ -37,7 +37,7 @@ class ControllerCase:
 
 
 def never_gives_nan(case: ControllerCase) -> None:
-    """At random states and references it returns one finite effort per joint."""
+    """Check that it returns one finite effort per joint at random states and references."""
     cell, robot, control = case.stand()
     limits, rng = robot.limits, np.random.default_rng(0)
     lower, upper = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
@@ -54,7 +54,7 @@ def never_gives_nan(case: ControllerCase) -> None:
 
 
 def stays_inside_the_effort_limits(case: ControllerCase) -> None:
-    """After a step of the reference across the whole range, no effort exceeds its limit."""
+    """Check that no effort exceeds its limit after a large step of the reference."""
     cell, robot, control = case.stand()
     limits = robot.limits
     far = np.where(robot.q > 0.0, np.maximum(limits.lower, -2.0), np.minimum(limits.upper, 2.0))
@@ -69,7 +69,7 @@ def stays_inside_the_effort_limits(case: ControllerCase) -> None:
 
 
 def is_stable_at_rest(case: ControllerCase) -> None:
-    """With a constant reference it neither drifts nor oscillates."""
+    """Check that it neither drifts nor oscillates at a constant reference."""
     cell, robot, control = case.stand()
     home = robot.q
     control.reference = Hold(home)
@@ -82,7 +82,7 @@ def is_stable_at_rest(case: ControllerCase) -> None:
 
 
 def returns_from_a_push(case: ControllerCase) -> None:
-    """After a disturbance it returns to its reference without lasting oscillation."""
+    """Check that it returns to its reference after a disturbance, without lasting oscillation."""
     cell, robot, control = case.stand()
     home = robot.q
     control.reference = Hold(home)
@@ -94,7 +94,7 @@ def returns_from_a_push(case: ControllerCase) -> None:
 
 
 def follows_a_motion(case: ControllerCase) -> None:
-    """It follows a motion to its end."""
+    """Check that it tracks a motion and reaches its target."""
     cell, robot, control = case.stand()
     control.reference = arm = Arm(robot)
     target = np.clip(robot.q + 0.3, robot.limits.lower + 0.1, robot.limits.upper - 0.1)
@@ -109,7 +109,7 @@ def follows_a_motion(case: ControllerCase) -> None:
 
 
 def takes_over_smoothly(case: ControllerCase) -> None:
-    """At rest it takes over from another controller without a large torque step."""
+    """Check that it takes over from another controller at rest without a large torque step."""
     before_cell, before_robot, before = case.stand(ComputedTorque)
     before_cell.step(500)
     cell, robot, control = case.stand()
@@ -127,7 +127,7 @@ def takes_over_smoothly(case: ControllerCase) -> None:
 
 
 def goes_on_from_its_state(case: ControllerCase) -> None:
-    """Its state is plain data, from which another instance continues bit for bit."""
+    """Check that another instance continues from its state, plain data, bit for bit."""
     cell, robot, control = case.stand()
     control.reference = Hold(robot.q + 0.05)
     cell.step(50)
@@ -151,4 +151,4 @@ CONTROLLER_CONTRACT: tuple[Callable[[ControllerCase], None], ...] = (
     takes_over_smoothly,
     goes_on_from_its_state,
 )
-"""Checks of the contract; each raises an `AssertionError`."""
+"""Checks of the contract; each raises `AssertionError` if it fails."""
