@@ -1,5 +1,9 @@
 """The cell: a composer arena, its objects, its compiled physics and its contacts."""
 
+from .rest import MAX_REST_SPEED as MAX_REST_SPEED
+from .rest import MAX_REST_TURNING as MAX_REST_TURNING
+from .rest import at_rest as at_rest
+
 from .arena import Arena as Arena
 from .cell import Cell as Cell
 from .contacts.contact_monitor import ContactMonitor as ContactMonitor

@@ -5,11 +5,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from bt_manip.cell import as_object
+from bt_manip.cell import as_object, at_rest
 from bt_manip.cell.objects import CONTAINER
-
-STILL = 5e-3  # [m/s]
-STILL_TURNING = 0.2  # [rad/s], a corner of a 50 mm cube at 9 mm/s
 
 
 class PlacementCheck:
@@ -54,8 +51,7 @@ class PlacementCheck:
         centre = cell.pose(container).actInv(cell.pose(name).act(self._centre(name)))
         if container == name or (centre < lower).any() or (centre > upper).any():
             return False
-        velocity = cell.velocity(name)
-        if np.linalg.norm(velocity[:3]) > STILL or np.linalg.norm(velocity[3:]) > STILL_TURNING:
+        if not at_rest(cell, name):
             return False
         partners = {label.partition("/")[0] for label in cell.contacts.partners(name)}
         return bool(partners) and partners <= {container, *self.objects}

@@ -2,10 +2,8 @@
 
 import numpy as np
 
-from bt_manip.cell import Cell, as_object
+from bt_manip.cell import MAX_REST_SPEED, MAX_REST_TURNING, Cell, as_object
 
-STILL = 5e-3  # [m/s]
-STILL_TURNING = 0.2  # [rad/s]
 LEVEL = 2e-3  # [m]
 
 
@@ -18,8 +16,8 @@ def assert_stands_still(cell: Cell, *names: str) -> None:
     for name in names:
         velocity = cell.velocity(name)
         speed, turning = np.linalg.norm(velocity[:3]), np.linalg.norm(velocity[3:])
-        assert speed <= STILL, f"'{name}' moves at {1000 * speed:.1f} mm/s"
-        assert turning <= STILL_TURNING, f"'{name}' turns at {turning:.2f} rad/s"
+        assert speed <= MAX_REST_SPEED, f"'{name}' moves at {1000 * speed:.1f} mm/s"
+        assert turning <= MAX_REST_TURNING, f"'{name}' turns at {turning:.2f} rad/s"
 
 
 def assert_touches_only(cell: Cell, name: str, *others: str) -> None:
