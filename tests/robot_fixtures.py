@@ -1,4 +1,5 @@
 from collections.abc import Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ from bt_manip.cell import Cell
 from bt_manip.collision import CollisionWorld
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.kinematics import InverseKinematics
-from bt_manip.robots import Robot, RobotModel, compile_alone, panda
+from bt_manip.robots import Robot, RobotDescription, RobotModel, compile_alone, panda
 
 
 @pytest.fixture(scope="session")
@@ -91,3 +92,35 @@ def walled() -> Walled:
 
 class Floating(composer.Arena):
     """An arena with nothing in it, not even a floor."""
+
+
+MENAGERIE_ARMS = {
+    "ur5e": ("universal_robots_ur5e/ur5e.xml", "{}_joint", "attachment_site"),
+    "iiwa14": ("kuka_iiwa_14/iiwa14.xml", "joint{}", "attachment_site"),
+    "fr3": ("franka_fr3/fr3.xml", "fr3_joint{}", "attachment_site"),
+    "xarm7": ("ufactory_xarm7/xarm7.xml", "joint{}", "link_tcp"),
+}
+
+
+@pytest.fixture(params=MENAGERIE_ARMS)
+def menagerie_arm(request: pytest.FixtureRequest, menagerie: Path) -> Robot:
+    """Give another arm, compiled alone and described in a few lines."""
+    file, joints, site = MENAGERIE_ARMS[request.param]
+    ur = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+    names = tuple(joints.format(i) for i in (ur if request.param == "ur5e" else range(1, 8)))
+    n = len(names)
+    robot = Robot(
+        RobotDescription(
+            name="other",
+            model=str(menagerie / file),
+            arm_joints=names,
+            tool_frame=site,
+            home=(0.0,) * n,
+            velocity=(2.0,) * n,
+            acceleration=(5.0,) * n,
+            jerk=(1000.0,) * n,
+            effort=(50.0,) * n,
+        )
+    )
+    compile_alone(robot)
+    return robot

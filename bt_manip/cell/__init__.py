@@ -1,9 +1,5 @@
 """The cell: a composer arena, its objects, its compiled physics and its contacts."""
 
-from .rest import MAX_REST_SPEED as MAX_REST_SPEED
-from .rest import MAX_REST_TURNING as MAX_REST_TURNING
-from .rest import at_rest as at_rest
-
 from .arena import Arena as Arena
 from .cell import Cell as Cell
 from .contacts.contact_monitor import ContactMonitor as ContactMonitor
@@ -31,3 +27,6 @@ from .objects import bottom_of as bottom_of
 from .objects import looking_at as looking_at
 from .physics.state import integration_state as integration_state
 from .region import Region as Region
+from .rest import MAX_REST_SPEED as MAX_REST_SPEED
+from .rest import MAX_REST_TURNING as MAX_REST_TURNING
+from .rest import at_rest as at_rest

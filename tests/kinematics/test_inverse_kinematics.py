@@ -321,37 +321,11 @@ def test_an_empty_list_of_poses_is_refused(model, ik):
         ik.nearest([], model.home)
 
 
-@pytest.mark.parametrize(
-    ("folder", "file", "joints", "site"),
-    [
-        ("universal_robots_ur5e", "ur5e.xml", "{}_joint", "attachment_site"),
-        ("kuka_iiwa_14", "iiwa14.xml", "joint{}", "attachment_site"),
-        ("franka_fr3", "fr3.xml", "fr3_joint{}", "attachment_site"),
-        ("ufactory_xarm7", "xarm7.xml", "joint{}", "link_tcp"),
-    ],
-)
-def test_other_arms_solve_reachable_poses(menagerie, rng, folder, file, joints, site):
-    ur = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
-    names = tuple(joints.format(i) for i in (ur if "ur5e" in file else range(1, 8)))
-    n = len(names)
-    robot = Robot(
-        RobotDescription(
-            name="other",
-            model=str(menagerie / folder / file),
-            arm_joints=names,
-            tool_frame=site,
-            home=(0.0,) * n,
-            velocity=(2.0,) * n,
-            acceleration=(5.0,) * n,
-            jerk=(1000.0,) * n,
-            effort=(50.0,) * n,
-        )
-    )
-    compile_alone(robot)
-    model = robot.make_model()
+def test_other_arms_solve_reachable_poses(menagerie_arm, rng):
+    model = menagerie_arm.make_model()
     ik = InverseKinematics(model)
     for q in random_configurations(model, rng, 100):
         T = model.pose(q)
         found = ik.solve(T, model.home)
         assert found.solved and model.limits.contain(found.q)
-        assert max(error_in_mujoco(robot, found.q, T)) <= 1.001e-6
+        assert max(error_in_mujoco(menagerie_arm, found.q, T)) <= 1.001e-6

@@ -191,32 +191,7 @@ def test_two_robots_stand_in_one_arena():
     assert not set(robots[0].qpos_adr) & set(robots[1].qpos_adr)
 
 
-@pytest.mark.parametrize(
-    ("folder", "file", "joints", "site"),
-    [
-        ("universal_robots_ur5e", "ur5e.xml", "{}_joint", "attachment_site"),
-        ("kuka_iiwa_14", "iiwa14.xml", "joint{}", "attachment_site"),
-        ("franka_fr3", "fr3.xml", "fr3_joint{}", "attachment_site"),
-        ("ufactory_xarm7", "xarm7.xml", "joint{}", "link_tcp"),
-    ],
-)
-def test_other_arms_are_a_few_lines(menagerie, rng, folder, file, joints, site):
-    ur = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
-    names = tuple(joints.format(i) for i in (ur if "ur5e" in file else range(1, 8)))
-    n = len(names)
-    robot = Robot(
-        RobotDescription(
-            name="other",
-            model=str(menagerie / folder / file),
-            arm_joints=names,
-            tool_frame=site,
-            home=(0.0,) * n,
-            velocity=(2.0,) * n,
-            acceleration=(5.0,) * n,
-            jerk=(1000.0,) * n,
-            effort=(50.0,) * n,
-        )
-    )
-    compile_alone(robot)
+def test_other_arms_are_a_few_lines(menagerie_arm, rng):
+    robot = menagerie_arm
     model = robot.make_model()
     assert verify(robot.mj_model, model.model, rng=rng, n=20, qpos=model.locked_qpos).worst < 1e-9
