@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from .coordination import MultiArmCoordinator
 
 MARGIN = 0.05  # [rad] from the joint limits that chosen configurations keep where possible
+MAX_REST_JOINT_SPEED = 0.02  # [rad/s] of a measured joint that counts as at rest
 RETRY_INTERVAL = 20  # control steps after which a change of the speed scale is tried again
 
 
@@ -276,6 +277,17 @@ class Arm:
     def busy(self) -> bool:
         """Whether a motion has not been completed, moving or paused."""
         return self.moving or self.paused
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether reference and measured joints are at rest."""
+        still = np.abs(self.robot.v).max() <= MAX_REST_JOINT_SPEED
+        return not self.moving and bool(still)
+
+    @property
+    def undisturbed(self) -> bool:
+        """Whether it is at rest and no external force acts on it, as its guard measures it."""
+        return self.at_rest and not (self.guard and self.guard.disturbed(self.model))
 
     @property
     def trajectory(self) -> Trajectory | None:

@@ -86,6 +86,23 @@ class ExternalForceGuard:
             return ""
         return _fault("a torque", torque, self._tolerated, "N m", 1)
 
+    def disturbed(self, model: RobotModel) -> bool:
+        """Tell whether the present external torque of a joint exceeds its threshold.
+
+        Args:
+            model: The arm with its payload.
+        """
+        return bool((np.abs(self.external_torque(model)) > self.thresholds).any())
+
+    def external_torque(self, model: RobotModel) -> np.ndarray:
+        """Return the external joint torque in the last step, uncertain by the dry friction [N m].
+
+        Args:
+            model: The arm with its payload.
+        """  # (nq,)
+        q, v, a = self._robot.q, self._robot.v, self._robot.a
+        return self._robot.tau - model.damping * v - model.rnea(q, v, a)
+
     def get_state(self) -> dict[str, Any]:
         """Return what is remembered between checks as plain data."""
         return {

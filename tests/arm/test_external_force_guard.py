@@ -86,6 +86,21 @@ def test_arm_stops_on_detection_and_the_next_motion_clears_the_fault(bench):
     assert np.array_equal(bench.arm.q, THERE)
 
 
+def test_arm_is_undisturbed_at_rest_while_no_force_acts_on_it(bench):
+    arm = bench.arm
+    bench.cell.step(20)
+    assert arm.at_rest and arm.undisturbed
+    bench.cell.data.xfrc_applied[bench.hand][:3] = [0.0, 40.0, 0.0]
+    bench.cell.step(500)
+    assert arm.at_rest and not arm.undisturbed
+    bench.cell.data.xfrc_applied[bench.hand][:3] = 0.0
+    bench.cell.step(500)
+    assert arm.undisturbed
+    arm.move_to_configuration(THERE)
+    bench.cell.step(100)
+    assert not arm.at_rest and not arm.undisturbed
+
+
 def test_free_motions_cause_no_detection(bench, rng):
     limits = bench.arm.model.limits
     moved = 0
