@@ -64,7 +64,7 @@ def register_behaviours(register: Callable[..., None]) -> None:
     from bt_manip import behaviours
 
     for name in (
-        "SpawnObject", "RemoveObject", "ObjectExists",
+        "SpawnObject", "RemoveObject", "ObjectExists", "IsIn", "IsOn",
         "Hover", "Reach", "Grasp", "Lift", "Drop", "PlaceOn", "PlaceAt", "IsHolding",
         "OpenGripper", "CloseGripper",
         "MoveToPose", "MoveToConfiguration", "MoveHome", "MoveLinear", "MoveThrough", "MoveArc",

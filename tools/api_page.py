@@ -30,14 +30,16 @@ STABLE = {
     ),
     "bt_manip.behaviours": (
         "CellBehaviour ArmBehaviour MotionBehaviour RobotCondition "
-        "SpawnObject RemoveObject ObjectExists Hover Reach Grasp Lift Drop PlaceOn PlaceAt "
-        "IsHolding IsAt OpenGripper CloseGripper MoveToPose MoveToConfiguration MoveHome "
+        "SpawnObject RemoveObject ObjectExists IsIn IsOn Hover Reach Grasp Lift Drop PlaceOn "
+        "PlaceAt IsHolding IsAt OpenGripper CloseGripper MoveToPose MoveToConfiguration MoveHome "
         "MoveLinear MoveThrough MoveArc Approach Retreat FollowTarget Stop SetSpeed "
         "SwitchController pose_to_text pose_from_text pose_input poses_input "
         "centre_pose bottom_pose top_grasp_poses downward_poses nearest_orientation yaw_of "
         "payload_of extent"
     ),
-    "bt_manip.cell": "Cell CellError OverlapError PhysicsDiverged Region Camera looking_at",
+    "bt_manip.cell": (
+        "Cell CellError OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on"
+    ),
     "bt_manip.cell.objects": (
         "Prop ModelObject Cube Box Cylinder Sphere Capsule ConvexMesh Block Bottle Can Mug Peg "
         "HoleBoard Basket Bin Tray Table Shelf Wall RedBlock GreenBlock BlueBlock YellowBlock"

@@ -1,5 +1,7 @@
 """Leaves of behaviour trees, and the base classes and helpers to write more."""
 
+from bt_manip.cell import extent as extent
+
 from .approach import Approach as Approach
 from .approach import Retreat as Retreat
 from .arm_behaviour import ArmBehaviour as ArmBehaviour
@@ -7,7 +9,6 @@ from .arm_behaviour import CellBehaviour as CellBehaviour
 from .arm_behaviour import MotionBehaviour as MotionBehaviour
 from .close_gripper import CloseGripper as CloseGripper
 from .drop import Drop as Drop
-from .extent import extent as extent
 from .follow_target import FollowTarget as FollowTarget
 from .grasp import Grasp as Grasp
 from .hover import Hover as Hover
@@ -37,6 +38,8 @@ from .poses import top_grasp_poses as top_grasp_poses
 from .poses import yaw_of as yaw_of
 from .reach import Reach as Reach
 from .remove_object import RemoveObject as RemoveObject
+from .resting import IsIn as IsIn
+from .resting import IsOn as IsOn
 from .robot_port import RobotCondition as RobotCondition
 from .set_speed import SetSpeed as SetSpeed
 from .spawn_object import SpawnObject as SpawnObject

@@ -7,10 +7,9 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.bt import Input, Status
-from bt_manip.cell import CellError
+from bt_manip.cell import CellError, extent
 from bt_manip.grasping import GripperClearance, with_clearance
 
-from .extent import extent
 from .poses import nearest_orientation, pose_input, yaw_of
 from .releasing import ReleasingBehaviour
 

@@ -7,13 +7,12 @@ import numpy as np
 from dm_control import composer
 
 from bt_manip.bt import Input, Output, Status
-from bt_manip.cell import CellError, Region, as_object, unique_name
+from bt_manip.cell import CellError, Region, as_object, nearest_free, unique_name
 from bt_manip.cell.objects import Catalogue
 from bt_manip.exceptions import PortError
 from bt_manip.models import is_address
 
 from .arm_behaviour import CellBehaviour
-from .extent import nearest_free
 from .poses import centre_pose
 
 ATTEMPTS = 100  # random positions to find one that keeps the gap

@@ -397,6 +397,10 @@ class Cell:
                 f"no body or entity is called '{name}'{did_you_mean(name, names.names())}"
             ) from None
 
+    def is_free(self, name: str) -> bool:
+        """Return whether the cell has an entity of this name that moves freely."""
+        return name in self._physics.free_joints
+
     @property
     def contacts(self) -> Contacts:
         """The contacts of the last step."""

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.cell import Cell
+from bt_manip.cell import Cell, collision_geoms
 from bt_manip.exceptions import MotionError
 
 _KINDS = {
@@ -111,15 +111,10 @@ def solids_of(cell: Cell, name: str) -> list[Solid]:
         CellError: If there is no such entity.
         MotionError: If it has no collision geometry.
     """
-    cell.find(name)
     model, data = cell.model, cell.data
-    root = cell.body_id(name)
     T_wo = cell.pose(name)
-    collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-    own = collides & (model.body_rootid[model.geom_bodyid] == model.body_rootid[root])
-    own &= model.geom_bodyid >= root
     solids = []
-    for geom in np.flatnonzero(own):
+    for geom in collision_geoms(cell, name):
         kind = _KINDS.get(int(model.geom_type[geom]))
         if kind is None:
             continue

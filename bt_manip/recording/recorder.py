@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from bt_manip.bt.nodes import NodeKind
-from bt_manip.recording.placement import PlacementCheck
+from bt_manip.cell import why_not_in_any
 from bt_manip.recording.report import CycleReport, Phase, RunReport, versions
 from bt_manip.recording.robot_log import RobotLog, combined
 from bt_manip.recording.trace import Trace, columns_of
@@ -125,7 +125,7 @@ class Recorder(RunObserver):
         self._phases = PhaseLog(lambda: self._cell.time, self._phase_ended)
         run.tree.observers.append(self._phases)
         self._places = any(node.registration == REMOVE_OBJECT for node in run.tree.nodes)
-        self._placement = PlacementCheck(self._cell)
+        self._objects = self._free_objects()
         self._cell.before_remove.append(self._judge)
         self._begin_cycle()
         self._wall_start = time.perf_counter()
@@ -135,9 +135,8 @@ class Recorder(RunObserver):
         self._flush()
         for log in self._logs:
             log.steps.bind()
-        before = self._placement.objects
-        self._placement = PlacementCheck(self._cell)
-        after = self._placement.objects
+        before = self._objects
+        self._objects = after = self._free_objects()
         for name in after:
             if before.get(name) is not after[name]:
                 self._object = name
@@ -251,7 +250,11 @@ class Recorder(RunObserver):
         self._judged[name] = self._is_placed(name)
 
     def _is_placed(self, name: str) -> bool:
-        return name in self._placement.objects and self._placement.placed(name)
+        return name in self._objects and not why_not_in_any(self._cell, name)
+
+    def _free_objects(self) -> dict[str, Any]:
+        objects = self._cell.objects.items()
+        return {name: entity for name, entity in objects if self._cell.is_free(name)}
 
     def _phase_ended(self, node: Any, phase: Phase) -> None:
         if phase.behaviour == GRASP and phase.status == "SUCCESS":

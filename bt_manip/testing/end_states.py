@@ -1,8 +1,6 @@
 """Assertions on the state of the physics at the end of a task."""
 
-import numpy as np
-
-from bt_manip.cell import MAX_REST_SPEED, MAX_REST_TURNING, Cell, as_object
+from bt_manip.cell import Cell, as_object, why_not_at_rest
 
 LEVEL = 2e-3  # [m]
 
@@ -14,10 +12,8 @@ def assert_stands_still(cell: Cell, *names: str) -> None:
         AssertionError: When one does.
     """
     for name in names:
-        velocity = cell.velocity(name)
-        speed, turning = np.linalg.norm(velocity[:3]), np.linalg.norm(velocity[3:])
-        assert speed <= MAX_REST_SPEED, f"'{name}' moves at {1000 * speed:.1f} mm/s"
-        assert turning <= MAX_REST_TURNING, f"'{name}' turns at {turning:.2f} rad/s"
+        reason = why_not_at_rest(cell, name)
+        assert not reason, reason
 
 
 def assert_touches_only(cell: Cell, name: str, *others: str) -> None:

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from bt_manip.behaviours import ObjectExists, RemoveObject, SpawnObject, yaw_of
+from bt_manip.behaviours import IsIn, IsOn, ObjectExists, RemoveObject, SpawnObject, yaw_of
 from bt_manip.bt import NodeStatus
 from bt_manip.exceptions import NodeError
 
@@ -135,3 +135,15 @@ def test_spawn_keeps_a_gap_from_what_lies_around(station, trial):
 def test_spawn_with_a_gap_that_leaves_no_place_fails(trial):
     tight = [0.29, 0.31, 0.09, 0.11]
     assert trial(SpawnObject(region=tight, gap=0.05, object="{new}")).fails_with("no")
+
+
+def test_where_an_object_rests_is_checked_from_the_physics(station, trial):
+    assert trial(IsOn(object="cube", support="table")).tick() is SUCCESS
+    assert trial(IsIn(object="cube", container="basket")).fails_with("'cube' touches 'table'")
+    assert trial(IsOn(object="cube", support="basket")).fails_with("does not touch 'basket'")
+    assert trial(IsIn(object="ball", container="basket")).fails_with("'ball'")
+
+
+def test_a_held_object_rests_nowhere(with_the_cube, trial):
+    assert trial(IsOn(object="cube", support="table")).fails_with("'cube' touches 'panda/")
+    assert trial(IsIn(object="cube", container="basket")).fails_with("'cube' touches 'panda/")

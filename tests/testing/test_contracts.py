@@ -16,6 +16,8 @@ EXAMPLES = {
     "Grasp": Example({"object": "cube"}, AROUND_THE_CUBE, fails=({"force": 500.0},)),
     "Hover": Example({"object": "cube", "height": 0.15}, fails=({"height": 2.0},)),
     "IsAt": Example({"pose": "0.4;0;1.3"}, status="FAILURE"),
+    "IsIn": Example({"object": "cube", "container": "basket"}, status="FAILURE"),
+    "IsOn": Example({"object": "cube", "support": "table"}),
     "IsHolding": Example({"object": "cube"}, HOLDING),
     "Lift": Example({"height": 0.1}, HOLDING, fails=({"height": 2.0}, {"speed": 0.0})),
     "MoveArc": Example(

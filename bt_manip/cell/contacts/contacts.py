@@ -27,6 +27,16 @@ class ContactForce(NamedTuple):
     force: np.ndarray  # (3,) [N] on the second body, in the world frame
 
 
+class ContactPoint(NamedTuple):
+    """A contact point of a body or entity."""
+
+    other: str
+    """The other body."""
+    position: np.ndarray  # (3,) [m] in the world
+    normal: np.ndarray  # (3,) unit, from the other body to this one, in the world
+    force: float  # [N] along the normal, never negative
+
+
 class Contacts:
     """The contacts of the last step, by the names of bodies and entities.
 
@@ -74,6 +84,24 @@ class Contacts:
             elif mine[b] and others[a]:
                 found.add(body[a])
         return sorted(found)
+
+    def points(self, name: str) -> list[ContactPoint]:
+        """Return the contact points of a body or entity with others.
+
+        Raises:
+            CellError: If no body or entity has such a name.
+        """
+        mine, others = self._sides(name, None)
+        body, geoms = self._body_names.of_geom, self._data.contact.geom
+        positions = self._data.contact.pos
+        found = []
+        # The contact normal points from the first geom to the second.
+        for index, sign in self._contacts_between(others, mine):
+            normal = sign * self._contact_force(index)[0]
+            force = float(self._force[0])
+            other = body[geoms[index, 0 if sign > 0 else 1]]
+            found.append(ContactPoint(other, positions[index].copy(), normal, force))
+        return found
 
     def between(self, name: str, other: str) -> ContactForce:
         """Return the force of ``name`` on ``other``.
@@ -128,20 +156,25 @@ class Contacts:
         depth = self._data.contact.dist
         return max((-float(depth[i]) for i, _ in self._contacts_between(first, second)), default=0)
 
-    def _active(self) -> np.ndarray:
-        """Mask the active contacts: those inside a margin only have no constraint address."""
-        return self._data.contact.efc_address >= 0
+    def geoms(self, name: str) -> np.ndarray:
+        """Mask the geoms of a body or entity.
 
-    def _sides(self, name: str, other: str | None) -> tuple[np.ndarray, np.ndarray]:
-        first = self._geoms(name)
-        return first, (~first if other is None else self._geoms(other))
-
-    def _geoms(self, name: str) -> np.ndarray:
+        Raises:
+            CellError: If no body or entity has such a name.
+        """  # (ngeom,) bool
         try:
             return self._body_names.geoms(name)
         except KeyError:
             near = did_you_mean(name, self._body_names.names())
             raise CellError(f"no body or entity of this cell is called '{name}'{near}") from None
+
+    def _active(self) -> np.ndarray:
+        """Mask the active contacts: those inside a margin only have no constraint address."""
+        return self._data.contact.efc_address >= 0
+
+    def _sides(self, name: str, other: str | None) -> tuple[np.ndarray, np.ndarray]:
+        first = self.geoms(name)
+        return first, (~first if other is None else self.geoms(other))
 
     def _contacts_between(self, first: np.ndarray, second: np.ndarray) -> list[tuple[int, float]]:
         """Return the contacts of two sets of geoms, with sign +1 if the first set comes first."""

@@ -1,17 +1,24 @@
 """Bounding boxes of entities, and distances between them."""
 
+from typing import TYPE_CHECKING
+
 import mujoco
 import numpy as np
+import pinocchio as pin
 
-from bt_manip.cell import Cell, CellError, as_object
+from .exceptions import CellError
+
+if TYPE_CHECKING:
+    from .cell import Cell
 
 
-def extent(cell: Cell, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the axis-aligned bounding box of an entity's collision geometry in the world [m].
+def extent(cell: "Cell", name: str, T_wf: pin.SE3 | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Return the bounding box of an entity's collision geometry, along the axes of a frame [m].
 
     Args:
         cell: The cell.
         name: The entity; geoms without collisions are left out.
+        T_wf: The frame; default: the world.
 
     Returns:
         Its lower and its upper corner.  # 2 x (3,)
@@ -24,30 +31,28 @@ def extent(cell: Cell, name: str) -> tuple[np.ndarray, np.ndarray]:
     if not len(geoms):
         raise CellError(f"'{name}' has no collision geometry")
     R = data.geom_xmat[geoms].reshape(-1, 3, 3)
-    centre = data.geom_xpos[geoms] + np.einsum("nij,nj->ni", R, model.geom_aabb[geoms, :3])
-    half = np.einsum("nij,nj->ni", np.abs(R), model.geom_aabb[geoms, 3:])
+    p = data.geom_xpos[geoms]
+    if T_wf is not None:
+        R, p = T_wf.rotation.T @ R, (p - T_wf.translation) @ T_wf.rotation
+    boxes = model.geom_aabb[geoms]
+    centre = p + (R @ boxes[:, :3, None])[:, :, 0]
+    half = (np.abs(R) @ boxes[:, 3:, None])[:, :, 0]
     return (centre - half).min(axis=0), (centre + half).max(axis=0)
 
 
-def collision_geoms(cell: Cell, name: str) -> np.ndarray:
-    """List the collision geoms of an entity.
+def collision_geoms(cell: "Cell", name: str) -> np.ndarray:
+    """Return the ids of an entity's collision geoms.
 
     Raises:
         CellError: When there is no such entity.
     """  # (n,)
     model = cell.model
     cell.find(name)
-    bodies = [
-        body
-        for body in range(1, model.nbody)
-        if (mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body) or "").partition("/")[0]
-        == name
-    ]
     collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-    return np.flatnonzero(np.isin(model.geom_bodyid, bodies) & collides)
+    return np.flatnonzero(cell.contacts.geoms(name) & collides)
 
 
-def nearest_free(cell: Cell, name: str, within: float) -> float:
+def nearest_free(cell: "Cell", name: str, within: float) -> float:
     """Return the distance from an entity to the nearest other free object [m].
 
     Args:
@@ -60,8 +65,8 @@ def nearest_free(cell: Cell, name: str, within: float) -> float:
     """
     mine = collision_geoms(cell, name)
     nearest = within
-    for other, entity in cell.objects.items():
-        if other == name or not as_object(entity).free:
+    for other in cell.objects:
+        if other == name or not cell.is_free(other):
             continue
         for a in mine:
             for b in collision_geoms(cell, other):

@@ -1,0 +1,165 @@
+"""Predicates on objects: at rest, in a container, on a support."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio as pin
+
+from .contacts.contact_monitor import MonitoredEntity
+from .geometry import extent
+from .naming import entity_of
+from .objects import CONTAINER, as_object
+
+if TYPE_CHECKING:
+    from .cell import Cell
+
+MAX_REST_SPEED = 5e-3  # [m/s] of an object that counts as at rest
+MAX_REST_TURNING = 0.2  # [rad/s] of such an object: a corner of a 50 mm cube at 9 mm/s
+RIM = 5e-3  # [m] contacts less than this below a container's top are on its rim, not inside
+MIN_SUPPORT = 0.25  # [-] least share of an object's weight that a support carries
+
+
+def at_rest(cell: "Cell", name: str) -> bool:
+    """Return whether an object is at rest.
+
+    Raises:
+        CellError: If there is no such object.
+    """
+    return not why_not_at_rest(cell, name)
+
+
+def is_in(cell: "Cell", name: str, container: str) -> bool:
+    """Return whether an object rests inside a container.
+
+    It is at rest, its centre is within the container's outline, and it rests on the inside of the
+    container, or on an object that does. It touches only the container and objects that move
+    freely: a gripped object is not in the container.
+
+    Raises:
+        CellError: If there is no such object or container.
+    """
+    return not why_not_in(cell, name, container)
+
+
+def is_on(cell: "Cell", name: str, support: str) -> bool:
+    """Return whether an object rests on another one.
+
+    It is at rest, no robot touches it, and the support carries part of its weight from below.
+
+    Raises:
+        CellError: If there is no such object or support.
+    """
+    return not why_not_on(cell, name, support)
+
+
+def why_not_at_rest(cell: "Cell", name: str) -> str:
+    """Return why an object is not at rest; empty if it is.
+
+    Raises:
+        CellError: If there is no such object.
+    """
+    velocity = cell.velocity(name)
+    speed, turning = np.linalg.norm(velocity[:3]), np.linalg.norm(velocity[3:])
+    if not speed <= MAX_REST_SPEED:
+        return f"'{name}' moves at {1000 * speed:.1f} mm/s"
+    if not turning <= MAX_REST_TURNING:
+        return f"'{name}' turns at {turning:.2f} rad/s"
+    return ""
+
+
+def why_not_in(cell: "Cell", name: str, container: str) -> str:
+    """Return why `is_in` does not hold; empty if it does.
+
+    Raises:
+        CellError: If there is no such object or container.
+    """
+    T_wc = cell.pose(container)
+    return why_not_at_rest(cell, name) or _why_outside(
+        cell, name, container, T_wc, extent(cell, container, T_wc), {container}
+    )
+
+
+def why_not_in_any(cell: "Cell", name: str) -> str:
+    """Return why an object rests inside no container of the cell; empty if it rests in one.
+
+    Raises:
+        CellError: If there is no such object.
+    """
+    reason = why_not_at_rest(cell, name) or "the cell has no container"
+    for container, entity in cell.objects.items():
+        if as_object(entity).category == CONTAINER:
+            reason = why_not_in(cell, name, container)
+            if not reason:
+                break
+    return reason
+
+
+def why_not_on(cell: "Cell", name: str, support: str) -> str:
+    """Return why `is_on` does not hold; empty if it does.
+
+    Raises:
+        CellError: If there is no such object or support.
+    """
+    cell.find(support)
+    reason = why_not_at_rest(cell, name)
+    if reason:
+        return reason
+    carried, touched = 0.0, False
+    for point in cell.contacts.points(name):
+        other = entity_of(point.other)
+        if isinstance(cell.entities.get(other), MonitoredEntity):
+            return f"'{name}' touches '{point.other}'"
+        if other == support:
+            touched = True
+            carried += point.force * point.normal[2]
+    if not touched:
+        return f"'{name}' does not touch '{support}'"
+    weight = cell.model.body_subtreemass[cell.body_id(name)] * -cell.model.opt.gravity[2]
+    return "" if carried >= MIN_SUPPORT * weight else f"'{support}' does not carry '{name}'"
+
+
+def _why_outside(
+    cell: "Cell",
+    name: str,
+    container: str,
+    T_wc: pin.SE3,
+    box: tuple[np.ndarray, np.ndarray],
+    seen: set[str],
+) -> str:
+    """Return why an object is not supported inside a container; empty if it is.
+
+    Args:
+        cell: The cell.
+        name: The object.
+        container: The container.
+        T_wc: Its pose.
+        box: Its bounding box in its own frame [m].  # 2 x (3,)
+        seen: The container, and the objects that are being checked.
+    """
+    seen.add(name)
+    points = cell.contacts.points(name)
+    if not points:
+        return f"'{name}' touches nothing"
+    for point in points:
+        if entity_of(point.other) != container and not _is_loose(cell, entity_of(point.other)):
+            return f"'{name}' touches '{point.other}'"
+    lower, upper = box[0], box[1] - (0.0, 0.0, RIM)
+    centre = np.mean(extent(cell, name, T_wc), axis=0)
+    if (centre < lower).any() or (centre[:2] > upper[:2]).any():
+        return f"'{name}' is not inside '{container}'"
+    inside = set()
+    for point in points:
+        position = T_wc.actInv(point.position)
+        if (position >= lower).all() and (position <= upper).all():
+            inside.add(entity_of(point.other))
+    if container in inside:
+        return ""
+    for other in sorted(inside - seen):
+        if not _why_outside(cell, other, container, T_wc, box, seen):
+            return ""
+    return f"'{name}' does not rest on the inside of '{container}'"
+
+
+def _is_loose(cell: "Cell", name: str) -> bool:
+    """Return whether an entity is an object that moves freely, rather than a robot or fixed."""
+    return cell.is_free(name) and not isinstance(cell.entities[name], MonitoredEntity)

@@ -1,0 +1,139 @@
+"""At rest, in a container, on a support: judged by contacts, forces and positions."""
+
+import numpy as np
+import pytest
+
+from bt_manip.cell import (
+    Basket,
+    Cell,
+    CellError,
+    Cube,
+    Table,
+    at_rest,
+    extent,
+    is_in,
+    is_on,
+    why_not_at_rest,
+    why_not_in,
+    why_not_in_any,
+    why_not_on,
+)
+from bt_manip.cell.objects import Bottle, Box, Tray
+from bt_manip.spatial import pose
+
+TOP = 1.015  # [m] height of the table
+FLOOR = 0.021  # [m] above the bottom of the basket that objects are let go at
+
+
+@pytest.fixture
+def cell():
+    cell = Cell()
+    cell.add(Table(), pose((0.0, 0.0, 0.0)))
+    cell.add(Basket(), pose((0.0, 0.0, TOP)))
+    return cell
+
+
+def put(cell, entity, x, y, z, name=None, settle=1500, **keywords):
+    name = cell.add(entity, pose((x, y, TOP + z)), name=name, **keywords)
+    cell.step(settle)
+    return name
+
+
+def turned(x, y, z, angle):
+    return pose((x, y, TOP + z), (np.cos(angle / 2), 0.0, np.sin(angle / 2), 0.0))
+
+
+@pytest.fixture
+def inside(cell):
+    return put(cell, Cube(), 0.0, 0.0, 0.025 + FLOOR, "inside")
+
+
+def test_a_cube_in_the_basket_is_in_it(cell, inside):
+    assert at_rest(cell, inside) and is_in(cell, inside, "basket")
+    assert not why_not_in_any(cell, inside)
+    assert not is_in(cell, inside, "table")
+
+
+def test_a_cube_on_a_cube_in_the_basket_is_in_it_and_on_the_cube(cell, inside):
+    put(cell, Cube(), 0.0, 0.0, 0.098, "upper")
+    assert is_in(cell, "upper", "basket") and is_on(cell, "upper", "inside")
+    assert why_not_on(cell, "upper", "basket") == "'upper' does not touch 'basket'"
+    assert why_not_on(cell, "inside", "upper") == "'upper' does not carry 'inside'"
+
+
+def test_a_cube_on_the_table_is_on_it_and_not_in_the_basket(cell):
+    put(cell, Cube(), -0.3, 0.0, 0.026, "cube")
+    assert is_on(cell, "cube", "table")
+    assert why_not_in(cell, "cube", "basket") == "'cube' touches 'table'"
+
+
+def test_a_falling_cube_is_neither_at_rest_nor_in_the_basket(cell):
+    put(cell, Cube(), 0.0, 0.0, 0.1, "cube", settle=50)
+    assert not at_rest(cell, "cube")
+    assert "moves at" in why_not_in(cell, "cube", "basket") == why_not_at_rest(cell, "cube")
+
+
+def test_a_cube_that_hovers_in_the_basket_touches_nothing(cell):
+    put(cell, Cube(), 0.0, 0.0, 0.08, "cube", settle=0)
+    assert why_not_in(cell, "cube", "basket") == "'cube' touches nothing"
+
+
+def test_a_bottle_that_is_gripped_over_the_rim_is_in_the_basket_when_it_stands_there(cell):
+    bottle = Bottle()
+    put(cell, bottle, 0.0, 0.0, bottle.rest_height + FLOOR, "bottle")
+    grip = cell.pose("bottle").act(bottle.centre_offset)
+    assert grip[2] > extent(cell, "basket")[1][2]
+    assert is_in(cell, "bottle", "basket")
+
+
+def test_a_rod_that_leans_on_the_outer_wall_is_not_in_the_basket(cell):
+    lower, upper = extent(cell, "basket")
+    rod = Box(size=(0.02, 0.02, 0.3))
+    cell.add(rod, turned(lower[0] - 0.09, 0.0, 0.16, np.radians(25)), name="rod", overlap=0.01)
+    cell.step(3000)
+    partners = {label.partition("/")[0] for label in cell.contacts.partners("rod")}
+    assert partners >= {"table"}
+    assert "touches 'table'" in why_not_in(cell, "rod", "basket")
+    assert not is_on(cell, "rod", "basket") or "basket" in partners
+
+
+def test_a_cube_on_a_loose_board_beside_the_basket_is_not_in_it(cell):
+    _, upper = extent(cell, "basket")
+    put(cell, Box(size=(0.1, 0.1, 0.02)), upper[0] + 0.051, 0.0, 0.011, "board", settle=200)
+    put(cell, Cube(), upper[0] + 0.026, 0.0, 0.046, "cube")
+    assert is_on(cell, "cube", "board")
+    assert "is not inside 'basket'" in why_not_in(cell, "cube", "basket")
+
+
+def test_a_board_over_the_rim_is_on_the_basket_and_not_in_it(cell):
+    lower, upper = extent(cell, "basket")
+    x, y, _ = upper - lower
+    put(cell, Box(size=(x + 0.02, y + 0.02, 0.01)), 0.0, 0.0, upper[2] - TOP + 0.006, "lid")
+    assert is_on(cell, "lid", "basket")
+    assert why_not_in(cell, "lid", "basket") == "'lid' does not rest on the inside of 'basket'"
+    put(cell, Cube(), 0.0, 0.0, upper[2] - TOP + 0.037, "cube")
+    assert not is_in(cell, "cube", "basket")
+
+
+def test_what_stands_on_a_tray_is_in_it_however_tall_it_is(cell):
+    cell.add(Tray(), pose((0.0, -0.4, TOP)))
+    bottle = Bottle()
+    put(cell, bottle, 0.0, -0.4, bottle.rest_height + 0.007, "bottle")
+    assert is_in(cell, "bottle", "tray") and is_on(cell, "bottle", "tray")
+
+
+def test_where_the_basket_is_now_counts(cell, inside):
+    assert is_in(cell, inside, "basket")
+    cell.move("basket", pose((0.4, 0.0, TOP)))
+    cell.step(500)
+    assert why_not_in(cell, inside, "basket") == "'inside' touches 'table'"
+    cell.remove("basket")
+    assert why_not_in_any(cell, inside) == "the cell has no container"
+    with pytest.raises(CellError, match="basket"):
+        is_in(cell, inside, "basket")
+
+
+def test_an_object_that_is_gone_is_nowhere(cell):
+    for predicate in (is_in, is_on):
+        with pytest.raises(CellError, match="'ball'"):
+            predicate(cell, "ball", "basket")
