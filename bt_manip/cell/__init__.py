@@ -6,6 +6,7 @@ from .contacts.contact_monitor import ContactMonitor as ContactMonitor
 from .contacts.contact_monitor import ContactSummary as ContactSummary
 from .contacts.contact_monitor import MonitoredEntity as MonitoredEntity
 from .contacts.contacts import ContactEvent as ContactEvent
+from .contacts.contacts import ContactEventDetector as ContactEventDetector
 from .contacts.contacts import ContactForce as ContactForce
 from .contacts.contacts import ContactPoint as ContactPoint
 from .contacts.contacts import Contacts as Contacts

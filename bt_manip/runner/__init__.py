@@ -1,6 +1,9 @@
 """The one loop: a tree, a cell, a clock."""
 
 from .commanded_robot import CommandedRobot as CommandedRobot
+from .events import EventQueue as EventQueue
+from .events import EventStream as EventStream
+from .events import RunEvent as RunEvent
 from .fixtures import naming_file as naming_file
 from .observer import RunObserver as RunObserver
 from .prepare import prepare as prepare

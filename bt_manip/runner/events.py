@@ -1,0 +1,246 @@
+"""The events of a run as plain data, for viewers and recorders."""
+
+import math
+from collections import deque
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from bt_manip.bt import NodeStatus
+from bt_manip.cell import ContactEventDetector, as_object
+
+from .observer import RunObserver
+
+
+class RunEvent(NamedTuple):
+    """One event; `data` holds numbers, strings, bools, None, and lists of these.
+
+    ======================  ====================================================================
+    kind                    keys of `data`
+    ======================  ====================================================================
+    ``tree``                ``nodes``: uid, path, name, kind, registration and parent of each node
+    ``cycle``               ``cycle``; ``status`` (``RUNNING`` when it starts), ``reason``
+    ``status``              ``uid``, ``path``, ``old``, ``status``, ``reason`` of a failure
+    ``blackboard``          ``key`` with its sub-tree's path, ``value`` (None if unset), ``type``
+    ``entity``              ``name``, ``kind``, ``present``
+    ``contact``             ``first``, ``second``, ``touching``
+    ``motion``              ``robot``, ``moving``, ``duration`` [s], ``fault``
+    ``controller``          ``robot``, ``controller``
+    ``tick``                ``tick``: number of the tick, from 0
+    ======================  ====================================================================
+    """
+
+    time: float
+    """Simulated time [s]."""
+    kind: str
+    data: dict[str, Any]
+
+
+class EventStream(RunObserver):
+    """Reports the changes in a run as events; costs nearly nothing without listeners.
+
+    The first events describe the state at the start of the run. Statuses are reported when they
+    change, everything else after each tick. Listeners are called by the thread of the run, which
+    waits for them: use an `EventQueue` for another thread.
+
+    Attributes:
+        listeners: Called with each event.
+    """
+
+    def __init__(self, *listeners: Callable[[RunEvent], None]) -> None:
+        """Set the first listeners."""
+        self.listeners: list[Callable[[RunEvent], None]] = list(listeners)
+
+    def run_started(self, run: Any) -> None:
+        """Observe the tree."""
+        self._run, self._cell, self._tree = run, run.station.cell, run.tree
+        self._nodes: list[Any] | None = None
+        self._entries: dict[str, tuple[Any, int]] = {}  # blackboard entries and their sequences
+        self._entities: dict[str, Any] = {}
+        self._generation: int | None = None
+        self._detector: ContactEventDetector | None = None
+        self._trajectories: dict[str, Any] = dict.fromkeys(run.station.robots)
+        self._controllers: dict[str, str] = {}
+        self._tick, self._cycle = 0, run.cycle
+        self._tick_time = self._cell.time
+        self._tree.observers.append(self._status_changed)
+
+    def after_compile(self) -> None:
+        """Report entities that were added or removed."""
+        if self.listeners:
+            self._compare_tree()
+            self._compare_entities()
+
+    def cycle_started(self, cycle: int) -> None:
+        """Report the state at the start, and the cycle."""
+        self._cycle, self._tick_time = cycle, self._cell.time
+        if self.listeners:
+            self._compare()
+            self._emit("cycle", {"cycle": cycle, "status": "RUNNING", "reason": ""})
+
+    def after_tick(self) -> None:
+        """Report what has changed since the last tick."""
+        if self.listeners:
+            self._compare()
+            self._emit("tick", {"tick": self._tick})
+        self._tick += 1
+        self._tick_time = self._cell.time
+
+    def cycle_ended(self, status: str, reason: str) -> None:
+        """Report the end of the cycle."""
+        if self.listeners:
+            self._emit("cycle", {"cycle": self._cycle, "status": status, "reason": reason})
+
+    def run_ended(self) -> None:
+        """Stop observing the tree."""
+        if self._status_changed in self._tree.observers:
+            self._tree.observers.remove(self._status_changed)
+
+    # Internal
+
+    def _emit(self, kind: str, data: dict[str, Any], time: float | None = None) -> None:
+        event = RunEvent(self._cell.time if time is None else time, kind, data)
+        for listener in self.listeners:
+            listener(event)
+
+    def _status_changed(self, node: Any, old: Any, new: Any) -> None:
+        if not self.listeners:
+            return
+        if self._tree.nodes is self._nodes:
+            self._emit_status(node, old, new)
+        else:  # replaced by an edited tree
+            self._compare_tree()
+
+    def _emit_status(self, node: Any, old: Any, new: Any) -> None:
+        reason = str(node.feedback_message) if new is NodeStatus.FAILURE else ""
+        data = {"uid": node.uid, "path": node.path, "old": old.name, "status": new.name}
+        self._emit("status", {**data, "reason": reason})
+
+    def _compare(self) -> None:
+        """Report all changes but those of statuses."""
+        self._compare_tree()
+        self._compare_entities()
+        self._compare_blackboard()
+        self._compare_contacts()
+        self._compare_robots()
+
+    def _compare_tree(self) -> None:
+        if self._tree.nodes is self._nodes:
+            return
+        self._nodes = self._tree.nodes
+        parents = {id(child): link.uid for link in self._nodes for child in link.children}
+        nodes = [
+            {
+                "uid": link.uid,
+                "path": link.path,
+                "name": link.name,
+                "kind": str(link.kind),
+                "registration": link.registration,
+                "parent": parents.get(id(getattr(link, "behaviour", link)), 0),
+            }
+            for link in self._nodes
+        ]
+        self._emit("tree", {"nodes": nodes})
+        for link in self._nodes:
+            if link.engine_status is not NodeStatus.IDLE:
+                self._emit_status(link, NodeStatus.IDLE, link.engine_status)
+
+    def _compare_entities(self) -> None:
+        if self._cell.generation == self._generation:
+            return
+        self._generation = self._cell.generation
+        before, self._entities = self._entities, dict(self._cell.entities)
+        for present, these, others in (
+            (False, before, self._entities), (True, self._entities, before)
+        ):  # fmt: skip
+            for name, entity in these.items():
+                if others.get(name) is not entity:
+                    kind = as_object(entity).kind
+                    self._emit("entity", {"name": name, "kind": kind, "present": present})
+
+    def _compare_blackboard(self) -> None:
+        entries = self._entries
+        count = 0
+        for path, scope in self._tree.scopes.items():
+            for name, entry in scope.entries.items():
+                count += 1
+                key = f"{path}/{name}" if path else name
+                if entries.get(key) != (entry, entry.sequence):
+                    entries[key] = (entry, entry.sequence)
+                    if entry.sequence:
+                        data = {"key": key, "value": plain_value(entry), "type": entry.type.name}
+                        self._emit("blackboard", data, self._tick_time)
+        if len(entries) > count:
+            present = {
+                f"{path}/{name}" if path else name
+                for path, scope in self._tree.scopes.items()
+                for name in scope.entries
+            }
+            for key in [key for key in entries if key not in present]:
+                del entries[key]
+                self._emit("blackboard", {"key": key, "value": None, "type": ""}, self._tick_time)
+
+    def _compare_contacts(self) -> None:
+        contacts = self._cell.contacts
+        if self._detector is None:
+            self._detector = ContactEventDetector(contacts)
+            for first, second in contacts.pairs():
+                self._emit("contact", {"first": first, "second": second, "touching": True})
+        for event in self._detector.update(contacts, self._cell.time):
+            data = {"first": event.first, "second": event.second, "touching": event.begins}
+            self._emit("contact", data)
+
+    def _compare_robots(self) -> None:
+        for name, robot in self._run.station.robots.items():
+            arm, active = robot.arm, robot.controllers.active
+            if arm.trajectory is not self._trajectories[name]:
+                self._trajectories[name] = arm.trajectory
+                duration = float(arm.trajectory.duration) if arm.moving else 0.0
+                data = {"robot": name, "moving": arm.moving, "duration": duration}
+                time = self._tick_time if arm.moving else self._cell.time
+                self._emit("motion", {**data, "fault": arm.fault}, time)
+            if active != self._controllers.get(name):
+                self._controllers[name] = active
+                self._emit("controller", {"robot": name, "controller": active})
+
+
+class EventQueue:
+    """Hands events to another thread; a full queue drops the oldest, so the run never waits.
+
+    Attributes:
+        dropped: Number of dropped events.
+    """
+
+    def __init__(self, size: int = 10_000) -> None:
+        """Make an empty queue.
+
+        Args:
+            size: Largest number of events in it.
+        """
+        self._events: deque[RunEvent] = deque(maxlen=size)
+        self.dropped = 0
+
+    def __call__(self, event: RunEvent) -> None:
+        """Add an event, as a listener of an `EventStream`."""
+        if len(self._events) == self._events.maxlen:
+            self.dropped += 1
+        self._events.append(event)
+
+    def take(self) -> list[RunEvent]:
+        """Return the events since the last call, and remove them."""
+        taken = []
+        while self._events:
+            taken.append(self._events.popleft())
+        return taken
+
+
+def plain_value(entry: Any) -> bool | int | float | str | None | list[Any]:
+    """Return the value of a blackboard entry as JSON can hold it; other types become text."""
+    value = entry.value
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    try:
+        return str(value) if entry.type.format is None else entry.type.format(value)
+    except (ValueError, TypeError):
+        return str(value)

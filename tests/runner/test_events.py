@@ -1,0 +1,190 @@
+"""A run as plain events in simulated time."""
+
+import json
+import threading
+from collections import Counter
+
+import pytest
+
+from bt_manip.behaviours import MoveHome, RemoveObject, SpawnObject
+from bt_manip.bt import (
+    AlwaysFailure,
+    Fallback,
+    Node,
+    Script,
+    Sequence,
+    Sleep,
+    Tree,
+    UnsetBlackboard,
+)
+from bt_manip.plugins import load_plugins
+from bt_manip.recording import Recorder
+from bt_manip.runner import (
+    EventQueue,
+    EventStream,
+    Run,
+    RunEvent,
+    RunObserver,
+    RunRequest,
+    TreeSource,
+    build_station,
+)
+
+
+@pytest.fixture(scope="module")
+def parts():
+    return load_plugins(entry_points=()).parts
+
+
+@pytest.fixture
+def make_run(parts):
+    def make(root: Node, **request) -> Run:
+        station = build_station(parts)
+        tree = Tree(root, clock=station.clock)
+        tree.setup(**station.infrastructure)
+        return Run(RunRequest(TreeSource("test", "python"), **request), tree, station)
+
+    return make
+
+
+@pytest.fixture
+def events_of(make_run):
+    def events(root: Node, **request) -> list[RunEvent]:
+        events: list[RunEvent] = []
+        make_run(root, **request).execute([EventStream(events.append)])
+        return events
+
+    return events
+
+
+def of_kind(events, kind):
+    return [(round(event.time, 6), event.data) for event in events if event.kind == kind]
+
+
+def test_statuses_have_the_time_of_their_tick_and_the_reason_of_a_failure(events_of):
+    root = Fallback("root", Sequence(Sleep("rest", msec=25), AlwaysFailure("never")), Sleep(msec=1))
+    changes = of_kind(events_of(root), "status")
+    rest = [(t, d["old"], d["status"]) for t, d in changes if d["path"] == "rest"]
+    assert rest[:2] == [(0.0, "IDLE", "RUNNING"), (0.03, "RUNNING", "SUCCESS")]
+    assert {d["reason"] for _, d in changes if d["status"] != "FAILURE"} == {""}
+    assert all(isinstance(d["uid"], int) for _, d in changes)
+
+
+def test_the_tree_comes_first_with_the_parent_of_each_node(events_of):
+    events = events_of(Sequence("root", Sleep("rest", msec=5), AlwaysFailure("never")))
+    assert events[0].kind == "tree"
+    nodes = events[0].data["nodes"]
+    assert [(n["uid"], n["name"], n["parent"]) for n in nodes] == [
+        (1, "root", 0), (2, "rest", 1), (3, "never", 1)
+    ]  # fmt: skip
+
+
+def test_blackboard_changes_are_reported_once_in_the_tick_that_made_them(events_of):
+    root = Sequence(
+        "root", Script(code="x := 1.5; y := 'a'"), Sleep(msec=15), Script(code="x = 2.5"),
+        UnsetBlackboard(key="y"), Sleep(msec=5),
+    )  # fmt: skip
+    changes = [(t, d["key"], d["value"]) for t, d in of_kind(events_of(root), "blackboard")]
+    assert changes == [(0.0, "x", 1.5), (0.0, "y", "a"), (0.02, "x", 2.5), (0.02, "y", None)]
+
+
+def test_objects_contacts_and_motions_come_and_go(events_of):
+    root = Sequence(
+        "root",
+        SpawnObject(object="{cube}"),
+        Sleep(msec=50),
+        MoveHome(),
+        RemoveObject(object="{cube}"),
+    )
+    events = events_of(root)
+    cube = [d["present"] for _, d in of_kind(events, "entity") if d["name"] == "cube"]
+    assert cube == [True, False]
+    contacts = [d["touching"] for _, d in of_kind(events, "contact") if d["first"] == "cube"]
+    assert contacts == [True, False]
+    assert {d["name"] for t, d in of_kind(events, "entity") if t == 0.0} >= {"table", "panda"}
+    assert [d["controller"] for _, d in of_kind(events, "controller")] == ["computed_torque"]
+
+
+def test_a_motion_has_its_start_and_duration(make_run):
+    run = make_run(Sleep("rest", msec=2000))
+    run.station.arm.move_to_configuration(run.station.robot.q + 0.2)
+    duration = run.station.arm.trajectory.duration
+    events: list[RunEvent] = []
+    run.execute([EventStream(events.append)])
+    (start, first), (end, last) = of_kind(events, "motion")
+    assert (first["moving"], last["moving"]) == (True, False)
+    assert (start, first["duration"]) == (0.0, duration)
+    assert duration <= end <= duration + 0.010
+
+
+def test_cycles_begin_and_end(events_of):
+    events = events_of(Sequence("root", AlwaysFailure("never")), cycles=2)
+    cycles = [(d["cycle"], d["status"]) for _, d in of_kind(events, "cycle")]
+    assert cycles == [(0, "RUNNING"), (0, "FAILURE"), (1, "RUNNING"), (1, "FAILURE")]
+    assert "never" in of_kind(events, "cycle")[1][1]["reason"]
+
+
+def test_events_are_plain_data(events_of):
+    root = Sequence("root", Script(code="x := 1"), SpawnObject(object="{cube}"), Sleep(msec=5))
+    for event in events_of(root):
+        assert json.loads(json.dumps(event.data, allow_nan=False)) == event.data
+
+
+def test_a_listener_that_comes_later_is_told_the_present_state(make_run):
+    stream, events = EventStream(), []
+
+    class Late(RunObserver):
+        def after_tick(self):
+            if len(stream.listeners) == 0:
+                stream.listeners.append(events.append)
+
+    make_run(Sequence("root", Script(code="x := 1"), Sleep("rest", msec=50))).execute(
+        [stream, Late()]
+    )
+    kinds = Counter(event.kind for event in events)
+    assert kinds["tree"] == 1 and kinds["entity"] >= 3 and kinds["blackboard"] == 1
+    running = [d["path"] for _, d in of_kind(events, "status") if d["status"] == "RUNNING"]
+    assert running == ["root", "rest"]
+
+
+def test_a_run_with_a_listener_keeps_its_digest(make_run):
+    def digest(*observers):
+        recorder = Recorder("test", 0)
+        make_run(Sequence("root", SpawnObject(object="{cube}"), Sleep(msec=50))).execute(
+            [recorder, *observers]
+        )
+        return recorder.report().state_digest
+
+    assert digest() == digest(EventStream([].append))
+
+
+def test_the_tree_is_no_longer_observed_after_the_run(make_run):
+    run = make_run(Sleep("rest", msec=5))
+    run.execute([EventStream([].append)])
+    assert run.tree.observers == []
+
+
+def test_a_full_queue_drops_the_oldest_and_counts_them():
+    queue = EventQueue(size=3)
+    for number in range(5):
+        queue(RunEvent(0.0, "tick", {"tick": number}))
+    assert [event.data["tick"] for event in queue.take()] == [2, 3, 4]
+    assert queue.dropped == 2
+    assert queue.take() == []
+
+
+def test_a_queue_hands_all_events_to_another_thread(make_run):
+    queue, taken, done = EventQueue(), [], threading.Event()
+
+    def read():
+        while not done.is_set():
+            taken.extend(queue.take())
+        taken.extend(queue.take())
+
+    thread = threading.Thread(target=read)
+    thread.start()
+    direct: list[RunEvent] = []
+    make_run(Sleep("rest", msec=100)).execute([EventStream(queue, direct.append)])
+    done.set()
+    thread.join()
+    assert queue.dropped == 0 and taken == direct
