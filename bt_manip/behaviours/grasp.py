@@ -1,6 +1,7 @@
 """Grasp an object."""
 
 from bt_manip.bt import Input, Status
+from bt_manip.grasping import check_friction
 
 from .arm_behaviour import ArmBehaviour
 from .payload import payload_of
@@ -24,6 +25,7 @@ class Grasp(ArmBehaviour):
     def start(self) -> None:
         """Start to close."""
         self.cell.find(self.object)
+        check_friction(self.cell, self.gripper, self.object, self.force)
         self.gripper.close(self.force)
 
     def update(self) -> Status:

@@ -9,6 +9,7 @@ from bt_manip.grippers import solids_of
 from bt_manip.robots import GraspCandidate, GraspGenerator, Robot
 
 from .grasp_search import GraspPlan, GraspSearch
+from .grip_friction import check_friction
 from .gripper_clearance import MAX_PENETRATION, GripperClearance
 from .ranking import GraspRanking
 from .rejections import Rejections
@@ -22,8 +23,9 @@ class GraspPlanner:
     a collision-free straight approach, and a free lift. Of the configurations that pass, the one
     nearest to the present one is taken.
 
-    Objects of any shape are sampled once per compiled model, with a fixed seed: an object has the
-    same candidates in every run.
+    Objects of any shape are sampled once per compiled model and friction, with a fixed seed: an
+    object has the same candidates in every run. An object that would slip even at the gripper's
+    maximum force has none.
 
     Attributes:
         arm: The arm that grips.
@@ -34,6 +36,7 @@ class GraspPlanner:
         self._cell, self.arm = cell, arm
         self._generators: dict[str, GraspGenerator] = {}
         self._model: object = None
+        self._friction = b""  # of all geoms, at which the generators were made
 
     def plan(self, name: str, height: float, centre: np.ndarray) -> GraspPlan:
         """Choose a grasp and the configuration from which the tool approaches it.
@@ -99,9 +102,11 @@ class GraspPlanner:
         cell = self._cell
         cell.find(name)
         gripper = self.arm.robot.needed_gripper
+        check_friction(cell, gripper, name)
         clearance = GripperClearance(cell, self.arm.robot, [name])
-        if self._model is not cell.model:
-            self._model, self._generators = cell.model, {}
+        friction = cell.model.geom_friction.tobytes()  # overrides change it in place
+        if self._model is not cell.model or self._friction != friction:
+            self._model, self._friction, self._generators = cell.model, friction, {}
         T_wo = cell.pose(name)
         if name not in self._generators:
             com = T_wo.actInv(np.array(cell.data.subtree_com[cell.body_id(name)]))

@@ -1,6 +1,7 @@
 """Kinds of grippers: each is a `bt_manip.robots.Gripper` in its own package."""
 
 from .solids import Solid as Solid
+from .solids import contact_friction as contact_friction
 from .solids import solids_of as solids_of
 from .two_finger import GRIP_DEPTH as GRIP_DEPTH
 from .two_finger import TwoFingerGripper as TwoFingerGripper

@@ -64,7 +64,7 @@ class Solid:
         kind: ``box``, ``sphere``, ``cylinder``, ``capsule``, ``ellipsoid`` or ``mesh``.
         size: Half lengths or radii as in MuJoCo's ``geom_size`` [m].  # (3,)
         T_os: Its pose in the object's frame.
-        friction: Sliding friction [-].
+        friction: Sliding friction of contacts with fingers [-].
         hull: Triangles of a mesh's convex hull, in the frame of the solid [m].  # (n, 3, 3)
     """
 
@@ -127,6 +127,15 @@ def solids_of(cell: Cell, name: str) -> list[Solid]:
     if not solids:
         raise MotionError(f"'{name}' has no collision geometry to grip", reason="grasp")
     return solids
+
+
+def contact_friction(solids: Sequence[Solid]) -> float:
+    """Return the sliding friction of contacts between fingers and an object [-].
+
+    It is the object's own, the smallest of its solids: fingers have zero friction, and MuJoCo takes
+    the larger of two.
+    """
+    return min(solid.friction for solid in solids)
 
 
 def least_width(solids: Sequence[Solid]) -> float:

@@ -131,6 +131,17 @@ class Gripper(composer.Entity, abc.ABC):
             )
         return float(force)
 
+    def required_friction(self, weight: float, force: float) -> float:
+        """Return the sliding friction with which a grip carries a weight at rest [-].
+
+        Zero if friction does not carry it, the default.
+
+        Args:
+            weight: Weight of the object [N].
+            force: Grip force [N].
+        """
+        return 0.0
+
     # Commands
 
     @abc.abstractmethod

@@ -12,7 +12,7 @@ from bt_manip.grippers.two_finger.hand import Hand
 
 DOWN = np.array([0.0, 0.0, -1.0])
 # Similar to the Panda's.
-HAND = Hand(np.array([0.0, 1.0, 0.0]), 0.08, 0.0, 0.0095, 0.0234, 0.00875, 1.0)
+HAND = Hand(np.array([0.0, 1.0, 0.0]), 0.08, 0.0, 0.0095, 0.0234, 0.00875)
 
 
 def solid(kind, *size, at=(0.0, 0.0, 0.0), rotation=None):

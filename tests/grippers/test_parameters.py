@@ -37,13 +37,13 @@ def read(tmp_path):
 def test_a_file_and_python_say_the_same(read):
     described = two_finger_gripper(
         joints=("left", "right"), fingers=("one", "two"), open_width=0.08, max_speed=0.1,
-        max_force=20, pads={"friction": (1.0, 0.1)},
+        max_force=20, pads={"solref": (0.004, 1.0)},
     )  # fmt: skip
-    from_file = read(ARM + "[gripper.pads]\nfriction = [1.0, 0.1]\n")
+    from_file = read(ARM + "[gripper.pads]\nsolref = [0.004, 1.0]\n")
     assert from_file == described
     parameters = read_parameters(from_file.read("arm"))
     assert parameters.joints == ("left", "right") and parameters.min_width == 0.0
-    assert parameters.pads.friction == (1.0, 0.1) and parameters.pads.solref is None
+    assert parameters.pads.solref == (0.004, 1.0) and parameters.pads.solimp is None
     assert parameters == read_parameters(described.read("arm"))
 
 
@@ -56,7 +56,7 @@ def test_a_file_and_python_say_the_same(read):
         ),
         (ARM.replace('"left", "right"', '"left"'), "'gripper.joints' names two"),
         (ARM.replace("open_width = 0.08\n", ""), "'gripper.open_width' is missing: a number"),
-        (ARM + "[gripper.pads]\nfrction = [1.0]\n", "'gripper.pads.frction' means nothing"),
+        (ARM + "[gripper.pads]\nsolrf = [0.01]\n", "'gripper.pads.solrf' means nothing"),
     ],
 )
 def test_what_is_wrong_is_said_with_its_file_and_key(read, text, message):

@@ -54,8 +54,8 @@ class Randomization:
             (``block_*``). ``mass`` [kg], ``friction``, ``colour``, and the ``gain`` of actuators;
             ``position`` [m] in the world and ``yaw`` [rad] of scene objects; and each parameter
             that the object is made with, such as ``size`` [m].
-        robots: By name in the cell: ``gain`` of the motors, one factor each, ``friction``,
-            ``colour``. Links keep their masses: planners and controllers count on them.
+        robots: By name in the cell: ``gain`` of the motors, one factor each, ``friction`` of the
+            links, ``colour``. Links keep their masses: planners and controllers count on them.
         lights: By name in the arena (``key``, ``fill``): ``brightness``, a factor, ``colour``,
             ``position`` [m], ``direction``.
         cameras: By name (``overview``, or that of a camera in the cell): ``position`` [m],

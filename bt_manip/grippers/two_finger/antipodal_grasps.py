@@ -9,12 +9,13 @@ import numpy as np
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import GraspCandidates
 
-from ..solids import Solid, least_width
+from ..solids import Solid, contact_friction, least_width
 from .antipodal_sampling import (
     FINGER_CLEARANCE,
     AntipodalPairs,
     best_antipodal_pairs,
     face_extents,
+    friction_cone,
 )
 from .hand import Hand
 
@@ -217,7 +218,8 @@ def grasp_candidates(
     """Set the depth of the tool in each grasp; drop those without a feasible depth.
 
     The preferred depth is `GRIP_DEPTH`. The palm has to stay clear of the object, the fingertips
-    above the support surface, and the fingers have to overlap the contacts.
+    above the support surface, and the fingers have to overlap the contacts. On round sides the
+    normals at the contacts stay inside the friction cone.
 
     Args:
         grasps: One or more grasps.
@@ -234,11 +236,12 @@ def grasp_candidates(
     preferred = np.maximum(extent - GRIP_DEPTH, 0.0)
     palm_free = np.maximum(preferred, above + _PALM_CLEARANCE - hand.palm)
     better, enough = (np.maximum(palm_free, hand.tip + c - below) for c in _TIP_CLEARANCE)
-    overhang = np.where(radius > 0.0, -_MAX_OFF_CENTRE * radius, _TIP_OVERHANG)
+    max_off_centre = min(_MAX_OFF_CENTRE, math.sin(friction_cone(solids)))
+    overhang = np.where(radius > 0.0, -max_off_centre * radius, _TIP_OVERHANG)
     largest = extent + hand.tip - np.where(extent > 0.0, _MIN_OVERLAP, overhang)
     back = np.minimum(better, largest)
     # Round sides: the tips end short of the widest point, where the normals are inclined.
-    off_centre = np.clip((back - hand.tip) / np.maximum(radius, 1e-9), 0.0, _MAX_OFF_CENTRE)
+    off_centre = np.clip((back - hand.tip) / np.maximum(radius, 1e-9), 0.0, max_off_centre)
     angle = np.where(radius > 0.0, np.arcsin(off_centre), angle)
     object_axes = np.stack([closing, np.cross(approach, closing), approach], axis=2)
     z = np.array([0.0, 0.0, 1.0])
@@ -341,7 +344,8 @@ class AntipodalGraspGenerator:
         width = least_width(self.solids)
         stroke = f"the fingers open to {1e3 * self.hand.stroke:.0f} mm"
         if self.hand.least + 5e-4 < width <= self.hand.stroke:
-            return f"'{self.name}' has no antipodal pair of contact points; {stroke}"
+            friction = f"a friction coefficient of {contact_friction(self.solids):.3g}"
+            return f"'{self.name}' has no antipodal pair of contact points at {friction}; {stroke}"
         return f"'{self.name}' is at least {1e3 * width:.0f} mm wide; {stroke}"
 
 

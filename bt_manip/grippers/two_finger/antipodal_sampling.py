@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..solids import Polyhedron, Solid
+from ..solids import Polyhedron, Solid, contact_friction
 from .hand import Hand
 
 FINGER_CLEARANCE = 1.5e-3
@@ -180,12 +180,9 @@ def _angle(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.arccos(np.clip(a @ b, -1.0, 1.0)))
 
 
-def friction_cone(solids: Sequence[Solid], hand: Hand) -> float:
-    """Return the half angle of the friction cone for grasps [rad].
-
-    MuJoCo uses the larger friction of two geoms in contact.
-    """
-    return CONE_FRACTION * math.atan(max(hand.friction, min(s.friction for s in solids)))
+def friction_cone(solids: Sequence[Solid]) -> float:
+    """Return the half angle of the friction cone for grasps of an object [rad]."""
+    return CONE_FRACTION * math.atan(contact_friction(solids))
 
 
 def best_antipodal_pairs(
@@ -204,7 +201,7 @@ def best_antipodal_pairs(
     """
     pairs = antipodal_pairs(
         [solid.polyhedron for solid in solids],
-        cone=friction_cone(solids, hand),
+        cone=friction_cone(solids),
         max_width=hand.stroke - 2.0 * FINGER_CLEARANCE,
         count=SAMPLES,
         rng=rng,

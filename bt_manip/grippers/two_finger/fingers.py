@@ -99,6 +99,10 @@ class DrivenFingers(Gripper):
         left, right = self._touch()
         return tuple(name for name in left if name in right)
 
+    def required_friction(self, weight: float, force: float) -> float:
+        """Return the sliding friction at both fingers that carries a weight [-]."""
+        return weight / (2.0 * force)
+
     # Geometry
 
     @property

@@ -31,8 +31,6 @@ class Hand(NamedTuple):
     """Distance of the palm behind the tool centre point [m]."""
     pad: float
     """Half the width of a finger [m]."""
-    friction: float
-    """Sliding friction of the fingers [-]."""
 
     def opening(self, width: np.ndarray) -> np.ndarray:
         """Return the relative opening at widths [m]: 1 for open, 0 for closed."""
@@ -72,7 +70,6 @@ def measure_hand(
         float(both[:, 2].max()),
         -float(max(palm, default=-np.inf)),
         float(np.abs(tips @ across).max()),
-        float(min(model.geom_friction[g, 0] for geoms in fingers for g in geoms)),
     )
 
 

@@ -9,7 +9,9 @@ import numpy as np
 from bt_manip.robots import Robot, effort_limit, ensure_motors
 
 from .finger_travel import FingerTravel, direct_travel, is_direct, measure_travel
-from .parameters import TwoFingerParameters
+from .parameters import PadParameters, TwoFingerParameters
+
+_SOLMIX = 1e6  # weight of the fingers' contact parameters; that of other geoms is 1
 
 
 class Mechanism:
@@ -44,7 +46,7 @@ class Mechanism:
         if parameters.motor is not None:
             tendon = robot.gripper_root.find("tendon", parameters.motor)
             motor = tendon or robot.find("joint", parameters.motor)
-        self._set_pads(parameters)
+        self._set_contacts(parameters)
         self._set_joints(parameters)
         names = [joint.full_identifier for joint in self.joints]
         if is_direct(alone, parameters, names):
@@ -65,17 +67,18 @@ class Mechanism:
         efforts = _efforts(alone, self.travel, names, max_force, together=motor is not None)
         self.actuators = ensure_motors(root, alone, driven, efforts, freed=self.joints)
 
-    def _set_pads(self, parameters: TwoFingerParameters) -> None:
-        pads = parameters.pads
-        if pads is None:
-            return
+    def _set_contacts(self, parameters: TwoFingerParameters) -> None:
+        """Let contacts have the touched object's friction, and the fingers' stiffness.
+
+        MuJoCo takes the larger friction of two geoms of equal priority, and means of ``solref``
+        and ``solimp`` weighted by ``solmix``.
+        """
+        pads = parameters.pads or PadParameters()
+        given = {"solref": pads.solref, "solimp": pads.solimp}
+        given = {key: value for key, value in given.items() if value is not None}
         for finger in self.fingers:
             for geom in finger.find_all("geom", immediate_children_only=True):
-                geom.friction, geom.priority = pads.friction, 1
-                if pads.solref is not None:
-                    geom.solref = pads.solref
-                if pads.solimp is not None:
-                    geom.solimp = pads.solimp
+                geom.set_attributes(friction=(0, 0, 0), priority=0, solmix=_SOLMIX, **given)
 
     def _set_joints(self, parameters: TwoFingerParameters) -> None:
         """Replace armature and dry friction of all joints of the mechanism."""

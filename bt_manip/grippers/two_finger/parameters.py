@@ -16,14 +16,13 @@ KIND = "two_finger"
 class PadParameters:
     """Contact parameters of the fingers' surfaces, which replace the model's.
 
+    They also replace those of the touched object. Only the friction of a contact is the object's.
+
     Attributes:
-        friction: Sliding [-], torsional [m] and rolling [m] friction; it overrides the friction of
-            the gripped surface.
         solref: MuJoCo's contact stiffness and damping (``solref``); None keeps the model's.
         solimp: MuJoCo's contact impedance (``solimp``); None keeps the model's.
     """
 
-    friction: tuple[float, ...] = (1.0, 0.005, 0.0001)
     solref: tuple[float, ...] | None = None
     solimp: tuple[float, ...] | None = None
 
@@ -74,8 +73,8 @@ def two_finger_gripper(
         min_width: Minimum opening [m]; default: 0.
         motor: Name of the joint or tendon moved by a motor for both fingers; None for one motor
             per joint.
-        pads: Contact ``friction``, ``solref`` and ``solimp`` of the fingers' surfaces; None keeps
-            the model's.
+        pads: Contact ``solref`` and ``solimp`` of the fingers' surfaces; None keeps the model's.
+            The friction of a contact is the object's.
         armature: Armature of every joint of the mechanism [kg m2]; None keeps the model's.
         frictionloss: Dry friction of every joint of the mechanism [N m]; None keeps the model's.
         model: Path of its MJCF file; None if it is part of the arm's.
@@ -131,6 +130,6 @@ def read_parameters(table: TomlTable) -> TwoFingerParameters:
 def _pads(table: TomlTable | None) -> PadParameters | None:
     if table is None:
         return None
-    given = {key: table.numbers(key) for key in ("friction", "solref", "solimp")}
+    given = {key: table.numbers(key) for key in ("solref", "solimp")}
     table.finish()
     return PadParameters(**{key: value for key, value in given.items() if value is not None})

@@ -72,7 +72,7 @@ def test_it_picks_a_cube_and_holds_it_by_friction(station):
     """The cube rests 15 mm under the tool, does not sink in, creep or turn, and is set free."""
     cell, arm, gripper = station.cell, station.arm, station.gripper
     equalities = cell.model.neq
-    cell.add(Cube(), pose(CUBE), name="cube")
+    cell.add(Cube(friction=0.8), pose(CUBE), name="cube")
     cell.step(100)
     arm.move_to_pose(top_grasp_poses(cell.pose("cube"), 0.25), approach=0.235)
     station.step_until(lambda: not arm.moving)
@@ -90,6 +90,8 @@ def test_it_picks_a_cube_and_holds_it_by_friction(station):
     for _ in range(500):
         cell.step()
         deepest = min(deepest, cell.data.contact.dist.min(initial=0.0))
+    of_the_cube = (cell.model.geom_bodyid[cell.data.contact.geom] == cell.body_id("cube")).any(1)
+    assert set(cell.data.contact.friction[of_the_cube, 0]) == {0.8}
     moved = before.actInv(tool_to_cube(station))
     assert np.allclose(gripper.forces, 50.0, rtol=0.05)
     assert -deepest < 0.5e-3  # [m]
