@@ -84,7 +84,7 @@ EXPERIMENTAL = {
     "bt_manip.grasping": ("GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE"),
     "bt_manip.robots": "GraspGenerator GraspCandidates",
     "bt_manip.control": "ControllerManager",
-    "bt_manip.recording": "Recorder RunReport Trace",
+    "bt_manip.recording": "Recorder RunReport Trace read_report",
     "bt_manip.viewer": "render write_png NoOpenGLError",
 }
 """Names that may still change in a minor version; the changelog says so."""

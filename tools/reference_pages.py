@@ -90,14 +90,35 @@ What bt-manip reads and writes, with the keys of each file.
 | tree (`.xml`) | `bt-manip run`, `tree` | [tree language](../tree-language.md), `tree schema` |
 | scene (`.toml`) | `--scene`, `bt-manip scene` | [scenes](../scenes.md#a-file) |
 | robot (`.toml`) | `--robot`, `robot` in a scene | [below](#robot) |
-| report (`.json`) | `--report` | [below](#report) |
+| report (`.json`, `.jsonl`) | `--report` | [below](#report) |
 | trace (`.npz`) | `--trace` | [below](#trace) |
 | snapshot | `--snapshot-at`, `--resume` | none: the version that wrote it reads it |
 
 ## Report
 
-A JSON object, written at the end of every run except for bad input. A number that is not finite is
-`null`.
+`--report FILE.json` writes one JSON object. It is rewritten at most once a second while the run
+goes on, and at its end; each version replaces the one before, so the file is complete at any time.
+
+`--report FILE.jsonl` writes a line as each cycle ends, for long runs. Each line is an object with a
+`type`: `run` (the first line, with what was run), `cycle`, and `end` (the last line: `status`,
+`simulated_s`, `wall_s`, `real_time_factor`, `state_digest` and `error`).
+
+A run that is killed leaves its cycles up to then; JSON lacks at most those of the last second. Its
+status is `RUNNING`. If the disk is full, what was written stays; the cycles that are missing are
+written as soon as there is space; otherwise the run ends with exit code 3 and a message with the
+first cycle that is lost. There is no report of bad input.
+
+`bt_manip.recording.read_report` reads both, also while the run goes on. It leaves out an unfinished
+last line:
+
+```
+from bt_manip.recording import read_report
+
+report = read_report("report.jsonl")
+print(report.status, [cycle.duration_s for cycle in report.cycles])
+```
+
+A number that is not finite is `null`.
 
 """
 

@@ -64,7 +64,7 @@ EXIT_CODES = (
 )
 @click.option(
     "--report", type=click.Path(path_type=Path), metavar="FILE",
-    help="Write a report as JSON.",
+    help="Write a report as JSON; FILE.jsonl gets a line as each cycle ends.",
 )  # fmt: skip
 @click.option(
     "--trace", type=click.Path(path_type=Path), metavar="FILE.npz",

@@ -2,7 +2,6 @@
 
 import os
 import traceback
-from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,12 +14,12 @@ from bt_manip.cli.plugin_options import load_chosen_plugins, print_warning
 from bt_manip.exceptions import BtManipError, NodeError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from rich.console import Console
 
     from bt_manip.plugins import Plugins
-    from bt_manip.recording import Recorder, RunReport, Trace
+    from bt_manip.recording import Recorder, ReportFile, RunReport, Trace
     from bt_manip.runner import RunObserver
     from bt_manip.viewer import Window
 
@@ -89,6 +88,7 @@ class _Job:
         self._interrupt = interrupt
         self._plugins: Plugins | None = None
         self._recorder: Recorder | None = None
+        self._report_file: ReportFile | None = None
         self._trace: Trace | None = None
         self._window: Window | None = None
         self._error = ""
@@ -142,7 +142,13 @@ class _Job:
         prepared = prepare(request, parts, print_warning)
         self._console = Console(quiet=options.quiet)
         self._trace = Trace(options.trace) if options.trace else None
-        self._recorder = Recorder(request.tree.name, request.seed, self._trace)
+        self._recorder = Recorder(
+            request.tree.name,
+            request.seed,
+            self._trace,
+            file=self._open_report(),
+            plugins=plugins.versions,
+        )
         observers: list[RunObserver] = [self._recorder]
         if options.snapshots or resumed is not None:
             from bt_manip.cli.run_snapshots import go_on, takers
@@ -196,21 +202,28 @@ class _Job:
         report = self._report(status)
         if code == 0 and report.status != "SUCCESS":
             code = CYCLE_FAILED
-        try:
-            with ExitStack() as stack:
-                # Called from the last to the first, each even if another one fails.
-                if self._recorder is not None:
-                    stack.callback(self._print_cycles, report)
-                if self._options.report is not None:
-                    stack.callback(report.write, self._options.report)
-                if self._trace is not None:
-                    stack.callback(self._trace.close)
-        except OSError as error:  # a full disk, a deleted folder
-            click.echo(f"Error: {error}", err=True)
-            return FAULT
-        finally:
-            self._keep_window()
+        closing: list[Callable[[], None]] = []
+        if self._trace is not None:
+            closing.append(self._trace.close)
+        if (file := self._open_report()) is not None:
+            closing.append(lambda: file.close(report))
+        for close in closing:
+            try:
+                close()
+            except BtManipError as error:  # a full disk, a deleted folder
+                click.echo(f"Error: {error}", err=True)
+                code = FAULT
+        if self._recorder is not None:
+            self._print_cycles(report)
+        self._keep_window()
         return code
+
+    def _open_report(self) -> "ReportFile | None":
+        if self._report_file is None and self._options.report is not None:
+            from bt_manip.recording import open_report_file
+
+            self._report_file = open_report_file(self._options.report, print_warning)
+        return self._report_file
 
     def _keep_window(self) -> None:
         """Keep the window open until it is closed, or Ctrl-C."""
@@ -229,13 +242,20 @@ class _Job:
 
         from bt_manip.recording import RunReport, versions
 
+        options = self._options
         return RunReport(
-            tree=self._options.tree,
-            seed=self._options.seed or 0,
+            tree=options.tree,
+            seed=options.seed or 0,
             status=status or "INTERRUPTED",
             state_digest=hashlib.sha256().hexdigest(),
             versions=versions(),
             error=self._error,
+            robot=options.robot,
+            scene=options.scene or "",
+            controller=options.controller or "",
+            planner=options.planner,
+            settings=options.settings,
+            tick_s=options.tick_ms / 1e3,
         )
 
     def _print_cycles(self, report: "RunReport") -> None:

@@ -87,6 +87,12 @@ class Plugins:
     parts: Parts
     plugins: tuple[Plugin, ...]
 
+    @property
+    def versions(self) -> dict[str, str]:
+        """Versions of the plugins that work, besides the built-in one, by name."""
+        working = (p for p in self.plugins if p.status == "ok" and p.name != BUILTIN)
+        return {plugin.name: plugin.version for plugin in working}
+
     def find(self, name: str) -> Plugin | None:
         """Return the plugin of a name, preferring one that works, or None."""
         named = sorted((p for p in self.plugins if p.name == name), key=lambda p: p.status != "ok")

@@ -8,11 +8,15 @@ from typing import TYPE_CHECKING
 from bt_manip.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
+    from bt_manip.recording.files import RecordingError as RecordingError
     from bt_manip.recording.files import check_writable as check_writable
     from bt_manip.recording.recorder import Recorder as Recorder
     from bt_manip.recording.report import CycleReport as CycleReport
     from bt_manip.recording.report import RunReport as RunReport
     from bt_manip.recording.report import versions as versions
+    from bt_manip.recording.report_file import ReportFile as ReportFile
+    from bt_manip.recording.report_file import open_report_file as open_report_file
+    from bt_manip.recording.report_file import read_report as read_report
     from bt_manip.recording.trace import Trace as Trace
     from bt_manip.recording.trace import TraceRecorder as TraceRecorder
 

@@ -1,5 +1,6 @@
-"""Atomic writing of files."""
+"""Writing of files: atomic, or by appending."""
 
+import errno
 import os
 import stat
 import uuid
@@ -9,6 +10,10 @@ from pathlib import Path
 from typing import BinaryIO
 
 from bt_manip.exceptions import BtManipError
+
+
+class RecordingError(BtManipError):
+    """A recording that could not be written."""
 
 
 def check_writable(path: Path, what: str) -> None:
@@ -31,7 +36,7 @@ def check_writable(path: Path, what: str) -> None:
         problem = f"'{path.parent}' is not a folder"
     elif target.exists() and not os.access(target, os.W_OK):
         problem = "the file is read-only"
-    elif not _is_special(target):
+    elif not is_special(target):
         part = _part(target)
         try:
             part.touch(exist_ok=False)
@@ -43,14 +48,18 @@ def check_writable(path: Path, what: str) -> None:
 
 
 @contextmanager
-def whole_file(path: Path) -> Iterator[BinaryIO]:
+def whole_file(path: Path, *, sync: bool = True) -> Iterator[BinaryIO]:
     """Open a temporary file for writing, and rename it to ``path`` at the end of the block.
 
     When the block raises, an existing file remains unchanged. Pipes and devices are written
     directly.
+
+    Args:
+        path: The file.
+        sync: Whether to wait until it is on the disk, so that it survives a crash of the system.
     """
     target = _target(path)
-    if _is_special(target):
+    if is_special(target):
         with target.open("wb") as file:
             yield file
         return
@@ -59,12 +68,57 @@ def whole_file(path: Path) -> Iterator[BinaryIO]:
         with part.open("xb") as file:
             yield file
             file.flush()
-            os.fsync(file.fileno())
+            if sync:
+                os.fsync(file.fileno())
         part.replace(target)
     except BaseException:
         with suppress(OSError):
             part.unlink(missing_ok=True)
         raise
+
+
+class AppendedFile:
+    """A new file that grows; what it holds is always a sequence of whole appends."""
+
+    def __init__(self, path: Path) -> None:
+        """Create the file, or empty an existing one.
+
+        Raises:
+            OSError: If it cannot be opened.
+        """
+        flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND
+        self._file = os.open(path, flags | getattr(os, "O_BINARY", 0), 0o666)
+        self.size = 0
+
+    def append(self, data: bytes) -> None:
+        """Hand data over to the operating system, so that it survives the end of the process.
+
+        Raises:
+            OSError: If it cannot be written; a regular file is then as before.
+        """
+        rest = memoryview(data)
+        try:
+            while rest:
+                rest = rest[os.write(self._file, rest) :]
+        except BaseException:
+            with suppress(OSError):  # a pipe or a device
+                os.ftruncate(self._file, self.size)
+            raise
+        self.size += len(data)
+
+    def close(self) -> None:
+        """Wait until the file is on the disk, and close it.
+
+        Raises:
+            OSError: If that fails, or if the file was deleted.
+        """
+        try:
+            if stat.S_ISREG(os.fstat(self._file).st_mode):
+                os.fsync(self._file)
+                if os.fstat(self._file).st_nlink == 0:
+                    raise FileNotFoundError(errno.ENOENT, "it was deleted")
+        finally:
+            os.close(self._file)
 
 
 def _target(path: Path) -> Path:
@@ -76,7 +130,7 @@ def _part(target: Path) -> Path:
     return target.with_name(f".{target.name}.{uuid.uuid4().hex[:8]}.part")
 
 
-def _is_special(target: Path) -> bool:
+def is_special(target: Path) -> bool:
     """Return whether the path is a pipe or device, which cannot be replaced by a file."""
     try:
         mode = target.stat().st_mode

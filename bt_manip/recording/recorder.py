@@ -7,7 +7,9 @@ from typing import Any
 
 from bt_manip.bt.nodes import NodeKind
 from bt_manip.cell import why_not_in_any
+from bt_manip.recording.identification import identify
 from bt_manip.recording.report import CycleReport, Phase, RunReport, versions
+from bt_manip.recording.report_file import ReportFile
 from bt_manip.recording.robot_log import RobotLog, combined
 from bt_manip.recording.trace import Trace, columns_of
 from bt_manip.runner import RunObserver
@@ -92,17 +94,29 @@ class Recorder(RunObserver):
     It changes nothing: a run has the same states with and without a recorder.
     """
 
-    def __init__(self, tree: str, seed: int, trace: Trace | None = None) -> None:
+    def __init__(
+        self,
+        tree: str,
+        seed: int,
+        trace: Trace | None = None,
+        *,
+        file: ReportFile | None = None,
+        plugins: Mapping[str, str] | None = None,
+    ) -> None:
         """Initialise without records.
 
         Args:
             tree: The tree as the user named it.
             seed: Seed of the run.
             trace: Receives every control step, if given.
+            file: Receives the report after each cycle, if given.
+            plugins: Versions of the loaded plugins, by name.
         """
         self._tree_name = tree
         self._seed = seed
         self._trace = trace
+        self._file = file
+        self._identity: dict[str, Any] = {"plugins": dict(plugins or {})}
         self._digest = b""
         self._cycles: list[CycleReport] = []
         self._unfinished = False
@@ -128,7 +142,9 @@ class Recorder(RunObserver):
         self._objects = self._free_objects()
         self._cell.before_remove.append(self._judge)
         self._begin_cycle()
+        self._identity.update(identify(run))
         self._wall_start = time.perf_counter()
+        self._write()
 
     def after_compile(self) -> None:
         """Bind to the new model; record added objects."""
@@ -167,6 +183,7 @@ class Recorder(RunObserver):
         self._flush()
         self._cycles.append(self._cycle(status, reason))
         self._unfinished = False
+        self._write()
 
     def run_ended(self) -> None:
         """Measure the wall time and stop observing the tree."""
@@ -174,7 +191,7 @@ class Recorder(RunObserver):
             return
         self._flush()
         self._time_now = self._cell.time
-        self._wall = time.perf_counter() - self._wall_start
+        self._wall = self._wall_so_far()
         if self._judge in self._cell.before_remove:
             self._cell.before_remove.remove(self._judge)
         if self._phases in self._run.tree.observers:
@@ -186,8 +203,8 @@ class Recorder(RunObserver):
         """Return the report of the run so far.
 
         Args:
-            status: Status of a run that did not end with its last cycle: ``"INTERRUPTED"``
-                or ``"ERROR"``.
+            status: Status of a run that did not end with its last cycle: ``"INTERRUPTED"``,
+                ``"ERROR"`` or ``"RUNNING"``.
             error: Reason, for ``"ERROR"``.
         """
         cycles = list(self._cycles)
@@ -196,6 +213,7 @@ class Recorder(RunObserver):
         if status is None:
             failed = any(cycle.status != "SUCCESS" for cycle in cycles)
             status = "FAILURE" if failed else "SUCCESS"
+        wall = self._wall or self._wall_so_far()
         simulated = round(self._time_now - self._time_start, 6)
         return RunReport(
             tree=self._tree_name,
@@ -203,11 +221,12 @@ class Recorder(RunObserver):
             status=status,
             cycles=tuple(cycles),
             simulated_s=simulated,
-            wall_s=self._wall,
-            real_time_factor=simulated / self._wall if self._wall > 0.0 else 0.0,
+            wall_s=wall,
+            real_time_factor=simulated / wall if wall > 0.0 else 0.0,
             state_digest=(self._digest or hashlib.sha256().digest()).hex(),
             versions=versions(),
             error=error,
+            **self._identity,
         )
 
     # Continuing a run from a snapshot
@@ -221,6 +240,13 @@ class Recorder(RunObserver):
         self._digest = bytes.fromhex(state["digest"])
 
     # Internal
+
+    def _write(self) -> None:
+        if self._file is not None:
+            self._file.update(self.report("RUNNING"))
+
+    def _wall_so_far(self) -> float:
+        return 0.0 if self._wall_start is None else time.perf_counter() - self._wall_start
 
     def _begin_cycle(self) -> None:
         for log in self._logs:

@@ -4,7 +4,8 @@ import importlib.metadata
 import json
 import math
 import platform
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, is_dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -125,8 +126,8 @@ class RunReport:
     Attributes:
         tree: The tree as the user named it.
         seed: Seed of all randomness.
-        status: ``"SUCCESS"``, ``"FAILURE"`` when any cycle failed, ``"INTERRUPTED"``, or
-            ``"ERROR"``.
+        status: ``"SUCCESS"``, ``"FAILURE"`` when any cycle failed, ``"INTERRUPTED"``,
+            ``"ERROR"``, or ``"RUNNING"`` in the file of a run that goes on or was killed.
         cycles: Its cycles, in order.
         simulated_s: Simulated time [s].
         wall_s: Wall time [s].
@@ -134,6 +135,16 @@ class RunReport:
         state_digest: SHA-256 over the states and node statuses after every tick.
         versions: Versions of the packages that the run depends on.
         error: Reason of the status ``"ERROR"``, with the plugin that raised.
+        robot: Robot, by registered name or file; several names where the scene's robots differ.
+        scene: Scene, by registered name or file.
+        controller: Controller that each cycle begins with; several as for `robot`.
+        planner: Planner; several as for `robot`.
+        settings: Settings of the tree that were given, by key.
+        tick_s: Simulated time between two ticks of the tree [s].
+        time_step_s: Time between two control steps [s].
+        plugins: Version of each loaded plugin, by name.
+        sha256: SHA-256 of the files of the ``tree`` (one after the other, if it includes others),
+            and of ``scene`` and ``robot`` where these are files.
     """
 
     tree: str
@@ -146,16 +157,23 @@ class RunReport:
     state_digest: str = ""
     versions: dict[str, str] = field(default_factory=dict)
     error: str = ""
+    robot: str = ""
+    scene: str = ""
+    controller: str = ""
+    planner: str = ""
+    settings: dict[str, str] = field(default_factory=dict)
+    tick_s: float | None = None
+    time_step_s: float | None = None
+    plugins: dict[str, str] = field(default_factory=dict)
+    sha256: dict[str, str] = field(default_factory=dict)
 
     def to_json(self) -> str:
         """Return the report as JSON; non-finite numbers become null.
 
         Cycles of a single robot have no `robots`.
         """
-        content = _plain(asdict(self))
-        for cycle in content["cycles"]:
-            if not cycle["robots"]:
-                del cycle["robots"]
+        content = plain(replace(self, cycles=()))
+        content["cycles"] = [plain_cycle(cycle) for cycle in self.cycles]
         return json.dumps(content, indent=2, allow_nan=False) + "\n"
 
     def write(self, path: Path) -> None:
@@ -168,6 +186,15 @@ class RunReport:
             file.write(self.to_json().encode())
 
 
+def plain_cycle(cycle: CycleReport) -> dict[str, Any]:
+    """Return a cycle as in a file: without `robots` where there is only one robot."""
+    content = plain(cycle)
+    if not cycle.robots:
+        del content["robots"]
+    return content
+
+
+@cache
 def versions() -> dict[str, str]:
     """Return the versions of Python and of the packages that a run depends on."""
     found = {"python": platform.python_version()}
@@ -179,11 +206,14 @@ def versions() -> dict[str, str]:
     return found
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """Return a value as JSON has it: dataclasses as objects, non-finite numbers as None."""
+    if is_dataclass(value):
+        return {key: plain(item) for key, item in vars(value).items()}
     if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
+        return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value

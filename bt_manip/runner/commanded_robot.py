@@ -25,6 +25,7 @@ class CommandedRobot:
         arm: Plans and executes the motions of the arm.
         controllers: The arm's torque controllers, one of them active.
         gripper: Its gripper; None where it has none.
+        chosen: The names of its description, its first controller and its planner.
     """
 
     name: str
@@ -32,6 +33,7 @@ class CommandedRobot:
     arm: Arm
     controllers: ControllerManager
     gripper: Gripper | None
+    chosen: SceneRobot
 
     @property
     def controller(self) -> Controller:
@@ -120,4 +122,4 @@ class RobotEntities:
             guard=ExternalForceGuard(robot, model),
         )
         self._controllers.reference = arm
-        return CommandedRobot(name, robot, arm, self._controllers, robot.gripper)
+        return CommandedRobot(name, robot, arm, self._controllers, robot.gripper, self._chosen)

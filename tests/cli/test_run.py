@@ -1,12 +1,15 @@
 """bt-manip run: what it prints, writes and returns."""
 
+import hashlib
 import json
 import re
+import shutil
 import textwrap
 
 import numpy as np
 import pytest
 
+from bt_manip.recording import read_report
 from bt_manip.runner.run import Run
 
 
@@ -32,6 +35,42 @@ def test_a_failed_cycle_does_not_stop_the_run(bt_manip, trees, tmp_path):
     assert [cycle["status"] for cycle in read["cycles"]] == ["FAILURE"] * 3
     assert read["status"] == "FAILURE"
     assert read["tree"] == f"{trees}:failing"
+
+
+@pytest.mark.parametrize("name", ["report.json", "report.jsonl"])
+def test_the_report_says_what_was_run(bt_manip, install, trees, tmp_path, name):
+    install("noisy", NOISY)
+    path = tmp_path / name
+    options = "--set", "name=basket", "--tick", 5, "--controller", "gravity_compensated_pd"
+    assert bt_manip("run", f"{trees}:quick", "--report", path, *options).code == 0
+    read = read_report(path)
+    assert (read.tree, read.robot, read.scene) == (f"{trees}:quick", "panda", "table_and_basket")
+    assert (read.controller, read.planner) == ("gravity_compensated_pd", "rrt_connect")
+    assert read.settings == {"name": "basket"}
+    assert (read.tick_s, read.time_step_s) == (0.005, 0.001)
+    assert read.plugins["noisy"] == "2.5" and "builtin" not in read.plugins
+    assert read.sha256 == {"tree": hashlib.sha256(trees.read_bytes()).hexdigest()}
+
+
+def test_included_trees_and_files_of_scenes_and_robots_are_in_the_report(bt_manip, tmp_path):
+    part, tree, scene, report = (tmp_path / f for f in ("p.xml", "t.xml", "s.toml", "r.json"))
+    part.write_text(
+        '<root BTCPP_format="4"><BehaviorTree ID="Part"><Sleep msec="20"/></BehaviorTree></root>'
+    )
+    tree.write_text(
+        '<root BTCPP_format="4" main_tree_to_execute="Main"><include path="p.xml"/>'
+        '<BehaviorTree ID="Main"><SubTree ID="Part"/></BehaviorTree></root>'
+    )
+    scene.write_text('[[robots]]\nname = "left"\nrobot = "panda"\n')
+    code, _, err = bt_manip("run", tree, "--scene", scene, "--report", report)
+    assert code == 0, err
+    sha256 = read_report(report).sha256
+    both = {
+        hashlib.sha256(a.read_bytes() + b.read_bytes()).hexdigest()
+        for a, b in ((part, tree), (tree, part))
+    }
+    assert sha256["tree"] in both
+    assert sha256["scene"] == hashlib.sha256(scene.read_bytes()).hexdigest()
 
 
 ESCAPES = re.compile(r"\x1b\[[0-9;?]*\w")
@@ -190,14 +229,16 @@ def test_a_part_that_is_missing_with_a_broken_plugin_is_explained(bt_manip, inst
     assert "left out because broken: plugin 'broken'" in err.splitlines()[-1]
 
 
+@pytest.mark.parametrize("name", ["report.json", "report.jsonl"])
 def test_a_folder_that_goes_away_meanwhile_is_an_error_and_no_traceback(
-    bt_manip, trees, tmp_path, monkeypatch
+    bt_manip, trees, tmp_path, monkeypatch, name
 ):
     folder = tmp_path / "reports"
     folder.mkdir()
     execute = Run.execute
-    monkeypatch.setattr(Run, "execute", lambda *a, **k: (execute(*a, **k), folder.rmdir()))
-    code, _, err = bt_manip("run", f"{trees}:quick", "--report", folder / "report.json")
+    monkeypatch.setattr(Run, "execute", lambda *a, **k: (execute(*a, **k), shutil.rmtree(folder)))
+    code, _, err = bt_manip("run", f"{trees}:quick", "--report", folder / name)
     assert code == 3
-    assert str(folder) in err
+    assert f"report '{folder / name}' cannot be written" in err
+    assert "cycle 1 is the first that is lost" in err
     assert "Traceback" not in err
