@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 
 MARGIN = 0.05  # [rad] from the joint limits that chosen configurations keep where possible
 MAX_REST_JOINT_SPEED = 0.02  # [rad/s] of a measured joint that counts as at rest
+RECOVERY_TIMEOUT = 1.0  # [s] in which joints come to rest after a compliant stop; usually 0.2
 RETRY_INTERVAL = 20  # control steps after which a change of the speed scale is tried again
 
 
@@ -57,6 +58,8 @@ class Arm:
         follower: Owns the reference and the trajectory that it follows.
         coordinator: Coordinates it with other arms; None where there are none.
         fault: Why the arm stopped by itself, empty when it did not; the next motion clears it.
+        compliant: Whether controllers yield to contact: after a compliant stop, until the next
+            motion.
         q: Reference position [rad], read-only and live.  # (nq,)
         v: Reference velocity [rad/s], read-only and live.  # (nq,)
         a: Reference acceleration [rad/s2], read-only and live.  # (nq,)
@@ -88,12 +91,15 @@ class Arm:
         self.planner = RRTConnect() if planner is None else planner
         self.coordinator: MultiArmCoordinator | None = None
         self.fault, self._guarded = "", False
+        self.compliant = self._recovering = False
+        self._settling = 0  # control steps since a compliant stop has ended
         self._unchecked = 0  # control steps since external forces were checked
         self.follower = TrajectoryFollower(robot.q)
         self.q, self.v, self.a = self.follower.q, self.follower.v, self.follower.a
 
     def reset(self, q: np.ndarray | None = None) -> None:
         """Discard all motion and rest at a configuration [rad], by default the robot's."""
+        self.compliant = self._recovering = False
         self.follower.reset(self.robot.q if q is None else q)
 
     def hold_at(self, q: np.ndarray) -> None:
@@ -221,6 +227,19 @@ class Arm:
         speed = check_speed(speed)
         self._move(FollowRequest(check_pose(T_wt), speed))
 
+    def check_ready(self) -> None:
+        """Check that a motion can be planned from where the arm is.
+
+        Raises:
+            MotionError: When a measurement is not finite, or the arm has not come to rest after a
+                compliant stop.
+        """
+        problem = self.robot.measurement_problem
+        if problem:
+            raise MotionError(problem, reason="sensor")
+        if self._recovering:
+            raise MotionError(f"the arm has not come to rest yet: {self.fault}", reason="stopping")
+
     def _move(
         self,
         request: Request,
@@ -239,11 +258,18 @@ class Arm:
             raise MotionError(
                 f"a planner is an object with a method plan, got {planner!r}", reason="target"
             )
+        self.check_ready()
         delay = partial(self.coordinator.delay, self) if self.coordinator else in_sequence
         scene = PlanningScene(self.model, self.ik, self.world, planner, delay)
-        motion = plan(request, self.follower.state, scene, rng)
+        state = self.follower.state
+        if self.compliant:
+            state = state._replace(q=self.robot.q)
+        motion = plan(request, state, scene, rng)
+        if self.compliant:
+            self.follower.hold_at(state.q)
         was_guarded = self.moving and self._guarded and not self.fault
         self.follower.follow(motion, self.model)
+        self.compliant = False
         contact = isinstance(request, ToolPathRequest) and request.contact
         self.fault, self._guarded = "", self.world is not None and not contact
         if self.guard is not None and not was_guarded:
@@ -332,13 +358,19 @@ class Arm:
         """Continue at speed scale 1."""
         self.speed_scale = 1.0
 
-    def stop(self, fault: str = "") -> None:
+    def stop(self, fault: str = "", *, compliant: bool = False) -> None:
         """Stop on the path as soon as the limits allow, and discard the motion.
+
+        After a compliant stop the controllers yield to contact, soft and without integral action,
+        and the reference moves to the measured configuration once the joints are at rest. Requests
+        are refused until then. The next motion begins at the measured configuration.
 
         Args:
             fault: Why the arm stops by itself, where it does; kept as `fault`.
+            compliant: Whether it yields to contact after the stop.
         """
         self.follower.stop(self.model)
+        self._recovering = self._recovering or compliant
         if self.coordinator is not None:
             self.coordinator.motion_changed(self)
         if fault:
@@ -348,6 +380,8 @@ class Arm:
         """Advance the reference by a control step [s]."""
         follower = self.follower
         if follower.trajectory is None:
+            if self._recovering:
+                self._recover(dt)
             return
         follower.advance(dt)
         if follower.lagging and not follower.step % RETRY_INTERVAL:
@@ -362,7 +396,20 @@ class Arm:
         fault = self.guard.check(self.model, self.v, self.a, dt) if self.guard else ""
         if fault:
             touching = self.world.describe_contacts() if self.world else ""
-            self.stop(f"{fault}; {touching}" if touching else fault)
+            self.stop(f"{fault}; {touching}" if touching else fault, compliant=True)
+
+    def _recover(self, dt: float) -> None:
+        """Yield to contact, and rest at the measured configuration once the joints are at rest."""
+        self._settling = self._settling + 1 if self.compliant else 0
+        settled = self.compliant and (self.at_rest or self._settling * dt >= RECOVERY_TIMEOUT)
+        if not self.compliant or settled:
+            q = self.robot.q
+            self.follower.hold_at(np.where(np.isfinite(q), q, self.q))
+        self.compliant = True
+        if settled:
+            self._recovering = False
+            if self.coordinator is not None:
+                self.coordinator.motion_changed(self)
 
     # State
 
@@ -372,6 +419,9 @@ class Arm:
             **self.follower.get_state(),
             "payload": None if self.payload is None else self.payload.get_state(),
             "fault": self.fault,
+            "compliant": self.compliant,
+            "recovering": self._recovering,
+            "settling": self._settling,
             "guarded": self._guarded,
             "unchecked": self._unchecked,
             "guard": None if self.guard is None else self.guard.get_state(),
@@ -384,6 +434,8 @@ class Arm:
         if payload is not None or self.payload is not None:  # a new model takes a while
             self.payload = None if payload is None else Payload.from_state(payload)
         self.fault, self._guarded = state["fault"], state["guarded"]
+        self.compliant, self._recovering = state["compliant"], state["recovering"]
+        self._settling = state["settling"]
         self._unchecked = state["unchecked"]
         if self.guard is not None and state["guard"] is not None:
             self.guard.set_state(state["guard"])

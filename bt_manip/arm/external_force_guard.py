@@ -101,7 +101,7 @@ class ExternalForceGuard:
             model: The arm with its payload.
         """  # (nq,)
         q, v, a = self._robot.q, self._robot.v, self._robot.a
-        return self._robot.tau - model.damping * v - model.rnea(q, v, a)
+        return model.rnea(q, v, a) + model.damping * v - self._robot.tau
 
     def get_state(self) -> dict[str, Any]:
         """Return what is remembered between checks as plain data."""

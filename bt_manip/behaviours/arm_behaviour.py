@@ -140,17 +140,20 @@ class MotionBehaviour(ArmBehaviour):
     def begin_motion(self, begin: Callable[[], None]) -> Status:
         """Start a motion, wait while another robot blocks it, or fail with the reason.
 
+        After a fault it also waits until the arm has come to rest.
+
         Args:
             begin: Requests the motion from the arm.
         """
         try:
+            self.arm.check_ready()
             begin()
         except MotionError as error:
-            if error.reason != "robot":
+            if error.reason not in ("robot", "stopping"):
                 return self.fail(str(error))
             now = self._tried = self.cell.time
             self._blocked = now if self._blocked is None else self._blocked
-            if now - self._blocked >= self.wait - 1e-9:
+            if error.reason == "robot" and now - self._blocked >= self.wait - 1e-9:
                 return self.fail(f"{error}, for {self.wait:g} s" if self.wait else str(error))
             self.feedback_message = f"waiting: {error}"
             return Status.RUNNING

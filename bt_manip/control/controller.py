@@ -12,7 +12,7 @@ from numpy import ndarray
 from bt_manip.robots import Payload, Robot, RobotModel, reader, writer
 
 from .exceptions import ControlError, ControllerFault
-from .pd_law import POSITION_GAIN, VELOCITY_GAIN, pd_torque
+from .pd_law import COMPLIANT_POSITION_GAIN, POSITION_GAIN, VELOCITY_GAIN, pd_torque
 from .reference import Hold, Reference
 
 FLOAT = np.dtype(np.float64)
@@ -35,7 +35,11 @@ class Controller(composer.Entity):
     The torques are checked before they are commanded. If ``compute`` raises, or returns torques
     that are not finite, of the wrong number or beyond the effort limits, a PD controller with
     gravity compensation takes over at once and the step raises a `ControllerFault`: the arm can
-    still be stopped.
+    still be stopped. While a measured position or velocity is not finite, its reference is used in
+    its place: that joint is moved without feedback.
+
+    While the reference is `compliant`, soft springs and dampers with gravity compensation replace
+    ``compute``, without integral action.
     """
 
     kind: ClassVar[str] = "controller"
@@ -50,12 +54,12 @@ class Controller(composer.Entity):
         self._limit = np.array(robot.limits.effort)
         self._bounds = self._limit.tolist()
         self._shape = self._limit.shape
-        self._fault = False
+        self._fault = self._compliant = False
         self._bare: RobotModel | None = None
         self._model: RobotModel | None = None
         self._payload: Payload | None = None
         self._reference: Reference | None = None
-        self._carries = False
+        self._carries = self._yields = False
         self._dt = 0.0
         self._clipped = False
         self._transfer = np.zeros_like(self._limit)  # [N m] torque difference at the take-over
@@ -134,6 +138,7 @@ class Controller(composer.Entity):
                     )
         self._reference = reference
         self._carries = hasattr(reference, "payload")
+        self._yields = hasattr(reference, "compliant")
 
     # Composer's hooks
 
@@ -175,11 +180,36 @@ class Controller(composer.Entity):
         reference = self._reference or self.reference
         if self._carries and reference.payload is not self._payload:  # type: ignore[attr-defined]
             self.payload = reference.payload  # type: ignore[attr-defined]
+        if self._yields and reference.compliant is not self._compliant:  # type: ignore[attr-defined]
+            self._set_compliant(reference.compliant)  # type: ignore[attr-defined]
+        q, v = self._q(), self._v()
         try:
-            tau = self.compute(self._q(), self._v(), reference.q, reference.v, reference.a)
+            return self._torque(q, v, reference)
+        except _InvalidTorque as invalid:
+            measured = np.isfinite(q), np.isfinite(v)
+            if all(known.all() for known in measured):
+                raise self._fall_back(invalid) from invalid.__cause__
+        q, v = np.where(measured[0], q, reference.q), np.where(measured[1], v, reference.v)
+        if not self._substituted:
+            commanded = self.tau, self.saturated_steps
+            self.reset()  # what it has integrated is not finite either
+            self.tau, self.saturated_steps = commanded
+        try:
+            return self._torque(q, v, reference)
+        except _InvalidTorque as invalid:
+            raise self._fall_back(invalid) from invalid.__cause__
+
+    def _torque(self, q: np.ndarray, v: np.ndarray, reference: Reference) -> np.ndarray:
+        """Return the torques of a state, within the limits [N m].
+
+        Raises:
+            _InvalidTorque: If they cannot be commanded.
+        """  # (nv,)
+        try:
+            tau = self.compute(q, v, reference.q, reference.v, reference.a)
         except (Exception, SystemExit) as error:
             text = " ".join(str(error).split())
-            raise self._fall_back(f"raised {type(error).__name__}: {text}") from error
+            raise _InvalidTorque(f"raised {type(error).__name__}: {text}") from error
         if type(tau) is not ndarray or tau.dtype is not FLOAT or tau.shape != self._shape:
             tau = self._as_torques(tau)
         # Compared one by one, which is faster than NumPy for so few; NaN is never inside.
@@ -193,14 +223,14 @@ class Controller(composer.Entity):
         """Convert an array of another number type.
 
         Raises:
-            ControllerFault: If it is anything else.
+            _InvalidTorque: If it is anything else.
         """
         shaped = isinstance(tau, ndarray) and tau.shape == self._shape and tau.dtype.kind in "fiu"
         if not shaped:
             found = f"a value of type {type(tau).__name__}"
             if isinstance(tau, ndarray):
                 found = f"{tau.dtype} of shape {tau.shape}"
-            raise self._fall_back(
+            raise _InvalidTorque(
                 f"returned {found}, expected an array of {self._shape[0]} torques, one a joint"
             )
         return tau.astype(FLOAT)
@@ -209,34 +239,61 @@ class Controller(composer.Entity):
         """Clip torques to the limits and count the step.
 
         Raises:
-            ControllerFault: If they are not finite, or must not be clipped.
+            _InvalidTorque: If they are not finite, or must not be clipped.
         """
         limited = np.maximum(np.minimum(tau, self._limit), -self._limit)
         np.not_equal(limited, tau, out=self.saturated)
         self._clipped = bool(self.saturated.any())
         if self._clipped:
             names = self._robot.description.arm_joints
-            saturates = self.saturates or self._fault
+            saturates = self.saturates or self._substituted
             problem = _torque_problem(tau, self._limit, names, saturates=saturates)
             if problem:
-                raise self._fall_back(problem)
+                raise _InvalidTorque(problem)
             self.saturated_steps += 1
             self._on_saturation()
         return limited
 
-    def _fall_back(self, problem: str) -> ControllerFault:
+    @property
+    def _substituted(self) -> bool:
+        """Whether a PD controller replaces ``compute``."""
+        return self._fault or self._compliant
+
+    def _fall_back(self, problem: object) -> ControllerFault:
         """Replace ``compute`` by a PD controller; return the exception to raise."""
         self._fault = True
-        model = self._robot.make_model().with_payload(self._payload)
-        kp, kd = POSITION_GAIN * self._limit, VELOCITY_GAIN * self._limit
+        self._substitute(POSITION_GAIN, self._robot.make_model().with_payload(self._payload))
+        return ControllerFault(self.kind, type(self).__module__, str(problem), self._data.time)
+
+    def _substitute(self, position_gain: float, model: RobotModel | None = None) -> None:
+        """Replace ``compute`` by a PD controller.
+
+        Args:
+            position_gain: Its position gain over effort limit [1/rad].
+            model: Its model; by default the controller's.
+        """
+        kp, kd = position_gain * self._limit, VELOCITY_GAIN * self._limit
 
         def compute(
             q: ndarray, v: ndarray, q_ref: ndarray, v_ref: ndarray, a_ref: ndarray
         ) -> ndarray:
-            return pd_torque(model, kp, kd, q, v, q_ref, v_ref)
+            return pd_torque(model or self.model, kp, kd, q, v, q_ref, v_ref)
 
         self.compute = compute  # type: ignore[method-assign]
-        return ControllerFault(self.kind, type(self).__module__, problem, self._data.time)
+
+    def _set_compliant(self, compliant: bool) -> None:
+        """Become compliant, or return to the own law without a step in torque."""
+        if self._fault:  # the PD controller stays
+            self._compliant = compliant
+            return
+        commanded, saturated_steps = self.tau, self.saturated_steps
+        self.reset()
+        if compliant:
+            self._compliant = True
+            self._substitute(COMPLIANT_POSITION_GAIN)
+        else:
+            self._transfer_from(commanded)
+        self.tau, self.saturated_steps = commanded, saturated_steps
 
     # Bumpless transfer
 
@@ -256,10 +313,14 @@ class Controller(composer.Entity):
             reference.hold_at(self._robot.q)
         self.reference, self.payload = reference, previous.payload
         self.reset()
+        self._transfer_from(tau)
+        self.tau, self.saturated_steps = commanded, saturated_steps
+
+    def _transfer_from(self, tau: np.ndarray) -> None:
+        """Fade from given torques to the own ones [N m]."""
         self._transfer = tau - self._checked_torque()
         self.reset()  # the evaluation must leave no trace in integrals
         self._transfer_steps = round(TRANSFER_TIME / self._dt)
-        self.tau, self.saturated_steps = commanded, saturated_steps
 
     def _with_transfer(self, tau: np.ndarray) -> np.ndarray:
         """Add the remaining torque difference of a take-over."""
@@ -272,8 +333,8 @@ class Controller(composer.Entity):
 
     def reset(self) -> None:
         """Clear the state kept between steps."""
-        if self._fault:
-            self._fault = False
+        if self._substituted:
+            self._fault = self._compliant = False
             del self.compute  # that of the PD controller
         self.tau = np.zeros_like(self._limit)
         self.saturated[:] = self._clipped = False
@@ -288,6 +349,7 @@ class Controller(composer.Entity):
             "payload": None if self._payload is None else self._payload.get_state(),
             "transfer": self._transfer.tolist(),
             "transfer_steps": self._transfer_steps,
+            "compliant": self._compliant,
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
@@ -301,12 +363,22 @@ class Controller(composer.Entity):
         payload = state["payload"]
         if payload is not None or self._payload is not None:  # making a model takes long
             self.payload = None if payload is None else Payload.from_state(payload)
+        if state["compliant"] is not self._compliant:
+            self._compliant = state["compliant"]
+            if self._compliant:
+                self._substitute(COMPLIANT_POSITION_GAIN)
+            else:
+                del self.compute
 
     def _on_model_change(self) -> None:
         """Update what is derived from the model; for subclasses."""
 
     def _on_saturation(self) -> None:
         """React to torques clipped in this step; for subclasses that integrate."""
+
+
+class _InvalidTorque(Exception):
+    """Torques that cannot be commanded; the text says why, as a predicate."""
 
 
 def _torque_problem(

@@ -15,6 +15,9 @@ POSITION_GAIN = 15.0
 VELOCITY_GAIN = 0.6
 """Default velocity gain over effort limit: the motor saturates at 1.7 rad/s [s/rad]."""
 
+COMPLIANT_POSITION_GAIN = 5.0
+"""Position gain of a compliant arm over effort limit: a third of the default [1/rad]."""
+
 
 def pd_torque(
     model: RobotModel,

@@ -14,6 +14,7 @@ class Reference(Protocol):
     A reference may also have
 
     - ``payload``, the `Payload` of the arm, which the controller's model then includes;
+    - ``compliant``, whether the controller yields to contact: soft and without integral action;
     - ``hold_at(q)``, called when another controller takes over: a reference at rest continues from
       the measured configuration ``q``, a moving one ignores it.
     """

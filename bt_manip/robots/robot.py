@@ -178,6 +178,14 @@ class Robot(MonitoredEntity):
         return self._tau().copy()
 
     @property
+    def measurement_problem(self) -> str:
+        """Which measured position or velocity is not finite; empty when all are."""
+        for name, values in (("position", self.q), ("velocity", self.v)):
+            for joint in np.flatnonzero(~np.isfinite(values)).tolist():
+                return f"the measured {name} of joint {joint + 1} is {values[joint]}"
+        return ""
+
+    @property
     def tool_pose(self) -> pin.SE3:
         """Pose T_wt of the tool as simulated, at the last ``mj_forward`` or step."""
         data, site = self.mj_data, self.tool_site_id

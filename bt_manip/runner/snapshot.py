@@ -9,7 +9,7 @@ from typing import Any
 from bt_manip.exceptions import BtManipError
 
 FORMAT = "bt-manip snapshot"
-VERSION = 3
+VERSION = 4
 
 _PLAIN = (bool, int, float, str, type(None))
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bt_manip.control import ComputedTorque, Controller, ControllerFault
+from bt_manip.control import ComputedTorque, Controller, ControllerFault, GravityCompensatedPD
 
 
 class Scripted(Controller):
@@ -106,3 +106,19 @@ def test_valid_torques_are_commanded_as_computed(make_arm):
     control.reset()
     cell.step()
     np.testing.assert_allclose(cell.data.ctrl, tau, rtol=1e-12)
+
+
+@pytest.mark.parametrize("kind", [ComputedTorque, GravityCompensatedPD])
+@pytest.mark.parametrize("reading", ["_q", "_v"])
+def test_joint_whose_measurement_is_not_finite_is_moved_without_feedback(
+    make_arm, kind, reading, monkeypatch
+):
+    cell, robot, control = make_arm(kind)
+    cell.step(300)
+    q, measure = robot.q, getattr(control, reading)
+    monkeypatch.setattr(control, reading, lambda: np.array([measure()[0], np.nan]))
+    cell.step(100)
+    assert np.isfinite(control.tau).all() and abs(robot.q - q).max() < 0.05
+    monkeypatch.undo()
+    cell.step(1000)
+    assert abs(robot.q - control.reference.q).max() < 0.05

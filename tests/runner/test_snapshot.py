@@ -181,7 +181,7 @@ def test_other_than_plain_data_is_refused_and_leaves_no_file(tmp_path, state, me
         (None, "cannot read"),
         ("{", "is no snapshot"),
         ("[]", "is no snapshot"),
-        ('{"format": "bt-manip snapshot", "version": 99}', "version 99, expected 3"),
+        ('{"format": "bt-manip snapshot", "version": 99}', "version 99, expected 4"),
     ],
 )
 def test_a_file_that_is_not_a_snapshot_is_refused(tmp_path, content, message):

@@ -1,0 +1,88 @@
+"""After a collision the arm yields, and drives away from where it is."""
+
+import json
+
+import numpy as np
+import pytest
+
+from bt_manip.exceptions import MotionError
+from bt_manip.plugins import load_plugins
+from tests.measuring.collisions import STRETCHED, collide, drive, one_arm
+
+LARGEST_FORCE = 30.0  # [N]
+
+
+@pytest.mark.parametrize("controller", ["computed_torque", "gravity_compensated_pd"])
+def test_arm_that_hit_a_wall_does_not_press_and_drives_home(parts, controller):
+    station = one_arm(controller, parts)
+    collision = collide(station, 1.5)
+    arm = station.arm
+    assert collision.speed > 2.1 and collision.lasting < LARGEST_FORCE
+    assert "touches 'wall'" in arm.fault
+    assert arm.undisturbed and np.abs(arm.q - arm.robot.q).max() < 1e-3
+    assert drive(station, collision.start) < LARGEST_FORCE
+    assert not arm.fault and np.abs(arm.robot.q - collision.start).max() < 5e-3
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("configuration", [None, STRETCHED], ids=["home", "stretched"])
+@pytest.mark.parametrize("controller", load_plugins().parts.controllers.names())
+def test_no_controller_presses_on_a_wall_for_ten_seconds(controller, configuration):
+    station = one_arm(controller)
+    collision = collide(station, 10.0, configuration)
+    assert collision.speed > 2.1 and collision.lasting < LARGEST_FORCE
+    assert drive(station, collision.start) < LARGEST_FORCE
+    assert not station.arm.fault
+    assert np.abs(station.arm.robot.q - collision.start).max() < 5e-3
+
+
+def test_new_motion_is_refused_until_the_arm_rests_at_the_measured_configuration(parts):
+    station = one_arm("computed_torque", parts)
+    collision = collide(station, 0.0)
+    station.step_until(lambda: bool(station.arm.fault))
+    with pytest.raises(MotionError, match="has not come to rest") as error:
+        station.arm.move_to_configuration(collision.start)
+    assert error.value.reason == "stopping"
+    station.cell.step(500)
+    station.arm.move_to_configuration(collision.start)
+
+
+@pytest.mark.parametrize("steps", [20, 300])  # in the stop, and after it
+def test_compliant_arm_is_restored_bit_for_bit(parts, steps):
+    station = one_arm("computed_torque", parts)
+    start = collide(station, 0.01).start
+    station.cell.step(steps)
+    state = json.loads(json.dumps(station.get_state()))
+
+    def go_on() -> bytes:
+        station.cell.step(400)
+        station.arm.move_to_configuration(start)
+        station.cell.step(200)
+        return station.cell.state_bytes()
+
+    went_on = go_on()
+    station.set_state(state)
+    assert go_on() == went_on
+
+
+def test_compliant_stop_on_request_lets_the_arm_be_pushed_aside(parts):
+    station = one_arm("computed_torque", parts)
+    arm, cell = station.arm, station.cell
+    push = cell.data.xfrc_applied[cell.body_id("panda/hand")]
+
+    def displacement() -> float:
+        q = arm.robot.q
+        push[1] = 40.0
+        cell.step(500)
+        moved = float(np.abs(arm.robot.q - q).max())
+        push[1] = 0.0
+        cell.step(500)
+        return moved
+
+    cell.step(100)
+    stiff = displacement()
+    arm.stop(compliant=True)
+    cell.step(10)
+    assert arm.compliant and displacement() > 10 * stiff
+    arm.move_to_configuration(arm.q_ref + 0.1)
+    assert not arm.compliant
