@@ -65,6 +65,7 @@ def register_behaviours(register: Callable[..., None]) -> None:
 
     for name in (
         "SpawnObject", "RemoveObject", "ObjectExists", "IsIn", "IsOn",
+        "WaitUntilAtRest", "WaitUntilUndisturbed",
         "Hover", "Reach", "Grasp", "Lift", "Drop", "PlaceOn", "PlaceAt", "IsHolding",
         "OpenGripper", "CloseGripper",
         "MoveToPose", "MoveToConfiguration", "MoveHome", "MoveLinear", "MoveThrough", "MoveArc",

@@ -10,14 +10,17 @@ from bt_manip.behaviours import (
     Grasp,
     Hover,
     IsHolding,
+    IsIn,
     Lift,
     MoveHome,
     OpenGripper,
     Reach,
     RemoveObject,
     SpawnObject,
+    WaitUntilAtRest,
+    WaitUntilUndisturbed,
 )
-from bt_manip.bt import RetryUntilSuccessful, Sequence, SubTree, TryCatch
+from bt_manip.bt import Fallback, ForceSuccess, RetryUntilSuccessful, Sequence, SubTree, TryCatch
 
 
 def pick_place(
@@ -29,35 +32,54 @@ def pick_place(
         cube: Object to pick: a name of bt-manip list objects, or the address of a model.
         basket: Name of the container in the cell.
         force: Normal force of each finger [N].
-        attempts: How often a pick is tried.
+        attempts: How often pick and drop are tried.
     """
     return Sequence(
         "pick and place",
         SpawnObject(model=cube, on="table", region="0.2;0.4;-0.3;0.3", object="{object}"),
         TryCatch(
             "or clean up",
-            RetryUntilSuccessful("pick", attempt(force), num_attempts=attempts),
-            Drop(container=basket, height=0.25),
+            RetryUntilSuccessful("until it is in", attempt(basket, force), num_attempts=attempts),
             RemoveObject(object="{object}"),
-            SubTree("give up", give_up(), object="{object}"),
+            SubTree("clean up", clean_up(), object="{object}"),
         ),
     )
 
 
-def attempt(force: float) -> Behaviour:
-    """Pick the object once."""
-    pick = Sequence(
+def attempt(basket: str, force: float) -> Behaviour:
+    """Pick the object, unless the gripper still holds it, and drop it; wait before for the arm."""
+    pick_and_drop = Sequence(
+        "pick and drop once",
+        WaitUntilUndisturbed(),
+        Fallback(
+            "have it",
+            IsHolding(object="{object}"),
+            SubTree("pick", pick(force), object="{object}"),
+        ),
+        Drop(container=basket, height=0.25),
+        IsIn(object="{object}", container=basket),
+    )
+    return SubTree("attempt", pick_and_drop, object="{object}")
+
+
+def pick(force: float) -> Behaviour:
+    """Pick the object as soon as it is at rest."""
+    return Sequence(
         "pick once",
         OpenGripper(),
+        WaitUntilAtRest(object="{object}"),
         Hover(object="{object}", height=0.4),
         Reach(object="{object}"),
         Grasp(object="{object}", force=force),
         Lift(height=0.4),
-        IsHolding(object="{object}"),
     )
-    return SubTree("attempt", pick, object="{object}")
 
 
-def give_up() -> Behaviour:
-    """Leave no object behind, so that the next cycle starts clean."""
-    return Sequence("clean up", OpenGripper(), MoveHome(), RemoveObject(object="{object}"))
+def clean_up() -> Behaviour:
+    """Leave no object behind, whatever else fails, so that the next cycle starts clean."""
+    return Sequence(
+        "leave nothing",
+        ForceSuccess("open", OpenGripper()),
+        ForceSuccess("go home", MoveHome()),
+        RemoveObject(object="{object}"),
+    )

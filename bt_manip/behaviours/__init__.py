@@ -45,3 +45,5 @@ from .set_speed import SetSpeed as SetSpeed
 from .spawn_object import SpawnObject as SpawnObject
 from .stop import Stop as Stop
 from .switch_controller import SwitchController as SwitchController
+from .wait_until_at_rest import WaitUntilAtRest as WaitUntilAtRest
+from .wait_until_undisturbed import WaitUntilUndisturbed as WaitUntilUndisturbed

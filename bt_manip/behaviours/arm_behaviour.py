@@ -1,14 +1,14 @@
 """Base classes of behaviours that use the cell or an arm."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.bt import Input, Status
+from bt_manip.bt import Input, NodeStatus, Status
 from bt_manip.bt.nodes import Action
-from bt_manip.cell import Cell, CellError
+from bt_manip.cell import Cell, CellError, entity_of, why_not_at_rest
 from bt_manip.checks import check_non_negative
 from bt_manip.control import ControlError
 from bt_manip.exceptions import MotionError
@@ -19,18 +19,21 @@ from bt_manip.robots import GripperError
 from .robot_port import RobotPort
 
 FAILURES = (CellError, ControlError, GripperError, ModelError, MotionError, UnknownPartError)
-"""Errors for which a behaviour fails; all others end the run."""
+"""Errors at which a behaviour of the cell fails; all others end the run."""
 
 
 class CellBehaviour(Action):
     """A behaviour that uses the cell and measures its own simulated time."""
 
-    memory: ClassVar[tuple[str, ...]] = ("_started",)
+    STEADY = 0.05  # [s] for which a condition that was violated has to hold again
+
+    memory: ClassVar[tuple[str, ...]] = ("_started", "_violated")
 
     amounts: ClassVar[Mapping[str, str]] = {}
     """Ports that must not be negative, with their units."""
 
     _started = 0.0  # [s] simulated
+    _violated: float | None = None  # [s] when the condition of `steady` was last violated
 
     def setup(self, **infrastructure: Any) -> None:
         """Keep the cell."""
@@ -38,9 +41,9 @@ class CellBehaviour(Action):
 
     def initialise(self) -> None:
         """Start, or fail with the reason."""
-        self._started = self.cell.time
-        if self.try_to(self.check_amounts):
-            self.try_to(self.start)
+        self._started, self._violated = self.cell.time, None
+        self.check_amounts()
+        self.start()
 
     def check_amounts(self) -> None:
         """Check that the ports in `amounts` are not negative.
@@ -51,14 +54,11 @@ class CellBehaviour(Action):
         for port, unit in self.amounts.items():
             check_non_negative(getattr(self, port), f"port '{port}'", unit)
 
-    def try_to(self, begin: Callable[[], None]) -> bool:
-        """Call a function, or fail with its error; return whether it succeeded."""
+    def _tick(self) -> NodeStatus:
         try:
-            begin()
+            return super()._tick()
         except FAILURES as error:
-            self.fail(str(error))
-            return False
-        return True
+            return self._finish(self.fail(str(error)))
 
     def start(self) -> None:
         """Start what the behaviour waits for.
@@ -76,6 +76,36 @@ class CellBehaviour(Action):
         """Simulated time since the behaviour began [s]."""
         return self.cell.time - self._started
 
+    def steady(self, condition: bool) -> bool:
+        """Return whether a condition holds, and has held for `STEADY` if it did not at first.
+
+        Args:
+            condition: The condition now; to be given at every tick.
+        """
+        if not condition:
+            self._violated = self.cell.time
+        since = -np.inf if self._violated is None else self._violated
+        return condition and self.cell.time - since >= self.STEADY - 1e-9
+
+    def wait_for_rest(self, name: str, patience: float, since: float) -> Status:
+        """Return whether an object is at rest; fail if it is not in time.
+
+        Args:
+            name: Name of the object.
+            patience: Longest time to wait [s].
+            since: Simulated time at which the wait began [s].
+
+        Raises:
+            CellError: When the object is no longer in the cell.
+        """
+        reason = why_not_at_rest(self.cell, name)
+        if self.steady(not reason):
+            return Status.SUCCESS
+        if reason and self.cell.time - since > patience:
+            return self.fail(f"{reason}, still after {patience:g} s")
+        self.feedback_message = reason or f"'{name}' has come to rest"
+        return Status.RUNNING
+
 
 class ArmBehaviour(RobotPort, CellBehaviour):
     """A behaviour that uses a robot's arm and its gripper."""
@@ -84,15 +114,20 @@ class ArmBehaviour(RobotPort, CellBehaviour):
 
     def initialise(self) -> None:
         """Start with the selected robot."""
-        self._started = self.cell.time
-        if self.try_to(self.choose_robot) and self.try_to(self.check_amounts):
-            self.try_to(self.start)
+        self.choose_robot()
+        super().initialise()
 
     def stop_gripper(self) -> None:
         """Stop the gripper, where there is one."""
         gripper = self._robots[self._robot_name].gripper
         if gripper is not None:
             gripper.stop()
+
+    def held_objects(self) -> list[str]:
+        """Return the free objects that the gripper holds; none without a gripper."""
+        gripper = self._robots[self._robot_name].gripper
+        held = () if gripper is None else gripper.held
+        return [name for name in held if self.cell.is_free(name)]
 
     @property
     def T_wt(self) -> pin.SE3:
@@ -107,11 +142,15 @@ class MotionBehaviour(ArmBehaviour):
     `ARRIVED` of it; the controller gets `SETTLING` of simulated time for the rest.
 
     A motion that another robot blocks is retried every `RETRY`, for up to `wait` seconds.
+
+    A motion that begins with a payload in the gripper fails when the gripper has not held it for
+    `LOST`: contacts may be interrupted for a few milliseconds.
     """
 
     ARRIVED = 5e-3  # [rad]; a controller without an integral leaves some friction uncompensated
     SETTLING = 0.5  # [s]
     RETRY = 0.1  # [s]
+    LOST = 0.05  # [s]
 
     wait = Input(
         float,
@@ -119,12 +158,16 @@ class MotionBehaviour(ArmBehaviour):
         doc="Longest simulated time to wait for another robot that blocks the motion [s].",
     )
 
-    memory: ClassVar[tuple[str, ...]] = (*ArmBehaviour.memory, "_ended", "_blocked", "_tried")
+    memory: ClassVar[tuple[str, ...]] = (
+        *ArmBehaviour.memory, "_ended", "_blocked", "_tried", "_carried", "_missing",
+    )  # fmt: skip
     amounts: ClassVar[Mapping[str, str]] = {"wait": "s"}
 
     _ended: float | None = None  # [s] when the reference came to rest
     _blocked: float | None = None  # [s] since when another robot has blocked the motion
     _tried = 0.0  # [s] of the last attempt
+    _carried: Sequence[str] = ()  # objects that the gripper held at the start
+    _missing: float | None = None  # [s] since when it has held none of them
 
     @property
     def largest_error(self) -> float:
@@ -133,9 +176,12 @@ class MotionBehaviour(ArmBehaviour):
 
     def initialise(self) -> None:
         """Start the motion."""
-        self._started, self._ended, self._blocked = self.cell.time, None, None
-        if self.try_to(self.choose_robot) and self.try_to(self.check_amounts):
-            self.begin_motion(self.start)
+        self._started, self._violated = self.cell.time, None
+        self._ended = self._blocked = self._missing = None
+        self.choose_robot()
+        self.check_amounts()
+        self._carried = self.held_objects() if self.arm.payload is not None else []
+        self.begin_motion(self.start)
 
     def begin_motion(self, begin: Callable[[], None]) -> Status:
         """Start a motion, wait while another robot blocks it, or fail with the reason.
@@ -157,8 +203,6 @@ class MotionBehaviour(ArmBehaviour):
                 return self.fail(f"{error}, for {self.wait:g} s" if self.wait else str(error))
             self.feedback_message = f"waiting: {error}"
             return Status.RUNNING
-        except FAILURES as error:
-            return self.fail(str(error))
         self._blocked = None
         return Status.FAILURE if self._node_ended else Status.RUNNING  # it may call `fail` itself
 
@@ -168,6 +212,8 @@ class MotionBehaviour(ArmBehaviour):
 
     def update(self) -> Status:
         """Wait until the arm has arrived."""
+        if self._lost:
+            return self.fail(self._forget_carried())
         if self._blocked is not None:
             late = self.cell.time >= self._tried + self.RETRY - 1e-9
             return self.begin_again() if late else Status.RUNNING
@@ -182,7 +228,7 @@ class MotionBehaviour(ArmBehaviour):
             return Status.RUNNING
         error = float(np.max(np.abs(arm.q - arm.robot.q)))
         if error <= self.largest_error:
-            return self.arrived()
+            return Status.RUNNING if self._missing is not None else self.arrived()
         if self._ended is None:
             self._ended = self.cell.time
         if self.cell.time - self._ended > self.SETTLING:
@@ -191,6 +237,29 @@ class MotionBehaviour(ArmBehaviour):
             )
         self.feedback_message = f"settling, {error:.4f} rad left"
         return Status.RUNNING
+
+    @property
+    def _lost(self) -> bool:
+        """Whether the gripper has not held the carried object for `LOST`."""
+        if not self._carried:
+            return False
+        held = self.gripper.held
+        if any(name in held for name in self._carried):
+            self._missing = None
+        elif self._missing is None:
+            self._missing = self.cell.time
+        return self._missing is not None and self.cell.time - self._missing >= self.LOST - 1e-9
+
+    def _forget_carried(self) -> str:
+        """Stop without payload; return why."""
+        name, self._carried = self._carried[0], []
+        self.arm.stop()
+        self.arm.payload = None
+        if name not in self.cell.entities:
+            return f"'{name}' was lost during the motion: it is no longer in the cell"
+        touched = sorted({entity_of(body) for body in self.cell.contacts.partners(name)})
+        where = ", ".join(f"'{other}'" for other in touched) or "nothing"
+        return f"'{name}' was lost during the motion; it touches {where}"
 
     def arrived(self) -> Status:
         """Return the status after arrival; by default SUCCESS."""

@@ -3,13 +3,18 @@
 import numpy as np
 
 from bt_manip.bt import Input, Status
+from bt_manip.cell import why_not_in
 
 from .poses import bottom_pose, downward_poses
 from .releasing import ReleasingBehaviour
 
 
 class Drop(ReleasingBehaviour):
-    """Move over a container, open the gripper, and wait until it is free."""
+    """Move over a container, open the gripper, and wait until the object rests inside.
+
+    It fails when the gripper holds nothing, when the object is lost on the way or does not come to
+    rest inside the container.
+    """
 
     container = Input(str, doc="Name of the container.")
     height = Input(float, default=0.25, doc="Height of the tool over the container's bottom [m].")
@@ -17,11 +22,19 @@ class Drop(ReleasingBehaviour):
 
     def start(self) -> None:
         """Move to the nearest configuration over the container."""
+        self._carried = self.held_objects()
+        if not self._carried:
+            self.fail("the gripper holds nothing")
+            return
         above = bottom_pose(self.cell, self.container).translation + np.array(
             [0.0, 0.0, self.height]
         )
         self.arm.move_to_pose(downward_poses(above), speed=self.speed)
 
     def arrived(self) -> Status:
-        """Open the gripper and wait until it is free."""
+        """Open the gripper and wait until the object rests inside the container."""
         return self.release()
+
+    def why_not_released(self, name: str) -> str:
+        """Return why the object does not rest inside the container."""
+        return why_not_in(self.cell, name, self.container)

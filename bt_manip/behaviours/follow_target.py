@@ -28,6 +28,8 @@ class FollowTarget(MotionBehaviour):
 
     def update(self) -> Status:
         """Update the target and report the remaining time."""
+        if self._lost:
+            return self.fail(self._forget_carried())
         if self.duration > 0.0 and self.elapsed >= self.duration:
             self.arm.stop()
             return Status.SUCCESS

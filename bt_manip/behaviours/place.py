@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.bt import Input, Status
-from bt_manip.cell import CellError, extent
+from bt_manip.cell import CellError, extent, why_not_on
 from bt_manip.grasping import GripperClearance, with_clearance
 
 from .poses import nearest_orientation, pose_input, yaw_of
@@ -21,7 +21,8 @@ class PlacingBehaviour(ReleasingBehaviour):
     """Move the held object over a target, lower it straight down, and release it.
 
     Of the four yaws a quarter turn apart, those at which the gripper has clearance to open are
-    used; of these the one with the nearest configuration.
+    used; of these the one with the nearest configuration. It fails when the object is lost on the
+    way or does not come to rest at its target.
     """
 
     object = Input(str, doc="Name of the held object.")
@@ -40,6 +41,7 @@ class PlacingBehaviour(ReleasingBehaviour):
             held = ", ".join(self.gripper.held) or "nothing"
             self.fail(f"the gripper holds {held}, not '{self.object}'")
             return
+        self._carried = [self.object]
         clearance = GripperClearance(self.cell, self.arm.robot, self.ignored())
         grips, _ = with_clearance(self._grips(), clearance)
         up = np.array([0.0, 0.0, self.height])
@@ -62,8 +64,6 @@ class PlacingBehaviour(ReleasingBehaviour):
         """Lower the object when over the target; release it when there."""
         if self._phase == DOWN:
             return self.release()
-        if self.object not in self.gripper.held:
-            return self.fail(f"'{self.object}' was lost during the motion")
         self._phase, self._ended = DOWN, None
         self.feedback_message = "lowering"
         return self.begin_motion(self._lower)
@@ -80,9 +80,7 @@ class PlacingBehaviour(ReleasingBehaviour):
         cell = self.cell
         bottom, yaw = self.target()
         T_wo = cell.pose(self.object)
-        lower, upper = extent(cell, self.object)
-        centre = 0.5 * (lower + upper)
-        below = np.array([centre[0], centre[1], lower[2]])
+        below = self._bottom_centre()
         T_wt = self.T_wt
         found = []
         for quarter in range(4):
@@ -90,6 +88,11 @@ class PlacingBehaviour(ReleasingBehaviour):
             T = pin.SE3(turn, bottom + np.array([0.0, 0.0, self.gap]) - turn @ below)
             found.append(T * T_wt)
         return found
+
+    def _bottom_centre(self) -> np.ndarray:
+        """Return the bottom centre of the object's bounding box in the world [m]."""  # (3,)
+        lower, upper = extent(self.cell, self.object)
+        return np.array([0.5 * (lower[0] + upper[0]), 0.5 * (lower[1] + upper[1]), lower[2]])
 
 
 class PlaceOn(PlacingBehaviour):
@@ -106,12 +109,28 @@ class PlaceOn(PlacingBehaviour):
         top = np.array([centre[0], centre[1], upper[2]])
         return top, yaw_of(self.cell.pose(self.support))
 
+    def why_not_released(self, name: str) -> str:
+        """Return why the object does not rest on the support."""
+        return why_not_on(self.cell, name, self.support)
+
 
 class PlaceAt(PlacingBehaviour):
     """Set the held object down at a pose, and release it."""
 
     pose = pose_input("Target pose of its bottom centre: x;y;z;qw;qx;qy;qz [m].")
+    tolerance = Input(
+        float, default=0.01, doc="Largest distance of its bottom centre from the target [m]."
+    )
+
+    amounts = {**PlacingBehaviour.amounts, "tolerance": "m"}
 
     def target(self) -> tuple[np.ndarray, float]:
         """Return the position and yaw of the pose."""
         return self.pose.translation, yaw_of(self.pose)
+
+    def why_not_released(self, name: str) -> str:
+        """Return how far the object's bottom centre is from its target, if that is too far."""
+        distance = float(np.linalg.norm(self._bottom_centre() - self.pose.translation))
+        if distance <= self.tolerance:
+            return ""
+        return f"'{name}' came to rest {1e3 * distance:.0f} mm from its target"

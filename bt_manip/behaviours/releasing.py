@@ -1,40 +1,68 @@
 """Base class of behaviours that release an object after a motion."""
 
+from collections.abc import Sequence
+
 from bt_manip.bt import Input, Status
 
 from .arm_behaviour import MotionBehaviour
 
 
 class ReleasingBehaviour(MotionBehaviour):
-    """Move, then open the gripper until it is free."""
+    """Move, open the gripper until it is free, and check where the object comes to rest."""
 
     needs_gripper = True
 
-    patience = Input(float, default=2.0, doc="Timeout for opening, in simulated time [s].")
+    patience = Input(
+        float,
+        default=2.0,
+        doc="Timeout for opening and for the object to come to rest, in simulated time [s].",
+    )
 
-    memory = (*MotionBehaviour.memory, "_opening")
+    memory = (*MotionBehaviour.memory, "_opening", "_released")
     amounts = {**MotionBehaviour.amounts, "patience": "s"}
 
     _opening: float | None = None  # [s] start of the opening
+    _released: Sequence[str] = ()
 
     def initialise(self) -> None:
         """Start the motion without moving the gripper."""
         self._opening = None
         super().initialise()
 
+    def why_not_released(self, name: str) -> str:
+        """Return why an object at rest is not where it should be; empty if it is.
+
+        Raises:
+            CellError: When its target is no longer in the cell.
+        """
+        raise NotImplementedError
+
     def release(self) -> Status:
-        """Open the gripper and wait until it is free."""
+        """Open the gripper, wait until the object is at rest, and check where it is."""
         if self._opening is None:
             self._opening = self.cell.time
+            self._released, self._carried = self._carried, []
             self.gripper.open()
-        self.feedback_message = f"opening: {self.gripper.status}"
         if self.gripper.is_free and self.gripper.is_open:
             self.arm.payload = None
-            return Status.SUCCESS
+            return self._released_status()
+        self.feedback_message = f"opening: {self.gripper.status}"
         if self.cell.time - self._opening > self.patience:
             touching = ", ".join(self.gripper.held) or "something"
             return self.fail(f"the gripper still touches {touching} after {self.patience:g} s")
         return Status.RUNNING
+
+    def _released_status(self) -> Status:
+        assert self._opening is not None
+        for name in self._released:
+            status = self.wait_for_rest(name, self.patience, self._opening)
+            if status is not Status.SUCCESS:
+                return status
+        for name in self._released:
+            reason = self.why_not_released(name)
+            if reason:
+                return self.fail(reason)
+        return Status.SUCCESS
 
     def terminate(self, new_status: Status) -> None:
         """Stop arm and gripper when halted."""

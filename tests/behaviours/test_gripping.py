@@ -1,11 +1,14 @@
 """Behaviours that use the fingers: they hold by force alone, or say why not."""
 
+import json
+
 import numpy as np
 import pytest
 
 from bt_manip import spatial
 from bt_manip.behaviours import CloseGripper, Drop, Grasp, IsHolding, Lift, MoveHome, OpenGripper
 from bt_manip.bt import NodeStatus
+from bt_manip.cell import is_in
 
 RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE
 
@@ -170,6 +173,89 @@ def test_drop_lets_the_object_fall_into_the_container(with_the_cube, trial):
 def test_drop_into_an_unknown_container_fails_and_keeps_hold(with_the_cube, trial):
     assert trial(Drop(container="baskett")).fails_with("did you mean 'basket'")
     assert with_the_cube.gripper.held == ("cube",)
+
+
+def test_drop_with_empty_fingers_fails_and_nothing_moves(station, trial):
+    q = station.arm.q_ref
+    assert trial(Drop(container="basket")).fails_with("the gripper holds nothing")
+    assert (station.arm.q_ref == q).all()
+
+
+def test_drop_succeeds_when_the_object_rests_inside_the_container(with_the_cube, trial):
+    cell = with_the_cube.cell
+    dropping = trial(Drop(container="basket"))
+    while dropping.tick() is RUNNING:
+        assert not is_in(cell, "cube", "basket") or cell.contacts.partners("cube")
+    assert is_in(cell, "cube", "basket")
+
+
+def test_drop_beside_the_container_fails_with_what_the_object_touches(with_the_cube, trial):
+    dropping = trial(Drop(container="basket"))
+    dropping.tick_until(lambda: "opening" in dropping.behaviour.feedback_message)
+    with_the_cube.cell.move("basket", spatial.pose((-0.6, 0.0, 0.0)))
+    assert dropping.fails_with("'cube' touches")
+    assert with_the_cube.arm.payload is None
+
+
+@pytest.mark.parametrize(
+    "behaviour",
+    [lambda: Lift(height=0.1), lambda: MoveHome(), lambda: Drop(container="basket")],
+)
+def test_a_motion_that_loses_its_object_stops_and_fails(with_the_cube, trial, behaviour):
+    moving = trial(behaviour())
+    for _ in range(10):
+        assert moving.tick() is RUNNING
+    with_the_cube.cell.move("cube", spatial.pose((0.3, -0.2, 1.04)))
+    assert moving.fails_with("'cube' was lost during the motion; it touches 'table'")
+    assert with_the_cube.arm.payload is None
+    with_the_cube.cell.step(300)
+    assert not with_the_cube.arm.moving
+
+
+def test_a_motion_whose_object_vanishes_fails(with_the_cube, trial):
+    lifting = trial(Lift(height=0.1))
+    lifting.tick()
+    with_the_cube.cell.remove("cube")
+    assert lifting.fails_with("'cube' was lost during the motion: it is no longer in the cell")
+
+
+def test_a_motion_that_loses_its_object_at_the_end_fails_too(with_the_cube, trial):
+    lifting = trial(Lift(height=0.02))
+    lifting.tick_until(lambda: with_the_cube.arm.remaining < 0.02)
+    with_the_cube.cell.move("cube", spatial.pose((0.3, -0.2, 1.04)))
+    assert lifting.fails_with("'cube' was lost during the motion")
+
+
+def test_contacts_interrupted_for_less_than_50_ms_are_no_loss(with_the_cube, trial, monkeypatch):
+    gripper, held = type(with_the_cube.gripper), type(with_the_cube.gripper).held.fget
+    lifting = trial(Lift(height=0.1))
+    lifting.tick()
+    monkeypatch.setattr(gripper, "held", property(lambda self: ()))
+    for _ in range(5):
+        assert lifting.tick() is RUNNING
+    monkeypatch.setattr(gripper, "held", property(held))
+    assert lifting.until_done() is SUCCESS
+
+
+def test_a_retreat_from_an_object_that_was_released_loses_nothing(with_the_cube, trial):
+    trial(Drop(container="basket")).until_done()
+    assert trial(Lift(height=0.05)).until_done() is SUCCESS
+
+
+@pytest.mark.parametrize("ticks", [5, 60, 118, 124])
+def test_a_drop_continues_from_its_state_bit_for_bit(with_the_cube, trial, ticks):
+    station = with_the_cube
+    dropping = trial(Drop(container="basket"))
+    for _ in range(ticks):
+        assert dropping.tick() is RUNNING
+    state = json.loads(json.dumps([station.get_state(), dropping.tree.get_state()]))
+    ends = []
+    for again in (dropping, trial(Drop(container="basket"))):
+        station.set_state(state[0])
+        again.tree.set_state(state[1])
+        assert again.until_done() is SUCCESS
+        ends.append((station.cell.time, station.cell.state_bytes()))
+    assert ends[0] == ends[1]
 
 
 def test_drop_that_cannot_let_go_says_what_the_fingers_touch(with_the_cube, trial):

@@ -6,11 +6,28 @@ import mujoco
 import numpy as np
 import pytest
 
-from bt_manip.behaviours import IsIn, IsOn, ObjectExists, RemoveObject, SpawnObject, yaw_of
+from bt_manip.behaviours import (
+    IsIn,
+    IsOn,
+    ObjectExists,
+    RemoveObject,
+    SpawnObject,
+    WaitUntilAtRest,
+    yaw_of,
+)
 from bt_manip.bt import NodeStatus
+from bt_manip.cell import at_rest
 from bt_manip.exceptions import NodeError
 
 RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE
+
+
+@pytest.fixture
+def rising(station):
+    """A cube that rises for ever."""
+    station.cell.data.xfrc_applied[station.cell.body_id("cube")][:3] = [0.0, 0.0, 1.0]
+    station.cell.step(50)
+    return station
 
 
 def test_spawned_objects_get_unique_names_and_hand_them_on(station, trial):
@@ -93,11 +110,46 @@ def test_remove_waits_until_the_object_rests(station, trial):
     assert "cube" not in station.cell.objects
 
 
-def test_an_object_that_does_not_come_to_rest_is_kept(station, trial):
-    body = station.cell.body_id("cube")
-    station.cell.data.xfrc_applied[body] = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]  # it rises for ever
-    assert trial(RemoveObject(object="cube", patience=0.2)).fails_with("still moves at", "0.2 s")
-    assert "cube" in station.cell.objects
+def test_an_object_at_rest_is_removed_at_once(station, trial):
+    assert trial(RemoveObject(object="cube")).tick() is SUCCESS
+    assert "cube" not in station.cell.objects
+
+
+def test_an_object_that_does_not_come_to_rest_is_removed_and_fails(rising, trial):
+    removing = trial(RemoveObject(object="cube", patience=0.2))
+    assert removing.fails_with("'cube' moves at", "still after 0.2 s")
+    assert "cube" not in rising.cell.objects
+
+
+def test_an_object_that_vanishes_while_it_is_awaited_fails_the_behaviour(rising, trial):
+    for behaviour in (RemoveObject(object="cube"), WaitUntilAtRest(object="cube")):
+        waiting = trial(behaviour)
+        state = rising.get_state()
+        assert waiting.tick() is RUNNING
+        rising.cell.remove("cube")
+        assert waiting.fails_with("'cube'")
+        rising.set_state(state)
+
+
+def test_waiting_for_an_object_at_rest_takes_no_time(trial):
+    assert trial(WaitUntilAtRest(object="cube")).tick() is SUCCESS
+
+
+def test_waiting_for_a_moving_object_ends_when_it_has_been_at_rest_for_50_ms(station, trial):
+    cell = station.cell
+    cell.data.qvel[-6:-3] = [0.3, 0.0, 0.0]  # the cube's linear velocity
+    waiting = trial(WaitUntilAtRest(object="cube"))
+    moved = cell.time
+    while waiting.tick() is RUNNING:
+        assert "'cube'" in waiting.behaviour.feedback_message
+        if not at_rest(cell, "cube"):
+            moved = cell.time
+    assert waiting.behaviour.status.name == "SUCCESS"
+    assert 0.05 <= cell.time - moved <= 0.08
+
+
+def test_waiting_for_an_object_that_does_not_come_to_rest_fails(rising, trial):
+    assert trial(WaitUntilAtRest(object="cube", patience=0.2)).fails_with("still after 0.2 s")
 
 
 def test_removing_an_unknown_object_fails(trial):
@@ -105,6 +157,7 @@ def test_removing_an_unknown_object_fails(trial):
 
 
 def test_a_halted_removal_leaves_the_object_where_it_is(station, trial):
+    station.cell.data.qvel[-6:-3] = [0.3, 0.0, 0.0]
     removing = trial(RemoveObject(object="cube"))
     assert removing.tick() is RUNNING
     removing.tree.halt()

@@ -22,6 +22,7 @@ from bt_manip.behaviours import (
     Retreat,
     SetSpeed,
     Stop,
+    WaitUntilUndisturbed,
     pose_to_text,
 )
 from bt_manip.bt import NodeStatus
@@ -306,6 +307,33 @@ def test_a_pushed_arm_stops_and_the_behaviour_fails_with_the_reason(station, tri
     station.cell.step(300)
     assert not station.arm.busy
     assert trial(MoveToConfiguration(configuration=LEFT)).until_done() is SUCCESS
+
+
+def test_waiting_for_an_undisturbed_arm_takes_no_time(trial):
+    assert trial(WaitUntilUndisturbed()).tick() is SUCCESS
+
+
+def test_waiting_for_an_undisturbed_arm_lasts_as_long_as_the_push(station, trial):
+    hand = station.cell.body_id("panda/hand")
+    station.cell.data.xfrc_applied[hand][:3] = [0.0, 60.0, 0.0]
+    station.cell.step(100)
+    waiting = trial(WaitUntilUndisturbed())
+    for _ in range(50):
+        assert waiting.tick() is RUNNING
+        assert waiting.behaviour.feedback_message in (
+            "the arm moves", "an external force acts on the arm",
+        )  # fmt: skip
+    station.cell.data.xfrc_applied[hand][:3] = 0.0
+    assert waiting.until_done() is SUCCESS
+    assert station.arm.undisturbed
+
+
+def test_waiting_for_an_arm_that_is_pushed_too_long_fails(station, trial):
+    hand = station.cell.body_id("panda/hand")
+    station.cell.data.xfrc_applied[hand][:3] = [0.0, 60.0, 0.0]
+    station.cell.step(300)
+    waiting = trial(WaitUntilUndisturbed(patience=0.3))
+    assert waiting.fails_with("an external force acts on the arm, still after 0.3 s")
 
 
 def test_pushed_while_it_follows_it_stops_and_fails_with_the_reason(station, trial):

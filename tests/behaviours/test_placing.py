@@ -78,6 +78,21 @@ def test_what_is_not_held_cannot_be_set_down(station, trial):
     assert trial(PlaceOn(object="cube", support="table")).fails_with("holds nothing, not 'cube'")
 
 
+def test_an_object_that_does_not_stay_on_its_support_fails_the_placing(beside_another, trial):
+    placing = trial(PlaceOn(object="cube", support="other"))
+    placing.tick_until(lambda: "opening" in placing.behaviour.feedback_message, timeout=5.0)
+    beside_another.cell.move("other", spatial.pose((0.2, -0.3, 1.04)))
+    assert placing.fails_with("'cube' does not touch 'other'")
+    assert beside_another.arm.payload is None
+
+
+def test_an_object_that_comes_to_rest_elsewhere_fails_the_placing(with_the_cube, trial):
+    placing = trial(PlaceAt(object="cube", pose=PLACE))
+    placing.tick_until(lambda: with_the_cube.gripper.is_free, timeout=5.0)
+    with_the_cube.cell.move("cube", spatial.pose((0.2, -0.15, 1.04)))
+    assert placing.fails_with("'cube' came to rest 150 mm from its target")
+
+
 def test_what_is_lost_on_the_way_is_told(with_the_cube, trial):
     placing = trial(PlaceAt(object="cube", pose=PLACE))
     placing.tick()

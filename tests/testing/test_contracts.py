@@ -44,6 +44,8 @@ EXAMPLES = {
     "Reach": Example({"object": "cube"}, fails=({"height": 2.0},)),
     "RemoveObject": Example({"object": "cube"}),
     "SpawnObject": Example({"object": "{object}"}, fails=({"region": "1;0;0;1"},)),
+    "WaitUntilAtRest": Example({"object": "cube"}),
+    "WaitUntilUndisturbed": Example(),
 }  # fmt: skip
 
 test_built_in_parts_keep_their_contracts = contracts_of("builtin", examples=EXAMPLES)

@@ -1,0 +1,22 @@
+"""Wait until an object is at rest."""
+
+from bt_manip.bt import Input, Status
+
+from .arm_behaviour import CellBehaviour
+
+
+class WaitUntilAtRest(CellBehaviour):
+    """Wait until an object neither moves nor turns; succeed at once if it is at rest."""
+
+    object = Input(str, doc="Name of the object.")
+    patience = Input(float, default=2.0, doc="Timeout in simulated time [s].")
+
+    amounts = {"patience": "s"}
+
+    def start(self) -> None:
+        """Check that the object exists."""
+        self.cell.find(self.object)
+
+    def update(self) -> Status:
+        """Check the object's velocity."""
+        return self.wait_for_rest(self.object, self.patience, self._started)
