@@ -4,6 +4,8 @@ from bt_manip.bt.blackboard import Blackboard as Blackboard
 from bt_manip.bt.drawing import draw_dot as draw_dot
 from bt_manip.bt.drawing import draw_svg as draw_svg
 from bt_manip.bt.drawing import draw_text as draw_text
+from bt_manip.bt.goal import texts_of as texts_of
+from bt_manip.bt.goal import why_not_met as why_not_met
 from bt_manip.bt.loading import ReadingOptions as ReadingOptions
 from bt_manip.bt.loading import load_tree as load_tree
 from bt_manip.bt.loading import parse_tree as parse_tree

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, TypedDict, Unpack
 
 from bt_manip.bt.blackboard import Blackboard
+from bt_manip.bt.goal import GOAL
 from bt_manip.bt.libraries import Libraries
 from bt_manip.bt.mapping import LeafMapping
 from bt_manip.bt.registry import BehaviourRegistry
@@ -255,6 +256,7 @@ def _read(
         if tree_id not in built:  # only to find what is wrong with it
             builder = Builder(document, registry, problems, rules, stubs=stubs)
             builder.build(tree_id, document.trees[tree_id].place)
+            builder.goal(tree_id)
             stubbed = {**builder.stubbed, **stubbed}
             built = {**built, **builder.built}
     reached = {document.trees[tree_id].place.file for tree_id in built if tree_id in document.trees}
@@ -284,8 +286,13 @@ def _bound(
     tree_id: str,
     strict: bool,
 ) -> Tree | None:
+    goal = builder.goal(tree_id) if strict else ()
+
     def report(node: Any, port: str, error: BtManipError) -> None:
         element = builder.places.get(id(node))
+        if node in goal:
+            problems.error(document.trees[tree_id].place_of(GOAL), f"{GOAL}: {error}")
+            return
         if strict and port and element is not None and port not in element.attributes:
             return  # a port that is missing was reported already
         place = Place(document.file, 1, 1) if element is None else element.place
@@ -302,6 +309,7 @@ def _bound(
             tree_id=tree_id,
             document=document,
             report=report,
+            goal=goal,
         )
     except BtManipError as error:
         problems.error(document.root.place, str(error))

@@ -2,13 +2,14 @@
 
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from py_trees.behaviour import Behaviour
 
 from bt_manip.bt.blackboard import Blackboard
+from bt_manip.bt.goal import bind_goal
 from bt_manip.bt.nodes.binding import Report, bind
 from bt_manip.bt.nodes.link import Link, behaviour_of
 from bt_manip.bt.nodes.node import Node
@@ -31,6 +32,7 @@ class Tree:
         root: Its root behaviour.
         nodes: All nodes, depth first; stock py_trees behaviours are wrapped in a `ForeignNode`.
         observers: Called as ``observer(node, old, new)`` on each change of a node's status.
+        goal: Conditions that hold when the tree has done its task; a run fails where they do not.
         scopes: The blackboard scopes by the path of their sub-tree, ``""`` for the root's.
         document: The document it was read from, if any.
     """
@@ -45,6 +47,7 @@ class Tree:
         tree_id: str | None = None,
         document: "Document | None" = None,
         report: Report | None = None,
+        goal: Node | Iterable[Node] = (),
     ) -> None:
         """Make a tree of behaviours that are connected already.
 
@@ -56,9 +59,11 @@ class Tree:
             tree_id: The ID of the tree.
             document: The document it was read from.
             report: Collects the problems of the nodes; without it the first error is raised.
+            goal: Conditions that hold when the tree has done its task: one or several.
 
         Raises:
-            TreeError: If a behaviour occurs in it twice, or two sub-trees have the same path.
+            TreeError: If a behaviour occurs in it twice, two sub-trees have the same path, or
+                the goal is no condition.
         """
         self.root = root
         self.tree_id = root.name if tree_id is None else tree_id
@@ -69,6 +74,7 @@ class Tree:
         binding = bind(root, self._runtime, blackboard or Blackboard(), report)
         self.nodes: list[Link] = binding.nodes
         self.scopes = binding.scopes
+        self.goal = bind_goal(goal, self.blackboard, self._runtime, report)
         self._root: Link = self.nodes[0]
         self._has_foreign = not all(isinstance(link, Node) for link in self.nodes)
         self._infrastructure: dict[str, Any] | None = None
@@ -86,7 +92,7 @@ class Tree:
             NodeError: If the ``setup`` of a behaviour raised an exception.
         """
         self._infrastructure = infrastructure
-        for link in self.nodes:
+        for link in (*self.nodes, *self.goal):
             behaviour = behaviour_of(link)
             try:
                 behaviour.setup(**infrastructure)
@@ -148,7 +154,7 @@ class Tree:
 
     def shutdown(self) -> None:
         """Shut all behaviours down."""
-        for link in self.nodes:
+        for link in (*self.nodes, *self.goal):
             behaviour_of(link).shutdown()
 
     # ------------------------------------------------------------------ access
@@ -242,6 +248,7 @@ class Tree:
         self.document = other.document
         self.nodes = other.nodes
         self.scopes = other.scopes
+        self.goal = other.goal
         self._root = other._root
         self._has_foreign = other._has_foreign
         for link in self.nodes:

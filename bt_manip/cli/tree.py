@@ -155,7 +155,8 @@ def convert(
     output: Path | None,
 ) -> None:
     """Convert an XML document to Python, or a Python tree to XML."""
-    from bt_manip.bt import to_python, tree_to_xml
+    from bt_manip.bt import Tree, to_python, tree_to_xml
+    from bt_manip.runner import as_tree
 
     parts, registry = _registered()
     source = _find(name, parts)
@@ -163,8 +164,12 @@ def convert(
         if form == "python":
             raise BtManipError(f"'{name}' is already Python")
         written = _made(source)
-        root = getattr(written, "root", written)  # without the tree's name in Python
-        _write(tree_to_xml(root, registry, model=model), output)
+        if isinstance(written, Tree):
+            written = as_tree(written, source, lambda: 0.0)  # not the document it was read from
+        else:
+            written = getattr(written, "root", written)
+        text = tree_to_xml(written, registry, tree_id="MainTree", model=model)
+        _write(text, output)
         return
     options = foreign.reading()
     reading = _read(source, registry, foreign, {**options, "dialect": dialect, "library": True})

@@ -5,6 +5,7 @@ from .events import EventQueue as EventQueue
 from .events import EventStream as EventStream
 from .events import RunEvent as RunEvent
 from .fixtures import naming_file as naming_file
+from .goal import GoalJudge as GoalJudge
 from .observer import RunObserver as RunObserver
 from .prepare import prepare as prepare
 from .python_tree import as_tree as as_tree

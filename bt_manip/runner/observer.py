@@ -43,8 +43,8 @@ class RunObserver:
         """Observe the end of a cycle.
 
         Args:
-            status: ``"SUCCESS"`` or ``"FAILURE"``.
-            reason: Reason of a failure, with the path of the node; empty on success.
+            status: ``"SUCCESS"`` or ``"FAILURE"``; a cycle whose goal does not hold has failed.
+            reason: Reason of a failure: the path of the node, or the goal; empty on success.
         """
 
     def run_ended(self) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 from bt_manip.bt import NodeStatus, Tree
 
+from .goal import GoalJudge
 from .observer import RunObserver
 from .request import RunRequest
 from .station import Station
@@ -25,12 +26,17 @@ class Run:
 
     Attributes:
         cycle: The present cycle, or the next one.
+        goal: Judges the tree's goal; it has judged a cycle when `cycle_ended` is called.
     """
 
     request: RunRequest
     tree: Tree
     station: Station
     cycle: int = 0
+
+    def __post_init__(self) -> None:
+        """Prepare to judge the tree's goal."""
+        self.goal = GoalJudge(self.tree, self.station.cell)
 
     def execute(self, observers: Sequence[RunObserver] = (), *, stop: Stop = lambda: False) -> None:
         """Run the requested cycles.
@@ -56,6 +62,7 @@ class Run:
             "cycle": self.cycle,
             "station": self.station.get_state(),
             "tree": self.tree.get_state(),
+            "goal": self.goal.get_state(),
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
@@ -66,6 +73,7 @@ class Run:
         """
         self.station.set_state(state["station"])
         self.tree.set_state(state["tree"])
+        self.goal.set_state(state["goal"])
         self.cycle = state["cycle"]
 
 
@@ -121,12 +129,14 @@ class _Loop:
             for observer in reversed(started):
                 stack.callback(observer.run_ended)
             self._run.cycle = 0
+            self._run.goal.stop()
             self._tree.halt()
 
     def _cycle(self, cycle: int) -> bool:
         """Run the root from idle to its end; return False if the run was stopped meanwhile."""
         self._run.station.randomizer.begin(cycle)
         self._note_model()
+        self._run.goal.begin(cycle)
         for observer in self._observers:
             observer.cycle_started(cycle)
         status = NodeStatus.RUNNING
@@ -141,9 +151,9 @@ class _Loop:
                 for robot in self._run.station.robots.values():
                     robot.controllers.return_to_default()
             self._steps()
-        succeeded = status is NodeStatus.SUCCESS
+        succeeded, reason = self._run.goal.end(status is NodeStatus.SUCCESS, self._reason(status))
         for observer in self._observers:
-            observer.cycle_ended("SUCCESS" if succeeded else "FAILURE", self._reason(status))
+            observer.cycle_ended("SUCCESS" if succeeded else "FAILURE", reason)
         return True
 
     def _reason(self, status: NodeStatus) -> str:

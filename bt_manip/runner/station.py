@@ -19,6 +19,7 @@ from bt_manip.robots import Gripper, Robot
 
 from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities
 from .fixtures import add_fixture, naming_file, sampled_fixtures
+from .goal import GoalJudge
 from .request import CONTROLLER, PLANNER
 from .scene import Scene, table_and_basket
 
@@ -28,8 +29,9 @@ class TreeResult:
     """How a tree ended.
 
     Attributes:
-        status: ``SUCCESS``, ``FAILURE``, or ``SKIPPED`` if its precondition skipped it.
-        reason: The node that failed, and why; empty unless the tree failed.
+        status: ``SUCCESS``, ``FAILURE``, or ``SKIPPED`` if its precondition skipped it. A tree
+            whose goal does not hold has failed.
+        reason: The node that failed, and why, or why the goal does not hold; empty on success.
     """
 
     status: NodeStatus
@@ -154,14 +156,23 @@ class Station:
         tree.setup(**self.infrastructure)
         steps = max(1, round(tick / self.cell.dt))
         end = self.cell.time + timeout
-        while (status := tree.tick()) is NodeStatus.RUNNING:
-            if self.cell.time >= end:
-                running = [n.path for n in tree.nodes if n.engine_status is NodeStatus.RUNNING]
-                tree.halt()
-                raise TimeoutError(f"after {timeout:g} s the tree is still at '{running[-1]}'")
-            self.cell.step(steps)
-        failed = status is NodeStatus.FAILURE
-        return TreeResult(status, tree.failure_reason() if failed else "")
+        goal = GoalJudge(tree, self.cell)
+        goal.begin()
+        try:
+            while (status := tree.tick()) is NodeStatus.RUNNING:
+                if self.cell.time >= end:
+                    running = [n.path for n in tree.nodes if n.engine_status is NodeStatus.RUNNING]
+                    tree.halt()
+                    raise TimeoutError(f"after {timeout:g} s the tree is still at '{running[-1]}'")
+                self.cell.step(steps)
+            failed = status is NodeStatus.FAILURE
+            reason = tree.failure_reason() if failed else ""
+            succeeded, reason = goal.end(status is NodeStatus.SUCCESS, reason)
+        finally:
+            goal.stop()
+        if status is NodeStatus.SUCCESS and not succeeded:
+            status = NodeStatus.FAILURE
+        return TreeResult(status, reason)
 
     def __repr__(self) -> str:
         """Show the robots and the cell."""

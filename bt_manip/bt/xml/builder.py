@@ -4,6 +4,7 @@ from typing import Any
 
 from py_trees.behaviour import Behaviour
 
+from bt_manip.bt.goal import GOAL, parse_goal
 from bt_manip.bt.literals import parse_boolean
 from bt_manip.bt.nodes.actions.script import ScriptPort
 from bt_manip.bt.nodes.declared import Declared
@@ -21,7 +22,7 @@ from bt_manip.bt.xml.dialect import Dialect
 from bt_manip.bt.xml.document import Document, is_port_name
 from bt_manip.bt.xml.problem import Place, Problems, hint
 from bt_manip.bt.xml.source import Element, Text
-from bt_manip.exceptions import BtManipError, ScriptError
+from bt_manip.exceptions import BtManipError, ScriptError, TreeError
 
 SCRIPTS = tuple(CONDITIONS.values())
 EXPLICIT = ("Action", "Condition", "Control", "Decorator")
@@ -82,6 +83,22 @@ class Builder:
             The root; None if nothing could be made.
         """
         return self._tree(tree_id, place, [], "")
+
+    def goal(self, tree_id: str) -> tuple[Node, ...]:
+        """Make the conditions of a tree's goal; errors are collected.
+
+        Args:
+            tree_id: The tree.
+        """
+        element = self._document.trees.get(tree_id)
+        attribute = None if element is None else element.attributes.get(GOAL)
+        if attribute is None:
+            return ()
+        try:
+            return parse_goal(attribute.value, self._registry)
+        except TreeError as error:
+            self._problems.error(attribute.value_place, f"{GOAL}: {error}")
+            return ()
 
     def _tree(self, tree_id: str, place: Place, chain: list[str], prefix: str) -> Behaviour | None:
         element = self._document.trees.get(tree_id)

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 from py_trees.behaviour import Behaviour
 
+from bt_manip.bt.goal import GOAL, goal_to_text
 from bt_manip.bt.nodes.declared import Declared
 from bt_manip.bt.nodes.node import Comment, Node
 from bt_manip.bt.nodes.parent import Parent
@@ -26,7 +27,7 @@ from bt_manip.bt.xml.source import (
     parse_source,
 )
 from bt_manip.bt.xml.writer import write_element, write_source
-from bt_manip.exceptions import TreeError
+from bt_manip.exceptions import BtManipError, TreeError
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,9 @@ class TreeDefinition:
         tree_id: Its ID; empty for the only tree of a document that has none.
         root: Its root.
         attributes: Other attributes of its element.
-        comments: Comments before its root, and after.
+        before: Comments before its root.
+        after: Comments after it.
+        goal: Conditions that hold when the tree has done its task.
     """
 
     tree_id: str
@@ -76,6 +79,7 @@ class TreeDefinition:
     attributes: Mapping[str, str] = field(default_factory=dict)
     before: Sequence[Comment] = ()
     after: Sequence[Comment] = ()
+    goal: Sequence[Node] = ()
 
 
 @dataclass(frozen=True)
@@ -94,8 +98,8 @@ class TreeDocument:
     before: Sequence[Comment | Raw] = ()
     after: Sequence[Comment] = ()
 
-    def main_tree(self) -> tuple[str, Behaviour]:
-        """Return the ID and the root of the main tree.
+    def main_tree(self) -> TreeDefinition:
+        """Return the main tree.
 
         Raises:
             TreeError: If the document does not say which tree that is.
@@ -104,7 +108,7 @@ class TreeDocument:
         main = self.attributes.get("main_tree_to_execute")
         for tree in trees:
             if tree.tree_id == main or len(trees) == 1:
-                return tree.tree_id or "MainTree", tree.root
+                return tree
         raise TreeError("the document does not say which of its trees runs")
 
 
@@ -130,19 +134,20 @@ def tree_to_xml(
     Raises:
         TreeError: If nodes have no form in XML; it names all of them.
     """
+    goal: Sequence[Node] = ()
     if isinstance(tree, Tree):
         if tree.document is not None:
             source = tree.document.source
             return write_source(_with_models(source, registry) if model else source)
         tree_id = tree_id or (tree.tree_id if name_problem(tree.tree_id) is None else None)
-        tree = tree.root
+        goal, tree = tree.goal, tree.root
     writer = _Writer(registry)
     if isinstance(tree, TreeDocument):
         root = writer.document(tree)
         before = [_comment(item) for item in tree.before]
         after = [_comment(item) for item in tree.after]
     else:
-        root = writer.trees(tree_id or "MainTree", tree)
+        root = writer.trees(tree_id or "MainTree", tree, goal)
         before, after = [], []
     if writer.problems:
         raise TreeError(
@@ -184,6 +189,7 @@ class _Writer:
             if isinstance(item, TreeDefinition):
                 given = {"ID": item.tree_id} if item.tree_id else {}
                 element = make_element("BehaviorTree", {**given, **item.attributes})
+                self._goal(element, item.goal)
                 element.content += [_comment(comment) for comment in item.before]
                 element.content.append(self._node(item.root))
                 element.content += [_comment(comment) for comment in item.after]
@@ -194,9 +200,17 @@ class _Writer:
                 root.content.append(_comment(item))
         return root
 
-    def trees(self, main: str, behaviour: Behaviour) -> Element:
+    def _goal(self, element: Element, goal: Sequence[Node]) -> None:
+        if goal:
+            try:
+                element.set(GOAL, goal_to_text(goal, self._registry))
+            except BtManipError as error:
+                self.problems.append(str(error))
+
+    def trees(self, main: str, behaviour: Behaviour, goal: Sequence[Node]) -> Element:
         root = make_element("root", {"BTCPP_format": "4", "main_tree_to_execute": main})
         self._written[main] = self._tree(main, behaviour)
+        self._goal(self._written[main], goal)
         root.content.append(self._written[main])
         while self._subtrees:
             node = self._subtrees.popleft()

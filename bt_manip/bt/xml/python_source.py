@@ -5,6 +5,7 @@ import re
 import sys
 from typing import Any
 
+from bt_manip.bt.goal import GOAL, parse_goal
 from bt_manip.bt.nodes.declared import Declared, declare
 from bt_manip.bt.nodes.node import CONDITIONS, Node
 from bt_manip.bt.nodes.subtree import SubTree
@@ -146,7 +147,9 @@ class _Writer:
     def _definition(self, tree_id: str, element: Element) -> Any:
         named = element.get("ID") is not None
         arguments: list[Any] = [_text(tree_id if named else ""), f"{self._functions[tree_id]}()"]
-        others = {a.name: a.value for a in element.attributes.values() if a.name != "ID"}
+        others = {
+            a.name: a.value for a in element.attributes.values() if a.name not in ("ID", GOAL)
+        }
         if others:
             arguments.append(("attributes", _text(others)))
         index = element.content.index(element.children[0])
@@ -156,7 +159,20 @@ class _Writer:
         ):
             if items:
                 arguments.append((name, _List([self._comment(item) for item in items])))
+        goal = element.get(GOAL)
+        if goal is not None:
+            conditions = parse_goal(goal, self._registry)
+            arguments.append(("goal", _List([self._condition(one) for one in conditions])))
         return _Call(self._use("TreeDefinition"), arguments)
+
+    def _condition(self, condition: Node) -> Any:
+        ports = condition.ports
+        given = [
+            (ports[name].attribute, _value(ports[name], text))
+            for name in condition.given
+            if (text := condition.port_text(name)) is not None
+        ]
+        return _Call(self._class(condition.registration, type(condition)), given)
 
     def _comment(self, item: Any) -> Any:
         kind = [("kind", _text("text"))] if isinstance(item, Text) else []

@@ -1,0 +1,162 @@
+"""The goal of a tree: conditions on the cell that hold when the tree has done its task."""
+
+import shlex
+from collections.abc import Iterable
+from typing import Any, Final
+
+from bt_manip.bt.blackboard import Blackboard, Entry
+from bt_manip.bt.nodes.binding import Report, bind
+from bt_manip.bt.nodes.node import Node, NodeKind
+from bt_manip.bt.port_types import UNTYPED, PortType
+from bt_manip.bt.registry import BehaviourRegistry
+from bt_manip.bt.runtime import Runtime
+from bt_manip.bt.status import SUCCESS
+from bt_manip.exceptions import BtManipError, TreeError, did_you_mean
+
+GOAL: Final = "_goal"
+"""Attribute of a ``<BehaviorTree>`` that declares its goal."""
+
+AND: Final = "&&"
+"""Joins the conditions of a goal."""
+
+
+class _ReadOnlyScope(Blackboard):
+    """A scope with the entries of another one, in which conditions declare nothing."""
+
+    def entry(self, key: str) -> Entry | None:
+        """Find the entry behind a key."""
+        assert self.parent is not None
+        return self.parent.entry(key)
+
+    def declare(self, key: str, type: PortType = UNTYPED) -> Entry:
+        """Return an entry that nothing else sees."""
+        return Entry(type)
+
+    def write(self, key: str, value: Any, type: PortType) -> None:
+        """Write nothing."""
+
+
+def parse_goal(text: str, registry: BehaviourRegistry) -> tuple[Node, ...]:
+    """Return the conditions of a goal.
+
+    Args:
+        text: Conditions joined by ``&&``, each a registered name followed by ``port=value``; values
+            with spaces are quoted.
+        registry: The behaviours that it may name.
+
+    Raises:
+        TreeError: If the text is malformed or names an unknown condition or port.
+    """
+    try:
+        words = [*shlex.split(text), AND]
+    except ValueError as error:
+        raise TreeError(f"the goal '{text}' cannot be read: {error}") from None
+    conditions: list[Node] = []
+    while words:
+        end = words.index(AND)
+        conditions.append(_condition(words[:end], registry))
+        words = words[end + 1 :]
+    return tuple(conditions)
+
+
+def _condition(words: list[str], registry: BehaviourRegistry) -> Node:
+    if not words:
+        raise TreeError(f"expected conditions joined by '{AND}', such as NAME port=value")
+    name, *assignments = words
+    known = [n for n in registry.names() if registry.get(n).kind is NodeKind.CONDITION]
+    if name not in known:
+        raise TreeError(f"no condition is named '{name}'" + did_you_mean(name, known))
+    cls = registry.get(name)
+    given: dict[str, str] = {}
+    for word in assignments:
+        port, equals, value = word.partition("=")
+        if not equals or port in given:
+            raise TreeError(f"{name}: expected one port=value for each port, got '{word}'")
+        if port not in cls.ports:
+            raise TreeError(f"{name} has no port '{port}'" + did_you_mean(port, cls.ports))
+        given[port] = value
+    for port, declared in cls.ports.items():
+        if declared.mandatory and port not in given:
+            raise TreeError(f"{name} needs the port '{port}'")
+    try:
+        condition = cls(**given)
+    except BtManipError as error:
+        raise TreeError(str(error)) from error
+    condition.registration = name
+    return condition
+
+
+def goal_to_text(goal: Iterable[Node], registry: BehaviourRegistry) -> str:
+    """Return the text that `parse_goal` makes the same conditions of.
+
+    Raises:
+        TreeError: If the class of a condition is not registered.
+        PortError: If a value has no form as text.
+    """
+    parts = []
+    for condition in goal:
+        name = registry.name_of(type(condition))
+        if name is None:
+            raise TreeError(f"the goal's {type(condition).__name__} is not registered")
+        ports = [f"{port}={_quoted(condition.port_text(port) or '')}" for port in condition.given]
+        parts.append(" ".join([name, *ports]))
+    return f" {AND} ".join(parts)
+
+
+def _quoted(value: str) -> str:
+    plain = value.split() == [value] and not set(value) & set("'\"\\")
+    return value if plain else shlex.quote(value)
+
+
+def bind_goal(
+    goal: Node | Iterable[Node], scope: Blackboard, runtime: Runtime, report: Report | None
+) -> tuple[Node, ...]:
+    """Let the conditions of a goal read a scope, without a trace in the tree.
+
+    Args:
+        goal: One condition, or all.
+        scope: The scope of the tree's root.
+        runtime: The runtime of the tree.
+        report: Collects the problems of the conditions; without it the first error is raised.
+
+    Raises:
+        TreeError: If one is no condition.
+    """
+    conditions = (goal,) if isinstance(goal, Node) else tuple(goal)
+    own = Runtime(runtime.clock)
+    own.enums = runtime.enums
+    for condition in conditions:
+        if not isinstance(condition, Node) or condition.kind is not NodeKind.CONDITION:
+            raise TreeError(f"a goal consists of conditions, got {type(condition).__name__}")
+        bind(condition, own, _ReadOnlyScope(scope), report)
+        condition.path = f"goal/{condition.name}"
+    return conditions
+
+
+def why_not_met(condition: Node) -> str:
+    """Return why a condition of a goal does not hold; empty if it does.
+
+    A condition that cannot be evaluated does not hold.
+    """
+    try:
+        if condition.execute() is SUCCESS:
+            return ""
+        return condition.feedback_message or f"{condition.name} does not hold"
+    except Exception as error:  # a plugin's condition may raise anything
+        cause = error.__cause__ or error
+        return str(cause) or type(cause).__name__
+    finally:
+        condition._reset()
+
+
+def texts_of(condition: Node) -> set[str]:
+    """Return the present values of a condition's ports that are texts, such as names."""
+    found = set()
+    for port in condition.ports:
+        try:
+            value = condition.read_port(port)
+        except BtManipError:
+            continue
+        if isinstance(value, str):
+            found.add(value)
+    return found

@@ -1,0 +1,101 @@
+"""Judging the goal of a tree, cycle by cycle, from the physics."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from bt_manip.bt import Tree, texts_of, why_not_met
+from bt_manip.cell import Cell
+
+NOT_MET = "goal not met: "
+
+
+class GoalJudge:
+    """Judges the goal of a tree in each cycle; the run has the same states with and without it.
+
+    A condition that names an object is judged in the step before that object is removed, and that
+    result counts. It is judged again if there is an object of that name again. All others are
+    judged at the end of the cycle.
+
+    Attributes:
+        holds: Whether the goal held in the last cycle; None if the tree declares none.
+        reason: Why it did not hold; empty otherwise.
+        tree_succeeded: Whether the tree itself returned SUCCESS in that cycle.
+    """
+
+    def __init__(self, tree: Tree, cell: Cell) -> None:
+        """Judge a tree in a cell; its behaviours are set up before the first cycle ends."""
+        self._tree, self._cell = tree, cell
+        self._goal = tree.goal
+        self._kept: list[list[str]] = []
+        self._names: list[set[str]] = []
+        self._cycle: int | None = None
+        self.holds: bool | None = None
+        self.reason = ""
+        self.tree_succeeded = False
+        self._clear()
+
+    def begin(self, cycle: int = 0) -> None:
+        """Begin a cycle, or continue the one of the restored state."""
+        self._follow_tree()
+        if cycle != self._cycle:
+            self._clear()
+        self._cycle = cycle
+        if self._judge_before not in self._cell.before_remove:
+            self._cell.before_remove.append(self._judge_before)
+
+    def end(self, succeeded: bool, reason: str) -> tuple[bool, str]:
+        """End a cycle, and return whether it succeeded, and why not.
+
+        Args:
+            succeeded: Whether the tree returned SUCCESS.
+            reason: Why it failed.
+        """
+        self.stop()
+        self._follow_tree()
+        self.tree_succeeded = succeeded
+        reasons = []
+        for condition, kept, names in zip(self._goal, self._kept, self._names, strict=True):
+            reasons += [reason for reason in kept if reason]
+            # What the condition still names and what was removed has been judged.
+            if not (kept and (names - self._cell.entities.keys()) & texts_of(condition)):
+                reasons.append(why_not_met(condition))
+        self.holds = not any(reasons) if self._goal else None
+        self.reason = "; ".join(dict.fromkeys(filter(None, reasons)))
+        if succeeded and self.holds is False:
+            return False, NOT_MET + self.reason
+        return succeeded, reason
+
+    def stop(self) -> None:
+        """Stop observing the cell."""
+        self._cycle = None
+        if self._judge_before in self._cell.before_remove:
+            self._cell.before_remove.remove(self._judge_before)
+
+    def get_state(self) -> dict[str, Any]:
+        """Return what was judged in the present cycle, as plain data."""
+        return {"cycle": self._cycle, "kept": self._kept, "names": list(map(sorted, self._names))}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Restore a state of `get_state`; the cycle that begins next continues with it."""
+        self._cycle = state["cycle"]
+        self._kept = [list(kept) for kept in state["kept"]]
+        self._names = [set(names) for names in state["names"]]
+
+    def _clear(self) -> None:
+        self._kept = [[] for _ in self._goal]
+        self._names = [set() for _ in self._goal]
+
+    def _follow_tree(self) -> None:
+        """Judge the goal of the tree that replaced the one before."""
+        if self._goal is not self._tree.goal:
+            self._goal = self._tree.goal
+            self._clear()
+
+    def _judge_before(self, name: str) -> None:
+        """Judge the conditions that name an object which is about to be removed."""
+        self._follow_tree()
+        for i, condition in enumerate(self._goal):
+            named = texts_of(condition)
+            if name in named:
+                self._kept[i].append(why_not_met(condition))
+                self._names[i] = named & self._cell.entities.keys()

@@ -1,0 +1,83 @@
+"""The goal of a tree in XML and in Python."""
+
+import pytest
+
+from bt_manip.behaviours import IsAt, IsIn
+from bt_manip.bt import (
+    AlwaysSuccess,
+    BehaviourRegistry,
+    Tree,
+    TreeDefinition,
+    TreeDocument,
+    parse_tree,
+    to_python,
+    tree_to_xml,
+)
+from bt_manip.exceptions import TreeError
+
+XML = """<root BTCPP_format="4">
+  <BehaviorTree ID="Main" _goal="{}">
+    <AlwaysSuccess/>
+  </BehaviorTree>
+</root>
+"""
+BOTH = "IsIn object={o} container=box &amp;&amp; IsAt pose=0.4;0;1"
+
+
+@pytest.fixture
+def registry():
+    registry = BehaviourRegistry()
+    registry.register(IsIn)
+    registry.register(IsAt)
+    return registry
+
+
+def test_conditions_are_joined_and_have_ports(registry):
+    isin, isat = parse_tree(XML.format(BOTH), registry).goal
+    assert isin.given == {"object": "{o}", "container": "box"}
+    assert isat.given == {"pose": "0.4;0;1"}
+
+
+@pytest.mark.parametrize(
+    ("goal", "message"),
+    [
+        ("", "expected conditions joined by '&&'"),
+        ("IsIn object=a container=b &amp;&amp;", "expected conditions joined by '&&'"),
+        ("IsOut object=a", "no condition is named 'IsOut'"),
+        ("AlwaysSuccess", "no condition is named 'AlwaysSuccess'"),
+        ("IsIn object=a contaner=b", "IsIn has no port 'contaner'; did you mean 'container'?"),
+        ("IsIn object=a", "IsIn needs the port 'container'"),
+        ("IsIn object a", "IsIn: expected one port=value for each port, got 'object'"),
+        ("IsIn object=a object=b container=c", "got 'object=b'"),
+        ("IsIn object='a container=b", "cannot be read: No closing quotation"),
+        ("IsAt pose=up", "port 'pose'"),
+    ],
+)
+def test_a_wrong_goal_is_one_error_at_its_place(registry, goal, message):
+    with pytest.raises(TreeError) as raised:
+        parse_tree(XML.format(goal), registry)
+    assert str(raised.value).startswith("<text>:2:34: error: _goal: ")
+    assert message in str(raised.value) and len(raised.value.problems) == 1
+
+
+def test_a_goal_goes_from_xml_to_python_and_back(registry):
+    tree = parse_tree(XML.format(BOTH), registry)
+    assert tree_to_xml(tree, registry) == XML.format(BOTH)
+    made: dict = {}
+    exec(to_python(tree.document, registry), made)
+    assert tree_to_xml(made["document"](), registry) == XML.format(BOTH)
+
+
+def test_a_goal_of_python_is_written_to_xml(registry):
+    goal = IsIn(object="{object}", container="the basket")
+    tree = Tree(AlwaysSuccess(), goal=goal, tree_id="Main")
+    text = "IsIn object={object} container='the basket'"
+    assert f'_goal="{text}"' in tree_to_xml(tree, registry)
+    assert parse_tree(tree_to_xml(tree, registry), registry).goal[0].given == goal.given
+    document = TreeDocument([TreeDefinition("Main", AlwaysSuccess(), goal=[goal])])
+    assert tree_to_xml(document, registry) == XML.format(text)
+
+
+def test_a_goal_consists_of_conditions():
+    with pytest.raises(TreeError, match="a goal consists of conditions, got AlwaysSuccess"):
+        Tree(AlwaysSuccess(), goal=AlwaysSuccess())

@@ -1,0 +1,121 @@
+"""The goal of a tree is judged from the physics, before objects are removed and at the end."""
+
+import pytest
+
+from bt_manip import spatial
+from bt_manip.behaviours import IsIn, IsOn, ObjectExists, RemoveObject, SpawnObject
+from bt_manip.bt import AlwaysSuccess, Sequence, SetBlackboard, Sleep, Tree
+from bt_manip.cell import Cube
+from bt_manip.runner import GoalJudge, build_station
+
+FLOOR = "0.3;0.31;0.1;0.11"
+IN_BASKET = spatial.pose((0.68, 0.0, 1.08))
+
+
+@pytest.fixture(scope="module")
+def built():
+    station = build_station()
+    return station, station.get_state()
+
+
+@pytest.fixture
+def station(built):
+    station, start = built
+    station.set_state(start)
+    return station
+
+
+@pytest.fixture
+def cell(station):
+    return station.cell
+
+
+def run(station, *children, goal):
+    return station.run(Tree(Sequence("task", *children), clock=station.clock, goal=goal))
+
+
+def spawn(**ports):
+    return SpawnObject(region=FLOOR, object="{object}", **ports)
+
+
+def goal():
+    return IsIn(object="{object}", container="basket")
+
+
+def test_success_with_the_cube_on_the_table_is_a_failure(cell, station):
+    result = run(station, spawn(), Sleep(msec=300), goal=goal())
+    assert str(result) == "FAILURE: goal not met: 'cube' touches 'table'"
+
+
+def test_a_tree_whose_goal_holds_succeeds(cell, station):
+    result = run(station, spawn(), Sleep(msec=300), goal=IsOn(object="{object}", support="table"))
+    assert str(result) == "SUCCESS"
+
+
+def test_an_object_is_judged_before_it_is_removed(cell, station):
+    result = run(station, spawn(), RemoveObject(object="{object}"), goal=goal())
+    assert str(result) == "FAILURE: goal not met: 'cube' touches 'table'"
+    on = IsOn(object="{object}", support="table")
+    assert str(run(station, spawn(), RemoveObject(object="{object}"), goal=on)) == "SUCCESS"
+
+
+def test_each_object_of_one_name_counts(cell, station):
+    cell.add(Cube(), IN_BASKET, name="cube")
+    cell.step(1000)
+    root = Sequence("task", SetBlackboard(value="cube", output_key="object"),
+                    RemoveObject(object="cube"), spawn(), Sleep(msec=300))  # fmt: skip
+    result = station.run(Tree(root, clock=station.clock, goal=goal()))
+    assert str(result) == "FAILURE: goal not met: 'cube' touches 'table'"
+    on = IsOn(object="{object}", support="table")
+    root = Sequence("task", SetBlackboard(value="cube", output_key="object"),
+                    RemoveObject(object="cube"), spawn(), Sleep(msec=300))  # fmt: skip
+    assert str(station.run(Tree(root, clock=station.clock, goal=on))) == "SUCCESS"
+
+
+def test_all_conditions_must_hold(cell, station):
+    conditions = [IsOn(object="{object}", support="table"), goal()]
+    result = run(station, spawn(), Sleep(msec=300), goal=conditions)
+    assert "goal not met: 'cube' touches 'table'" in str(result)
+
+
+@pytest.mark.parametrize(
+    ("object", "reason"),
+    [("{nobody}", "the blackboard entry 'nobody' does not exist"), ("ball", "'ball'")],
+)
+def test_a_condition_that_cannot_be_evaluated_does_not_hold(station, object, reason):
+    result = run(station, AlwaysSuccess(), goal=IsIn(object=object, container="basket"))
+    assert result.reason.startswith("goal not met: ") and reason in result.reason
+
+
+def test_a_failed_tree_keeps_its_reason(station):
+    result = run(station, ObjectExists("look", object="ball"), goal=goal())
+    assert result.reason.startswith("look: ")
+
+
+def test_judging_changes_neither_blackboard_nor_cell(station):
+    tree = Tree(AlwaysSuccess(), clock=station.clock,
+                goal=IsIn(object="{object}", container="{container}"))  # fmt: skip
+    before = tree.get_state(), station.cell.state_bytes()
+    assert not station.cell.before_remove
+    station.run(tree)
+    assert (tree.get_state(), station.cell.state_bytes()) == before
+    assert not station.cell.before_remove
+
+
+def test_what_was_judged_is_part_of_the_state(cell, station):
+    tree = Tree(AlwaysSuccess(), clock=station.clock, goal=goal())
+    tree.setup(**station.infrastructure)
+    tree.blackboard["object"] = "cube"
+    cell.add(Cube(), spatial.pose((0.3, 0.1, 1.04)), name="cube")
+    cell.step(200)
+    judge = GoalJudge(tree, cell)
+    judge.begin(3)
+    cell.remove("cube")
+    resumed = GoalJudge(tree, cell)
+    resumed.set_state(judge.get_state())
+    judge.stop()
+    resumed.begin(3)
+    assert resumed.end(True, "") == (False, "goal not met: 'cube' touches 'table'")
+    assert resumed.holds is False and resumed.tree_succeeded
+    resumed.begin(4)
+    assert "'cube'" in resumed.end(True, "")[1]
