@@ -56,9 +56,9 @@ def summary(report: RunReport) -> str:
         return f"The run {how or 'ended'} before a cycle was complete, after {simulated}."
     succeeded = sum(c.status == "SUCCESS" for c in ended)
     line = f"{succeeded} of {len(ended)} cycles succeeded"
-    judged = [c.placed for c in ended if c.placed is not None]
-    if judged:
-        line += f", {sum(judged)} object{'' if sum(judged) == 1 else 's'} placed"
+    placed = sum(one.placed for c in ended for one in c.objects)
+    if placed:
+        line += f", {placed} object{'' if placed == 1 else 's'} placed"
     if len(ended) > 1:
         line += f", {sum(c.duration_s for c in ended) / len(ended):.2f} s each"
     if how:
@@ -98,7 +98,7 @@ def _handled(cycle: CycleReport) -> str:
     """Name the object of a cycle; with several robots say how many each has picked."""
     if cycle.robots:
         return ", ".join(f"{name} {len(robot.picked)}" for name, robot in cycle.robots.items())
-    return cycle.object or "-"
+    return ", ".join(one.name for one in cycle.objects) or "-"
 
 
 def _number(value: float | None, form: str, scale: float = 1.0) -> str:

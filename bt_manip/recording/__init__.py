@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from bt_manip.recording.files import check_writable as check_writable
     from bt_manip.recording.recorder import Recorder as Recorder
     from bt_manip.recording.report import CycleReport as CycleReport
+    from bt_manip.recording.report import GrippedObject as GrippedObject
     from bt_manip.recording.report import RunReport as RunReport
     from bt_manip.recording.report import versions as versions
     from bt_manip.recording.report_file import ReportFile as ReportFile

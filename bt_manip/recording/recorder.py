@@ -2,13 +2,14 @@
 
 import hashlib
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from bt_manip.bt.nodes import NodeKind
 from bt_manip.cell import why_not_in_any
 from bt_manip.recording.identification import identify
-from bt_manip.recording.report import CycleReport, Phase, RunReport, versions
+from bt_manip.recording.report import CycleReport, GrippedObject, Phase, RunReport, versions
 from bt_manip.recording.report_file import ReportFile
 from bt_manip.recording.robot_log import RobotLog, combined
 from bt_manip.recording.trace import Trace, columns_of
@@ -16,9 +17,6 @@ from bt_manip.runner import RunObserver
 
 GRASP = "Grasp"
 """Registered name of the behaviour after which the grip force is measured."""
-
-REMOVE_OBJECT = "RemoveObject"
-"""Registered name of the behaviour that ends a tree that places an object."""
 
 
 def next_digest(digest: bytes, state: bytes, statuses: bytes) -> bytes:
@@ -88,6 +86,15 @@ def _seconds(duration: float) -> float:
     return round(duration, 6)
 
 
+@dataclass
+class _Gripped:
+    """An object that was gripped; `placed` is None until it is removed."""
+
+    name: str
+    robot: str = ""
+    placed: bool | None = None
+
+
 class Recorder(RunObserver):
     """Collects the report of a run, and optionally its trace.
 
@@ -123,8 +130,7 @@ class Recorder(RunObserver):
         self._wall_start: float | None = None
         self._wall = 0.0
         self._time_start = self._time_now = 0.0
-        self._object: str | None = None
-        self._judged: dict[str, bool] = {}
+        self._gripped: list[_Gripped] = []
         self._unexpected: dict[tuple[str, str], None] = {}  # an ordered set
 
     # Called by the runner
@@ -138,8 +144,6 @@ class Recorder(RunObserver):
         self._logs = [RobotLog(self._cell, robot) for robot in station.robots.values()]
         self._phases = PhaseLog(lambda: self._cell.time, self._phase_ended)
         run.tree.observers.append(self._phases)
-        self._places = any(node.registration == REMOVE_OBJECT for node in run.tree.nodes)
-        self._objects = self._free_objects()
         self._cell.before_remove.append(self._judge)
         self._begin_cycle()
         self._identity.update(identify(run))
@@ -147,16 +151,10 @@ class Recorder(RunObserver):
         self._write()
 
     def after_compile(self) -> None:
-        """Bind to the new model; record added objects."""
+        """Bind to the new model."""
         self._flush()
         for log in self._logs:
             log.steps.bind()
-        before = self._objects
-        self._objects = after = self._free_objects()
-        for name in after:
-            if before.get(name) is not after[name]:
-                self._object = name
-                self._judged.pop(name, None)
 
     def cycle_started(self, cycle: int) -> None:
         """Start a cycle."""
@@ -173,10 +171,12 @@ class Recorder(RunObserver):
             self._flush()
 
     def after_tick(self) -> None:
-        """Add the state to the digest."""
+        """Add the state to the digest; record what is gripped."""
         cell = self._cell
         self._time_now = cell.time
         self._digest = next_digest(self._digest, cell.state_bytes(), self._run.tree.statuses())
+        if cell.contact_monitor.summary().held:
+            self._note_gripped()
 
     def cycle_ended(self, status: str, reason: str) -> None:
         """Add the cycle to the report."""
@@ -253,8 +253,7 @@ class Recorder(RunObserver):
             log.begin()
         self._phases.begin()
         self._cycle_start = self._cell.time
-        self._object = None
-        self._judged = {}
+        self._gripped = []
         self._unexpected = {}
 
     def _flush(self) -> None:
@@ -266,53 +265,58 @@ class Recorder(RunObserver):
         for touch in block.touches:
             if touch.unexpected:
                 self._unexpected.update(dict.fromkeys(touch.unexpected))
-            if self._object is None and touch.held:
-                self._object = touch.held[0]
         if self._trace is not None:
             self._trace.append(block.t, *columns_of(blocks))
 
+    def _note_gripped(self) -> None:
+        """Record the objects that are gripped now, each until it is removed."""
+        present = {one.name: one for one in self._gripped if one.placed is None}
+        for log in self._logs:
+            for name in log.gripped():
+                one = present.get(name)
+                if one is None:
+                    one = present[name] = _Gripped(name)
+                    self._gripped.append(one)
+                one.robot = log.name
+
     def _judge(self, name: str) -> None:
-        """Check an object in the step before it is removed."""
-        self._judged[name] = self._is_placed(name)
+        """Judge an object in the step before it is removed."""
+        for one in self._gripped:
+            if one.name == name and one.placed is None:
+                one.placed = self._is_placed(name)
 
     def _is_placed(self, name: str) -> bool:
-        return name in self._objects and not why_not_in_any(self._cell, name)
-
-    def _free_objects(self) -> dict[str, Any]:
-        objects = self._cell.objects.items()
-        return {name: entity for name, entity in objects if self._cell.is_free(name)}
+        return name in self._cell.entities and not why_not_in_any(self._cell, name)
 
     def _phase_ended(self, node: Any, phase: Phase) -> None:
         if phase.behaviour == GRASP and phase.status == "SUCCESS":
             name = getattr(node, "robot_name", self._logs[0].name)
             next(log for log in self._logs if log.name == name).grasped()
 
-    def _placed(self, names: Sequence[str]) -> bool | None:
-        """Return whether all objects of the cycle are placed; None if nothing is to be placed."""
-        judged = [self._judged.get(name) for name in names]
-        if self._places:  # objects that were not removed are checked now
-            return bool(names) and all(
-                self._is_placed(name) if known is None else known
-                for name, known in zip(names, judged, strict=True)
-            )
-        return None if not names or None in judged else all(judged)
-
     def _cycle(self, status: str, reason: str) -> CycleReport:
         robots = {log.name: log.cycle() for log in self._logs}
-        several = len(robots) > 1
-        if several:
-            handled = [name for robot in robots.values() for name in robot.picked]
-        else:
-            handled = [] if self._object is None else [self._object]
+        objects = tuple(
+            GrippedObject(
+                one.name,
+                self._is_placed(one.name) if one.placed is None else one.placed,
+                one.robot,
+            )
+            for one in self._gripped
+        )
+        goal = self._run.goal
+        ended = status in ("SUCCESS", "FAILURE")
         return CycleReport(
             status=status,
             reason=reason,
-            object=None if several else self._object,
-            placed=self._placed(handled),
+            goal=goal.holds if ended else None,
+            goal_reason=goal.reason if ended else "",
+            object=objects[0].name if len(objects) == 1 else None,
+            placed=all(one.placed for one in objects) if objects else None,
+            objects=objects,
             duration_s=round(self._cell.time - self._cycle_start, 6),
             phases=self._phases.phases,
             unexpected_contacts=tuple(self._unexpected),
             randomized=self._station.randomizer.sampled,
-            robots=robots if several else {},
+            robots=robots if len(robots) > 1 else {},
             **combined(robots.values()),
         )

@@ -77,6 +77,22 @@ class RobotCycle:
 
 
 @dataclass(frozen=True)
+class GrippedObject:
+    """An object that was gripped in a cycle.
+
+    Attributes:
+        name: Its name in the cell.
+        placed: Whether it rested inside a container in the physics, in the step before it was
+            removed, or else at the end of the cycle.
+        robot: Name of the robot that gripped it last.
+    """
+
+    name: str
+    placed: bool
+    robot: str
+
+
+@dataclass(frozen=True)
 class CycleReport:
     """One run of the root from idle to SUCCESS or FAILURE.
 
@@ -84,9 +100,12 @@ class CycleReport:
         status: ``"SUCCESS"`` or ``"FAILURE"``; ``"INTERRUPTED"`` or ``"ERROR"`` for a cycle
             that did not end.
         reason: Reason of a failure, with the path of the node.
-        object: Name of the handled object, or None.
-        placed: Whether the object rested inside a container in the physics, in the step before
-            it was removed; None for a tree that places nothing.
+        goal: Whether the goal that the tree declares holds in the physics; None if it declares
+            none. A cycle whose goal does not hold has failed.
+        goal_reason: Why the goal does not hold.
+        object: Name of the object that was gripped, or None if none or several were.
+        placed: Whether all `objects` are placed; None if nothing was gripped.
+        objects: The objects that were gripped, in this order.
         duration_s: Simulated time that it took [s].
         phases: The action leaves, in the order of their ends.
         grip_force_n: Least of the gripper's forces at the end of Grasp [N], or None.
@@ -99,13 +118,16 @@ class CycleReport:
         max_tool_speed_m_s: Largest speed of the tool's origin [m/s].
         randomized: Sampled values, by kind, name and quantity.
         robots: With several robots, the figures of each by name; the figures above are then
-            maxima or sums, and `placed` refers to all picked objects.
+            maxima or sums.
     """
 
     status: str
     reason: str = ""
+    goal: bool | None = None
+    goal_reason: str = ""
     object: str | None = None
     placed: bool | None = None
+    objects: tuple[GrippedObject, ...] = ()
     duration_s: float = 0.0
     phases: tuple[Phase, ...] = ()
     grip_force_n: float | None = None

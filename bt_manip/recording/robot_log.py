@@ -94,7 +94,7 @@ class RobotLog:
             robot: The `bt_manip.runner.CommandedRobot`.
         """
         self.name = robot.name
-        self._robot = robot
+        self._cell, self._robot = cell, robot
         self.steps = StepLog(cell, robot)
         self.statistics = MotionStatistics(robot.robot.limits, cell.dt)
         self.begin()
@@ -113,10 +113,17 @@ class RobotLog:
         return block
 
     def grasped(self) -> None:
-        """Record the held objects and the grip force."""
+        """Record the grip force."""
+        self.grip = min(self._robot.gripper.forces, default=None)
+
+    def gripped(self) -> list[str]:
+        """Record and return the objects that are gripped now."""
         gripper = self._robot.gripper
-        self.grip = min(gripper.forces, default=None)
-        self.picked += [name for name in gripper.held if name not in self.picked]
+        if gripper is None or not gripper.steady:
+            return []
+        names = [name for name in gripper.held if self._cell.is_free(name)]
+        self.picked += [name for name in names if name not in self.picked]
+        return names
 
     def cycle(self) -> RobotCycle:
         """Return the figures of the cycle."""

@@ -7,12 +7,13 @@ import pytest
 from rich.console import Console
 
 from bt_manip.cli.cycle_table import print_cycles, summary
-from bt_manip.recording import CycleReport, RunReport
+from bt_manip.recording import CycleReport, GrippedObject, RunReport
 
 
 def cycle(**facts) -> CycleReport:
     facts = {"status": "SUCCESS", "object": "cube", "placed": True, "duration_s": 12.34, **facts}
-    return CycleReport(**facts)
+    objects = (GrippedObject(facts["object"], bool(facts["placed"]), "panda"),)
+    return CycleReport(**facts, objects=objects)
 
 
 def report(*cycles: CycleReport, status: str = "SUCCESS", simulated_s: float = 24.7) -> RunReport:

@@ -12,6 +12,7 @@ from bt_manip.behaviours import (
     Drop,
     Grasp,
     Hover,
+    IsIn,
     Lift,
     MoveHome,
     OpenGripper,
@@ -23,7 +24,7 @@ from bt_manip.bt import Action, Delay, Node, Sequence, Status, Timeout, Tree
 from bt_manip.cell import Cube
 from bt_manip.plugins import load_plugins
 from bt_manip.recording.recorder import Recorder, next_digest
-from bt_manip.recording.report import RunReport
+from bt_manip.recording.report import GrippedObject, RunReport
 from bt_manip.recording.trace import Trace
 from bt_manip.registry import Parts
 from bt_manip.runner.observer import RunObserver
@@ -60,9 +61,9 @@ def parts() -> Parts:
 
 @pytest.fixture
 def make_run(parts) -> Callable[..., Run]:
-    def make(root: Node, *, seed: int = 0, **request) -> Run:
+    def make(root: Node, *, seed: int = 0, goal: Node | tuple[()] = (), **request) -> Run:
         station = build_station(parts, seed=seed)
-        tree = Tree(root, clock=lambda: station.cell.time)
+        tree = Tree(root, clock=lambda: station.cell.time, goal=goal)
         tree.setup(**station.infrastructure)
         source = TreeSource("test", "python")
         return Run(RunRequest(source, seed=seed, **request), tree, station)
@@ -111,6 +112,7 @@ def test_a_picked_cube_is_placed_by_the_judgement_of_physics(picked):
     assert picked.status == "SUCCESS"
     (cycle,) = picked.cycles
     assert (cycle.status, cycle.object, cycle.placed) == ("SUCCESS", "cube", True)
+    assert cycle.objects == (GrippedObject("cube", True, "panda"),)
 
 
 def test_phases_are_the_action_leaves_in_the_order_in_which_they_ended(picked):
@@ -137,38 +139,66 @@ def test_the_grip_and_the_motion_are_measured(picked):
     assert picked.simulated_s == pytest.approx(cycle.duration_s)
 
 
-def test_a_cube_taken_from_the_table_was_not_placed(record):
+def test_an_object_that_was_never_gripped_is_not_judged(record):
     report = record(Sequence("s", [SpawnObject(object="{c}"), RemoveObject(object="{c}")]))
-    assert report.cycles[0].status == "SUCCESS"
-    assert report.cycles[0].placed is False
+    (cycle,) = report.cycles
+    assert (cycle.status, cycle.object, cycle.placed, cycle.objects) == ("SUCCESS", None, None, ())
 
 
-def test_a_tree_that_places_nothing_has_no_judgement(record):
-    report = record(MoveHome())
-    assert report.cycles[0].placed is None
-    assert report.cycles[0].object is None
-
-
-def in_the_basket(cell, height: float, **_) -> None:
+def cube_in_the_basket(cell, name: str = "other", height: float = 0.05, **_) -> None:
     T_wo = cell.pose("basket")
     T_wo.translation = T_wo.translation + np.array([0.0, 0.0, height])
-    cell.add(Cube(), T_wo)
+    cell.add(Cube(), T_wo, name=name)
 
 
-@pytest.mark.parametrize(("ticks", "placed"), [(60, True), (2, False)])
-def test_placed_means_at_rest_and_not_only_inside(record, ticks, placed):
-    """Let a cube fall into the basket, and look at it at rest or on its way."""
-    tree = Sequence(
-        "s",
-        [
-            Wait(ticks, lambda **station: in_the_basket(height=0.05, **station)),
-            Wait(1, lambda cell, **_: cell.remove("cube")),
-            Timeout("never", RemoveObject(object="cube"), msec=1),
-        ],
-    )
-    report = record(tree)
-    assert report.cycles[0].object == "cube"
-    assert report.cycles[0].placed is placed
+def goal() -> Node:
+    return IsIn(object="{cube}", container="basket")
+
+
+def grasp(**ports) -> list[Node]:
+    return [
+        SpawnObject(object="{cube}", **ports),
+        OpenGripper(),
+        Hover(object="{cube}"),
+        Reach(object="{cube}"),
+        Grasp(object="{cube}"),
+        Lift(height=0.2),
+    ]
+
+
+def test_a_dropped_cube_is_not_placed_because_another_one_is_in_the_basket(record):
+    report = record(Sequence("s", [
+        *grasp(), Wait(60, cube_in_the_basket), OpenGripper(), Wait(50),
+        RemoveObject(object="{cube}"),
+    ]), goal=goal())  # fmt: skip
+    (cycle,) = report.cycles
+    assert (cycle.object, cycle.placed, cycle.goal) == ("cube", False, False)
+    assert cycle.goal_reason == "'cube' touches 'table'"
+    assert (cycle.status, cycle.reason) == ("FAILURE", "goal not met: 'cube' touches 'table'")
+    assert report.status == "FAILURE"
+
+
+def test_the_object_is_the_gripped_one_whatever_appears_later(record):
+    block = SpawnObject(model="red_block", region="0.3;0.4;0.2;0.3", object="{block}")
+    report = record(Sequence("s", [*grasp(), Drop(container="basket"), block, Wait(40)]),
+                    goal=goal())  # fmt: skip
+    (cycle,) = report.cycles
+    assert (cycle.object, cycle.placed, cycle.goal) == ("cube", True, True)
+    assert (cycle.status, cycle.goal_reason) == ("SUCCESS", "")
+
+
+def test_a_cube_that_is_still_held_over_the_basket_is_not_placed(record):
+    report = record(Sequence("s", grasp()))
+    (cycle,) = report.cycles
+    assert (cycle.status, cycle.object, cycle.placed) == ("SUCCESS", "cube", False)
+    assert (cycle.goal, cycle.goal_reason) == (None, "")
+
+
+def test_a_failed_tree_keeps_its_reason_beside_that_of_the_goal(record):
+    report = record(Sequence("s", [Hover("look", object="nothing")]), goal=goal())
+    (cycle,) = report.cycles
+    assert cycle.reason.startswith("look") and cycle.goal is False
+    assert "the blackboard entry 'cube' does not exist" in cycle.goal_reason
 
 
 def test_a_halted_leaf_is_a_phase_too(record):

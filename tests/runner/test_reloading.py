@@ -2,6 +2,7 @@
 
 import os
 from types import SimpleNamespace
+from typing import ClassVar
 
 import pytest
 
@@ -36,6 +37,7 @@ class Editor(RunObserver):
 
 class Cell:
     generation = time = 0
+    before_remove: ClassVar[list] = []
 
     def step(self, n, then=()):
         self.time += 1e-3 * n

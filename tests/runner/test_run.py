@@ -15,6 +15,7 @@ class Cell:
     def __init__(self) -> None:
         self.steps = 0
         self.generation = 0
+        self.before_remove: list = []
 
     @property
     def time(self) -> float:
