@@ -106,6 +106,30 @@ def register_model_sources(register: Callable[[str, Callable[..., Any]], None]) 
 
 
 @hookimpl
+def register_faults(register: Callable[[str, type], None]) -> None:
+    """Bring faults of objects, of the robot and of the tree."""
+    from bt_manip import faults
+
+    register("vanish", faults.Vanish)
+    register("move", faults.Displace)
+    register("knock", faults.Knock)
+    register("slippery", faults.Slippery)
+    register("heavy", faults.Heavy)
+    register("stuck", faults.Stuck)
+    register("obstacle", faults.Obstacle)
+    register("container_vanishes", faults.ContainerVanishes)
+    register("push", faults.Push)
+    register("stuck_joint", faults.StuckJoint)
+    register("stuck_finger", faults.StuckFinger)
+    register("torque_loss", faults.TorqueLoss)
+    register("sensor_noise", faults.SensorNoise)
+    register("sensor_delay", faults.SensorDelay)
+    register("sensor_nan", faults.SensorNaN)
+    register("exception", faults.BehaviourException)
+    register("tick_delay", faults.TickDelay)
+
+
+@hookimpl
 def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
     """Bring the trace of the joints."""
     from bt_manip.recording import TraceRecorder

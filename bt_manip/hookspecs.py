@@ -125,6 +125,16 @@ def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], N
 
 
 @hookspec
+def register_faults(register: Callable[[str, type], None]) -> None:
+    """Register faults, which disturb runs that test how a tree copes with them.
+
+    Args:
+        register: ``register(name, cls)`` with a dataclass that derives from `bt_manip.faults.Fault`
+            and whose parameters all have defaults.
+    """
+
+
+@hookspec
 def after_compile(station: Any) -> None:
     """Observe the cell after each compilation: before the first step, and after each change.
 

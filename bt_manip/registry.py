@@ -210,6 +210,7 @@ class Parts:
         model_sources: Functions, ``find(address, progress) -> FoundModel | Path``, by the kind of
             address: the text before the colon.
         recorders: Factories, ``factory(path) -> RunObserver``.
+        faults: Classes of faults, ``cls(**parameters) -> Fault``.
         surroundings: Required scene and controller of trees, by the name of the tree.
     """
 
@@ -227,6 +228,7 @@ class Parts:
         default_factory=lambda: Registry("model source")
     )
     recorders: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("recorder"))
+    faults: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("fault"))
     surroundings: dict[str, Surroundings] = field(default_factory=dict)
 
     def by_kind(self) -> Mapping[str, Registry[Any]]:
@@ -242,4 +244,5 @@ class Parts:
             "scenes": self.scenes,
             "model_sources": self.model_sources,
             "recorders": self.recorders,
+            "faults": self.faults,
         }

@@ -27,7 +27,7 @@ LAYERS = (
     {"arm", "grasping"},
     {"behaviours"},
     {"runner"},
-    {"viewer", "recording", "testing"},
+    {"viewer", "recording", "testing", "faults"},
     {"cli"},
 )  # fmt: skip
 """Packages and single modules by layer, from the lowest."""
@@ -45,6 +45,7 @@ WITHIN_LAYER = {
     ("robots", "cell"),
     ("kinematics", "collision"),
     ("grasping", "arm"),
+    ("testing", "faults"),
 }
 """Imports inside a layer: which package, and what it may import."""
 

@@ -86,6 +86,7 @@ EXPERIMENTAL = {
     "bt_manip.robots": "GraspGenerator GraspCandidates",
     "bt_manip.control": "ControllerManager",
     "bt_manip.recording": "Recorder RunReport Trace read_report",
+    "bt_manip.faults": "Fault FaultContext FaultError FaultInjector parameter parse_fault",
     "bt_manip.viewer": "render write_png NoOpenGLError",
 }
 """Names that may still change in a minor version; the changelog says so."""

@@ -40,6 +40,7 @@ PARTS = {
     "planners": "Planners",
     "scenes": "Scenes",
     "recorders": "Recorders",
+    "faults": "Faults",
     "model_sources": "Model sources",
 }
 

@@ -259,10 +259,11 @@ class Cell:
         Args:
             element: An entity's name, ``light:NAME``, or ``camera:NAME``.
             values: Values by property; None removes an override. An entity has ``mass`` [kg],
-                sliding ``friction`` (a robot: of its links), ``colour`` and the ``gain`` of its
-                actuators, a factor each; a light has ``position`` [m], ``direction``, ``colour``
-                and ``brightness``, a factor; a camera has ``position`` [m], ``rotation`` [rad]
-                about its own axes, and ``fovy`` [degrees].
+                sliding ``friction`` (a robot: of its links), ``colour``, the ``gain`` of its
+                actuators, a factor each, and ``joint_friction``, the dry friction of each degree of
+                freedom [N m or N]; a light has ``position`` [m], ``direction``, ``colour`` and
+                ``brightness``, a factor; a camera has ``position`` [m], ``rotation`` [rad] about
+                its own axes, and ``fovy`` [degrees].
 
         Raises:
             CellError: If there is no such element or property, or a value is impossible; nothing

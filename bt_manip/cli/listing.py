@@ -1,5 +1,6 @@
 """``bt-manip list``: registered parts."""
 
+import dataclasses
 import inspect
 import os
 from collections.abc import Iterator
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 LISTED = (
     "trees", "behaviours", "objects", "robots", "grippers", "controllers", "planners",
-    "scenes", "model_sources", "recorders", "plugins",
+    "scenes", "model_sources", "recorders", "faults", "plugins",
 )  # fmt: skip
 
 
@@ -61,6 +62,10 @@ def _describe(plugins: "Plugins", kind: str, name: str) -> None:
     elif kind != "plugins":
         part = plugins.parts.by_kind()[kind].get(name)
     click.echo(inspect.cleandoc(part.__doc__ or "") if callable(part) else summary)
+    if kind == "faults":
+        for field in dataclasses.fields(part):
+            doc = field.metadata.get("doc", "")
+            click.echo(f"  {field.name} (default {field.default!r}): {doc}")
     for port in getattr(part, "ports", {}).values():
         default = f", default {port.default_text}" if port.default_text else ""
         click.echo(f"  {port.name} ({port.direction}, {port.type.name}{default}): {port.doc}")

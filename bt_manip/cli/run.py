@@ -76,6 +76,11 @@ EXIT_CODES = (
     help="Add a recorder (see: bt-manip list recorders); may be given more than once.",
 )  # fmt: skip
 @click.option(
+    "--fault", "faults", multiple=True, metavar="\"NAME at=NODE KEY=VALUE ...\"",
+    help="Inject a fault when a node of the tree starts (see: bt-manip list faults); may be given "
+    "more than once.",
+)  # fmt: skip
+@click.option(
     "--snapshot-at", "snapshots", multiple=True, metavar="SECONDS FILE",
     type=(float, click.Path(path_type=Path)),
     help="Write a snapshot after this much simulated time; may be given more than once.",

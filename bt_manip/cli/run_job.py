@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
     from bt_manip.plugins import Plugins
     from bt_manip.recording import Recorder, ReportFile, RunReport, Trace
-    from bt_manip.runner import RunObserver
+    from bt_manip.registry import Parts
+    from bt_manip.runner import Run, RunObserver
     from bt_manip.viewer import Window
 
 CYCLE_FAILED = 1
@@ -49,6 +50,7 @@ class RunOptions:
     resume: Path | None
     watch: bool
     quiet: bool
+    faults: tuple[str, ...] = ()
     foreign: ForeignTrees = field(default_factory=ForeignTrees)
 
 
@@ -168,7 +170,22 @@ class _Job:
 
             self._window = Window()
             observers.append(self._window)
+        if options.faults:
+            observers.append(self._fault_injector(prepared, parts))
         return prepared, observers
+
+    def _fault_injector(self, run: "Run", parts: "Parts") -> "RunObserver":
+        """Return an observer that injects the requested faults.
+
+        Raises:
+            BtManipError: If a fault is described wrongly.
+        """
+        from bt_manip.faults import FaultInjector, parse_fault
+
+        planned = [parse_fault(text, parts.faults) for text in self._options.faults]
+        for one in planned:
+            one.nodes(run.tree)
+        return FaultInjector(planned, parts.faults, run.request.seed, warn=print_warning)
 
     def _seed(self, resumed: "Mapping[str, Any] | None", default: int) -> int:
         """Return the seed: the option's, that of the resumed run, or the scene's."""

@@ -9,7 +9,7 @@ import numpy as np
 from dm_control import composer, mjcf
 from numpy import ndarray
 
-from bt_manip.robots import Payload, Robot, RobotModel, reader, writer
+from bt_manip.robots import Payload, Robot, RobotModel, writer
 
 from .exceptions import ControlError, ControllerFault
 from .pd_law import COMPLIANT_POSITION_GAIN, POSITION_GAIN, VELOCITY_GAIN, pd_torque
@@ -149,7 +149,6 @@ class Controller(composer.Entity):
         self._data = data
         self._dt = float(model.opt.timestep)
         # Bound once: a look-up in MuJoCo's data takes longer than the computation.
-        self._q, self._v = reader(data.qpos, robot.qpos_adr), reader(data.qvel, robot.dof_adr)
         self._drive = writer(data.ctrl, robot.ctrl_adr)
 
     def initialize_episode(
@@ -177,12 +176,12 @@ class Controller(composer.Entity):
         Raises:
             ControllerFault: If they are invalid.
         """  # (nv,)
-        reference = self._reference or self.reference
+        robot, reference = self._robot, self._reference or self.reference
         if self._carries and reference.payload is not self._payload:  # type: ignore[attr-defined]
             self.payload = reference.payload  # type: ignore[attr-defined]
         if self._yields and reference.compliant is not self._compliant:  # type: ignore[attr-defined]
             self._set_compliant(reference.compliant)  # type: ignore[attr-defined]
-        q, v = self._q(), self._v()
+        q, v = robot.read_q(), robot.read_v()
         try:
             return self._torque(q, v, reference)
         except _InvalidTorque as invalid:

@@ -1,5 +1,6 @@
 """Parts of one plugin before they are merged into those of all plugins."""
 
+import dataclasses
 import inspect
 from collections.abc import Callable
 from functools import partial
@@ -130,6 +131,16 @@ class Stage:
                 "'initialise'?"
             )
         self._add("behaviours", name or cls.__name__, cls)
+
+    def _register_faults(self, name: str, cls: type) -> None:
+        self._add_factory("faults", name, cls)
+        own = isinstance(cls, type) and "__dataclass_fields__" in vars(cls)
+        if not own or not hasattr(cls, "begin"):
+            raise BtManipError(f"fault '{name}' is no dataclass that derives from Fault: {cls!r}")
+        for one in dataclasses.fields(cls):
+            if not isinstance(one.default, str | int | float):
+                problem = f"the default of '{one.name}' is no number or text"
+                raise BtManipError(f"fault '{name}': {problem}")
 
     def _register_trees(
         self,

@@ -43,6 +43,9 @@ class Robot(MonitoredEntity):
         qpos_adr: Addresses of the arm's positions in ``qpos``.  # (nq,)
         dof_adr: Addresses of the arm's degrees of freedom in ``qvel``.  # (nq,)
         ctrl_adr: Addresses of the arm's motors in ``ctrl``.  # (nq,)
+        read_q: Returns the measured positions without a copy [rad]; each compile sets it to the
+            true ones. Arm and controller measure by it, so that faults of sensors replace it.
+        read_v: Returns the measured velocities, likewise [rad/s].
         tool_site_id: Id of the tool site in the compiled model.
         wrist_body_id: Id of the body mounted on the last link, in the compiled model.
     """
@@ -136,8 +139,9 @@ class Robot(MonitoredEntity):
         arm = [model.joint(joint.full_identifier).id for joint in self.arm_joints]
         self.qpos_adr, self.dof_adr = model.jnt_qposadr[arm], model.jnt_dofadr[arm]
         data = self.mj_data
-        self._q = reader(data.qpos, self.qpos_adr)
-        self._v, self._a = reader(data.qvel, self.dof_adr), reader(data.qacc, self.dof_adr)
+        self.read_q = reader(data.qpos, self.qpos_adr)
+        self.read_v = reader(data.qvel, self.dof_adr)
+        self._a = reader(data.qacc, self.dof_adr)
         motors = [model.actuator(motor.full_identifier).id for motor in self.arm_actuators]
         self.ctrl_adr = np.array(motors, dtype=np.intp)
         # qfrc_actuator would add the torque of other actuators on these joints, such as adhesion.
@@ -159,13 +163,13 @@ class Robot(MonitoredEntity):
 
     @property
     def q(self) -> np.ndarray:
-        """Positions of the arm's joints, a copy [rad]."""  # (nq,)
-        return self._q().copy()
+        """Measured positions of the arm's joints, a copy [rad]."""  # (nq,)
+        return self.read_q().copy()
 
     @property
     def v(self) -> np.ndarray:
-        """Velocities of the arm's joints, a copy [rad/s]."""  # (nq,)
-        return self._v().copy()
+        """Measured velocities of the arm's joints, a copy [rad/s]."""  # (nq,)
+        return self.read_v().copy()
 
     @property
     def a(self) -> np.ndarray:

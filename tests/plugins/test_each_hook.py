@@ -156,6 +156,21 @@ def test_register_recorders_writes_files_about_a_run(run, tmp_path):
     assert (heights > 1.0).all()
 
 
+def test_register_faults_disturbs_a_run(run):
+    spawn = '<SpawnObject object="{cube}"/>'
+    body = f'<Sequence>{spawn}<Sleep name="rest" msec="100"/></Sequence>'
+    extra = """
+from bt_manip.cell import at_rest
+
+@hookimpl
+def after_tick(station):
+    if "cube" in station.cell.entities and not at_rest(station.cell, "cube"):
+        print("it moves")
+"""
+    assert "it moves" in run("register_faults", "--fault", "wind at=rest", body=body, extra=extra)
+    assert "it moves" not in run("register_faults", body=body, extra=extra)
+
+
 NOTES = """
 
 import json

@@ -113,6 +113,32 @@ def _set_gain(model: mujoco.MjModel, nominal: mujoco.MjModel, bodies: Ids, value
         )
 
 
+# MuJoCo's dry friction slips, with its defaults at 0.9 m/s for 50 N on a cube of 57 g.
+_EXACT = 0.9999  # [-] impedance; divides the slip by 1000
+_STIFF = 0.004  # [s] time constant; divides it by 5
+
+
+def _dofs(model: mujoco.MjModel, bodies: Ids) -> np.ndarray:
+    """Return the degrees of freedom of bodies."""
+    dofs = np.flatnonzero(np.isin(model.dof_bodyid, bodies))
+    if not len(dofs):
+        raise CellError("it does not move")
+    return dofs
+
+
+def _joint_friction(model: mujoco.MjModel, bodies: Ids) -> np.ndarray:  # (n,)
+    return model.dof_frictionloss[_dofs(model, bodies)]
+
+
+def _set_joint_friction(
+    model: mujoco.MjModel, nominal: mujoco.MjModel, bodies: Ids, value: Any
+) -> None:
+    dofs = _dofs(nominal, bodies)
+    more = dofs[np.asarray(value) > nominal.dof_frictionloss[dofs]]
+    model.dof_frictionloss[dofs] = value
+    model.dof_solimp[more, :2], model.dof_solref[more, 0] = _EXACT, _STIFF
+
+
 # Lights
 
 
@@ -176,6 +202,10 @@ PROPERTIES: dict[str, dict[str, ModelProperty]] = {
         "friction": ModelProperty(_friction, _set_friction, _positive, "a positive number"),
         "colour": ModelProperty(_colour, _set_colour, _share, "3 or 4 numbers from 0 to 1"),
         "gain": ModelProperty(_gain, _set_gain, _positive, "a positive factor, or one an actuator"),
+        "joint_friction": ModelProperty(
+            _joint_friction, _set_joint_friction, _not_negative,
+            "a number of at least 0 for each degree of freedom [N m or N]",
+        ),
     },
     LIGHT: {
         "colour": ModelProperty(

@@ -18,7 +18,7 @@ Values = Mapping[str, Any]
 _OBJECT = {LIGHT: mujoco.mjtObj.mjOBJ_LIGHT, CAMERA: mujoco.mjtObj.mjOBJ_CAMERA}
 _WRITTEN = (
     "body_mass", "body_inertia", "geom_friction", "geom_rgba", "geom_matid",
-    "actuator_gainprm", "actuator_biasprm",
+    "actuator_gainprm", "actuator_biasprm", "dof_frictionloss", "dof_solref", "dof_solimp",
     "light_pos", "light_dir", "light_diffuse", "light_ambient", "light_specular",
     "cam_pos", "cam_quat", "cam_fovy",
 )  # fmt: skip

@@ -1,0 +1,164 @@
+"""The base class of faults, and what a fault happens to."""
+
+import abc
+import math
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass, field
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from bt_manip.bt import Tree
+from bt_manip.cell import Cell, CellError, as_object
+from bt_manip.cell.objects import CONTAINER
+from bt_manip.exceptions import BtManipError
+from bt_manip.runner import CommandedRobot, Station
+
+
+class FaultError(BtManipError):
+    """A fault that is described wrongly, or that cannot happen in the present state."""
+
+
+def parameter(default: Any, doc: str) -> Any:
+    """Declare a parameter of a fault, a field of its dataclass.
+
+    Args:
+        default: Its default, a number or a text, which determines its type.
+        doc: What it is, with its unit.
+    """
+    return field(default=default, metadata={"doc": doc})
+
+
+@dataclass(frozen=True)
+class FaultContext:
+    """The run that a fault happens in.
+
+    Attributes:
+        station: The station.
+        tree: The running tree.
+        node: The node at which the fault begins.
+        rng: Random generator of the fault.
+    """
+
+    station: Station
+    tree: Tree
+    node: Any
+    rng: np.random.Generator
+
+    @property
+    def cell(self) -> Cell:
+        """The cell."""
+        return self.station.cell
+
+    @property
+    def robot(self) -> CommandedRobot:
+        """The robot of the node, or the first one."""
+        name = getattr(self.node, "robot_name", "")
+        return self.station.robots.get(name) or self.station.first
+
+    def find_object(self, name: str = "") -> str:
+        """Return the object of a name; by default the one that the tree handles.
+
+        That is the object of the node's port ``object``, the held one, or the one added last.
+
+        Raises:
+            FaultError: If there is none.
+        """
+        gripper = self.robot.gripper
+        held = () if gripper is None else gripper.held
+        free = [one for one in reversed(list(self.cell.objects)) if self.moves_freely(one)]
+        return self._first("object", name, [self._port("object"), *held, *free])
+
+    def find_container(self, name: str = "") -> str:
+        """Return the container of a name; by default that of the node's port, or the first one.
+
+        Raises:
+            FaultError: If there is none.
+        """
+        objects = self.cell.objects.items()
+        containers = [one for one, entity in objects if as_object(entity).category == CONTAINER]
+        return self._first("container", name, [self._port("container"), *containers])
+
+    def moves_freely(self, name: str) -> bool:
+        """Tell whether an entity has a free joint."""
+        joint = mujoco.mj_name2id(self.cell.model, mujoco.mjtObj.mjOBJ_JOINT, f"{name}/")
+        free = int(mujoco.mjtJoint.mjJNT_FREE)
+        return joint >= 0 and int(self.cell.model.jnt_type[joint]) == free
+
+    def _port(self, port: str) -> str:
+        with suppress(Exception):  # no such port, an output, an entry that was never written
+            return str(self.node.read_port(port))
+        return ""
+
+    def _first(self, what: str, name: str, choices: list[str]) -> str:
+        for choice in [name] if name else choices:
+            if choice in self.cell.entities:
+                return choice
+        raise FaultError(f"there is no {what} {name!r}" if name else f"there is no {what}")
+
+
+@dataclass
+class Fault(abc.ABC):
+    """A disturbance of the cell, the robot or the tree, for some time or until its cycle ends.
+
+    A subclass is a dataclass whose fields are made by `parameter`, and implements ``begin``. What
+    ``begin`` changes must be undone when the fault ends: by `override`, `at_end`, or ``end``. It
+    is registered by the hook ``register_faults``. Its docstring's first line is what
+    ``bt-manip list faults`` shows.
+
+    Attributes:
+        context: The run that it happens in, from `start` on.
+    """
+
+    duration: float = parameter(math.inf, "Time after which it ends [s]; inf: with its cycle.")
+
+    def start(self, context: FaultContext) -> None:
+        """Begin, between two ticks.
+
+        Raises:
+            FaultError: If it cannot happen in the present state; nothing is changed then.
+        """
+        self.context = context
+        self._undo = ExitStack()
+        try:
+            self.begin()
+            self.bind()
+        except CellError as error:
+            self.end()
+            raise FaultError(str(error)) from error
+        except BaseException:
+            self.end()
+            raise
+
+    @abc.abstractmethod
+    def begin(self) -> None:
+        """Change what the fault changes.
+
+        Raises:
+            FaultError: If it cannot happen in the present state.
+        """
+
+    def bind(self) -> None:  # noqa: B027
+        """Renew what depends on the compiled model; called after ``begin`` and each compile."""
+
+    def end(self) -> None:
+        """Undo the fault."""
+        self._undo.close()
+
+    def at_end(self, undo: Callable[..., object], *arguments: Any, **named: Any) -> None:
+        """Call a function when the fault ends, the last one first."""
+        self._undo.callback(undo, *arguments, **named)
+
+    def override(self, element: str, **values: Any) -> None:
+        """Override physical properties, as `Cell.override`, until the fault ends."""
+        cell = self.context.cell
+        before = cell.overrides.get(element, {})
+        cell.override(element, **values)
+
+        def restore() -> None:
+            with suppress(CellError):  # it was removed meanwhile
+                cell.override(element, **{name: before.get(name) for name in values})
+
+        self.at_end(restore)

@@ -1,0 +1,148 @@
+"""Injecting faults into a run."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from bt_manip.bt import NodeStatus, Tree
+from bt_manip.registry import Registry
+from bt_manip.runner import RunObserver, Station
+
+from .fault import Fault, FaultContext, FaultError
+from .planned_fault import PlannedFault
+
+
+class FaultInjector(RunObserver):
+    """Begins and ends planned faults; unlike other observers it changes the run.
+
+    Among observers it comes last, so that others judge a cycle before its faults are undone.
+
+    Attributes:
+        problems: Why a planned fault has not happened in a cycle, in the order of the cycles.
+    """
+
+    def __init__(
+        self,
+        planned: Sequence[PlannedFault],
+        faults: Registry[Callable[..., Any]],
+        seed: int = 0,
+        warn: Callable[[str], None] = lambda message: None,
+    ) -> None:
+        """Plan faults.
+
+        Args:
+            planned: What shall happen.
+            faults: The registered faults.
+            seed: Seed of all their randomness.
+            warn: Takes each of `problems` when it occurs.
+        """
+        self._planned, self._faults, self._seed, self._warn = planned, faults, seed, warn
+        self._active: list[tuple[float, Fault]] = []
+        self._pending: list[_Pending] = []
+        self.happened = 0
+        """Number of faults that have begun."""
+        self.problems: list[str] = []
+
+    def attach(self, station: Station, tree: Tree) -> None:
+        """Connect to a tree that is to run in a station.
+
+        Raises:
+            FaultError: If the tree has no node of a planned fault.
+        """
+        self._station, self._tree, self._cell = station, tree, station.cell
+        self._nodes = [planned.nodes(tree) for planned in self._planned]
+        self._generation = self._cell.generation
+        tree.observers.append(self._node_changed)
+
+    def detach(self) -> None:
+        """End all faults and disconnect."""
+        self._end_all()
+        self._pending.clear()
+        if self._node_changed in self._tree.observers:
+            self._tree.observers.remove(self._node_changed)
+
+    def run_started(self, run: Any) -> None:
+        """Connect to the run."""
+        self.attach(run.station, run.tree)
+
+    def cycle_started(self, cycle: int) -> None:
+        """Plan the faults of a cycle."""
+        self._pending = [
+            _Pending(planned, nodes, np.random.default_rng((self._seed, cycle, number)))
+            for number, (planned, nodes) in enumerate(
+                zip(self._planned, self._nodes, strict=True)
+            )
+            if planned.cycle in (0, cycle + 1)
+        ]  # fmt: skip
+        self._cycle = cycle
+
+    def before_tick(self) -> None:
+        """Begin the faults that are due, and end those whose time is over."""
+        now = self._cell.time + 1e-9
+        for ending in [one for one in self._active if one[0] <= now]:
+            self._active.remove(ending)
+            ending[1].end()
+        for pending in [one for one in self._pending if one.due <= now]:
+            self._pending.remove(pending)
+            self._begin(pending)
+
+    def after_compile(self) -> None:
+        """Bind active faults to the new model."""
+        for _, fault in self._active:
+            fault.bind()
+
+    def cycle_ended(self, status: str, reason: str) -> None:
+        """Undo all faults, the last one first."""
+        for pending in self._pending:
+            began = "ended too early" if pending.node else "was not reached"
+            self._note(pending.planned, f"'{pending.planned.at}' {began}")
+        self._pending.clear()
+        self._end_all()
+
+    def run_ended(self) -> None:
+        """Undo all faults and disconnect."""
+        self.detach()
+
+    def _begin(self, pending: "_Pending") -> None:
+        fault = pending.planned.make(self._faults)
+        context = FaultContext(self._station, self._tree, pending.node, pending.rng)
+        try:
+            fault.start(context)
+        except FaultError as error:
+            self._note(pending.planned, str(error))
+            return
+        self.happened += 1
+        self._active.append((self._cell.time + fault.duration, fault))
+
+    def _note(self, planned: PlannedFault, problem: str) -> None:
+        text = f"fault '{planned}' did not happen in cycle {self._cycle + 1}: {problem}"
+        self.problems.append(text)
+        self._warn(text)
+
+    def _end_all(self) -> None:
+        while self._active:
+            self._active.pop()[1].end()
+
+    def _node_changed(self, node: Any, old: NodeStatus, new: NodeStatus) -> None:
+        if old is NodeStatus.IDLE:
+            for pending in self._pending:
+                if pending.node is None and any(node is one for one in pending.nodes):
+                    pending.node = node
+                    pending.due = self._cell.time + pending.planned.after
+
+
+class _Pending:
+    """A planned fault that has not begun in this cycle.
+
+    Attributes:
+        node: The node that has started; None before.
+        due: Simulated time at which it begins [s].
+    """
+
+    def __init__(
+        self, planned: PlannedFault, nodes: Sequence[Any], rng: np.random.Generator
+    ) -> None:
+        self.planned, self.nodes, self.rng = planned, nodes, rng
+        self.node: Any = None
+        self.due = np.inf

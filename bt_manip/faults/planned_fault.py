@@ -1,0 +1,114 @@
+"""Faults as text: which one, at which node, with which parameters."""
+
+import math
+import shlex
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
+from types import MappingProxyType
+from typing import Any
+
+from bt_manip.bt import Tree
+from bt_manip.exceptions import did_you_mean
+from bt_manip.registry import Registry
+
+from .fault import Fault, FaultError
+
+
+@dataclass(frozen=True)
+class PlannedFault:
+    """A fault that shall happen in a run.
+
+    Attributes:
+        name: Its registered name.
+        at: Path, name or registered name of the node at whose start it begins.
+        after: Time after the start of the node [s].
+        cycle: The cycle in which it happens, from 1; 0: in all of them.
+        parameters: Parameters of the fault.
+    """
+
+    name: str
+    at: str
+    after: float = 0.0
+    cycle: int = 0
+    parameters: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+
+    def __str__(self) -> str:
+        """Return it as `parse_fault` reads it."""
+        when = {"at": self.at, "after": self.after, "cycle": self.cycle, **self.parameters}
+        shown = [f"{k}={shlex.quote(f'{v:g}' if isinstance(v, float) else str(v))}"
+                 for k, v in when.items() if k == "at" or v]  # fmt: skip
+        return " ".join([self.name, *shown])
+
+    def make(self, faults: Registry[Callable[..., Any]]) -> Fault:
+        """Return a new fault."""
+        fault: Fault = faults.maker(self.name, "start", "end")(**self.parameters)
+        return fault
+
+    def nodes(self, tree: Tree) -> tuple[Any, ...]:
+        """Return the nodes at which it begins.
+
+        Raises:
+            FaultError: If the tree has none; the message suggests the nearest names.
+        """
+        for attribute in ("path", "name", "registration"):
+            found = tuple(node for node in tree.nodes if getattr(node, attribute) == self.at)
+            if found:
+                return found
+        known = {text for node in tree.nodes for text in (node.name, node.registration)}
+        raise FaultError(
+            f"fault '{self.name}': the tree has no node '{self.at}'{did_you_mean(self.at, known)}"
+        )
+
+
+def parse_fault(text: str, faults: Registry[Callable[..., Any]]) -> PlannedFault:
+    """Read a fault, such as ``push at=Lift force=100 duration=0.5``.
+
+    Args:
+        text: The fault's name, then ``at=NODE`` and, where wanted, ``after=SECONDS``,
+            ``cycle=NUMBER`` and parameters of the fault.
+        faults: The registered faults.
+
+    Raises:
+        UnknownPartError: If there is no such fault; the message suggests the nearest names.
+        FaultError: If a parameter is unknown, missing or impossible.
+    """
+    try:
+        name, *words = shlex.split(text)
+    except ValueError as error:
+        found = f": {error}" if text.strip() else ""
+        raise FaultError(f"a fault is NAME at=NODE KEY=VALUE ..., got '{text}'{found}") from None
+    cls: Any = faults.get(name)
+    defaults = {one.name: one.default for one in fields(cls)}
+    values: dict[str, Any] = {}
+    for word in words:
+        key, equals, value = word.partition("=")
+        if not equals or key in values:
+            problem = "is given twice" if equals else "is not KEY=VALUE"
+            raise FaultError(f"fault '{name}': '{word}' {problem}")
+        known = {"at": "", "after": 0.0, "cycle": 0, **defaults}
+        if key not in known:
+            raise FaultError(f"fault '{name}' has no parameter '{key}'{did_you_mean(key, known)}")
+        values[key] = _value(name, key, value, known[key])
+    if not values.get("at"):
+        raise FaultError(f"fault '{name}' needs at=NODE, the node at whose start it begins")
+    when = {key: values.pop(key) for key in ("at", "after", "cycle") if key in values}
+    return PlannedFault(name, **when, parameters=values)
+
+
+def _value(fault: str, key: str, text: str, default: Any) -> Any:
+    """Return a text as a value of the type of a default.
+
+    Raises:
+        FaultError: If it is none; numbers must not be negative, and only durations infinite.
+    """
+    kind = type(default)
+    if kind is str:
+        return text
+    try:
+        value = kind(text)
+    except ValueError:
+        value = math.nan
+    if not value >= 0 or (value == math.inf and key != "duration"):
+        what = "a whole number" if kind is int else "a number"
+        raise FaultError(f"fault '{fault}': {key} is {what} of at least 0, got '{text}'")
+    return value

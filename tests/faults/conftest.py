@@ -1,0 +1,24 @@
+"""Faults that are started in the shared station and end with the test."""
+
+import numpy as np
+import pytest
+
+from bt_manip.bt import Sleep, Tree
+from bt_manip.faults import FaultContext
+
+
+@pytest.fixture
+def start(station):
+    """Start a fault in the station; it ends after the test if it has not ended."""
+    started = []
+
+    def start(fault, seed=0, tree=None):
+        tree = tree or Tree(Sleep("rest", msec=1000), clock=station.clock)
+        context = FaultContext(station, tree, tree.nodes[-1], np.random.default_rng(seed))
+        fault.start(context)
+        started.append(fault)
+        return fault
+
+    yield start
+    for fault in started:
+        fault.end()
