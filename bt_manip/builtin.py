@@ -69,7 +69,7 @@ def register_behaviours(register: Callable[..., None]) -> None:
         "Hover", "Reach", "Grasp", "Lift", "Drop", "PlaceOn", "PlaceAt", "IsHolding",
         "OpenGripper", "CloseGripper",
         "MoveToPose", "MoveToConfiguration", "MoveHome", "MoveLinear", "MoveThrough", "MoveArc",
-        "Approach", "Retreat",
+        "Approach", "Retreat", "BackOff",
         "FollowTarget", "Stop", "SetSpeed", "SwitchController", "IsAt",
     ):  # fmt: skip
         register(getattr(behaviours, name))

@@ -32,7 +32,7 @@ STABLE = {
         "CellBehaviour ArmBehaviour MotionBehaviour RobotCondition "
         "SpawnObject RemoveObject ObjectExists IsIn IsOn Hover Reach Grasp Lift Drop PlaceOn "
         "PlaceAt IsHolding IsAt OpenGripper CloseGripper MoveToPose MoveToConfiguration MoveHome "
-        "MoveLinear MoveThrough MoveArc Approach Retreat FollowTarget Stop SetSpeed "
+        "MoveLinear MoveThrough MoveArc Approach Retreat BackOff FollowTarget Stop SetSpeed "
         "SwitchController WaitUntilAtRest WaitUntilUndisturbed "
         "pose_to_text pose_from_text pose_input poses_input "
         "centre_pose bottom_pose top_grasp_poses downward_poses nearest_orientation yaw_of "

@@ -14,6 +14,7 @@ from bt_manip.checks import (
     check_number,
     check_pose,
     check_position_limits,
+    check_positive,
     check_speed,
 )
 from bt_manip.collision import CollisionWorld
@@ -26,6 +27,7 @@ from bt_manip.trajectories import Trajectory
 from .external_force_guard import CHECK_INTERVAL, ExternalForceGuard
 from .follower import TrajectoryFollower
 from .motion_planning import (
+    BackOffRequest,
     ConfigurationRequest,
     FollowRequest,
     PlanningScene,
@@ -226,6 +228,22 @@ class Arm:
         """
         speed = check_speed(speed)
         self._move(FollowRequest(check_pose(T_wt), speed))
+
+    def back_off(self, distance: float, speed: float = 1.0) -> None:
+        """Move back along the path just travelled.
+
+        A moving arm stops first. The path of about the last 1.3 rad is remembered.
+
+        Args:
+            distance: Travel of the tool [m]; a shorter path is followed to its end.
+            speed: As for `move_to_configuration`.
+
+        Raises:
+            MotionError: When there is no such path, or something blocks it.
+        """
+        distance = check_positive(distance, "distance", "m")
+        travelled = self.follower.travelled[::-1]
+        self._move(BackOffRequest(travelled, distance, check_speed(speed)))
 
     def check_ready(self) -> None:
         """Check that a motion can be planned from where the arm is.

@@ -19,6 +19,9 @@ from bt_manip.trajectories import (
     trajectory_from_state,
 )
 
+PATH_SPACING = 0.02  # [rad] between the configurations that are kept of a travelled path
+PATH_MEMORY = 64  # configurations that are kept: 1.3 rad of the joint that moves most
+
 
 class ArmState(NamedTuple):
     """The state of an arm's reference, and the trajectory that it follows."""
@@ -93,6 +96,8 @@ class TrajectoryFollower:
         self.speed_scale, self.stopping, self.lagging = 1.0, False, False
         self._start = 0.0  # [s] in the trajectory, of the first sample
         self._dt = CONTROL_STEP
+        self._rows = np.empty((0, 3 * len(q)))
+        self._travelled = np.array([q])
         self.step = self._last = 0
 
     def hold_at(self, q: np.ndarray) -> None:
@@ -115,6 +120,16 @@ class TrajectoryFollower:
     def remaining(self) -> float:
         """Time until the reference comes to rest [s]."""
         return 0.0 if self.trajectory is None else max(0.0, self.trajectory.duration - self.time)
+
+    @property
+    def travelled(self) -> np.ndarray:
+        """The path just travelled, oldest first, about `PATH_SPACING` apart [rad]."""  # (n, nq)
+        rows = self._rows[: self.step + 1, : len(self.q)]
+        # Distances add up from the last configuration that was kept.
+        steps = np.abs(np.diff(np.concatenate([self._travelled[-1:], rows]), axis=0)).max(axis=1)
+        marks = np.floor(np.cumsum(steps) / PATH_SPACING)
+        kept = rows[np.diff(marks, prepend=0.0) > 0.0]
+        return np.concatenate([self._travelled, kept])[-PATH_MEMORY:]
 
     def ahead(self, times: np.ndarray) -> np.ndarray:
         """Return the reference positions at times from now on [rad]."""  # (n,) -> (n, nq)
@@ -205,6 +220,7 @@ class TrajectoryFollower:
             "stopping": self.stopping,
             "lagging": self.lagging,
             "paused": None if paused is None else [paused[0].get_state(), paused[1]],
+            "travelled": (self.travelled if trajectory is None else self._travelled).tolist(),
         }
 
     def set_state(self, state: dict[str, Any]) -> None:
@@ -213,9 +229,10 @@ class TrajectoryFollower:
         trajectory, paused = state["trajectory"], state["paused"]
         self.trajectory = None if trajectory is None else trajectory_from_state(trajectory)
         self._start, self._dt = state["start"], state["dt"]
+        self._rows = self._rows[:0]
         if self.trajectory is not None:
             self._sample()
-        self.step = state["step"]
+        self.step, self._travelled = state["step"], np.array(state["travelled"])
         self.speed_scale, self.stopping = state["speed_scale"], state["stopping"]
         self.lagging = state["lagging"]
         self.paused = None if paused is None else (trajectory_from_state(paused[0]), paused[1])
@@ -259,5 +276,6 @@ class TrajectoryFollower:
         self._keep(self.trajectory.sample(times))
 
     def _keep(self, rows: Samples) -> None:
+        self._travelled = self.travelled
         self._rows = np.concatenate(rows, axis=1)
         self.step, self._last = 0, len(self._rows) - 1

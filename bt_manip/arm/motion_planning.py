@@ -18,6 +18,7 @@ from bt_manip.planning import (
     collision_free_goals,
     follow_tool_path,
     goal_configurations,
+    plan_back_off,
     plan_collision_free_motion,
     tool_paths,
     trajectory_is_free,
@@ -44,6 +45,7 @@ from .follower import ArmState, PlannedMotion
 
 NEAR_TARGET = 0.2  # [rad] between a followed target and where a motion that is kept may end
 _AT_TARGET = 1e-10  # [rad] at which no motion is needed; Ruckig fails below 1e-12
+STOP_SAMPLES = 20  # configurations of a stop, as the path just travelled
 _SLOWEST = 1e-3  # path velocity from which a motion at full speed is inferred
 
 
@@ -79,7 +81,15 @@ class FollowRequest(NamedTuple):
     speed: float
 
 
-Request = ConfigurationRequest | PoseRequest | ToolPathRequest | FollowRequest
+class BackOffRequest(NamedTuple):
+    """Move back along the path just travelled."""
+
+    travelled: np.ndarray  # [rad] the last configuration first  (n, nq)
+    distance: float  # [m] of the tool
+    speed: float
+
+
+Request = ConfigurationRequest | PoseRequest | ToolPathRequest | FollowRequest | BackOffRequest
 
 
 def in_sequence(*parts: Trajectory | None) -> Trajectory:
@@ -129,11 +139,13 @@ def plan(
     targets: Iterator[np.ndarray] = iter(())
     if isinstance(request, ToolPathRequest):
         scene = scene._replace(world=None) if request.contact else scene
-    else:
+    elif not isinstance(request, BackOffRequest):
         targets = _targets(request, state, scene)
     for start, s_dot, s_ddot in _starts(state):
         if isinstance(request, ToolPathRequest):
             stop, motion = _plan_tool_path(request, start, scene)
+        elif isinstance(request, BackOffRequest):
+            stop, motion = _plan_back_off(request, start, scene)
         else:
             targets, wanted = tee(targets)
             stop, motion = _plan_to_configurations(request, wanted, start, scene, rng)
@@ -300,6 +312,20 @@ def _plan_tool_path(
         for curve, bounds, grids in curves
     ]
     return stop, in_sequence(*parts) if parts else None
+
+
+def _plan_back_off(
+    request: BackOffRequest, start: ArmState, scene: PlanningScene
+) -> tuple[Trajectory | None, Trajectory]:
+    """Plan the way back from where the arm comes to rest; return as `_plan_to_configurations`."""
+    stop, q = _stop(start, scene.model)
+    travelled = request.travelled
+    if stop is not None:
+        times = np.linspace(stop.duration, 0.0, STOP_SAMPLES)
+        travelled = np.concatenate([stop.sample(times)[0], travelled])
+    return stop, plan_back_off(
+        q, travelled, request.distance, scene.world, scene.model, request.speed
+    )
 
 
 def _stop(start: ArmState, model: RobotModel) -> tuple[Trajectory | None, np.ndarray]:

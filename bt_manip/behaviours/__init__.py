@@ -7,6 +7,7 @@ from .approach import Retreat as Retreat
 from .arm_behaviour import ArmBehaviour as ArmBehaviour
 from .arm_behaviour import CellBehaviour as CellBehaviour
 from .arm_behaviour import MotionBehaviour as MotionBehaviour
+from .back_off import BackOff as BackOff
 from .close_gripper import CloseGripper as CloseGripper
 from .drop import Drop as Drop
 from .follow_target import FollowTarget as FollowTarget

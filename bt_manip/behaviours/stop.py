@@ -1,6 +1,6 @@
 """Stop the arm."""
 
-from bt_manip.bt import Status
+from bt_manip.bt import Input, Status
 
 from .arm_behaviour import ArmBehaviour
 
@@ -8,9 +8,13 @@ from .arm_behaviour import ArmBehaviour
 class Stop(ArmBehaviour):
     """Stop the arm on its path and cancel its motion."""
 
+    compliant = Input(
+        bool, default=False, doc="Whether the arm yields to contact until its next motion."
+    )
+
     def start(self) -> None:
         """Start the stop."""
-        self.arm.stop()
+        self.arm.stop(compliant=self.compliant)
 
     def update(self) -> Status:
         """Wait until the arm is at rest."""

@@ -1,5 +1,6 @@
 """Collision-free paths in joint space, and Cartesian paths of the tool."""
 
+from .back_off import plan_back_off as plan_back_off
 from .collision_check import check_goals as check_goals
 from .collision_check import check_tool_path as check_tool_path
 from .collision_check import collision_free_goals as collision_free_goals

@@ -86,3 +86,42 @@ def test_compliant_stop_on_request_lets_the_arm_be_pushed_aside(parts):
     assert arm.compliant and displacement() > 10 * stiff
     arm.move_to_configuration(arm.q_ref + 0.1)
     assert not arm.compliant
+
+
+def test_arm_backs_off_along_the_path_just_travelled(parts):
+    station = one_arm("computed_torque", parts)
+    collide(station, 1.0)
+    arm = station.arm
+    travelled, tool = arm.follower.travelled, arm.robot.tool_pose.translation
+
+    def deviation() -> float:
+        return float(np.abs(travelled - arm.robot.q).max(axis=1).min())
+
+    deflected = deviation()
+    arm.back_off(0.1, speed=0.3)
+    while arm.moving:
+        station.cell.step()
+        assert deviation() < deflected + 0.01
+    station.cell.step(200)
+    assert deviation() < 0.02
+    moved = np.linalg.norm(arm.robot.tool_pose.translation - tool)
+    assert not arm.fault and moved == pytest.approx(0.1, abs=0.005)
+
+
+def test_path_back_is_remembered_across_motions_and_restored(arm, robot):
+    home = arm.q_ref
+    with pytest.raises(MotionError, match="no travelled path"):
+        arm.back_off(0.1)
+    for goal in (home + 0.2, home + [0.4, 0.2, 0.2, 0.2, 0.2, 0.2, 0.2]):
+        arm.move_to_configuration(goal)
+        while arm.moving:
+            arm.advance(1e-3)
+    state = json.loads(json.dumps(arm.get_state()))
+    robot.set_configuration(goal)
+    for _ in range(2):
+        arm.back_off(10.0)
+        while arm.moving:
+            arm.advance(1e-3)
+        first_end = arm.q_ref
+        arm.set_state(state)
+    assert np.array_equal(first_end, arm.follower.travelled[0]) and np.allclose(first_end, home)
