@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.exceptions import MotionError
+from bt_manip.exceptions import MotionError, shown
 
 ROTATION_TOLERANCE = 1e-6  # of the lengths and angles of a rotation matrix's axes
 POSITION_ROUNDING = 1e-6  # [rad] beyond a position limit that counts as at the limit
 _FLOAT = np.dtype(float)
-_SHOWN = 120  # characters of a value that a message shows
 
 
 def invalid(message: str) -> MotionError:
@@ -88,7 +87,7 @@ def check_position_limits(q: np.ndarray, lower: np.ndarray, upper: np.ndarray) -
     Raises:
         MotionError: When it is outside the limits, naming the first such joint.
     """
-    outside = (q < lower - POSITION_ROUNDING) | (q > upper + POSITION_ROUNDING)
+    outside = ~((q >= lower - POSITION_ROUNDING) & (q <= upper + POSITION_ROUNDING))
     if outside.any():
         i = int(outside.argmax())
         raise invalid(
@@ -142,12 +141,6 @@ def as_numbers(value: Any) -> np.ndarray:
     except (TypeError, ValueError, OverflowError):
         return np.array(np.nan)
     return array.astype(float, copy=False) if array.dtype.kind in "iuf" else np.array(np.nan)
-
-
-def shown(value: Any) -> str:
-    """Return the representation of a value in one line of limited length."""
-    text = " ".join(repr(value).split())
-    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 
 def _invalid_rotation(rotation: Any, name: str) -> MotionError:

@@ -1,6 +1,9 @@
 """The errors that bt-manip raises for what a user can put right."""
 
 from collections.abc import Iterable
+from typing import Any
+
+_SHOWN = 120  # characters of a value that a message shows
 
 
 class BtManipError(Exception):
@@ -27,6 +30,19 @@ def did_you_mean(name: str, valid: Iterable[str], *, most: int = 3) -> str:
     if near:
         return "; did you mean " + " or ".join(f"'{by_folded[n]}'" for n in near) + "?"
     return "; known: " + ", ".join(choices) if choices else ""
+
+
+def shown(value: Any) -> str:
+    """Return the representation of a value in one line of limited length."""
+    if isinstance(value, int) and abs(value) > 10**_SHOWN:  # repr raises for the longest
+        return f"an integer of {value.bit_length()} bits"
+    text = " ".join(repr(value).split())
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
+
+
+def one_line(text: object) -> str:
+    """Return a text, such as the message of a library's error, in one line."""
+    return " ".join(str(text).split())
 
 
 class TreeError(BtManipError):

@@ -1,7 +1,7 @@
 """Typed reading of TOML tables; error messages name the file, line and key."""
 
-import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -9,10 +9,14 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip import spatial
-from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.exceptions import BtManipError, did_you_mean, shown
+from bt_manip.input_files import MAX_TOML_BYTES, parse_toml, read_text
 from bt_manip.toml_lines import Place, line_numbers, line_of
 
 T = TypeVar("T")
+
+LARGEST = 1e10
+"""Largest size of a number, in SI units: MuJoCo's, beyond which a state counts as diverged."""
 
 
 class TomlFile:
@@ -38,11 +42,11 @@ class TomlFile:
         self.path, self.error = path, error
         self.problems: list[BtManipError] = []
         try:
-            text = path.read_text(encoding="utf-8")
-            self._entries = tomllib.loads(text)
+            text = read_text(path, MAX_TOML_BYTES)
+            self._entries = parse_toml(text)
         except OSError as problem:
             raise error(f"no {what} {path}: {problem.strerror}") from problem
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
+        except ValueError as problem:
             raise error(f"{path}: not a TOML file: {problem}") from problem
         self._lines = line_numbers(text)
 
@@ -102,14 +106,17 @@ class TomlTable:
         return tuple(self._entries)
 
     def value(self, key: str) -> Any:
-        """Return the value of a key, or None if missing."""
-        return self._get(key)
+        """Return the value of a key, or None if missing; its numbers are finite."""
+        value = self._get(key)
+        for number in _numbers_in(value):
+            self._check_size(key, number)
+        return value
 
     def text(self, key: str, default: str | None = None) -> str | None:
         """Return a string, or the default if missing."""
         value = self._get(key, default)
         if value is not default and (not isinstance(value, str) or not value):
-            raise self.error(key, f"is a text, got {value!r}")
+            raise self.error(key, f"is a text, got {shown(value)}")
         return value
 
     def needed_text(self, key: str) -> str:
@@ -122,49 +129,69 @@ class TomlTable:
         self._need(key, "a list of names")
         value = self._get(key)
         if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
-            raise self.error(key, f"is a list of names, got {value!r}")
+            raise self.error(key, f"is a list of names, got {shown(value)}")
         return tuple(value)
 
-    def number(self, key: str, default: float | None = None) -> float | None:
-        """Return a number, or the default if missing."""
+    def number(
+        self,
+        key: str,
+        default: float | None = None,
+        *,
+        above: float = -inf,
+        at_least: float = -inf,
+    ) -> float | None:
+        """Return a finite number within bounds, or the default if missing."""
         value = self._get(key, default)
-        if value is not default and not _is_number(value):
-            raise self.error(key, f"is a number, got {value!r}")
-        return None if value is None else float(value)
+        if value is default:
+            return default
+        if not _is_number(value):
+            raise self.error(key, f"is a number, got {shown(value)}")
+        self._check_size(key, value, above, at_least)
+        return float(value)
 
-    def needed_number(self, key: str) -> float:
-        """Return a required number."""
+    def needed_number(self, key: str, *, above: float = -inf) -> float:
+        """Return a required finite number above a bound."""
         self._need(key, "a number")
-        value = self.number(key)
+        value = self.number(key, above=above)
         assert value is not None
         return value
 
     def numbers(
-        self, key: str, size: int | None = None, *, spread: bool = False
+        self,
+        key: str,
+        size: int | None = None,
+        *,
+        spread: bool = False,
+        above: float = -inf,
+        at_least: float = -inf,
     ) -> tuple[float, ...] | None:
-        """Return a list of numbers, or None if missing.
+        """Return a list of finite numbers within bounds, or None if missing.
 
         Args:
             key: The key.
             size: Required length; None for any.
             spread: Whether to accept a single number and repeat it.
+            above: Number that each of them exceeds.
+            at_least: Smallest number that is accepted.
         """
         value = self._get(key)
         if value is None:
             return None
         if spread and size is not None and _is_number(value):
-            return (float(value),) * size
+            value = [value] * size
         count = "" if size is None else f"{size} "
         if not isinstance(value, list) or not all(_is_number(item) for item in value):
-            raise self.error(key, f"is a list of {count}numbers, got {value!r}")
+            raise self.error(key, f"is a list of {count}numbers, got {shown(value)}")
         if size is not None and len(value) != size:
             raise self.error(key, f"is a list of {size} numbers, got {len(value)}")
+        for item in value:
+            self._check_size(key, item, above, at_least)
         return tuple(float(item) for item in value)
 
-    def needed_numbers(self, key: str, size: int) -> tuple[float, ...]:
-        """Return a required list of numbers; a single number is repeated."""
+    def needed_numbers(self, key: str, size: int, *, above: float = -inf) -> tuple[float, ...]:
+        """Return a required list of finite numbers above a bound; a single one is repeated."""
         self._need(key, f"{size} numbers")
-        value = self.numbers(key, size, spread=True)
+        value = self.numbers(key, size, spread=True, above=above)
         assert value is not None
         return value
 
@@ -194,14 +221,14 @@ class TomlTable:
         """Return a boolean, or None if missing."""
         value = self._get(key)
         if value is not None and not isinstance(value, bool):
-            raise self.error(key, f"is true or false, got {value!r}")
+            raise self.error(key, f"is true or false, got {shown(value)}")
         return value
 
     def whole_number(self, key: str) -> int | None:
         """Return an integer, or None if missing."""
         value = self._get(key)
         if value is not None and (not isinstance(value, int) or isinstance(value, bool)):
-            raise self.error(key, f"is a whole number, got {value!r}")
+            raise self.error(key, f"is a whole number, got {shown(value)}")
         return value
 
     def table(self, key: str) -> "TomlTable | None":
@@ -210,7 +237,7 @@ class TomlTable:
         if value is None:
             return None
         if not isinstance(value, dict):
-            raise self.error(key, f"is a table, got {value!r}")
+            raise self.error(key, f"is a table, got {shown(value)}")
         return TomlTable(self.file, value, (*self._place, key))
 
     def tables(self, key: str) -> list["TomlTable"]:
@@ -239,6 +266,15 @@ class TomlTable:
             if key not in self._asked:
                 raise self.error(key, f"means nothing{did_you_mean(key, self._asked)}")
 
+    def _check_size(
+        self, key: str, value: float, above: float = -inf, at_least: float = -inf
+    ) -> None:
+        if not -LARGEST <= value <= LARGEST:  # also NaN, and integers that no float holds
+            raise self.error(key, f"is a number of size up to {LARGEST:g}, got {shown(value)}")
+        if not above < value or not at_least <= value:
+            bound = f"above {above:g}" if value <= above else f"of at least {at_least:g}"
+            raise self.error(key, f"is a number {bound}, got {shown(value)}")
+
     def _get(self, key: str, default: Any = None) -> Any:
         self._asked.append(key)
         return self._entries.get(key, default)
@@ -258,3 +294,12 @@ class TomlTable:
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _numbers_in(value: Any) -> Iterator[float]:
+    """Yield all numbers in nested lists and tables."""
+    if _is_number(value):
+        yield value
+    elif isinstance(value, list | tuple | dict):
+        for item in value.values() if isinstance(value, dict) else value:
+            yield from _numbers_in(item)

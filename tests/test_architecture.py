@@ -18,7 +18,7 @@ PACKAGE = REPOSITORY / "bt_manip"
 LAYERS = (
     {
         "bt", "models",
-        "checks", "exceptions", "hookspecs", "registry", "spatial", "toml_lines",
+        "checks", "exceptions", "hookspecs", "input_files", "registry", "spatial", "toml_lines",
         "toml_tables", "lazy_exports", "version",
     },
     {"robots", "cell"},
@@ -39,7 +39,10 @@ WITHIN_LAYER = {
     ("checks", "exceptions"),
     ("exceptions"),
     ("registry", "exceptions"),
+    ("bt", "input_files"),
+    ("models", "input_files"),
     ("toml_tables", "exceptions"),
+    ("toml_tables", "input_files"),
     ("toml_tables", "spatial"),
     ("toml_tables", "toml_lines"),
     ("robots", "cell"),

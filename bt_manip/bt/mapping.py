@@ -1,13 +1,13 @@
 """Leaf mappings: which of our behaviours stand for leaves and sub-trees of others."""
 
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from ..exceptions import ScriptError, TreeError, did_you_mean
+from ..input_files import MAX_TOML_BYTES, parse_toml, read_text
 from .blackboard import Blackboard
 from .ports import is_pointer
 from .script.evaluation import Environment, is_true
@@ -58,15 +58,17 @@ class LeafMapping:
             TreeError: If it cannot be read, or has another form.
         """
         try:
-            return cls.parse(Path(path).read_text("utf-8"), str(path))
+            return cls.parse(read_text(path, MAX_TOML_BYTES), str(path))
         except OSError as error:
             raise TreeError(f"{path}: {error.strerror}") from None
+        except UnicodeDecodeError as error:
+            raise TreeError(f"{path}: not UTF-8: {error.reason}") from None
 
     @classmethod
     def parse(cls, text: str, file: str = "<mapping>") -> "LeafMapping":
         """Read a mapping from a text; see `read`."""
         try:
-            data = tomllib.loads(text)
+            data = parse_toml(text)
         except ValueError as error:
             raise TreeError(f"{file}: {error}") from None
         rules = {}

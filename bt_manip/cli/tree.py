@@ -10,6 +10,7 @@ from bt_manip.cli.completion import complete_part
 from bt_manip.cli.foreign_trees import ForeignTrees, foreign_tree_options
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError
+from bt_manip.input_files import read_bytes
 
 if TYPE_CHECKING:
     from bt_manip.bt import BehaviourRegistry, Problem, Reading, Tree
@@ -123,7 +124,10 @@ def format_(files: tuple[Path, ...], only_check: bool, foreign: ForeignTrees) ->
 
     changed = 0
     for file in files:
-        text = decode(file.read_bytes(), str(file))
+        try:
+            text = decode(read_bytes(file), str(file))
+        except OSError as error:
+            raise BtManipError(f"{file}: cannot be read: {error.strerror}") from None
         written = write_source(parse_source(text, str(file)))
         if written == text:
             continue

@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.checks import as_numbers, check_vector, invalid, shown
+from bt_manip.checks import as_numbers, check_vector, invalid
 from bt_manip.collision import CollisionWorld
-from bt_manip.exceptions import did_you_mean
+from bt_manip.exceptions import did_you_mean, shown
 from bt_manip.robots import RobotModel
 
 from .manipulability import ToolManipulability

@@ -4,10 +4,8 @@ from pathlib import Path
 
 from lxml import etree
 
+from bt_manip.input_files import MAX_BYTES, read_bytes
 from bt_manip.models.errors import ModelError
-
-MAX_BYTES = 64 * 2**20
-"""Maximum size of a document [bytes]."""
 
 
 def parse_xml(data: bytes, path: Path) -> etree._Element:
@@ -43,7 +41,7 @@ def read_xml(path: Path) -> etree._Element:
         ModelError: When it cannot be read or is not such a document.
     """
     try:
-        data = path.read_bytes()
+        data = read_bytes(path)
     except OSError as error:
         raise ModelError(f"{path}: cannot be read: {error.strerror}") from None
     return parse_xml(data, path)

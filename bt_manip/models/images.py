@@ -3,17 +3,16 @@
 import struct
 from pathlib import Path
 
+from bt_manip.input_files import read_bytes
+
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _MAX_SIZE = 8192  # [pixels] width and height
-_MAX_BYTES = 64 * 2**20  # 64 MiB
 
 
 def read_png(path: Path) -> bytes | None:
     """Return a PNG file of at most 8192 x 8192 pixels, as MuJoCo supports it, or None."""
     try:
-        if path.stat().st_size > _MAX_BYTES:
-            return None
-        data = path.read_bytes()
+        data = read_bytes(path)
     except OSError:
         return None
     if not data.startswith(_SIGNATURE) or len(data) < 24:

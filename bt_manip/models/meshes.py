@@ -10,10 +10,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bt_manip.exceptions import did_you_mean
+from bt_manip.input_files import read_bytes
 from bt_manip.models.errors import ModelError
 from bt_manip.models.hardened_xml import parse_xml
 
 MESHES = (".obj", ".stl", ".dae")
+MAX_MESH_BYTES = 2**29  # 512 MiB
 
 _TURNS = {
     "X_UP": np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
@@ -86,7 +88,7 @@ def read_mesh(path: Path, submesh: str = "", centred: bool = False) -> Mesh:
     if kind not in MESHES:
         raise ModelError(f"{path}: a mesh is one of {', '.join(MESHES)}")
     try:
-        data = path.read_bytes()
+        data = read_bytes(path, MAX_MESH_BYTES)
     except OSError as error:
         raise ModelError(f"{path}: cannot be read: {error.strerror}") from None
     turn = _collada_turn(data, path) if kind == ".dae" else np.eye(3)

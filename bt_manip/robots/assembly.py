@@ -49,7 +49,7 @@ def assemble(description: RobotDescription, name: str) -> Assembly:
     Raises:
         RobotError: If a file is missing or invalid, or a name is unknown.
     """
-    where = f"robot '{description.name}'"
+    where = description.where
     root, alone = _read(description.model, where)
     root.model = name
     gripper = description.gripper
@@ -72,11 +72,16 @@ def find_element(root: mjcf.RootElement, kind: str, name: str, where: str) -> An
     """
     element = root.find(kind, name)
     if element is None:
-        known = sorted(e.name for e in root.find_all(kind) if getattr(e, "name", None))
+        known = sorted(_names(root, kind))
         raise RobotError(
             f"{where}: the model '{root.model}' has no {kind} '{name}'{did_you_mean(name, known)}"
         )
     return element
+
+
+def _names(root: mjcf.RootElement, kind: str) -> list[str]:
+    found = (getattr(element, "name", None) for element in root.find_all(kind))
+    return [name for name in found if name]
 
 
 def _read(model: str, where: str) -> tuple[mjcf.RootElement, mujoco.MjModel]:
@@ -125,7 +130,7 @@ def _attach(
     else:
         body = root.find("body", mount)
         if body is None:
-            sites = [s.name for s in (*root.find_all("site"), *root.find_all("body")) if s.name]
+            sites = [*_names(root, "site"), *_names(root, "body")]
             raise RobotError(
                 f"{where}: a gripper of its own model is mounted at a site or body of the arm, "
                 f"and there is no '{mount}'{did_you_mean(mount, sites)}"
@@ -161,9 +166,7 @@ def _tool_site(
             break
     else:
         models = (hand,) if hand is root else (hand, root)
-        known = [
-            e.name for m in models for kind in ("site", "body") for e in m.find_all(kind) if e.name
-        ]
+        known = [name for m in models for kind in ("site", "body") for name in _names(m, kind)]
         raise RobotError(
             f"{where}: {description.model} has no site or body '{name}'{did_you_mean(name, known)}"
         )

@@ -3,7 +3,8 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from bt_manip.exceptions import BtManipError, MotionError, did_you_mean
+from bt_manip.exceptions import BtManipError, MotionError, did_you_mean, one_line
+from bt_manip.input_files import MAX_TOML_BYTES, read_text
 from bt_manip.toml_tables import TomlTable
 
 Configuration = Sequence[float] | Mapping[str, float]
@@ -46,7 +47,7 @@ def read_waypoints(path: Path | str) -> dict[str, Configuration]:
     import yaml
 
     try:
-        data = yaml.safe_load(Path(path).read_text("utf-8")) or []
+        data = yaml.safe_load(read_text(path, MAX_TOML_BYTES)) or []
         return {
             str(waypoint["name"]): {
                 str(joint): float(position)
@@ -60,8 +61,8 @@ def read_waypoints(path: Path | str) -> dict[str, Configuration]:
         }
     except OSError as error:
         raise BtManipError(f"{path}: {error.strerror}") from None
-    except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
-        raise BtManipError(f"{path} is no list of waypoints: {error}") from None
+    except (yaml.YAMLError, KeyError, TypeError, ValueError, RecursionError) as error:
+        raise BtManipError(f"{path} is no list of waypoints: {one_line(error)}") from None
 
 
 def find_configuration(

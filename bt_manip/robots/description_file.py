@@ -43,13 +43,14 @@ def read_description(path: Path | str) -> RobotDescription:
         T_rb=pin.SE3.Identity() if base is None else base.pose(),
         pedestal=None if base is None else base.numbers("pedestal", 3),
         home=table.needed_numbers("home", n),
-        velocity=table.needed_numbers("velocity", n),
-        acceleration=table.needed_numbers("acceleration", n),
-        jerk=table.needed_numbers("jerk", n),
-        effort=table.numbers("effort", n, spread=True),
+        velocity=table.needed_numbers("velocity", n, above=0.0),
+        acceleration=table.needed_numbers("acceleration", n, above=0.0),
+        jerk=table.needed_numbers("jerk", n, above=0.0),
+        effort=table.numbers("effort", n, spread=True, above=0.0),
         gripper=_gripper(table.table("gripper"), path),
         tool_limits=_tool_limits(table.table("tool_limits")),
         configurations=read_configurations(table, path.parent),
+        source=str(path),
     )
     for part in (tool, base, table):
         if part is not None:
@@ -66,7 +67,7 @@ def _gripper(table: TomlTable | None, path: Path) -> GripperDescription | None:
         return None
     model = table.text("model")
     gripper = GripperDescription(
-        max_force=table.needed_number("max_force"),
+        max_force=table.needed_number("max_force", above=0.0),
         kind=table.text("kind") or DEFAULT_KIND,
         model=None if model is None else _model(model, path),
         mount=table.needed_text("mount") if model else None,
@@ -79,7 +80,7 @@ def _gripper(table: TomlTable | None, path: Path) -> GripperDescription | None:
 def _tool_limits(table: TomlTable | None) -> ToolLimits:
     if table is None:
         return ToolLimits()
-    given = {f.name: table.number(f.name) for f in fields(ToolLimits)}
+    given = {f.name: table.number(f.name, above=0.0) for f in fields(ToolLimits)}
     limits = ToolLimits(**{key: value for key, value in given.items() if value is not None})
     table.finish()
     return limits

@@ -43,8 +43,11 @@ class JointLimits:
                     f"joint limits: one {field.name} a joint, {self.lower.shape} of them, "
                     f"got shape {array.shape}"
                 )
-            if field.name not in ("lower", "upper") and not (array > 0.0).all():
-                raise RobotError(f"joint limits: {field.name} must be positive, got {array}")
+            valid = (array > 0.0) & (array < np.inf)
+            if field.name not in ("lower", "upper") and not valid.all():
+                raise RobotError(
+                    f"joint limits: {field.name} must be positive and finite, got {array}"
+                )
         if not (self.lower < self.upper).all():
             raise RobotError(f"joint limits: lower {self.lower} not below upper {self.upper}")
 
@@ -79,7 +82,7 @@ def read_limits(mj_model: mujoco.MjModel, description: RobotDescription) -> Join
         ]
         if unbounded:
             raise RobotError(
-                f"robot '{description.name}': neither its model nor its description bounds the "
+                f"{description.where}: neither its model nor its description bounds the "
                 f"effort of {', '.join(unbounded)}; give `effort` in the description"
             )
     return JointLimits(

@@ -9,6 +9,8 @@ import pinocchio as pin
 from dm_control import mjcf
 
 from bt_manip.cell import MonitoredEntity
+from bt_manip.checks import check_position_limits
+from bt_manip.exceptions import MotionError
 
 from .addresses import reader
 from .assembly import assemble, find_element
@@ -72,9 +74,13 @@ class Robot(MonitoredEntity):
             "home": description.home,
             **description.configurations,
         }
-        self._where = f"robot '{description.name}'"
+        self._where = description.where
         root, alone, hand, self.tool_site = assemble(description, name or description.name)
         self.limits = read_limits(alone, description)
+        try:
+            check_position_limits(np.array(description.home), self.limits.lower, self.limits.upper)
+        except MotionError as error:
+            raise RobotError(f"{self._where}: home: {error}") from None
         self._mjcf_root = root
         self.alone, self.gripper_root = alone, hand
         self.arm_joints = [self.find("joint", n, root) for n in description.arm_joints]

@@ -55,6 +55,7 @@ class RobotDescription:
         pedestal: Size of a block under the base, in x, y and z [m]; it stands on the plane on which
             the robot is placed. None for no pedestal.
         configurations: Named configurations, besides ``home``.
+        source: The file that it was read from, for messages.
     """
 
     name: str
@@ -72,20 +73,28 @@ class RobotDescription:
     T_rb: pin.SE3 = field(default_factory=pin.SE3.Identity)
     pedestal: tuple[float, ...] | None = None
     configurations: Mapping[str, Configuration] = field(default_factory=dict)
+    source: str = field(default="", compare=False)
+
+    @property
+    def where(self) -> str:
+        """The robot, with the file of its description if there is one, to begin a message."""
+        return f"{self.source and f'{self.source}: '}robot '{self.name}'"
 
     def __post_init__(self) -> None:
         """Check that there is one value per joint and that the pedestal's sizes are positive."""
         n = len(self.arm_joints)
-        if n == 0:
-            raise RobotError(f"robot '{self.name}': a robot has at least one arm joint")
+        if n == 0 or len(set(self.arm_joints)) < n:
+            raise RobotError(
+                f"{self.where}: the arm has at least one joint, and each is named once, got "
+                f"{', '.join(self.arm_joints) or 'none'}"
+            )
         for what in ("home", "velocity", "acceleration", "jerk", "effort"):
             values = getattr(self, what)
             if values is not None and len(values) != n:
                 raise RobotError(
-                    f"robot '{self.name}': one {what} for each of its {n} arm joints, "
-                    f"got {len(values)}"
+                    f"{self.where}: one {what} for each of its {n} arm joints, got {len(values)}"
                 )
         if self.pedestal is not None and (len(self.pedestal) != 3 or min(self.pedestal) <= 0.0):
             raise RobotError(
-                f"robot '{self.name}': a pedestal has three positive sizes, got {self.pedestal}"
+                f"{self.where}: a pedestal has three positive sizes, got {self.pedestal}"
             )

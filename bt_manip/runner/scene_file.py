@@ -2,7 +2,6 @@
 
 import contextlib
 import inspect
-import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from bt_manip.cell import CellError, Region, looking_at
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomization, parse_variation
 from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.input_files import read_toml
 from bt_manip.models import is_address
 from bt_manip.registry import Parts
 from bt_manip.robots import read_configurations
@@ -67,7 +67,7 @@ def seed_of(scene: str, parts: Parts) -> int:
     if not is_scene_file(scene):
         return (parts.scenes.create(scene).seed or 0) if scene in parts.scenes else 0
     try:
-        seed = tomllib.loads(Path(scene).read_text("utf-8")).get("seed", 0)
+        seed = read_toml(Path(scene)).get("seed", 0)
     except (OSError, ValueError):  # reported when the scene itself is read
         return 0
     return seed if isinstance(seed, int) and seed >= 0 else 0
@@ -80,7 +80,7 @@ def scene_of(path: Path) -> Callable[[], Scene]:
         return read_scene(path)
 
     with contextlib.suppress(OSError, ValueError):
-        read.__doc__ = str(tomllib.loads(path.read_text("utf-8")).get("about", ""))
+        read.__doc__ = str(read_toml(path).get("about", ""))
     return read
 
 

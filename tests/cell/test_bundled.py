@@ -62,7 +62,7 @@ def test_a_free_basket_has_the_mass_asked_for():
         ({"mass": -1.0}, "mass must be"),
         ({"size": float("nan")}, "size must be"),
         ({"friction": -0.5}, "friction must be"),
-        ({"colour": (2, 0, 0)}, "a colour is 3 or 4 numbers"),
+        ({"colour": (2, 0, 0)}, "colour must be 3 or 4 numbers"),
     ],
 )
 def test_impossible_parameters_are_refused(parameters, message):

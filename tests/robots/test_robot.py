@@ -17,6 +17,7 @@ from bt_manip.robots import (
 
 SERVO_ARM = """
 <mujoco model="servo">
+  <compiler angle="radian"/>
   <option gravity="0 0 -3" timestep="0.005"/>
   <worldbody>
     <body name="upper" gravcomp="1">

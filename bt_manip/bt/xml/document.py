@@ -10,6 +10,7 @@ from bt_manip.bt.registry import FORBIDDEN
 from bt_manip.bt.xml.problem import Problems
 from bt_manip.bt.xml.source import Element, Source, XmlError, decode, parse_source
 from bt_manip.exceptions import TreeError
+from bt_manip.input_files import read_bytes
 
 MAX_INCLUDES: Final = 1000
 
@@ -85,7 +86,7 @@ class Sources:
         resolved = path.resolve()
         if resolved not in self._read:
             try:
-                self._read[resolved] = parse_source(decode(path.read_bytes(), str(path)), str(path))
+                self._read[resolved] = parse_source(decode(read_bytes(path), str(path)), str(path))
             except XmlError as error:
                 self._read[resolved] = error
         found = self._read[resolved]

@@ -27,6 +27,10 @@ class Segmentation(NamedTuple):
         return self.indices == wanted
 
 
+MAX_PIXELS = 8192
+"""Maximum width and height of images, about that of graphics cards."""
+
+
 class Camera(ParametricEntity):
     """A camera that is added to a cell, or attached to a site of a robot.
 
@@ -48,8 +52,10 @@ class Camera(ParametricEntity):
         fovy, width, height = self._parameters.values()
         if not 0 < fovy < 180:
             raise CellError(f"fovy is between 0 and 180 degrees, got {fovy}")
-        if not (width > 0 and height > 0):
-            raise CellError(f"an image has a width and a height in pixels, got {width} x {height}")
+        if not (0 < width <= MAX_PIXELS and 0 < height <= MAX_PIXELS):
+            raise CellError(
+                f"width and height are 1 to {MAX_PIXELS} pixels, got {width} x {height}"
+            )
         self.width, self.height = width, height
         self._mjcf_root = mjcf.RootElement(model=name)
         body = self._mjcf_root.worldbody.add("body", name="camera")

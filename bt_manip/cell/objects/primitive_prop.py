@@ -6,7 +6,6 @@ from typing import Any
 
 from dm_control import mjcf
 
-from ..exceptions import CellError
 from .prop import Prop, colour_of, positive
 
 # As stiff as the other objects: with MuJoCo's default a 50 N grip sinks 3.4 mm into each side.
@@ -58,8 +57,6 @@ class PrimitiveProp(Prop):
             return positive(name, value, _UNITS.get(name, "m"))
         if not isinstance(default, tuple):
             return value
-        if len(value) != len(default):
-            raise CellError(f"{name} is {len(default)} lengths [m], got {tuple(value)}")
         return tuple(positive(name, length, "m") for length in value)
 
     def _add_shapes(self, *_: Any, **parameters: Any) -> None:

@@ -11,6 +11,9 @@ from .primitive_prop import PrimitiveProp
 GRIP_DEPTH = 0.03
 """Depth below its top at which an object is gripped that is higher than grippers are deep [m]."""
 
+MAX_BOARDS = 100
+"""Maximum number of a shelf's boards, each a geom to compile."""
+
 # Convex shapes
 
 
@@ -140,7 +143,7 @@ class ConvexMesh(Shape):
 
     def _add_shapes(self, points: Sequence[Sequence[float]]) -> None:
         corners = np.array(points, dtype=float)
-        flat = corners.ndim != 2 or corners.shape[1:] != (3,) or not np.isfinite(corners).all()
+        flat = corners.shape[1:] != (3,) or not np.isfinite(corners).all()
         if flat or np.linalg.matrix_rank(corners - corners.mean(axis=0), tol=1e-6) < 3:
             raise CellError("points are at least four places [m] that are not in one plane")
         self._half_height = -float(corners[:, 2].min())
@@ -316,8 +319,8 @@ class Shelf(PrimitiveProp):
     def _add_shapes(self, size: Sequence[float], boards: int, thickness: float) -> None:
         x, y, z = size
         half = thickness / 2
-        if boards < 2:
-            raise CellError(f"a shelf has at least 2 boards, got {boards}")
+        if not 2 <= boards <= MAX_BOARDS:
+            raise CellError(f"boards must be a number from 2 to {MAX_BOARDS}, got {boards}")
         inside = (y - 2 * thickness) / 2
         heights = [half + i * (z - thickness) / (boards - 1) for i in range(boards)]
         for height in heights:

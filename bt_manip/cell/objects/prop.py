@@ -7,7 +7,8 @@ from typing import Any, ClassVar
 import numpy as np
 from dm_control import composer, mjcf
 
-from bt_manip.exceptions import did_you_mean
+from bt_manip.checks import as_numbers
+from bt_manip.exceptions import did_you_mean, shown
 
 from ..exceptions import CellError
 from .cell_object import CellObject
@@ -44,6 +45,8 @@ class ParametricEntity(composer.Entity):
                 raise CellError(f"'{key}' is no parameter of a {self.kind}{near}")
         given = {**self.defaults, **parameters}
         self._parameters = {key: _plain(value) for key, value in given.items()}
+        for key in parameters:
+            check_kind(key, self._parameters[key], self.defaults[key])
         self._make_model(name or self.kind)
 
     def _make_model(self, name: str) -> None:
@@ -110,7 +113,32 @@ class Prop(ParametricEntity, CellObject):
 
 def _plain(value: Any) -> Any:
     """Return a parameter as plain data: arrays and tuples as lists."""
-    return np.asarray(value).tolist() if isinstance(value, list | tuple | np.ndarray) else value
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return [_plain(item) for item in value] if isinstance(value, list | tuple) else value
+
+
+def check_kind(name: str, value: Any, default: Any) -> None:
+    """Check that a parameter is a value of the kind of its default: a text, numbers in lists, ...
+
+    Raises:
+        CellError: If it is not; a default of None accepts anything.
+    """
+    if default is None or name == "colour":
+        return
+    if isinstance(default, str | bool):
+        if not isinstance(value, type(default)):
+            raise CellError(f"{name} must be like {default!r}, got {shown(value)}")
+        return
+    like, numbers = np.asarray(default), as_numbers(value)
+    whole = like.dtype.kind in "iu"
+    same_shape = numbers.shape == like.shape or numbers.ndim == like.ndim == 2
+    wrong_kind = whole and (numbers != np.round(numbers)).any()
+    if like.dtype.kind in "iuf" and (not same_shape or np.isnan(numbers).any() or wrong_kind):
+        kind = "whole number" if whole else "number"
+        what = f"a {kind}" if like.ndim == 0 else f"{len(like)} {kind}s"
+        what = "a list of points" if like.ndim == 2 else what
+        raise CellError(f"{name} must be {what}, got {shown(value)}")
 
 
 def value_of(geom: mjcf.Element, attribute: str) -> Any:
@@ -129,9 +157,10 @@ def positive(name: str, value: float, unit: str) -> float:
     Raises:
         CellError: If it is not.
     """
-    if not np.isfinite(value) or value <= 0:
-        raise CellError(f"{name} must be a positive number [{unit}], got {value!r}")
-    return float(value)
+    number = as_numbers(value)
+    if number.shape != () or not 0.0 < number < np.inf:
+        raise CellError(f"{name} must be a positive number [{unit}], got {shown(value)}")
+    return float(number)
 
 
 def colour_of(value: Iterable[float]) -> tuple[float, ...]:
@@ -140,7 +169,7 @@ def colour_of(value: Iterable[float]) -> tuple[float, ...]:
     Raises:
         CellError: If it is not one.
     """
-    parts = tuple(float(part) for part in value)
-    if len(parts) not in (3, 4) or not all(0 <= part <= 1 for part in parts):
-        raise CellError(f"a colour is 3 or 4 numbers from 0 to 1, got {parts}")
-    return (*parts, 1.0)[:4]
+    parts = as_numbers(list(value) if isinstance(value, Iterable) else value)
+    if parts.shape not in ((3,), (4,)) or not ((parts >= 0.0) & (parts <= 1.0)).all():
+        raise CellError(f"colour must be 3 or 4 numbers from 0 to 1, got {shown(value)}")
+    return (*parts.tolist(), 1.0)[:4]

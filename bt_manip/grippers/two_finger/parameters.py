@@ -115,14 +115,16 @@ def read_parameters(table: TomlTable) -> TwoFingerParameters:
     parameters = TwoFingerParameters(
         joints=joints,
         fingers=fingers,
-        open_width=table.needed_number("open_width"),
-        max_speed=table.needed_number("max_speed"),
-        min_width=table.number("min_width", 0.0) or 0.0,
+        open_width=table.needed_number("open_width", above=0.0),
+        max_speed=table.needed_number("max_speed", above=0.0),
+        min_width=table.number("min_width", 0.0, at_least=0.0) or 0.0,
         motor=table.text("motor"),
         pads=_pads(table.table("pads")),
-        armature=table.number("armature"),
-        frictionloss=table.number("frictionloss"),
+        armature=table.number("armature", at_least=0.0),
+        frictionloss=table.number("frictionloss", at_least=0.0),
     )
+    if parameters.min_width >= parameters.open_width:
+        raise table.error("min_width", f"is less than open_width, {parameters.open_width:g} m")
     table.finish()
     return parameters
 
@@ -130,6 +132,10 @@ def read_parameters(table: TomlTable) -> TwoFingerParameters:
 def _pads(table: TomlTable | None) -> PadParameters | None:
     if table is None:
         return None
-    given = {key: table.numbers(key) for key in ("solref", "solimp")}
+    given: dict[str, tuple[float, ...] | None] = {}
+    for key, most in (("solref", 2), ("solimp", 5)):
+        given[key] = table.numbers(key)
+        if given[key] is not None and not 1 <= len(given[key] or ()) <= most:
+            raise table.error(key, f"is a list of 1 to {most} numbers")
     table.finish()
     return PadParameters(**{key: value for key, value in given.items() if value is not None})
