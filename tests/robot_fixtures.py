@@ -115,7 +115,7 @@ def menagerie_arm(request: pytest.FixtureRequest, menagerie: Path) -> Robot:
             model=str(menagerie / file),
             arm_joints=names,
             tool_frame=site,
-            home=(0.0,) * n,
+            home=(0.0, 0.0, 0.0, -1.5, 0.0, 1.5, 0.0) if request.param == "fr3" else (0.0,) * n,
             velocity=(2.0,) * n,
             acceleration=(5.0,) * n,
             jerk=(1000.0,) * n,

@@ -49,16 +49,6 @@ def its_model_agrees_with_mujoco(case: RobotCase) -> None:
     assert found.worst < AGREEMENT, f"the model of '{case.name}' differs from MuJoCo's: {found}"
 
 
-def its_limits_are_limits(case: RobotCase) -> None:
-    """Home is inside the limits, and all limits are finite."""
-    robot = Robot(case.description)
-    limits, home = robot.limits, np.array(case.description.home)
-    assert limits.contain(home), f"home of '{case.name}' is outside {limits.lower}, {limits.upper}"
-    for what in ("velocity", "acceleration", "jerk", "effort"):
-        bound = getattr(limits, what)
-        assert np.isfinite(bound).all() and (bound > 0.0).all(), f"{what} of '{case.name}': {bound}"
-
-
 def it_reaches_what_it_can_reach(case: RobotCase) -> None:
     """Inverse kinematics solves poses of random configurations."""
     _, robot = case.stand()
@@ -99,7 +89,6 @@ def its_gripper_opens_and_closes(case: RobotCase) -> None:
 
 ROBOT_CONTRACT: tuple[Callable[[RobotCase], None], ...] = (
     its_model_agrees_with_mujoco,
-    its_limits_are_limits,
     it_reaches_what_it_can_reach,
     it_stands_still_at_home,
     its_gripper_opens_and_closes,

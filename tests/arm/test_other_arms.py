@@ -36,7 +36,7 @@ def test_another_arm_moves_within_its_limits(menagerie, rng, file):
             model=str(menagerie / file),
             arm_joints=names,
             tool_frame=site,
-            home=(0.1,) * n,
+            home=(0.1, 0.1, 0.1, -1.5, 0.1, 1.5, 0.1) if "fr3" in file else (0.1,) * n,
             velocity=(2.0,) * n,
             acceleration=(6.0,) * n,
             jerk=(3000.0,) * n,

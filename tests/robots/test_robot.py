@@ -196,3 +196,17 @@ def test_other_arms_are_a_few_lines(menagerie_arm, rng):
     robot = menagerie_arm
     model = robot.make_model()
     assert verify(robot.mj_model, model.model, rng=rng, n=20, qpos=model.locked_qpos).worst < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"home": (0.0,) * 7}, "robot 'panda': home: joint 4 cannot go to 0.0000 rad"),
+        ({"home": (float("nan"),) * 7}, "robot 'panda': home: joint 1 cannot go to nan"),
+        ({"velocity": (float("inf"),) * 7}, "velocity must be positive and finite"),
+        ({"jerk": (-1.0,) * 7}, "jerk must be positive and finite"),
+    ],
+)
+def test_a_robot_with_impossible_numbers_is_refused(changes, message):
+    with pytest.raises(RobotError, match=message):
+        Robot(dataclasses.replace(panda(), **changes))

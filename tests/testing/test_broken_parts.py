@@ -2,15 +2,12 @@
 
 import pytest
 
-from bt_manip.robots import panda
 from bt_manip.testing import behaviour_contract as behaviours
 from bt_manip.testing import controller_contract as controllers
 from bt_manip.testing import object_contract as objects
-from bt_manip.testing import robot_contract as robots
 from bt_manip.testing.behaviour_contract import BehaviourCase, Example
 from bt_manip.testing.controller_contract import ControllerCase
 from bt_manip.testing.object_contract import ObjectCase
-from bt_manip.testing.robot_contract import RobotCase
 
 from . import broken_parts as broken
 
@@ -87,21 +84,3 @@ def test_an_object_whose_kind_is_another_is_found():
 def test_a_broken_controller_is_found(check, cls, message):
     with pytest.raises(AssertionError, match=message):
         check(ControllerCase("broken", cls))
-
-
-def described(**changes):
-    import dataclasses
-
-    return RobotCase(dataclasses.replace(panda(), **changes))
-
-
-@pytest.mark.parametrize(
-    ("check", "changes", "message"),
-    [
-        (robots.its_limits_are_limits, {"home": (0.0,) * 7}, "home of 'panda' is outside"),
-        (robots.its_limits_are_limits, {"velocity": (float("inf"),) * 7}, "velocity of 'panda'"),
-    ],
-)
-def test_a_broken_robot_is_found(check, changes, message):
-    with pytest.raises(AssertionError, match=message):
-        check(described(**changes))
