@@ -63,9 +63,7 @@ def test_impossible_parameters_are_one_error_each(name):
     for key, value in poses_of(made.parameters).items():
         for wrong in (0.0, -1.0, float("nan")):
             impossible = [wrong, *value[1:]] if isinstance(value, list) else wrong
-            if key == "boards" and wrong != wrong:
-                continue
-            with pytest.raises(CellError, match=key if key != "boards" else "2 boards"):
+            with pytest.raises(CellError, match=key):
                 PARTS.objects.create(name, **{key: impossible})
     with pytest.raises(CellError, match="colour"):
         PARTS.objects.create(name, colour=(2, 0, 0))
