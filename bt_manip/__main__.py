@@ -18,7 +18,9 @@ def main() -> None:
     except KeyboardInterrupt:
         sys.exit(130)
     from bt_manip.cli.app import run_app
+    from bt_manip.cli.streams import open_closed_streams
 
+    open_closed_streams()
     code = run_app(interrupt)
     interrupt.close()
     sys.exit(interrupt.exit_code or code)

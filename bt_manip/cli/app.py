@@ -11,6 +11,7 @@ import click
 
 from bt_manip.cli.interrupt import INTERRUPTED, Interrupt
 from bt_manip.cli.plugin_options import add_plugin_options, chosen, plugin_options
+from bt_manip.cli.streams import unfailing
 from bt_manip.exceptions import BtManipError
 
 if TYPE_CHECKING:
@@ -107,6 +108,11 @@ def run_app(interrupt: Interrupt, arguments: list[str] | None = None) -> int:
         The exit code: 0, 1 when a cycle failed, 2 for bad input, 3 for an internal fault, 130 when
         interrupted.
     """
+    with unfailing("stderr"):
+        return _run_app(interrupt, arguments)
+
+
+def _run_app(interrupt: Interrupt, arguments: list[str] | None) -> int:
     try:
         code = app.main(arguments, prog_name="bt-manip", standalone_mode=False, obj=interrupt)
         sys.stdout.flush()

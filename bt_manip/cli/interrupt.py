@@ -1,4 +1,4 @@
-"""Handling of Ctrl-C and SIGTERM."""
+"""Handling of Ctrl-C and of other signals that ask the program to end."""
 
 import signal
 import time
@@ -16,8 +16,12 @@ ONE_PRESS = 0.1
 """Signals within this time of the first are duplicates of it, sent by a parent process [s]."""
 
 
+SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGXCPU")
+"""Signals that end the program in order: Ctrl-C, kill, a closed terminal, a limit of CPU time."""
+
+
 class Interrupt:
-    """Ends the program in order after Ctrl-C or SIGTERM.
+    """Ends the program in order after one of the `SIGNALS`.
 
     The effect of the first signal depends on the mode: see `raised`, `held` (the initial mode) and
     `patient`. A second signal aborts a run that is stopping its arms. Further signals are ignored,
@@ -34,13 +38,20 @@ class Interrupt:
 
     def install(self) -> None:
         """Handle the signals from now on."""
-        signal.signal(signal.SIGINT, self._signalled)
-        signal.signal(signal.SIGTERM, self._signalled)
+        for number in self._numbers():
+            signal.signal(number, self._signalled)
 
     def close(self) -> None:
         """Ignore the signals while the process exits."""
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        for number in self._numbers():
+            signal.signal(number, signal.SIG_IGN)
+
+    @staticmethod
+    def _numbers() -> list[signal.Signals]:
+        """Return the signals that this system has; SIGHUP stays ignored where nohup ignores it."""
+        numbers = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
+        ignored = signal.SIG_IGN
+        return [n for n in numbers if n.name != "SIGHUP" or signal.getsignal(n) is not ignored]
 
     @contextmanager
     def raised(self) -> Iterator[None]:
@@ -86,6 +97,8 @@ class Interrupt:
     def _signalled(self, number: int, frame: FrameType | None) -> None:
         now = time.monotonic()
         if self.requested:
+            if number == getattr(signal, "SIGXCPU", None):  # repeated every second
+                return
             if self._mode == "patient" and not self._hurried and now - self._since > ONE_PRESS:
                 self._hurried = True
                 raise KeyboardInterrupt

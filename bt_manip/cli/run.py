@@ -9,10 +9,12 @@ from bt_manip.cli.completion import complete_key, complete_part
 from bt_manip.cli.foreign_trees import foreign_tree_options
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.settings import parse_settings
+from bt_manip.cli.streams import unfailing
 
 EXIT_CODES = (
     "Exit codes: 0 every cycle succeeded, 1 a cycle failed, 2 bad input, 3 an internal fault (a "
-    "plugin raised, the physics diverged), 130 interrupted."
+    "plugin raised, the physics diverged, a file could not be written), 130 interrupted. Output "
+    "that cannot be printed, as to a closed pipe, changes none of them."
 )
 
 
@@ -101,4 +103,5 @@ def run(interrupt: Interrupt, settings: tuple[str, ...], **options: Any) -> int:
     """
     from bt_manip.cli.run_job import RunOptions, execute
 
-    return execute(RunOptions(settings=parse_settings(settings), **options), interrupt)
+    with unfailing("stdout"):
+        return execute(RunOptions(settings=parse_settings(settings), **options), interrupt)

@@ -138,6 +138,7 @@ class _Job:
         )
         # Slow imports come last: the errors above are reported at once.
         from bt_manip.cli.run_observers import extra_observers
+        from bt_manip.plugins import guarded
         from bt_manip.recording import Recorder, Trace
         from bt_manip.runner import prepare
 
@@ -164,12 +165,13 @@ class _Job:
 
             observers.append(Reloader(request.tree, known_behaviours(parts), self._tell))
         if not options.quiet:
-            observers.append(_terminal(self._console, options.cycles))
+            view = _terminal(self._console, options.cycles)
+            observers.append(guarded(view, "the view in the terminal", print_warning))
         if window:
             from bt_manip.viewer import Window
 
             self._window = Window()
-            observers.append(self._window)
+            observers.append(guarded(self._window, "the window", print_warning))
         if options.faults:
             observers.append(self._fault_injector(prepared, parts))
         return prepared, observers
@@ -230,9 +232,11 @@ class _Job:
             except BtManipError as error:  # a full disk, a deleted folder
                 click.echo(f"Error: {error}", err=True)
                 code = FAULT
-        if self._recorder is not None:
-            self._print_cycles(report)
-        self._keep_window()
+        for show in (lambda: self._print_cycles(report), self._keep_window):
+            try:
+                show()
+            except Exception as error:
+                print_warning(f"the results are not shown: {type(error).__name__}: {error}")
         return code
 
     def _open_report(self) -> "ReportFile | None":
@@ -276,6 +280,8 @@ class _Job:
         )
 
     def _print_cycles(self, report: "RunReport") -> None:
+        if self._recorder is None:
+            return
         from bt_manip.cli.cycle_table import print_cycles
 
         print_cycles(self._console, report)

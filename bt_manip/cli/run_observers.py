@@ -43,7 +43,9 @@ def _recorder(plugins: Plugins, text: str) -> RunObserver:
             f"recorder '{name}' of plugin '{recorders.owner(name)}' makes no RunObserver, "
             f"got {recorder!r}"
         )
-    return recorder if owner is None else guarded(recorder, owner, print_warning)
+    if owner is None:
+        return recorder
+    return guarded(recorder, owner.label, print_warning, owner.way_out)
 
 
 def _owner(plugins: Plugins, name: str) -> Plugin | None:

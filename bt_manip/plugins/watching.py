@@ -1,4 +1,4 @@
-"""Observers of plugins, isolated so that their exceptions do not end a run."""
+"""Observers of plugins and views, isolated so that their exceptions do not end a run."""
 
 from collections.abc import Callable
 from typing import Any
@@ -17,7 +17,7 @@ def plugin_observers(plugins: Plugins, warn: Warn) -> list[RunObserver]:
         warn: Called with one line about a plugin that raised.
     """
     return [
-        guarded(HookObserver(plugin), plugin, warn)
+        guarded(HookObserver(plugin), plugin.label, warn, plugin.way_out)
         for plugin in plugins.plugins
         if plugin.observers
     ]
@@ -63,13 +63,14 @@ class HookObserver(RunObserver):
                 hook.function(**{key: self._offers[key] for key in hook.arguments})
 
 
-def guarded(observer: RunObserver, plugin: Plugin, warn: Warn) -> RunObserver:
-    """Wrap an observer of a plugin so that it is not called again after it raised.
+def guarded(observer: RunObserver, label: str, warn: Warn, hint: str = "") -> RunObserver:
+    """Wrap an observer so that its exceptions do not end the run: it is not called again.
 
     Args:
         observer: The observer.
-        plugin: Its plugin.
+        label: Its name, for the message.
         warn: Called with one line about the exception.
+        hint: End of that line.
     """
     forwarded = {
         name: _forward(name)
@@ -77,7 +78,7 @@ def guarded(observer: RunObserver, plugin: Plugin, warn: Warn) -> RunObserver:
         if callable(idle) and getattr(type(observer), name) is not idle and name not in vars(_Guard)
     }
     guard = type("Guard", (_Guard,), forwarded)  # the runner skips what an observer does not have
-    return guard(observer, plugin, warn)
+    return guard(observer, label, warn, hint)
 
 
 def _forward(name: str) -> Callable[..., None]:
@@ -87,8 +88,8 @@ def _forward(name: str) -> Callable[..., None]:
 class _Guard(RunObserver):
     """Calls an observer until it raises."""
 
-    def __init__(self, observer: RunObserver, plugin: Plugin, warn: Warn) -> None:
-        self._observer, self._plugin, self._warn = observer, plugin, warn
+    def __init__(self, observer: RunObserver, label: str, warn: Warn, hint: str) -> None:
+        self._observer, self._label, self._warn, self._hint = observer, label, warn, hint
         self._works = True
 
     def run_ended(self) -> None:
@@ -107,8 +108,8 @@ class _Guard(RunObserver):
                 what = f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
                 place = _place(error)
                 self._warn(
-                    f"{self._plugin.label} is not called again, the run continues: {what}{place}"
-                    f"{self._plugin.way_out}"
+                    f"{self._label} is not called again, the run continues: {what}{place}"
+                    f"{self._hint}"
                 )
 
 

@@ -21,6 +21,7 @@ class PlainView(RunObserver):
         self._console = console
         self._cycles = cycles
         self._cycle = 0
+        self._lines: list[str] = []  # of leaves that have ended in this tick
 
     def run_started(self, run: Any) -> None:
         """Observe the tree's leaves if each of them gets a line."""
@@ -34,6 +35,12 @@ class PlainView(RunObserver):
         """Keep its number and start time."""
         self._cycle = cycle
         self._start = self._cell.time
+
+    def after_tick(self) -> None:
+        """Print the leaves that have ended."""
+        lines, self._lines = self._lines, []
+        for line in lines:
+            print_wrapped(self._console, line, indent=20)
 
     def cycle_ended(self, status: str, reason: str) -> None:
         """Print its status and duration."""
@@ -54,5 +61,5 @@ class PlainView(RunObserver):
         if node.children or new.name not in ("SUCCESS", "FAILURE"):
             return
         message = f": {node.feedback_message}" if node.feedback_message else ""
-        line = f"{self._elapsed:7.2f} s  {new.name:7}  {node.name}{message}"
-        print_wrapped(self._console, line, indent=20)
+        # Printing may raise, which would be an exception of the tree here.
+        self._lines.append(f"{self._elapsed:7.2f} s  {new.name:7}  {node.name}{message}")

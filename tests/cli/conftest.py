@@ -101,6 +101,11 @@ class Terminal:
     def interrupt(self) -> None:
         self._process.send_signal(signal.SIGINT)
 
+    def hang_up(self, number: int) -> int:
+        os.close(self._own)
+        self._process.send_signal(number)
+        return self._process.wait(30)
+
     def end(self) -> int:
         while self._read():
             pass

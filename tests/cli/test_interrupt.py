@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from bt_manip.cli.app import run_app
-from bt_manip.cli.interrupt import Interrupt
+from bt_manip.cli.interrupt import SIGNALS, Interrupt
+from bt_manip.recording import read_report
 
 
 @pytest.fixture
 def interrupt() -> Iterator[Interrupt]:
-    before = {s: signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM, signal.SIGALRM)}
+    names = (*SIGNALS, "SIGALRM")
+    before = {s: signal.getsignal(s) for s in (getattr(signal, name) for name in names)}
     interrupt = Interrupt()
     interrupt.install()
     yield interrupt
@@ -74,9 +76,32 @@ def test_one_that_is_told_twice_is_one(interrupt):
         signal.raise_signal(signal.SIGINT)
 
 
-def test_termination_has_its_own_code(interrupt):
-    signal.raise_signal(signal.SIGTERM)
-    assert interrupt.exit_code == 143
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGXCPU, 152)]
+)
+def test_other_signals_have_their_own_codes(interrupt, number, code):
+    signal.raise_signal(number)
+    assert interrupt.requested
+    assert interrupt.exit_code == code
+
+
+def test_a_limit_of_cpu_time_signals_again_and_again(interrupt, monkeypatch):
+    monkeypatch.setattr("bt_manip.cli.interrupt.ONE_PRESS", 0.0)
+    with interrupt.patient():
+        for _ in range(3):
+            signal.raise_signal(signal.SIGXCPU)
+    assert interrupt.exit_code == 152
+
+
+def test_nohup_keeps_its_effect():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    others = {s: signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM, signal.SIGXCPU)}
+    try:
+        Interrupt().install()
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    finally:
+        for number, handler in {signal.SIGHUP: before, **others}.items():
+            signal.signal(number, handler)
 
 
 # A run whose arm is moving; the tree itself presses the key.
@@ -160,6 +185,16 @@ def test_in_the_middle_of_a_run(terminal, trees, tmp_path):
     assert report["status"] == "INTERRUPTED"
     assert report["simulated_s"] > 0.0
     assert report["cycles"][0]["status"] == "INTERRUPTED"
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGHUP, 129), (signal.SIGXCPU, 152)])
+def test_a_terminal_that_is_closed_leaves_the_report(terminal, trees, tmp_path, number, code):
+    shell = terminal("run", f"{trees}:quick", "--cycles", "0", "--report", "r.jsonl")
+    shell.wait_for(b"cycle 2")
+    assert shell.hang_up(number) == code
+    report = read_report(tmp_path / "r.jsonl")
+    assert report.status == "INTERRUPTED"
+    assert report.cycles[0].status == "SUCCESS"
 
 
 SLOW = """
