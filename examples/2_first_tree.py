@@ -3,14 +3,14 @@
 Run it as a script, or let the command line show it: bt-manip run examples/2_first_tree.py:pick
 """
 
-from bt_manip.behaviours import Drop, Grasp, Hover, Lift, Reach, SpawnObject
-from bt_manip.bt import RetryUntilSuccessful, Sequence
+from bt_manip.behaviours import Drop, Grasp, Hover, IsIn, Lift, Reach, SpawnObject
+from bt_manip.bt import RetryUntilSuccessful, Sequence, Tree
 from bt_manip.runner import build_station
 
 
-def pick(force: float = 50.0) -> Sequence:
+def pick(force: float = 50.0) -> Tree:
     """Put a cube on the table and pick it; bt-manip run ... --set force=30 sets the argument."""
-    return Sequence(
+    root = Sequence(
         "pick and drop",
         SpawnObject(object="{cube}"),  # writes the name that the object got under the key "cube"
         RetryUntilSuccessful(
@@ -26,6 +26,8 @@ def pick(force: float = 50.0) -> Sequence:
         ),
         Drop(container="basket"),
     )
+    # A run succeeds only if the goal holds in the physics, whatever the tree returned.
+    return Tree(root, goal=IsIn(object="{cube}", container="basket"))
 
 
 def main() -> None:

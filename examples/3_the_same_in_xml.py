@@ -5,7 +5,7 @@ Or without Python: bt-manip run examples/3_first_tree.xml
 
 from pathlib import Path
 
-from bt_manip.behaviours import Drop, Grasp, Hover, Lift, Reach, SpawnObject
+from bt_manip.behaviours import Drop, Grasp, Hover, IsIn, Lift, Reach, SpawnObject
 from bt_manip.bt import BehaviourRegistry, load_tree, parse_tree
 from bt_manip.exceptions import TreeError
 from bt_manip.runner import build_station
@@ -17,7 +17,7 @@ def main() -> None:
     """Run the file as it is, then with a gentler grasp, then with a slip of the pen."""
     station = build_station(seed=0)
     # The behaviours that a file may name; those of the language come with every registry.
-    behaviours = BehaviourRegistry([SpawnObject, Hover, Reach, Grasp, Lift, Drop])
+    behaviours = BehaviourRegistry([SpawnObject, Hover, Reach, Grasp, Lift, Drop, IsIn])
 
     tree = load_tree(FILE, behaviours, clock=station.clock)
     print(f"as it is: {station.run(tree)}, after {station.cell.time:.2f} s simulated")

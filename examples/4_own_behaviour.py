@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from bt_manip.behaviours import Grasp, Hover, Lift, Reach
+from bt_manip.behaviours import Grasp, Hover, IsHolding, Lift, Reach
 from bt_manip.bt import Action, Input, NodeStatus, Output, Sequence, Status, Tree
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import Cube
@@ -88,7 +88,8 @@ def main() -> None:
     """Pick a cube and weigh it."""
     station = station_with_a_cube()
     weigh = Weigh(object="cube", mass="{mass}")
-    result = station.run(Sequence("pick and weigh", *hold("cube"), weigh))
+    root = Sequence("pick and weigh", *hold("cube"), weigh)
+    result = station.run(Tree(root, goal=IsHolding(object="cube")))
     print(f"{result}, {weigh.feedback_message}")
 
 

@@ -4,8 +4,8 @@ from typing import Any
 
 from dm_control import composer, mjcf
 
-from bt_manip.behaviours import Drop, Grasp, Hover, Lift, Reach, SpawnObject
-from bt_manip.bt import Sequence
+from bt_manip.behaviours import Drop, Grasp, Hover, IsIn, Lift, Reach, SpawnObject
+from bt_manip.bt import Sequence, Tree
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import build_station
 
@@ -57,7 +57,8 @@ def main() -> None:
         Lift(height=0.3),
         Drop(container="basket"),
     )
-    print(f"{station.run(pick)}, after {station.cell.time:.2f} s")
+    tree = Tree(pick, goal=IsIn(object="{tin}", container="basket"))
+    print(f"{station.run(tree)}, after {station.cell.time:.2f} s")
     # To let others have it, register it in a plugin instead: ../plugins/bt-manip-impedance does.
 
 

@@ -20,12 +20,20 @@ from bt_manip.behaviours import (
     WaitUntilAtRest,
     WaitUntilUndisturbed,
 )
-from bt_manip.bt import Fallback, ForceSuccess, RetryUntilSuccessful, Sequence, SubTree, TryCatch
+from bt_manip.bt import (
+    Fallback,
+    ForceSuccess,
+    RetryUntilSuccessful,
+    Sequence,
+    SubTree,
+    Tree,
+    TryCatch,
+)
 
 
 def pick_place(
     cube: str = "cube", basket: str = "basket", force: float = 50.0, attempts: int = 3
-) -> Behaviour:
+) -> Tree:
     """Pick a cube from a random place on the table and drop it into the basket.
 
     Args:
@@ -34,7 +42,7 @@ def pick_place(
         force: Normal force of each finger [N].
         attempts: How often pick and drop are tried.
     """
-    return Sequence(
+    root = Sequence(
         "pick and place",
         SpawnObject(model=cube, on="table", region="0.2;0.4;-0.3;0.3", object="{object}"),
         TryCatch(
@@ -44,6 +52,7 @@ def pick_place(
             SubTree("clean up", clean_up(), object="{object}"),
         ),
     )
+    return Tree(root, goal=IsIn(object="{object}", container=basket))
 
 
 def attempt(basket: str, force: float) -> Behaviour:

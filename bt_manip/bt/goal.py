@@ -123,7 +123,7 @@ def bind_goal(
         TreeError: If one is no condition.
     """
     conditions = (goal,) if isinstance(goal, Node) else tuple(goal)
-    own = Runtime(runtime.clock)
+    own = Runtime(lambda: runtime.clock())
     own.enums = runtime.enums
     for condition in conditions:
         if not isinstance(condition, Node) or condition.kind is not NodeKind.CONDITION:

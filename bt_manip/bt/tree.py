@@ -169,6 +169,10 @@ class Tree:
         """Returns the time [s] that the tree counts."""
         return self._runtime.clock
 
+    @clock.setter
+    def clock(self, clock: Clock) -> None:
+        self._runtime.clock = clock
+
     @property
     def enums(self) -> dict[str, int]:
         """Numbers that scripts know by name."""

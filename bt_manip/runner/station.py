@@ -1,5 +1,6 @@
 """A station: a cell with its robots under control, for trees and scripts."""
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -144,7 +145,8 @@ class Station:
         """Run a tree once and return its status, and why it failed.
 
         Args:
-            tree: A tree whose clock is that of this station, or the root of one.
+            tree: A tree, or the root of one. A tree without a clock of its own gets that of this
+                station.
             tick: Simulated time between two ticks [s].
             timeout: Longest simulated time [s].
 
@@ -153,6 +155,8 @@ class Station:
         """
         if not isinstance(tree, Tree):
             tree = Tree(tree, clock=self.clock)
+        elif tree.clock is time.monotonic:  # the default
+            tree.clock = self.clock
         tree.setup(**self.infrastructure)
         steps = max(1, round(tick / self.cell.dt))
         end = self.cell.time + timeout

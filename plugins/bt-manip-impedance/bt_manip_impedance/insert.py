@@ -1,11 +1,13 @@
 """Insert a held object into a socket, with a limited contact force."""
 
+from typing import Any
+
 import numpy as np
 import pinocchio as pin
 
 from bt_manip.behaviours import MotionBehaviour, extent
-from bt_manip.bt import Input, Status
-from bt_manip.cell import CellError
+from bt_manip.bt import Condition, Input, Status
+from bt_manip.cell import Cell, CellError, why_not_at_rest
 
 STANDOFF = 0.005
 """Height of the object's bottom over the socket before it is inserted [m]."""
@@ -89,9 +91,7 @@ class Insert(MotionBehaviour):
         self.arm.move_linear(self._tool_pose(-self.depth), speed=self.speed, contact=True)
 
     def _height(self) -> float:
-        """Return the height of the object's bottom over the socket's top [m]."""
-        bottom, top = extent(self.cell, self.object)[0], extent(self.cell, self.socket)[1]
-        return float(bottom[2] - top[2])
+        return _height_over(self.cell, self.object, self.socket)
 
     def _tool_pose(self, height: float) -> pin.SE3:
         """Return the tool pose with the object on the socket's axis, at a height over it [m]."""
@@ -99,3 +99,37 @@ class Insert(MotionBehaviour):
         shift = T_ws.translation - T_wo.translation
         shift[2] = height - self._height()
         return pin.SE3(T_wt.rotation, T_wt.translation + shift)
+
+
+class IsInserted(Condition):
+    """Check that an object rests in a socket."""
+
+    object = Input(str, doc="Name of the object.")
+    socket = Input(str, doc="Name of the object with the hole.")
+    depth = Input(float, default=0.03, doc="How deep it is inserted at least [m].")
+
+    def setup(self, *, cell: Cell, **_: Any) -> None:
+        """Keep the cell."""
+        self.cell = cell
+
+    def update(self) -> Status:
+        """Measure its depth, inside the outline of the socket."""
+        try:
+            reason = why_not_at_rest(self.cell, self.object)
+            depth = -_height_over(self.cell, self.object, self.socket)
+            lower, upper = extent(self.cell, self.socket)
+        except CellError as error:
+            return self.fail(str(error))
+        if reason:
+            return self.fail(reason)
+        position = self.cell.pose(self.object).translation[:2]
+        if (position < lower[:2]).any() or (position > upper[:2]).any():
+            return self.fail(f"'{self.object}' is beside '{self.socket}'")
+        if depth < self.depth - DEPTH_TOLERANCE:
+            return self.fail(f"'{self.object}' is {1e3 * depth:.1f} mm deep in '{self.socket}'")
+        return Status.SUCCESS
+
+
+def _height_over(cell: Cell, name: str, socket: str) -> float:
+    """Return the height of an object's bottom over a socket's top [m]."""
+    return float(extent(cell, name)[0][2] - extent(cell, socket)[1][2])

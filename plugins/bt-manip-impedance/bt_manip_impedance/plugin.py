@@ -28,11 +28,13 @@ def register_controllers(register):
 @hookimpl
 def register_behaviours(register):
     """Register the behaviours that need a compliant controller."""
-    from bt_manip_impedance.insert import Insert
-    from bt_manip_impedance.press import Press
+    from bt_manip_impedance.insert import Insert, IsInserted
+    from bt_manip_impedance.press import IsReleased, Press
 
     register(Press)
+    register(IsReleased)
     register(Insert)
+    register(IsInserted)
 
 
 @hookimpl

@@ -1,11 +1,15 @@
 """Press a button."""
 
+from typing import Any
+
 import numpy as np
 import pinocchio as pin
 
 from bt_manip.behaviours import MotionBehaviour
-from bt_manip.bt import Input, Status
-from bt_manip.cell import CellError
+from bt_manip.bt import Condition, Input, Status
+from bt_manip.cell import Cell, CellError
+
+RELEASED = 1e-4  # [m] depth up to which the cap counts as up
 
 PRESSED = 0.95
 """Fraction of the travel at which the cap counts as down; its stop is soft."""
@@ -83,3 +87,22 @@ class Press(MotionBehaviour):
         top = self.cell.find(self.object).height
         goal = T_wo.translation + np.array([0.0, 0.0, top + height])
         self.arm.move_linear(pin.SE3(T_wt.rotation, goal), speed=self.speed, contact=True)
+
+
+class IsReleased(Condition):
+    """Check that a button is up."""
+
+    object = Input(str, doc="Name of the button.")
+
+    def setup(self, *, cell: Cell, **_: Any) -> None:
+        """Keep the cell."""
+        self.cell = cell
+
+    def update(self) -> Status:
+        """Measure the depth of the cap."""
+        button = self.cell.entities.get(self.object)
+        if not hasattr(button, "depth"):
+            return self.fail(f"the cell has no button '{self.object}'")
+        if button.depth > RELEASED:
+            return self.fail(f"'{self.object}' is {1e3 * button.depth:.1f} mm down")
+        return Status.SUCCESS

@@ -19,6 +19,10 @@ test_contracts = contracts_of(
             start=OVER_THE_BUTTON,
             fails=({"object": "table"}, {"max_force": 0.5}),
         ),
+        "IsReleased": Example(ports={"object": "button"}, start=OVER_THE_BUTTON),
+        "IsInserted": Example(
+            ports={"object": "peg", "socket": "board"}, start=OVER_THE_HOLE, status="FAILURE"
+        ),
         "Insert": Example(
             ports={"object": "peg", "socket": "board", "speed": 0.3},
             start=OVER_THE_HOLE,
