@@ -56,27 +56,37 @@ def pick_place(
 
 
 def attempt(basket: str, force: float) -> Behaviour:
-    """Pick the object, unless the gripper still holds it, and drop it; wait before for the arm."""
+    """Bring the object into the basket, from wherever it is.
+
+    An attempt waits until nothing moves and nothing pushes the arm, and goes on from what is true
+    then: an object in the basket stays there, one still in the gripper is not picked again.
+    """
     pick_and_drop = Sequence(
-        "pick and drop once",
+        "pick and drop",
         WaitUntilUndisturbed(),
+        WaitUntilAtRest(object="{object}"),
         Fallback(
-            "have it",
-            IsHolding(object="{object}"),
-            SubTree("pick", pick(force), object="{object}"),
+            "in the basket",
+            IsIn(object="{object}", container=basket),
+            Sequence(
+                "bring it there",
+                Fallback(
+                    "in the gripper",
+                    IsHolding(object="{object}"),
+                    SubTree("pick", pick(force), object="{object}"),
+                ),
+                Drop(container=basket, height=0.25),
+            ),
         ),
-        Drop(container=basket, height=0.25),
-        IsIn(object="{object}", container=basket),
     )
     return SubTree("attempt", pick_and_drop, object="{object}")
 
 
 def pick(force: float) -> Behaviour:
-    """Pick the object as soon as it is at rest."""
+    """Pick the object."""
     return Sequence(
         "pick once",
         OpenGripper(),
-        WaitUntilAtRest(object="{object}"),
         Hover(object="{object}", height=0.4),
         Reach(object="{object}"),
         Grasp(object="{object}", force=force),

@@ -80,7 +80,7 @@ def test_the_trace_has_every_millisecond_and_the_reference_is_one_motion(traced)
 def test_the_phases_are_the_trees_actions_in_the_order_in_which_they_ended(traced):
     names = [phase.behaviour for phase in traced[0].cycles[0].phases]
     assert names == [
-        "SpawnObject", "WaitUntilUndisturbed", "OpenGripper", "WaitUntilAtRest", "Hover", "Reach",
+        "SpawnObject", "WaitUntilUndisturbed", "WaitUntilAtRest", "OpenGripper", "Hover", "Reach",
         "Grasp", "Lift", "Drop", "RemoveObject",
     ]  # fmt: skip
     assert sum(p.duration_s for p in traced[0].cycles[0].phases) <= traced[0].cycles[0].duration_s
