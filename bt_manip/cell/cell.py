@@ -455,9 +455,10 @@ class Cell:
         before = snapshot["before"]
         try:
             self._physics.restore(
-                np.array(snapshot["integration"]), None if before is None else np.array(before)
+                np.array(snapshot["integration"], dtype=float),
+                None if before is None else np.array(before, dtype=float),
             )
-        except ValueError as error:
+        except (TypeError, ValueError) as error:
             raise CellError(f"the snapshot does not fit this cell: {error}") from error
         for name, state in snapshot["states"].items():
             as_object(self.objects[name]).set_state(state)

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_manip.cli.plugin_options import print_warning
-from bt_manip.exceptions import BtManipError
+from bt_manip.exceptions import BtManipError, shown
 from bt_manip.recording import Recorder
 from bt_manip.runner import (
     Run,
@@ -76,9 +76,12 @@ def load_run(path: Path) -> dict[str, Any]:
         BtManipError: If the file cannot be read, or is not a snapshot of a run.
     """
     snapshot = load_snapshot(path)
-    if not isinstance(snapshot, Mapping) or not {"request", "run", "recorder"} <= snapshot.keys():
+    parts = [snapshot.get(key) for key in ("request", "run", "recorder")]
+    if not all(isinstance(part, Mapping) for part in parts):
         raise BtManipError(f"{path} is no snapshot of a run: bt-manip run --snapshot-at makes them")
-    return dict(snapshot)
+    if not isinstance(snapshot["request"].get("seed", 0), int):
+        raise BtManipError(f"{path}: the seed of the run is no number")
+    return snapshot
 
 
 def go_on(path: Path, snapshot: Mapping[str, Any], run: Run, recorder: Recorder) -> None:
@@ -100,8 +103,10 @@ def go_on(path: Path, snapshot: Mapping[str, Any], run: Run, recorder: Recorder)
     try:
         run.set_state(snapshot["run"])
         recorder.set_state(snapshot["recorder"])
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise BtManipError(f"{path} does not fit this run: {error!r}") from error
+    except BtManipError as error:
+        raise BtManipError(f"{path} does not fit this run: {error}") from error
+    except Exception as error:  # of whatever reads a part of the state
+        raise BtManipError(f"{path} does not fit this run: {shown(error)}") from error
 
 
 def _asked(request: RunRequest) -> dict[str, Any]:

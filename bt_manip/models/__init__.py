@@ -9,6 +9,7 @@ from .address import is_address as is_address
 from .bundled import bundled_path as bundled_path
 from .bundled import bundled_root as bundled_root
 from .convex import can_decompose as can_decompose
+from .downloads import no_downloads as no_downloads
 from .errors import ModelError as ModelError
 from .exact_xml import exact_xml as exact_xml
 from .load import load_model as load_model

@@ -140,6 +140,7 @@ def _file(address: str, path: Path) -> FoundModel:
         beside = path.parent.iterdir() if path.parent.is_dir() else ()
         near = [p.name for p in beside if p.suffix in (*SUFFIXES, ".xml")] if path.suffix else []
         what = "a folder without model.config" if path.is_dir() else "there is no such file"
+        what = "not a regular file" if path.exists() and not path.is_dir() else what
         raise ModelError(f"'{address}': {what}{did_you_mean(path.name, near)}")
     path = path.resolve()
     return FoundModel(str(path), _name(path.stem), path, _format(path))

@@ -11,6 +11,7 @@ import urllib.request
 from pathlib import Path
 
 from bt_manip.exceptions import did_you_mean
+from bt_manip.models.downloads import check_downloads
 from bt_manip.models.errors import ModelError
 from bt_manip.models.progress import Progress, terminal_progress
 
@@ -44,6 +45,7 @@ def menagerie_file(name: str, progress: Progress = terminal_progress) -> Path:
     try:
         file = robot.entry(entry or robot.default_model).file
         if not is_cached(robot_name):
+            check_downloads(f"menagerie:{name}")
             _require_server(name)
         path = robot.path(progress=progress) / file
     except menagerie.UnknownEntryPointError:

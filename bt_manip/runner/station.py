@@ -196,10 +196,11 @@ class Station:
 
         Raises:
             CellError: If an object of the state is not registered here.
+            ModelError: If the model of an object would have to be downloaded.
         """
 
         def make(entry: Mapping[str, Any]) -> composer.Entity:
-            return self.models.nominal(entry["kind"], **entry["parameters"])
+            return self.models.restored(entry["kind"], entry["parameters"])
 
         self.cell.restore(state["cell"], make)
         for name, robot in self.robots.items():

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from bt_manip.exceptions import BtManipError
+from bt_manip.models.fuel.transfer import Transfer
 from bt_manip.recording.recorder import Recorder
 from bt_manip.runner import (
     Run,
@@ -181,7 +182,12 @@ def test_other_than_plain_data_is_refused_and_leaves_no_file(tmp_path, state, me
         (None, "cannot read"),
         ("{", "is no snapshot"),
         ("[]", "is no snapshot"),
-        ('{"format": "bt-manip snapshot", "version": 99}', "version 99, expected 4"),
+        ("[" * 100_000, "nested too deep"),
+        ('{"format": "bt-manip snapshot", "version": 5}', "it has no table 'state'"),
+        ('{"format": "bt-manip snapshot", "version": 5, "state": 3}', "it has no table 'state'"),
+        ('{"format": "bt-manip snapshot", "version": 5, "state": {}}', "is damaged"),
+        ('{"format": "bt-manip snapshot", "version": 5, "state": {"a": NaN}}', "is NaN"),
+        ('{"format": "bt-manip snapshot", "version": 99}', "version 99, expected 5"),
     ],
 )
 def test_a_file_that_is_not_a_snapshot_is_refused(tmp_path, content, message):
@@ -191,3 +197,41 @@ def test_a_file_that_is_not_a_snapshot_is_refused(tmp_path, content, message):
         load_snapshot(tmp_path / "s.json")
     with pytest.raises(BtManipError, match="cannot write"):
         save_snapshot(tmp_path / "no" / "s.json", {})
+
+
+def test_a_snapshot_that_was_edited_or_truncated_is_refused(tmp_path):
+    path = tmp_path / "s.json"
+    save_snapshot(path, {"a": [1.0, 2.0]})
+    whole = path.read_text()
+    path.write_text(whole.replace("2.0", "3.0"))
+    with pytest.raises(BtManipError, match="is damaged"):
+        load_snapshot(path)
+    path.write_text(whole[:-10])
+    with pytest.raises(BtManipError, match="is no snapshot"):
+        load_snapshot(path)
+
+
+@pytest.mark.parametrize(
+    "kind", ["fuel:OpenRobotics/Table", "https://fuel.gazebosim.org/1.0/a/models/b"]
+)
+def test_a_snapshot_downloads_nothing(parts, monkeypatch, tmp_path, kind):
+    monkeypatch.setenv("GZ_FUEL_CACHE_PATH", str(tmp_path))
+    monkeypatch.setattr(Transfer, "get", lambda *_: pytest.fail("the network was used"))
+    station = build_station(parts)
+    state = station.get_state()
+    state["cell"]["entities"][-1] = {**state["cell"]["entities"][-1], "name": "x", "kind": kind}
+    with pytest.raises(BtManipError, match="a snapshot downloads no models, and '.*' is not here"):
+        station.set_state(state)
+
+
+def test_a_state_that_is_not_finite_or_of_another_size_is_refused(parts):
+    station = build_station(parts)
+    for wrong in ([0.0], "x", [[1.0], [2.0, 3.0]], None):
+        state = station.get_state()
+        state["cell"]["integration"] = wrong
+        with pytest.raises(BtManipError, match="does not fit this cell"):
+            station.set_state(state)
+    state = station.get_state()
+    state["cell"]["integration"][3] = float("nan")
+    with pytest.raises(BtManipError, match="a number of the state is not finite"):
+        station.set_state(state)

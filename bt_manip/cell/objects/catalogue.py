@@ -11,6 +11,7 @@ from bt_manip.models import (
     can_decompose,
     is_address,
     load_model,
+    no_downloads,
     terminal_progress,
 )
 from bt_manip.registry import Registry
@@ -70,6 +71,22 @@ class Catalogue:
             ModelError: If there is no model at the address.
         """
         return self._factory(name)(**parameters)
+
+    def restored(self, name: str, parameters: Mapping[str, Any]) -> Any:
+        """Make an object of a snapshot, without randomization; nothing is downloaded.
+
+        Sources of plugins, which might do so, are not asked for models that are not loaded yet.
+
+        Raises:
+            UnknownPartError: If nothing is registered by the name; it offers the nearest names.
+            ModelError: If the model is neither loaded nor on this machine.
+        """
+        sources, self._sources = self._sources, None
+        try:
+            with no_downloads(f"a snapshot downloads no models, and '{name}' is not here"):
+                return self.nominal(name, **parameters)
+        finally:
+            self._sources = sources
 
     def _factory(self, name: str) -> Callable[..., Any]:
         if not is_address(name) or name in self._registered:

@@ -25,11 +25,13 @@ def set_integration_state(model: mujoco.MjModel, data: mujoco.MjData, state: np.
     """Set an integration state and recompute what follows from it.
 
     Raises:
-        ValueError: If the state was taken from a model of another size.
+        ValueError: If the state was taken from a model of another size, or is not finite.
     """
     size = mujoco.mj_stateSize(model, INTEGRATION)
     if state.shape != (size,):
         raise ValueError(f"a state of this model has {size} numbers, got {state.shape}")
+    if not np.isfinite(state).all():
+        raise ValueError("a number of the state is not finite")
     mujoco.mj_setState(model, data, state, INTEGRATION)
     mujoco.mj_forward(model, data)
 

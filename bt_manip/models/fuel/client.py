@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from bt_manip.models.downloads import check_downloads
 from bt_manip.models.errors import ModelError
 from bt_manip.models.fuel.address import FuelAddress
 from bt_manip.models.fuel.archive import ZipLimits, unpack
@@ -72,11 +73,13 @@ class FuelClient:
             ModelError: When it cannot be fetched.
         """
         if address.version is None and self.cache.versions(address):
+            check_downloads(str(address))
             newest = self.details(address).get("version")
             if isinstance(newest, int) and (known := self.cache.find(address.at(newest))):
                 return known
         elif known := self.cache.find(address):
             return known
+        check_downloads(str(address))
         with self.cache.staging() as stage:
             try:
                 version = self._download(address, stage / "model.zip")
