@@ -77,7 +77,8 @@ def test_another_request_is_refused_before_anything_is_simulated(bt_manip, trees
         (None, "cannot read the snapshot"),
         ("{", "is no snapshot"),
         ({"cell": 1}, "is no snapshot of a run"),
-        ({"request": {}, "run": 1, "recorder": 2}, "is of a run with robot None"),
+        ({"request": {}, "run": 1, "recorder": 2}, "is no snapshot of a run"),
+        ({"request": {}, "run": {}, "recorder": {}}, "is of a run with robot None"),
     ],
 )
 def test_a_file_that_is_no_snapshot_of_a_run_is_refused(
