@@ -30,6 +30,7 @@ COMMANDS = {
     "plugins": "bt_manip.cli.plugins:show_plugins",
     "run": "bt_manip.cli.run:run",
     "scene": "bt_manip.cli.scene:scene",
+    "stress": "bt_manip.cli.stress:stress",
     "tree": "bt_manip.cli.tree:tree",
 }
 """Module and attribute of each sub-command; it is imported when it is needed."""

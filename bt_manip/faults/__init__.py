@@ -22,5 +22,14 @@ from .robot_faults import SensorNoise as SensorNoise
 from .robot_faults import StuckFinger as StuckFinger
 from .robot_faults import StuckJoint as StuckJoint
 from .robot_faults import TorqueLoss as TorqueLoss
+from .stress import StressCase as StressCase
+from .stress import StressPhase as StressPhase
+from .stress import StressRequest as StressRequest
+from .stress import StressResult as StressResult
+from .stress import StressTester as StressTester
+from .stress import plan_cases as plan_cases
+from .stress import run_cases as run_cases
+from .stress_table import LEGEND as LEGEND
+from .stress_table import StressTable as StressTable
 from .tree_faults import BehaviourException as BehaviourException
 from .tree_faults import TickDelay as TickDelay

@@ -177,9 +177,9 @@ class Stuck(_ObjectFault):
 class Obstacle(Fault):
     """A block appears on the arm's path, with a path around it."""
 
-    width: float = parameter(0.08, "Its width and depth [m].")
+    width: float = parameter(0.06, "Its width and depth [m].")
     height: float = parameter(0.3, "Its height [m].")
-    distance: float = parameter(0.2, "Least distance ahead of the tool [m].")
+    distance: float = parameter(0.15, "Least distance ahead of the tool [m].")
     clearance: float = parameter(0.1, "Least distance from object, container and tool [m].")
 
     def begin(self) -> None:

@@ -163,8 +163,8 @@ class _SensorFault(Fault):
 class SensorNoise(_SensorFault):
     """White noise is added to the measured positions and velocities of the joints."""
 
-    position: float = parameter(1e-4, "Standard deviation of the positions [rad].")
-    velocity: float = parameter(1e-2, "Standard deviation of the velocities [rad/s].")
+    position: float = parameter(2e-5, "Standard deviation of the positions [rad].")
+    velocity: float = parameter(2e-3, "Standard deviation of the velocities [rad/s].")
 
     def measure(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Add noise."""
@@ -176,7 +176,7 @@ class SensorNoise(_SensorFault):
 class SensorDelay(_SensorFault):
     """The measured positions and velocities of the joints are out of date."""
 
-    delay: float = parameter(0.004, "Their age [s].")
+    delay: float = parameter(0.002, "Their age [s].")
 
     def begin(self) -> None:
         """Begin without past measurements."""

@@ -1,0 +1,168 @@
+"""``bt-manip stress``: test how a tree copes with faults."""
+
+import json
+import os
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bt_manip.cli.completion import complete_key, complete_part
+from bt_manip.cli.interrupt import INTERRUPTED
+from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
+from bt_manip.cli.settings import parse_settings
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from bt_manip.faults import StressTable
+
+BEGIN, END = "<!-- stress -->", "<!-- /stress -->"
+"""Lines of a page between which its table is."""
+
+NOT_ACCEPTABLE = 1
+"""Exit code when a cycle was dishonest or hung, or the one after it failed."""
+
+
+@click.command(
+    epilog="Exit codes: 0 every cycle ended honestly and the next one reached its goal, 1 one did "
+    "not, 2 bad input, 130 interrupted."
+)
+@click.argument("tree", shell_complete=complete_part("trees"))
+@click.option(
+    "--seeds", type=click.IntRange(min=1), default=1, show_default=True, metavar="N",
+    help="Number of seeds, from 0.",
+)  # fmt: skip
+@click.option("--faults", default="", metavar="A,B", help="Only these faults.  [default: all]")
+@click.option(
+    "--phases", default="", metavar="A,B",
+    help="Only at these leaves.  [default: all that run in an undisturbed cycle]",
+)  # fmt: skip
+@click.option(
+    "--jobs", type=click.IntRange(min=1), metavar="N",
+    help="Number of processes.  [default: one for each core]",
+)  # fmt: skip
+@click.option(
+    "--markdown", type=click.Path(path_type=Path), metavar="FILE",
+    help="Write the table to a page: between the lines <!-- stress --> and <!-- /stress -->, "
+    "where it has them.",
+)  # fmt: skip
+@click.option(
+    "--json", "json_file", type=click.Path(path_type=Path), metavar="FILE",
+    help="Write each case.",
+)  # fmt: skip
+@click.option(
+    "--robot", default="panda", show_default=True, metavar="R",
+    shell_complete=complete_part("robots"), help="As for run.",
+)  # fmt: skip
+@click.option(
+    "--controller", metavar="C", shell_complete=complete_part("controllers"), help="As for run."
+)
+@click.option("--scene", metavar="S", shell_complete=complete_part("scenes"), help="As for run.")
+@click.option(
+    "--planner", default="rrt_connect", show_default=True, metavar="P",
+    shell_complete=complete_part("planners"), help="As for run.",
+)  # fmt: skip
+@click.option(
+    "--set", "settings", multiple=True, metavar="KEY=VALUE", shell_complete=complete_key,
+    help="As for run; may be given more than once.",
+)  # fmt: skip
+def stress(
+    tree: str,
+    seeds: int,
+    faults: str,
+    phases: str,
+    jobs: int | None,
+    markdown: Path | None,
+    json_file: Path | None,
+    settings: tuple[str, ...],
+    **parts: Any,
+) -> int:
+    """Test how TREE copes with faults.
+
+    Each fault (see: bt-manip list faults) happens at each phase of the tree, an action leaf that
+    runs in an undisturbed cycle, once for each seed. The physics judges whether the goal that the
+    tree declares holds. After each cycle with a fault an undisturbed one must reach the goal.
+    """
+    os.environ.setdefault("MUJOCO_GL", "disable")
+    from bt_manip.faults import StressRequest, StressTable, StressTester, plan_cases, run_cases
+    from bt_manip.recording import check_writable
+
+    for file in (markdown, json_file):
+        if file is not None:
+            check_writable(file, "table")
+    load_chosen_plugins()  # warns of broken ones
+    request = StressRequest(tree, settings=parse_settings(settings), choice=chosen(), **parts)
+    cases = plan_cases(StressTester(request), seeds, _names(faults), _names(phases))
+    place = {case: number for number, case in enumerate(cases)}
+    results = []
+    code = 0
+    try:
+        with _progress(len(cases)) as advance:
+            for result in run_cases(request, cases, jobs or os.cpu_count() or 1):
+                results.append(result)
+                advance()
+    except KeyboardInterrupt:
+        code = INTERRUPTED
+    results.sort(key=lambda one: place[one.case])
+    table = StressTable(results)
+    _print(table)
+    if markdown is not None:
+        given = {"seeds": seeds, "faults": faults, "phases": phases, "markdown": markdown}
+        options = (f"--{key} {value}" for key, value in given.items() if value)
+        _write_page(markdown, table.markdown(f"bt-manip stress {tree} {' '.join(options)}"))
+    if json_file is not None:
+        json_file.write_text(json.dumps(table.plain(), indent=1) + "\n")
+    return code or (0 if all(one.acceptable for one in results) else NOT_ACCEPTABLE)
+
+
+def _names(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
+@contextmanager
+def _progress(total: int) -> "Iterator[Callable[[], None]]":
+    """Show a bar on a terminal; yield what is called after each case."""
+    from rich.console import Console
+    from rich.progress import MofNCompleteColumn, Progress
+
+    console = Console(stderr=True)
+    columns = (*Progress.get_default_columns(), MofNCompleteColumn())
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as bar:
+        task = bar.add_task("stress", total=total)
+        yield lambda: bar.advance(task)
+
+
+def _print(table: "StressTable") -> None:
+    """Print the table, the legend and the reasons."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    from bt_manip.faults import LEGEND
+    from bt_manip.viewer import print_wrapped
+
+    console = Console()
+    drawn = Table(box=box.SIMPLE_HEAD if console.is_terminal else None)
+    for column in ("fault", *table.phases):
+        drawn.add_column(Text(column), overflow="fold")
+    for row in table.rows():
+        bad = any(letter in " ".join(row[1:]) for letter in "DHN")
+        drawn.add_row(*map(Text, row), style="red" if bad else "")
+    console.print(drawn)
+    for line in (table.summary(), LEGEND, *table.reasons()):
+        print_wrapped(console, line)
+
+
+def _write_page(path: Path, text: str) -> None:
+    """Write the table to a file, or between the marks of a page."""
+    if path.exists():
+        before, begin, rest = path.read_text().partition(BEGIN)
+        _, end, after = rest.partition(END)
+        if begin and end:
+            text = f"{before}{BEGIN}\n{text}{END}{after}"
+    path.write_text(text)

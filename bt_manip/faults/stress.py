@@ -1,0 +1,330 @@
+"""Stress tests: each fault at each phase of a tree, for several seeds, in parallel processes."""
+
+import multiprocessing
+import signal
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from bt_manip.bt import NodeKind, NodeStatus
+from bt_manip.exceptions import NodeError, did_you_mean
+from bt_manip.registry import Surroundings
+from bt_manip.runner import CONTROLLER, SCENE, Run, RunObserver, RunRequest, find_tree, prepare
+
+from .fault import FaultError
+from .injector import FaultInjector
+from .planned_fault import PlannedFault
+
+MAX_CYCLE = 60.0
+"""Simulated time after which a cycle counts as hung [s]."""
+
+LATEST = 0.8
+"""Largest share of the undisturbed duration of a phase after which a fault begins."""
+
+KEPT_COMPILES = 8
+"""Compiled physics that a worker keeps: objects, obstacles and containers come and go."""
+
+Outcome = Literal["recovered", "failed", "dishonest", "hung", "none"]
+"""How a cycle with a fault ended.
+
+``"recovered"``: SUCCESS, and the goal holds. ``"failed"``: not SUCCESS, or the run ended with an
+error. ``"dishonest"``: SUCCESS although the goal does not hold. ``"hung"``: no end within
+`MAX_CYCLE`. ``"none"``: the fault could not happen.
+"""
+
+
+@dataclass(frozen=True)
+class StressRequest:
+    """The tree to test and the parts to test it with, as for `RunRequest`; plain data.
+
+    Attributes:
+        tree: The tree as the user names it.
+        robot: Robot of the run.
+        controller: Controller of the run; None: the tree's.
+        scene: Scene of the run; None: the tree's.
+        planner: Planner of the run.
+        settings: Values of keys that the tree declares.
+        choice: The `bt_manip.plugins.Choice` of plugins; None: that of the environment.
+    """
+
+    tree: str
+    robot: str = "panda"
+    controller: str | None = None
+    scene: str | None = None
+    planner: str = "rrt_connect"
+    settings: Mapping[str, str] = field(default_factory=dict)
+    choice: Any = None
+
+
+@dataclass(frozen=True)
+class StressPhase:
+    """An action leaf that runs in an undisturbed cycle.
+
+    Attributes:
+        name: Its name in the tree, or its path where several leaves have that name.
+        path: Its path in the tree.
+        duration: Simulated time that it took [s].
+    """
+
+    name: str
+    path: str
+    duration: float
+
+
+@dataclass(frozen=True)
+class StressCase:
+    """One fault at one phase with one seed."""
+
+    fault: str
+    phase: StressPhase
+    seed: int
+
+    def plan(self) -> tuple[PlannedFault, int]:
+        """Return the fault with the time at which it begins, and the seed of its randomness."""
+        label = f"{self.fault} {self.phase.path}".encode()
+        rng = np.random.default_rng((self.seed, zlib.crc32(label)))
+        after = round(LATEST * rng.uniform() * self.phase.duration, 3)
+        return PlannedFault(self.fault, self.phase.path, after, 1), int(rng.integers(2**32))
+
+
+@dataclass(frozen=True)
+class StressResult:
+    """How a case ended.
+
+    Attributes:
+        case: The case.
+        outcome: How the cycle with the fault ended.
+        reason: Why it did not recover.
+        next_reason: Why the undisturbed cycle after it did not reach its goal; empty if it did.
+    """
+
+    case: StressCase
+    outcome: Outcome
+    reason: str = ""
+    next_reason: str = ""
+
+    @property
+    def acceptable(self) -> bool:
+        """Whether the tree was honest and ended, and the next cycle reached its goal."""
+        return self.outcome not in ("dishonest", "hung") and not self.next_reason
+
+
+class StressTester:
+    """Runs the cases of one tree in this process; a station is built once for each seed."""
+
+    def __init__(self, request: StressRequest) -> None:
+        """Load the plugins.
+
+        Raises:
+            BtManipError: If a name of the request is not registered.
+        """
+        from bt_manip.plugins import load_plugins
+
+        self._request = request
+        plugins = load_plugins(choice=request.choice, warn=lambda message: None)
+        self._parts = parts = plugins.parts
+        self.faults = parts.faults
+        self._source = find_tree(
+            request.tree, {name: parts.trees.get(name) for name in parts.trees}
+        )
+        self._runs: dict[int, tuple[Run, dict[str, Any]]] = {}
+
+    def phases(self) -> list[StressPhase]:
+        """Return the action leaves that take time in an undisturbed cycle, in their order.
+
+        Raises:
+            FaultError: If the tree declares no goal, or does not reach it undisturbed.
+        """
+        run = self._prepared(0)
+        if not run.tree.goal:
+            raise FaultError(
+                f"tree '{self._request.tree}' declares no goal to judge it by; add one to its main "
+                '<BehaviorTree>, such as _goal="IsIn object={object} container=basket"'
+            )
+        log = _PhaseTimes(run)
+        run.tree.observers.append(log)
+        try:
+            outcome, reason = _Cycle(run).run(0)
+        finally:
+            run.tree.observers.remove(log)
+        if outcome != "recovered":
+            raise FaultError(f"tree '{self._request.tree}' fails without any fault: {reason}")
+        names = [node.name for node in log.duration]
+        return [
+            StressPhase(n.name if names.count(n.name) == 1 else n.path, n.path, round(time, 3))
+            for n, time in log.duration.items()
+        ]
+
+    def run(self, case: StressCase) -> StressResult:
+        """Run a cycle with a fault, and an undisturbed one after it."""
+        run = self._prepared(case.seed)
+        planned, seed = case.plan()
+        injector = FaultInjector([planned], self.faults, seed)
+        cycle = _Cycle(run)
+        outcome, reason = cycle.run(0, injector)
+        if not injector.happened:
+            return StressResult(case, "none", (injector.problems or [""])[0])
+        if cycle.aborted:  # as a user would, in a new run
+            run = self._prepared(case.seed)
+        after, next_reason = _Cycle(run).run(1)
+        return StressResult(case, outcome, reason, "" if after == "recovered" else next_reason)
+
+    def _prepared(self, seed: int) -> Run:
+        """Return a run in its initial state."""
+        if seed not in self._runs:
+            wants = self._parts.surroundings.get(self._request.tree, Surroundings())
+            request = RunRequest(
+                self._source,
+                robot=self._request.robot,
+                controller=self._request.controller or wants.controller or CONTROLLER,
+                scene=self._request.scene or wants.scene or SCENE,
+                planner=self._request.planner,
+                settings=self._request.settings,
+                seed=seed,
+            )
+            run = prepare(request, self._parts)
+            run.station.cell.compiles_kept = KEPT_COMPILES
+            self._runs[seed] = run, run.get_state()
+        run, state = self._runs[seed]
+        run.set_state(state)
+        return run
+
+
+class _Cycle(RunObserver):
+    """Runs single cycles and tells how they ended.
+
+    Attributes:
+        aborted: Whether the run ended before its cycle did.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self._run, self.aborted = run, False
+
+    def run(self, cycle: int, *observers: RunObserver) -> tuple[Outcome, str]:
+        """Run one cycle; return how it ended, and why it did not succeed."""
+        run, self._ended = self._run, False
+        run.request = replace(run.request, cycles=cycle + 1)
+        run.cycle, self._end = cycle, run.station.cell.time + MAX_CYCLE
+        try:
+            run.execute([self, *observers], stop=self._stop)
+        except (Exception, SystemExit) as error:
+            self.aborted = True
+            text = (
+                str(error) if isinstance(error, NodeError) else f"{type(error).__name__}: {error}"
+            )
+            return "failed", text
+        if not self._ended:
+            self.aborted = True
+            return "hung", f"no end within {MAX_CYCLE:g} s simulated"
+        return self._outcome, self._reason
+
+    def cycle_ended(self, status: str, reason: str) -> None:
+        """Judge the cycle."""
+        goal, self._ended, self._reason = self._run.goal, True, reason
+        self._outcome: Outcome = "failed"
+        if goal.tree_succeeded:
+            self._outcome = "recovered" if goal.holds else "dishonest"
+
+    def _stop(self) -> bool:
+        """Tell whether the cycle hangs."""
+        return self._run.station.cell.time > self._end
+
+
+class _PhaseTimes:
+    """Tree observer that measures how long action leaves run."""
+
+    def __init__(self, run: Run) -> None:
+        self._clock = run.station.clock
+        self._start: dict[Any, float] = {}
+        self.duration: dict[Any, float] = {}
+
+    def __call__(self, node: Any, old: NodeStatus, new: NodeStatus) -> None:
+        if node.kind is not NodeKind.ACTION:
+            return
+        if new is NodeStatus.RUNNING:
+            self._start[node] = self._clock()
+        elif old is NodeStatus.RUNNING:
+            spent = self._clock() - self._start[node]
+            self.duration[node] = self.duration.get(node, 0.0) + spent
+
+
+def plan_cases(
+    tester: StressTester, seeds: int, faults: Sequence[str] = (), phases: Sequence[str] = ()
+) -> list[StressCase]:
+    """Return the cases of a stress test, by seed, fault and phase.
+
+    Args:
+        tester: The tree.
+        seeds: Number of seeds, from 0.
+        faults: Names of faults; empty: all registered ones.
+        phases: Names or paths of leaves; empty: all that run in an undisturbed cycle.
+
+    Raises:
+        UnknownPartError: If a fault is not registered.
+        FaultError: If a leaf does not run, or the tree cannot be tested.
+    """
+    names = tester.faults.names()
+    for name in faults:
+        tester.faults.get(name)
+    known = tester.phases()
+    spelt = {text for phase in known for text in (phase.name, phase.path)}
+    for name in phases:
+        if name not in spelt:
+            raise FaultError(f"no leaf '{name}' runs in this tree{did_you_mean(name, spelt)}")
+    chosen = [one for one in known if not phases or {one.name, one.path} & set(phases)]
+    return [
+        StressCase(fault, phase, seed)
+        for seed in range(seeds)
+        for fault in names
+        if not faults or fault in faults
+        for phase in chosen
+    ]
+
+
+def run_cases(
+    request: StressRequest, cases: Sequence[StressCase], jobs: int = 1
+) -> Iterator[StressResult]:
+    """Run cases in parallel processes and yield their results in any order.
+
+    When the iteration ends early, the processes are ended at once.
+
+    Args:
+        request: The tree.
+        cases: The cases.
+        jobs: Number of processes; 1: this one.
+    """
+    if jobs == 1:
+        tester = StressTester(request)
+        yield from map(tester.run, cases)
+        return
+    # Forking would copy locks of threads that libraries have started.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(jobs, context, initializer=_start_worker, initargs=(request,)) as pool:
+        done = False
+        try:
+            futures = [pool.submit(_run_in_worker, case) for case in cases]
+            for future in as_completed(futures):
+                yield future.result()
+            done = True
+        finally:
+            if not done:
+                pool.shutdown(wait=False, cancel_futures=True)
+                for process in multiprocessing.active_children():
+                    process.terminate()
+
+
+_WORKER: list[StressTester] = []
+"""The tester of this process, where it is a worker."""
+
+
+def _start_worker(request: StressRequest) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends this process
+    _WORKER[:] = [StressTester(request)]
+
+
+def _run_in_worker(case: StressCase) -> StressResult:
+    return _WORKER[0].run(case)

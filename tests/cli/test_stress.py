@@ -1,0 +1,64 @@
+"""``bt-manip stress``: the table, the files it writes, and its exit codes."""
+
+import json
+
+import pytest
+
+TREE = """
+from bt_manip.behaviours import ObjectExists, SpawnObject
+from bt_manip.bt import Sequence, Sleep, Tree
+
+
+def tree(goal="{object}"):
+    task = Sequence("task", SpawnObject(object="{object}"), Sleep("work", msec=200))
+    return Tree(task, goal=ObjectExists(object=goal) if goal else ())
+
+
+def aimless():
+    return tree("")
+"""
+
+
+@pytest.fixture
+def stress(bt_manip, tmp_path):
+    path = tmp_path / "small.py"
+    path.write_text(TREE)
+    return lambda *options, name="tree": bt_manip("stress", f"{path}:{name}", "--jobs", 1, *options)
+
+
+def test_a_table_and_its_files_are_written(stress, tmp_path):
+    page, data = tmp_path / "page.md", tmp_path / "data.json"
+    page.write_text("# Stress\n\n<!-- stress -->\nold\n<!-- /stress -->\n\nAfter.\n")
+    code, out, err = stress("--faults", "heavy, push", "--markdown", page, "--json", data)
+    assert (code, err) == (0, "")
+    assert "heavy  R1" in out and "2 faults: 2 recovered, 0 failed" in out
+    text = page.read_text()
+    assert text.startswith("# Stress\n\n<!-- stress -->\nMade by `bt-manip stress")
+    assert "| push | R1 |" in text and text.endswith("<!-- /stress -->\n\nAfter.\n")
+    assert [case["outcome"] for case in json.loads(data.read_text())] == ["recovered"] * 2
+
+
+def test_a_new_page_holds_the_table_alone(stress, tmp_path):
+    page = tmp_path / "page.md"
+    assert stress("--faults", "push", "--phases", "work", "--markdown", page).code == 0
+    assert page.read_text().startswith("Made by `bt-manip stress")
+
+
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        (("--faults", "pusch"), "Error: unknown fault 'pusch'; did you mean 'push'"),
+        (("--phases", "wrk"), "Error: no leaf 'wrk' runs in this tree; did you mean 'work'?"),
+        (("--json", "/nowhere/data.json"), "Error: table '/nowhere/data.json' cannot be written"),
+        (("--seeds", "0"), "Invalid value for '--seeds'"),
+    ],
+)
+def test_bad_input_is_one_line(stress, options, problem):
+    code, out, err = stress(*options)
+    assert code == 2 and problem in err and out == ""
+
+
+def test_a_tree_without_a_goal_is_refused(stress):
+    code, _, err = stress(name="aimless")
+    assert code == 2 and len(err.splitlines()) == 1
+    assert "declares no goal to judge it by; add one to its main <BehaviorTree>" in err
