@@ -85,7 +85,7 @@ EXPERIMENTAL = {
     "bt_manip.grasping": ("GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE"),
     "bt_manip.robots": "GraspGenerator GraspCandidates",
     "bt_manip.control": "ControllerManager",
-    "bt_manip.recording": "Recorder RunReport Trace read_report",
+    "bt_manip.recording": "Recorder RunReport Trace read_report read_trace",
     "bt_manip.faults": "Fault FaultContext FaultError FaultInjector parameter parse_fault",
     "bt_manip.viewer": "render write_png NoOpenGLError",
 }

@@ -129,9 +129,15 @@ A NumPy archive with one row for each control step (1 kHz); `n` is the number of
 With several robots in the cell, the names are `left/q` and so on.
 
 ```
-with np.load("trace.npz") as trace:
-    error = trace["q"] - trace["q_ref"]
+from bt_manip.recording import read_trace
+
+trace = read_trace("trace.npz")
+error = trace["q"] - trace["q_ref"]
 ```
+
+While the run goes on, the file is a growing array in NumPy's NPY format with the same names, which
+lacks at most the last 256 steps; after `kill -9` or on a full disk, it stays one. `read_trace` and
+`np.load(...)["q"]` read both.
 
 | name | shape | contents |
 |---|---|---|

@@ -212,7 +212,12 @@ class _Job:
             if not isinstance(error, NodeError) and not hasattr(error, "culprit"):
                 text = f"{type(error).__name__}: {text}"
         self._error = f"{by}{text}"
-        click.echo(f"Error: the run ended with an internal fault: {self._error}", err=True)
+        from bt_manip.recording import RecordingError
+
+        what = "the run ended with an internal fault: "
+        click.echo(
+            f"Error: {'' if isinstance(error, RecordingError) else what}{self._error}", err=True
+        )
         return FAULT
 
     def finish(self, code: int) -> int:

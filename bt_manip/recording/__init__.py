@@ -20,5 +20,6 @@ if TYPE_CHECKING:
     from bt_manip.recording.report_file import read_report as read_report
     from bt_manip.recording.trace import Trace as Trace
     from bt_manip.recording.trace import TraceRecorder as TraceRecorder
+    from bt_manip.recording.trace import read_trace as read_trace
 
 __getattr__ = lazy_exports(__name__)

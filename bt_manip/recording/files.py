@@ -86,7 +86,7 @@ class AppendedFile:
         Raises:
             OSError: If it cannot be opened.
         """
-        flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND
+        flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC
         self._file = os.open(path, flags | getattr(os, "O_BINARY", 0), 0o666)
         self.size = 0
 
@@ -103,8 +103,17 @@ class AppendedFile:
         except BaseException:
             with suppress(OSError):  # a pipe or a device
                 os.ftruncate(self._file, self.size)
+                os.lseek(self._file, self.size, os.SEEK_SET)
             raise
         self.size += len(data)
+
+    def overwrite(self, data: bytes) -> None:
+        """Replace the first bytes of a regular file.
+
+        Raises:
+            OSError: If that fails.
+        """
+        os.pwrite(self._file, data, 0)
 
     def close(self) -> None:
         """Wait until the file is on the disk, and close it.

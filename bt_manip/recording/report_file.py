@@ -20,7 +20,7 @@ PERIOD = 1.0
 """Minimum wall time between two versions of a JSON report [s]: a long one takes milliseconds."""
 
 SHARE = 0.05
-"""Maximum share of the wall time that is spent on writing JSON reports."""
+"""Maximum share of time that JSON reports take of a processor: long ones are written less often."""
 
 SUMMARY = ("status", "simulated_s", "wall_s", "real_time_factor", "state_digest", "error")
 """Fields of `RunReport` that are known at the end of the run."""
@@ -102,6 +102,7 @@ class JsonReportFile(ReportFile):
             return
         with self._lock:
             self._report = report
+            self._cycles += [_cycle_text(cycle) for cycle in report.cycles[len(self._cycles) :]]
             wait = self._due - time.monotonic()
             if (final or wait <= 0.0) and self._timer is not None:
                 self._timer.cancel()
@@ -124,10 +125,8 @@ class JsonReportFile(ReportFile):
                 self._failed(error)
 
     def _rewrite(self, *, sync: bool) -> None:
-        start = time.monotonic()
-        report = self._report
-        self._cycles += [_cycle_text(cycle) for cycle in report.cycles[len(self._cycles) :]]
-        text = replace(report, cycles=()).to_json()
+        start = time.thread_time()
+        text = replace(self._report, cycles=()).to_json()
         if self._cycles:
             cycles = ",\n".join(self._cycles)
             text = text.replace('"cycles": []', f'"cycles": [\n{cycles}\n  ]', 1)
@@ -136,8 +135,8 @@ class JsonReportFile(ReportFile):
                 file.write(text.encode())
             self._written = len(self._cycles)
         finally:
-            now = time.monotonic()
-            self._due = now + max(PERIOD, (now - start) / SHARE)
+            took = time.thread_time() - start
+            self._due = time.monotonic() + max(PERIOD, took / SHARE)
 
 
 class JsonLinesReportFile(ReportFile):

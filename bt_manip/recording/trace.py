@@ -1,15 +1,23 @@
 """Trace of a run: every control step, as a file."""
 
+import io
+import os
 import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.recording.files import check_writable, whole_file
+from bt_manip.recording.files import (
+    AppendedFile,
+    RecordingError,
+    check_writable,
+    is_special,
+    whole_file,
+)
 from bt_manip.recording.step_log import StepBlock, StepLog
 from bt_manip.runner import RunObserver
 
@@ -33,12 +41,12 @@ class Trace:
 
     With several robots in a cell the file has ``left/q`` and so on, by their names.
 
-    The rows are buffered in a temporary file, not in memory. The requested file is written
-    atomically at the end.
+    While the run goes on, the file is a structured array in NumPy's NPY format with the same names,
+    which grows; `read_trace` and ``np.load`` read both. At the end it is replaced by the archive.
     """
 
     def __init__(self, path: Path) -> None:
-        """Check the path and open the temporary file.
+        """Check the path; the file is created with the first steps.
 
         Args:
             path: The file to write.
@@ -48,48 +56,99 @@ class Trace:
         """
         check_writable(path, "trace")
         self.path = path
-        self._names: tuple[str, ...] = COLUMNS
-        self._widths = (0,) * len(COLUMNS)
+        # A pipe or a device cannot grow.
+        self._buffer = tempfile.NamedTemporaryFile() if is_special(path) else None  # noqa: SIM115
+        self._growing = Path(self._buffer.name if self._buffer else path)
+        self._file: AppendedFile | None = None
+        self._dtype = np.dtype([("t", float), *((name, float, (0,)) for name in COLUMNS)])
         self._rows = 0
-        self._file: BinaryIO = tempfile.TemporaryFile()  # noqa: SIM115 (closed in close())
+        self._problem = ""
 
     def append(
         self, t: np.ndarray, columns: Sequence[np.ndarray], names: Sequence[str] = COLUMNS
     ) -> None:
-        """Add control steps.
+        """Add control steps; after a failure, which `close` raises, nothing is added.
 
         Args:
             t: Simulated times [s].  # (n,)
             columns: As many as names, each of them (n, nq).
             names: Their names, the same at each call.
         """
-        self._names, self._widths = tuple(names), tuple(column.shape[1] for column in columns)
-        rows = np.column_stack((t, *columns))
-        self._rows += len(rows)
-        self._file.write(rows.tobytes())
+        if self._problem:
+            return
+        try:
+            if self._file is None:
+                widths = ((n, float, c.shape[1:]) for n, c in zip(names, columns, strict=True))
+                self._dtype = np.dtype([("t", float), *widths])
+                self._file = AppendedFile(self._growing)
+                self._file.append(self._header())
+            self._file.append(np.column_stack((t, *columns)).tobytes())
+            self._rows += len(t)
+            self._file.overwrite(self._header())
+        except OSError as error:
+            self._problem = (
+                f"trace '{self.path}' cannot be written: {error.strerror}; the steps from "
+                f"{t[0]:.3f} s on are lost"
+            )
 
     def close(self) -> None:
-        """Write the file and delete the temporary one.
+        """Replace the file by the archive.
 
         Raises:
-            OSError: When it cannot be written.
+            RecordingError: When it cannot be written.
         """
         try:
-            self._file.flush()
-            width = 1 + sum(self._widths)
-            table = (
-                np.memmap(self._file, dtype=float, mode="r", shape=(self._rows, width))
-                if self._rows
-                else np.empty((0, width))
-            )
-            with whole_file(self.path) as target, zipfile.ZipFile(target, "w") as archive:
-                _write(archive, "t", table[:, 0])
-                first = 1
-                for name, columns in zip(self._names, self._widths, strict=True):
-                    _write(archive, name, table[:, first : first + columns])
-                    first += columns
+            if self._file is not None:
+                self._file.close()
+            if not self._problem:
+                self._write_archive()
+        except OSError as error:
+            self._problem = f"trace '{self.path}' cannot be completed: {error.strerror or error}"
         finally:
-            self._file.close()
+            if self._buffer is not None:
+                self._buffer.close()
+        if self._problem:
+            raise RecordingError(self._problem)
+
+    def _write_archive(self) -> None:
+        table: np.ndarray = np.empty(0, self._dtype)
+        if self._rows:
+            table = np.load(self._growing, mmap_mode="r")
+        with whole_file(self.path) as target, zipfile.ZipFile(target, "w") as archive:
+            for name in self._dtype.names or ():
+                _write(archive, name, table[name])
+
+    def _header(self) -> bytes:
+        """Return the header of an NPY file, whose length does not depend on the number of rows."""
+        header = io.BytesIO()
+        content = {
+            "descr": np.lib.format.dtype_to_descr(self._dtype),
+            "fortran_order": False,
+            "shape": (self._rows,),
+        }
+        np.lib.format.write_array_header_1_0(header, content)
+        return header.getvalue()
+
+
+def read_trace(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
+    """Return the columns of a trace by name, also of a run that goes on or was killed.
+
+    Such a trace lacks at most the last 256 control steps.
+
+    Args:
+        path: The file of ``bt-manip run --trace``.
+
+    Raises:
+        BtManipError: If the file cannot be read or is not a trace.
+    """
+    try:
+        found = np.load(path)
+        names = found.dtype.names if isinstance(found, np.ndarray) else found.files
+        return {name: found[name] for name in names}
+    except OSError as error:
+        raise BtManipError(f"trace '{path}' cannot be read: {error.strerror}") from error
+    except (ValueError, TypeError, EOFError, zipfile.BadZipFile) as error:
+        raise BtManipError(f"'{path}' is not a trace: {error}") from error
 
 
 class TraceRecorder(RunObserver):

@@ -3,9 +3,8 @@
 import json
 import math
 import os
-import resource
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -122,25 +121,17 @@ def test_a_pipe_takes_one_json_object(opened, tmp_path):
     os.close(reader)
 
 
-# Full disks: a limit of the size of a file has the same effect.
-
-Limit = Callable[[int], None]
-
-
-@pytest.fixture
-def limit() -> Iterator[Limit]:
-    """Limit the size of files [bytes]."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+# Full disks
 
 
 @FORMATS
-def test_a_full_disk_costs_only_the_cycles_after_it(opened, tmp_path, limit, monkeypatch, name):
+def test_a_full_disk_costs_only_the_cycles_after_it(
+    opened, tmp_path, file_size_limit, monkeypatch, name
+):
     monkeypatch.setattr(report_file, "PERIOD", 0.0)
     monkeypatch.setattr(report_file, "SHARE", math.inf)
     file, path = opened(name), tmp_path / name
-    limit(10_000)
+    file_size_limit(10_000)
     for cycles in range(40):
         file.update(report(cycles))
     kept = len(read_report(path).cycles)
@@ -155,12 +146,12 @@ def test_a_full_disk_costs_only_the_cycles_after_it(opened, tmp_path, limit, mon
 
 
 @FORMATS
-def test_nothing_is_lost_where_there_is_space_again(opened, tmp_path, limit, name):
+def test_nothing_is_lost_where_there_is_space_again(opened, tmp_path, file_size_limit, name):
     file = opened(name)
-    limit(3000)
+    file_size_limit(3000)
     for cycles in range(10):
         file.update(report(cycles))
-    limit(1_000_000)
+    file_size_limit(1_000_000)
     file.close(report(10, "SUCCESS"))
     assert read_report(tmp_path / name) == report(10, "SUCCESS")
 
