@@ -324,7 +324,8 @@ def files_page() -> str:
     two_fingers = importlib.import_module("bt_manip.grippers.two_finger.parameters")
     text = [FILES]
     for cls in (
-        report.RunReport, report.CycleReport, report.Phase, report.CycleLimitUse, report.RobotCycle,
+        report.RunReport, report.CycleReport, report.GrippedObject, report.Phase,
+        report.CycleLimitUse, report.RobotCycle,
     ):  # fmt: skip
         text.append(f"### {cls.__name__}\n\n{_fields(cls)}\n")
     text.append(TRACE)

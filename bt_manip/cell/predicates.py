@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 MAX_REST_SPEED = 5e-3  # [m/s] of an object that counts as at rest
 MAX_REST_TURNING = 0.2  # [rad/s] of such an object: a corner of a 50 mm cube at 9 mm/s
 RIM = 5e-3  # [m] contacts less than this below a container's top are on its rim, not inside
+MIN_SLOPE = 0.05  # [-] least vertical part of the normal of a contact that supports from below
 MIN_SUPPORT = 0.25  # [-] least share of an object's weight that a support carries
 
 
@@ -150,7 +151,8 @@ def _why_outside(
     inside = set()
     for point in points:
         position = T_wc.actInv(point.position)
-        if (position >= lower).all() and (position <= upper).all():
+        supports = point.normal[2] >= MIN_SLOPE
+        if supports and (position >= lower).all() and (position <= upper).all():
             inside.add(entity_of(point.other))
     if container in inside:
         return ""

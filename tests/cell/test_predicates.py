@@ -137,3 +137,12 @@ def test_an_object_that_is_gone_is_nowhere(cell):
     for predicate in (is_in, is_on):
         with pytest.raises(CellError, match="'ball'"):
             predicate(cell, "ball", "basket")
+
+
+def test_a_cube_under_the_rim_outside_of_the_basket_is_not_in_it(cell):
+    """The walls lean outwards: the rim is over the cube, which touches only board and wall."""
+    upper = extent(cell, "basket")[1]
+    put(cell, Box(size=(0.1, 0.1, 0.003)), upper[0] + 0.04, 0.0, 0.0016, "board", settle=100)
+    put(cell, Box(size=(0.01, 0.01, 0.01)), upper[0] - 0.0075, 0.0, 0.0082, "cube", settle=500)
+    assert {"basket", "board"} == {b.partition("/")[0] for b in cell.contacts.partners("cube")}
+    assert not is_in(cell, "cube", "basket")
