@@ -207,3 +207,12 @@ def test_no_text_raises_anything_but_a_script_error(text):
         parse_script(text).evaluate(Environment(Blackboard(), ENUMS))
     except ScriptError:
         pass
+
+
+@pytest.mark.parametrize("code", ["t += t", "t := t + t", "t := t .. t"])
+def test_a_text_that_doubles_is_refused_before_it_fills_the_memory(scope, code):
+    evaluate("t := 'abcdefgh'", scope)
+    with pytest.raises(ScriptError, match="a text is longer than 1000000 characters") as raised:
+        for _ in range(100):
+            evaluate(code, scope)
+    assert len(str(raised.value)) < 1000

@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 
 from bt_manip.bt.blackboard import EMPTY, Blackboard, Entry
 from bt_manip.bt.port_types import BOOL, DOUBLE, INT64, STRING, UNTYPED, PortType, cast
-from bt_manip.exceptions import BlackboardError, ScriptError
+from bt_manip.exceptions import BlackboardError, ScriptError, shown
 
 Value = tuple[Any, PortType]
 """A value and its type."""
@@ -19,6 +19,9 @@ Value = tuple[Any, PortType]
 NUMBERS: Final = ("integer", "real")
 EPSILON: Final = 2.0**-23
 """Numbers that differ by no more are equal: the rounding error of single precision."""
+
+MAX_TEXT: Final = 1_000_000
+"""Longest text that a script makes [characters]; one that doubles in a loop ends there."""
 
 NOTHING: Final = PortType("nothing: [..] joins texts, and both operands are numbers", None)
 """The type of the result of two numbers joined by ``..``."""
@@ -45,7 +48,7 @@ def is_true(value: Value) -> bool:
     if content is EMPTY:
         raise ScriptError(f"the value of the condition {missing(value)}")
     if type.family not in NUMBERS:
-        raise ScriptError(f"{content!r} is neither true nor false")
+        raise ScriptError(f"{shown(content)} is neither true nor false")
     try:
         return bool(cast(content, type, BOOL))
     except ValueError as error:
@@ -119,7 +122,7 @@ def unary(symbol: str, operand: Expression) -> Expression:
     def evaluate(env: Environment) -> Value:
         value = operand(env)
         if value[0] is EMPTY or value[1].family not in NUMBERS:
-            raise ScriptError(f"operator [{symbol}] needs a number, found {value[0]!r}")
+            raise ScriptError(f"operator [{symbol}] needs a number, found {shown(value[0])}")
         number = as_double(value)
         if symbol == "-":
             return -number, DOUBLE
@@ -158,12 +161,12 @@ def binary(symbol: str, left: Value, right: Value) -> Value:
     if left_family in NUMBERS and right_family in NUMBERS:
         return calculate(symbol, left, right)
     if symbol == "+" and left_family == right_family == "string":
-        return left[0] + right[0], STRING
+        return join(left[0], right[0]), STRING
     if symbol == ".." and "string" in (left_family, right_family):
         known = ("string", *NUMBERS)
         if left_family in known and right_family in known:
-            return as_text(left) + as_text(right), STRING
-    raise ScriptError(f"operator [{symbol}] does not take {left[0]!r} and {right[0]!r}")
+            return join(as_text(left), as_text(right)), STRING
+    raise ScriptError(f"operator [{symbol}] does not take {shown(left[0])} and {shown(right[0])}")
 
 
 def calculate(symbol: str, left: Value, right: Value) -> Value:
@@ -212,6 +215,17 @@ def as_text(value: Value) -> str:
     return str(cast(value[0], value[1], STRING))
 
 
+def join(first: str, second: str) -> str:
+    """Join two texts.
+
+    Raises:
+        ScriptError: If the result is longer than `MAX_TEXT`.
+    """
+    if len(first) + len(second) > MAX_TEXT:
+        raise ScriptError(f"a text is longer than {MAX_TEXT} characters")
+    return first + second
+
+
 def comparison(first: Expression, rest: list[tuple[str, Expression]]) -> Expression:
     """Compile comparisons, chained ones too: ``1 < x <= 5``."""
 
@@ -237,12 +251,12 @@ def _compare(symbol: str, left: Value, right: Value, enums: Mapping[str, int]) -
         same = a == b
     elif left_family in NUMBERS or right_family in NUMBERS:
         if "object" in (left_family, right_family):
-            raise ScriptError(f"cannot compare {left[0]!r} with {right[0]!r}")
+            raise ScriptError(f"cannot compare {shown(left[0])} with {shown(right[0])}")
         a = text_as_double(left[0], enums) if left_family == "string" else as_double(left)
         b = text_as_double(right[0], enums) if right_family == "string" else as_double(right)
         same = abs(a - b) <= EPSILON
     else:
-        raise ScriptError(f"cannot compare {left[0]!r} with {right[0]!r}")
+        raise ScriptError(f"cannot compare {shown(left[0])} with {shown(right[0])}")
     if symbol == "==":
         return bool(same)
     if symbol == "!=":
@@ -305,7 +319,7 @@ def assignment(target: Expression, symbol: str, source: Expression) -> Expressio
             else:
                 _update(entry, symbol, value)
         except (ValueError, ScriptError) as error:
-            raise ScriptError(f"entry '{key}' does not take {value[0]!r}: {error}") from None
+            raise ScriptError(f"entry '{key}' does not take {shown(value[0])}: {error}") from None
         return entry.value, entry.type
 
     return evaluate
@@ -340,6 +354,6 @@ def _update(entry: Entry, symbol: str, value: Value) -> None:
     elif family == "string":
         if symbol != "+=":
             raise ScriptError(f"operator [{symbol}] does not take a text")
-        entry.copy_in(as_text(current) + value[0], STRING)
+        entry.copy_in(join(as_text(current), value[0]), STRING)
     else:
         entry.copy_in(*current)
