@@ -1,6 +1,7 @@
 """Each value follows from seed, cycle and name, and from nothing else."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from bt_manip.cell import Cell, CellError
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomization, Randomizer, SceneObject, parse_variation
 from bt_manip.cell.randomization.variations import sample, stream
-from bt_manip.runner import build_station
+from bt_manip.runner import Fixture, build_station, table_and_basket
 from bt_manip.spatial import pose
 
 SCENE = {
@@ -292,3 +293,41 @@ def test_variations_are_written_as_plain_data(data, low, high):
 def test_what_is_no_variation_is_refused(data, message):
     with pytest.raises(CellError, match=message):
         parse_variation(data)
+
+
+@pytest.mark.parametrize(
+    ("varied", "message"),
+    [
+        ({"mass": {"uniform": [-1, 1]}}, r"mass .* positive number \[kg\], got -1"),
+        ({"mass": {"normal": [0.1, 0.05]}}, r"mass .* positive number \[kg\], got -0.2"),
+        ({"mass": {"choice": [1, -1]}}, r"mass .* positive number \[kg\], got -1"),
+        ({"mass": {"times": {"uniform": [-1, 1]}}}, r"mass .* positive number \[kg\], got -0"),
+        ({"mass": {"plus": -1}}, r"mass .* positive number \[kg\], got -0"),
+        ({"mass": {"normal": [1, 1], "within": [0, 2]}}, r"mass .* positive number \[kg\], got 0"),
+        ({"mass": {"log_normal": [1e3, 1]}}, "mass can be sampled as inf"),
+        ({"friction": {"uniform": [-0.1, 1]}}, "friction .* positive number.*, got -0.1"),
+        ({"size": {"uniform": [-0.1, 0.1]}}, r"size must be a positive number \[m\], got -0.1"),
+        ({"position": [1, 2]}, "position is 3 numbers"),
+        ({"yaw": {"uniform": [[0, 0], [1, 1]]}}, "yaw cannot be drawn"),
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("present", [True, False], ids=["present", "added later"])
+def test_what_could_be_drawn_is_checked_before_the_first_cycle(parts, varied, message, present):
+    lines = {"cube": {key: parse_variation(data) for key, data in varied.items()}}
+    cube = Fixture("cube", "cube", pose((0.4, 0.0, 1.2)), free=True)
+    scene = table_and_basket()
+    fixtures = (*scene.fixtures, cube) if present else scene.fixtures
+    scene = replace(scene, fixtures=fixtures, randomization=Randomization(objects=lines))
+    with pytest.raises(CellError, match=message):
+        build_station(parts, scene=scene)
+
+
+def test_distributions_that_cannot_go_wrong_are_accepted(parts):
+    lines = {
+        "mass": {"normal": [0.1, 0.01]}, "friction": {"log_normal": [0, 1]},
+        "size": {"normal": [0.04, 1], "within": [0.03, 0.05]},
+        "colour": {"uniform": [0, 1]},
+    }  # fmt: skip
+    random = Randomization(objects={"cube": {k: parse_variation(v) for k, v in lines.items()}})
+    build_station(parts, scene=replace(table_and_basket(), randomization=random))

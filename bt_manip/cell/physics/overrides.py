@@ -68,20 +68,13 @@ class Overrides:
             CellError: If there is no such element or property, or a value is impossible; nothing
                 is changed then.
         """
-        kind, ids = _find(nominal, element)
         merged = dict(self._values.get(element, {}))
         for name, value in values.items():
-            known = find_property(kind, name)
-            try:
-                nominal_value = known.read(nominal, ids)
-            except CellError as error:
-                raise CellError(
-                    f"the {name} of '{element}' cannot be overridden: {error}"
-                ) from None
-            if value is None:
+            checked = check_override(nominal, element, name, value)
+            if checked is None:
                 merged.pop(name, None)
             else:
-                merged[name] = _checked(element, name, known, nominal_value, value)
+                merged[name] = checked
         if merged:
             self._values[element] = merged
         else:
@@ -103,6 +96,21 @@ class Overrides:
                     known.write(model, nominal, ids, np.asarray(values[name]))
         if any("mass" in values for values in self._values.values()):
             mujoco.mj_setConst(model, mujoco.MjData(model))
+
+
+def check_override(model: mujoco.MjModel, element: str, name: str, value: Any) -> Any:
+    """Return an override as plain data; None, which removes one, as it is.
+
+    Raises:
+        CellError: If there is no such element or property, or the value is impossible.
+    """
+    kind, ids = _find(model, element)
+    known = find_property(kind, name)
+    try:
+        nominal = known.read(model, ids)
+    except CellError as error:
+        raise CellError(f"the {name} of '{element}' cannot be overridden: {error}") from None
+    return None if value is None else _checked(element, name, known, nominal, value)
 
 
 def nominal_value(model: mujoco.MjModel, element: str, name: str) -> Any:

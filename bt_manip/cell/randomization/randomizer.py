@@ -11,14 +11,15 @@ from dm_control import composer
 from dm_control.composer import variation
 from dm_control.composer.variation import noises
 
-from bt_manip.exceptions import did_you_mean
+from bt_manip.exceptions import did_you_mean, one_line, shown
 from bt_manip.models import is_address
 
 from ..cell import Cell
 from ..exceptions import CellError, OverlapError
 from ..objects.catalogue import Catalogue
 from ..objects.cell_object import as_object
-from ..physics.overrides import nominal_value
+from ..objects.prop import positive
+from ..physics.overrides import check_override, nominal_value
 from .randomization import (
     PHYSICAL,
     POSE,
@@ -27,11 +28,12 @@ from .randomization import (
     Variations,
     unknown_property,
 )
-from .variations import Clipped, Varied, sample, stream
+from .variations import Clipped, Varied, extremes, sample, stream
 
 ATTEMPTS = 100
 """Number of poses that are sampled before an object counts as impossible to place."""
 
+_POSE = {"position": np.zeros(3), "yaw": 0.0}
 _ELEMENTS = (("lights", "light"), ("cameras", "camera"))
 
 
@@ -130,9 +132,7 @@ class Randomizer:
         values = {}
         for key, varied in self._variations(kind, name, entity):
             if key in PHYSICAL:
-                nominal = nominal_value(model, name, key)
-                if key == "colour":  # opacity does not vary
-                    nominal = nominal[:3]
+                nominal = _nominal_value(model, name, key)
                 values[key] = self._sample(kind, name, key, varied, nominal)
         self._randomize_observables(name, entity)
         return values
@@ -173,10 +173,28 @@ class Randomizer:
                 raise CellError(f"robots '{name}' is not there{did_you_mean(name, self._robots)}")
         for kind, prefix in _ELEMENTS:
             for name, variations in getattr(random, kind).items():
-                for key in variations:
-                    self._cell.nominal(f"{prefix}:{name}", key)
+                for key, varied in variations.items():
+                    self._check_override(kind, name, key, varied, f"{prefix}:{name}")
         for name, variations in random.objects.items():
             self._check_object(name, variations)
+        for name, entity in self._cell.entities.items():
+            kind = "robots" if name in self._robots else "objects"
+            for key, varied in self._variations(kind, name, entity):
+                if key in PHYSICAL:
+                    self._check_override(kind, name, key, varied, name)
+        for name, variations in random.observations.items():
+            for value in _extremes("observations", name, "delay", variations.get("delay", 0), 0):
+                if value < 0:
+                    raise CellError(f"the delay of '{name}' is a number of steps, got {value:g}")
+
+    def _check_override(self, kind: str, name: str, key: str, varied: Varied, element: str) -> None:
+        """Check that all samples of a physical property of an element are possible."""
+        model = self._cell.nominal_model
+        for value in _extremes(kind, name, key, varied, _nominal_value(model, element, key)):
+            try:
+                check_override(model, element, key, value)
+            except CellError as error:
+                raise CellError(f"{error}, which can be sampled") from None
 
     def _check_object(self, key: str, variations: Mapping[str, Varied]) -> None:
         present = [name for name, known in self._scene.items() if _matches(key, name, known.model)]
@@ -184,16 +202,42 @@ class Randomizer:
         if not (present or registered or is_address(key) or any(sign in key for sign in "*?[")):
             near = did_you_mean(key, (*self._scene, *self._catalogue.names()))
             raise CellError(f"objects '{key}' neither stands in the scene nor is registered{near}")
+        for pose in POSE:
+            if pose in variations:
+                _extremes("objects", key, pose, variations[pose], _POSE[pose])
+        if not present and (registered or is_address(key)):  # it is added later
+            nominal = {"mass": as_object(self._nominal_object(key)).mass or 1.0, "friction": 1.0}
+            for name in nominal.keys() & variations.keys():
+                for value in _extremes("objects", key, name, variations[name], nominal[name]):
+                    positive(name, value, "kg" if name == "mass" else "-")
         if set(variations) <= {*PHYSICAL, *POSE}:
             return
-        objects = [self._nominal_object(self._scene[name].model, name) for name in present]
+        models = [(self._scene[name].model, name) for name in present]
+        objects = [(model, self._nominal_object(model, name)) for model, name in models]
         if registered or is_address(key):
-            objects.append(self._nominal_object(key))
-        for known in objects:
+            objects.append((key, self._nominal_object(key)))
+        for model, known in objects:
             allowed = tuple(dict.fromkeys((*PHYSICAL, *POSE, *known.parameters)))
             for name in variations:
                 if name not in allowed:
                     raise unknown_property("objects", key, name, allowed)
+            self._check_parameters(key, model, known, variations)
+
+    def _check_parameters(
+        self, key: str, model: str, nominal: Any, variations: Mapping[str, Varied]
+    ) -> None:
+        """Make an object with the smallest and with the largest sampled parameters."""
+        found = {
+            name: _extremes("objects", key, name, varied, _value(nominal, name))
+            for name, varied in variations.items()
+            if name not in (*PHYSICAL, *POSE)
+        }
+        for samples in zip(*found.values(), strict=False):
+            parameters = {**nominal.parameters, **dict(zip(found, samples, strict=True))}
+            try:
+                self._catalogue.nominal(model, **parameters)
+            except CellError as error:
+                raise CellError(f"'{key}' cannot be made as sampled: {error}") from error
 
     # Sampling
 
@@ -302,6 +346,33 @@ class Randomizer:
                     steps = self._sample("observations", f"{name}/{observable}", "delay", delay, 0)
                 noise = variations.get("noise")
                 _add_noise_and_delay(entity, observable, noise=noise, delay=steps)
+
+
+def _nominal_value(model: mujoco.MjModel, element: str, key: str) -> Any:
+    """Return the nominal value of a property; of an entity's colour, without opacity."""
+    nominal = nominal_value(model, element, key)
+    return nominal[:3] if key == "colour" else nominal
+
+
+def _extremes(kind: str, name: str, key: str, varied: Varied, nominal: Any) -> list[Any]:
+    """Return the extreme samples of a property, as far as they are known.
+
+    Raises:
+        CellError: If they are not finite, or the shapes of variation and property differ.
+    """
+    try:
+        found = extremes(varied, nominal)
+    except (TypeError, ValueError) as error:
+        raise CellError(f"{kind} '{name}': {key} cannot be drawn: {one_line(error)}") from error
+    for value in found:
+        if np.shape(value) != np.shape(nominal) and nominal is not None and key != "gain":
+            raise CellError(
+                f"{kind} '{name}': {key} is {np.size(nominal)} numbers, the variation gives "
+                f"{shown(value)}"
+            )
+        if not np.isfinite(value).all():
+            raise CellError(f"{kind} '{name}': {key} can be sampled as {shown(value)}")
+    return found
 
 
 def _matches(key: str, name: str, kind: str | None) -> bool:

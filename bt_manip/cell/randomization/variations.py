@@ -1,14 +1,15 @@
 """Variations: read from plain data, as in scene files, and sampled from random streams."""
 
+import contextlib
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from dm_control.composer import variation
 from dm_control.composer.variation import distributions, noises
 
-from bt_manip.exceptions import did_you_mean
+from bt_manip.exceptions import did_you_mean, shown
 
 from ..exceptions import CellError
 
@@ -21,6 +22,66 @@ SYNTAX = (
     "plus = (one of these), times = (one of these); 'within = [low, high]' beside it cuts off"
 )
 """How a variation is written, for messages."""
+
+
+MAX_INTEGER = 2**31 - 1
+
+DEVIATIONS = 6.0
+"""Standard deviations within which normal samples count as possible: all but 2 in 10^9."""
+
+
+class Extreme:
+    """A random state whose samples are the smallest or the largest that are possible.
+
+    It has the methods of ``numpy.random.RandomState`` that composer's distributions call.
+    """
+
+    def __init__(self, *, largest: bool) -> None:
+        """Choose the end of the distributions."""
+        self._largest = largest
+
+    def uniform(self, low: Any, high: Any, size: Any = None) -> Any:
+        """Return a bound."""
+        return self._sized(high if self._largest else low, size)
+
+    def randint(self, low: Any, high: Any, size: Any = None) -> Any:
+        """Return a bound of integers, of which the upper one is exclusive."""
+        return self._sized(np.asarray(high) - 1 if self._largest else low, size)
+
+    def normal(self, loc: Any = 0.0, scale: Any = 1.0, size: Any = None) -> Any:
+        """Return the mean, less or plus `DEVIATIONS` standard deviations."""
+        sign = 1.0 if self._largest else -1.0
+        return self._sized(loc + sign * DEVIATIONS * np.asarray(scale), size)
+
+    def lognormal(self, mean: Any, sigma: Any, size: Any = None) -> Any:
+        """Return the exponential of a normal sample."""
+        with np.errstate(over="ignore"):
+            return np.exp(self.normal(mean, sigma, size))
+
+    def of(self, values: Sequence[np.ndarray]) -> np.ndarray:
+        """Return the smallest or largest of values, element by element."""
+        return (np.max if self._largest else np.min)(values, axis=0)
+
+    @staticmethod
+    def _sized(value: Any, size: Any) -> Any:
+        return value if size is None else np.broadcast_to(value, size)
+
+
+def extremes(varied: Varied, nominal: Any) -> list[Any]:
+    """Return the smallest and the largest sample of a variation, as far as they are known.
+
+    Args:
+        varied: The variation.
+        nominal: The value without variation: a number or an array.
+
+    Raises:
+        ValueError: If the shapes of the variation and of the nominal value differ.
+    """
+    found = []
+    for largest in (False, True):
+        with contextlib.suppress(AttributeError):  # another distribution, of Python code
+            found.append(sample(varied, nominal, Extreme(largest=largest)))
+    return found
 
 
 class Clipped(variation.Variation):
@@ -69,6 +130,8 @@ def parse_variation(data: Any) -> Any:
 
 def _integer(key: str, arguments: Any) -> Any:
     low, high = _range(key, arguments)
+    if max(np.abs(low).max(), np.abs(high).max()) > MAX_INTEGER:
+        raise CellError(f"'{key}' goes up to {MAX_INTEGER}, got {shown(arguments)}")
     if (low != np.round(low)).any() or (high != np.round(high)).any():
         raise CellError(f"'{key}' goes from a whole number to a whole number, got {arguments!r}")
     return distributions.UniformInteger(low.astype(int), high.astype(int) + 1)
@@ -81,7 +144,9 @@ def _choice(key: str, arguments: Any) -> Any:
     if len({value.shape for value in values}) != 1:
         raise CellError(f"the values of '{key}' are all alike, got {arguments!r}")
 
-    def choose(initial_value: Any, current_value: Any, random_state: np.random.RandomState) -> Any:
+    def choose(initial_value: Any, current_value: Any, random_state: Any) -> Any:
+        if isinstance(random_state, Extreme):
+            return random_state.of(values)
         return values[random_state.randint(len(values))]
 
     return choose
@@ -158,7 +223,7 @@ def _sequence(seed: int, cycle: int, key: tuple[str | int, ...]) -> np.random.Se
     return np.random.SeedSequence(seed, spawn_key=(cycle, *words))
 
 
-def sample(varied: Varied, nominal: Any, random_state: np.random.RandomState) -> Any:
+def sample(varied: Varied, nominal: Any, random_state: np.random.RandomState | Extreme) -> Any:
     """Sample a value as plain data: a number or a list of numbers.
 
     Args:
