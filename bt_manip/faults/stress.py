@@ -83,12 +83,12 @@ class StressCase:
     phase: StressPhase
     seed: int
 
-    def plan(self) -> tuple[PlannedFault, int]:
-        """Return the fault with the time at which it begins, and the seed of its randomness."""
+    def plan(self) -> PlannedFault:
+        """Return the fault, for ``bt-manip run --fault``, with the time at which it begins."""
         label = f"{self.fault} {self.phase.path}".encode()
         rng = np.random.default_rng((self.seed, zlib.crc32(label)))
         after = round(LATEST * rng.uniform() * self.phase.duration, 3)
-        return PlannedFault(self.fault, self.phase.path, after, 1), int(rng.integers(2**32))
+        return PlannedFault(self.fault, self.phase.path, after, 1)
 
 
 @dataclass(frozen=True)
@@ -162,8 +162,7 @@ class StressTester:
     def run(self, case: StressCase) -> StressResult:
         """Run a cycle with a fault, and an undisturbed one after it."""
         run = self._prepared(case.seed)
-        planned, seed = case.plan()
-        injector = FaultInjector([planned], self.faults, seed)
+        injector = FaultInjector([case.plan()], self.faults, case.seed)
         cycle = _Cycle(run)
         outcome, reason = cycle.run(0, injector)
         if not injector.happened:

@@ -91,7 +91,7 @@ class StressTable:
                 "fault": one.case.fault,
                 "phase": one.case.phase.name,
                 "seed": one.case.seed,
-                "planned": str(one.case.plan()[0]),
+                "planned": str(one.case.plan()),
                 "outcome": one.outcome,
                 "reason": one.reason,
                 "next_reason": one.next_reason,

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from bt_manip.bt import Tree
     from bt_manip.cell import Cell
+    from bt_manip.faults import FaultInjector
     from bt_manip.plugins import Plugins
     from bt_manip.registry import Parts
     from bt_manip.robots import Robot
@@ -49,6 +50,8 @@ def pytest_configure(config: pytest.Config) -> None:
         "tree(path, substitute=None, **settings): the tree that the fixture tree_trial runs, a path"
         " beside the test or a registered name (bt-manip)",
         "start(situation): where the fixtures station, trial and tree_trial begin (bt-manip)",
+        "fault(text, seed=0): a fault in the runs of trial and tree_trial, as in bt-manip run"
+        " --fault; may be given more than once (bt-manip)",
         f"{CONTRACTS}(plugin, ...): written by bt_manip.testing.contracts.contracts_of",
         f"{TREES}(where, ...): written by bt_manip.testing.contracts.trees_of",
     ):
@@ -192,7 +195,10 @@ def trial(station: Station, parts: Parts, request: pytest.FixtureRequest) -> Cal
                 root, parts, station.clock, folder=request.path.parent,
                 settings=settings, substitute=substitute,
             )  # fmt: skip
-        made = Trial(station, root, tick=tick)
+        injector = _injector(request, parts)
+        made = Trial(station, root, tick=tick, faults=injector)
+        if injector is not None:
+            request.addfinalizer(injector.detach)
         request.config.stash[_LATEST] = made
         coverage = request.config.stash.get(COVERAGE, None)
         if coverage is not None and made.tree.source is not None:
@@ -213,6 +219,17 @@ def tree_trial(trial: Callable[..., Trial], request: pytest.FixtureRequest) -> I
     made = trial(*marker.args, **marker.kwargs)
     yield made
     made.halt()
+
+
+def _injector(request: pytest.FixtureRequest, parts: Parts) -> FaultInjector | None:
+    """Return what injects the faults of the markers; None if there are none."""
+    markers = list(request.node.iter_markers("fault"))
+    if not markers:
+        return None
+    from bt_manip.faults import FaultInjector, parse_fault
+
+    planned = [parse_fault(marker.args[0], parts.faults) for marker in reversed(markers)]
+    return FaultInjector(planned, parts.faults, markers[0].kwargs.get("seed", 0))
 
 
 def _plugins() -> Plugins:

@@ -7,6 +7,7 @@ from py_trees.behaviour import Behaviour
 
 from bt_manip.bt import Blackboard, NodeStatus, Tree
 from bt_manip.exceptions import NodeError, did_you_mean
+from bt_manip.faults import FaultInjector
 from bt_manip.runner import Station
 from bt_manip.testing.history import History, explain
 from bt_manip.testing.stubs import status_of
@@ -27,13 +28,21 @@ class Trial:
         history: Recorded changes of its nodes.
     """
 
-    def __init__(self, station: Station, root: Behaviour | Tree, *, tick: float = TICK) -> None:
+    def __init__(
+        self,
+        station: Station,
+        root: Behaviour | Tree,
+        *,
+        tick: float = TICK,
+        faults: FaultInjector | None = None,
+    ) -> None:
         """Set up the behaviours.
 
         Args:
             station: The station.
             root: A behaviour, or a tree whose clock is the station's.
             tick: Simulated time between two ticks [s].
+            faults: Injects faults until the root ends or is halted.
         """
         if not isinstance(root, Tree | Behaviour):
             raise TypeError(f"a trial is of a behaviour or a tree, got {root!r}")
@@ -43,6 +52,10 @@ class Trial:
         self.tree.observers.append(self.history)
         self._steps = max(1, round(tick / station.cell.dt))
         self.tree.setup(**station.infrastructure)
+        self._faults = faults
+        if faults is not None:
+            faults.attach(station, self.tree)
+            faults.cycle_started(0)
 
     @property
     def behaviour(self) -> Behaviour:
@@ -57,14 +70,28 @@ class Trial:
     # Ticking
 
     def tick(self) -> NodeStatus:
-        """Tick once and step the simulation until the next tick."""
+        """Tick once and step the simulation until the next tick.
+
+        Raises:
+            AssertionError: When the root ends and a fault has not happened.
+        """
+        __tracebackhide__ = True
         self.history.tick += 1
+        faults = self._faults
+        if faults is not None:
+            faults.before_tick()
         try:
             status = self.tree.tick()
         except NodeError as error:
             error.add_note(self.explain())
             raise
+        if faults is not None:
+            faults.after_compile()
         self.station.cell.step(self._steps)
+        if faults is not None and status is not NodeStatus.RUNNING:
+            faults.cycle_ended(status.name, "")
+            if faults.problems:
+                raise AssertionError("\n".join([*faults.problems, self.explain()]))
         return status
 
     def until_done(self, timeout: float = 3.0) -> NodeStatus:
@@ -124,8 +151,10 @@ class Trial:
                                      f"runs\n{self.explain()}")  # fmt: skip
 
     def halt(self) -> None:
-        """Halt the tree."""
+        """Halt the tree and end all faults."""
         self.tree.halt()
+        if self._faults is not None:
+            self._faults.detach()
 
     # Checks
 
