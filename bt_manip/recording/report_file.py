@@ -13,6 +13,7 @@ from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
 from bt_manip.exceptions import BtManipError
+from bt_manip.input_files import check_regular
 from bt_manip.recording.files import AppendedFile, RecordingError, is_special, whole_file
 from bt_manip.recording.report import CycleReport, RunReport, plain, plain_cycle
 
@@ -191,6 +192,7 @@ def read_report(path: str | os.PathLike[str]) -> RunReport:
     """
     try:
         path = Path(path)
+        check_regular(path)
         text = path.read_bytes().decode()
         content = _from_lines(text) if path.suffix == ".jsonl" else json.loads(text)
         report: RunReport = _value(RunReport, content)

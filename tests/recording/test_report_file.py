@@ -164,6 +164,13 @@ def test_a_full_device_is_named(opened, tmp_path, name):
         file.close(report(2))
 
 
+@pytest.mark.parametrize("name", ["zero.json", "zero.jsonl"])
+def test_a_device_is_not_read(tmp_path, name):
+    (tmp_path / name).symlink_to("/dev/zero")
+    with pytest.raises(BtManipError, match=f"{name}' cannot be read"):
+        read_report(tmp_path / name)
+
+
 def test_a_file_that_was_deleted_is_an_error(opened, tmp_path):
     file = opened("report.jsonl")
     file.update(report(1))
