@@ -150,7 +150,7 @@ class _Job:
             request.seed,
             self._trace,
             file=self._open_report(),
-            plugins=plugins.versions,
+            identity={"plugins": plugins.versions, "faults": options.faults},
         )
         observers: list[RunObserver] = [self._recorder]
         if options.snapshots or resumed is not None:
@@ -281,6 +281,7 @@ class _Job:
             controller=options.controller or "",
             planner=options.planner,
             settings=options.settings,
+            faults=options.faults,
             tick_s=options.tick_ms / 1e3,
         )
 

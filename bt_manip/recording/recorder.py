@@ -108,7 +108,7 @@ class Recorder(RunObserver):
         trace: Trace | None = None,
         *,
         file: ReportFile | None = None,
-        plugins: Mapping[str, str] | None = None,
+        identity: Mapping[str, Any] | None = None,
     ) -> None:
         """Initialise without records.
 
@@ -117,13 +117,13 @@ class Recorder(RunObserver):
             seed: Seed of the run.
             trace: Receives every control step, if given.
             file: Receives the report after each cycle, if given.
-            plugins: Versions of the loaded plugins, by name.
+            identity: Fields of the report that the run itself does not know, such as ``plugins``.
         """
         self._tree_name = tree
         self._seed = seed
         self._trace = trace
         self._file = file
-        self._identity: dict[str, Any] = {"plugins": dict(plugins or {})}
+        self._identity = dict(identity or {})
         self._digest = b""
         self._cycles: list[CycleReport] = []
         self._unfinished = False

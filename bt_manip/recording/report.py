@@ -164,6 +164,7 @@ class RunReport:
         settings: Settings of the tree that were given, by key.
         tick_s: Simulated time between two ticks of the tree [s].
         time_step_s: Time between two control steps [s].
+        faults: Injected faults, as given after ``--fault``.
         plugins: Version of each loaded plugin, by name.
         sha256: SHA-256 of the files of the ``tree`` (one after the other, if it includes others),
             and of ``scene`` and ``robot`` where these are files.
@@ -186,6 +187,7 @@ class RunReport:
     settings: dict[str, str] = field(default_factory=dict)
     tick_s: float | None = None
     time_step_s: float | None = None
+    faults: tuple[str, ...] = ()
     plugins: dict[str, str] = field(default_factory=dict)
     sha256: dict[str, str] = field(default_factory=dict)
 

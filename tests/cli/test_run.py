@@ -42,11 +42,12 @@ def test_the_report_says_what_was_run(bt_manip, install, trees, tmp_path, name):
     install("noisy", NOISY)
     path = tmp_path / name
     options = "--set", "name=basket", "--tick", 5, "--controller", "gravity_compensated_pd"
+    options = *options, "--fault", "push at=rest"
     assert bt_manip("run", f"{trees}:quick", "--report", path, *options).code == 0
     read = read_report(path)
     assert (read.tree, read.robot, read.scene) == (f"{trees}:quick", "panda", "table_and_basket")
     assert (read.controller, read.planner) == ("gravity_compensated_pd", "rrt_connect")
-    assert read.settings == {"name": "basket"}
+    assert (read.settings, read.faults) == ({"name": "basket"}, ("push at=rest",))
     assert (read.tick_s, read.time_step_s) == (0.005, 0.001)
     assert read.plugins["noisy"] == "2.5" and "builtin" not in read.plugins
     assert read.sha256 == {"tree": hashlib.sha256(trees.read_bytes()).hexdigest()}
