@@ -1,12 +1,17 @@
 """Drop the held object into a container."""
 
 import numpy as np
+import pinocchio as pin
 
 from bt_manip.bt import Input, Status
 from bt_manip.cell import why_not_in
+from bt_manip.exceptions import MotionError
 
 from .poses import bottom_pose, downward_poses
 from .releasing import ReleasingBehaviour
+
+_TILT = 0.5  # [rad] of the tool from the vertical where obstacles block all vertical poses
+_TILTS = [pin.SE3(pin.utils.rotate(axis, a), np.zeros(3)) for axis in "xy" for a in (-_TILT, _TILT)]
 
 
 class Drop(ReleasingBehaviour):
@@ -21,7 +26,7 @@ class Drop(ReleasingBehaviour):
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
 
     def start(self) -> None:
-        """Move to the nearest configuration over the container."""
+        """Move to the nearest configuration over the container, tilted if obstacles require it."""
         self._carried = self.held_objects()
         if not self._carried:
             self.fail("the gripper holds nothing")
@@ -29,7 +34,13 @@ class Drop(ReleasingBehaviour):
         above = bottom_pose(self.cell, self.container).translation + np.array(
             [0.0, 0.0, self.height]
         )
-        self.arm.move_to_pose(downward_poses(above), speed=self.speed)
+        poses = downward_poses(above)
+        try:
+            self.arm.move_to_pose(poses, speed=self.speed)
+        except MotionError as error:
+            if error.reason != "collision":
+                raise
+            self.arm.move_to_pose([T * R for T in poses for R in _TILTS], speed=self.speed)
 
     def arrived(self) -> Status:
         """Open the gripper and wait until the object rests inside the container."""

@@ -189,6 +189,14 @@ def test_drop_succeeds_when_the_object_rests_inside_the_container(with_the_cube,
     assert is_in(cell, "cube", "basket")
 
 
+def test_drop_tilts_the_tool_where_an_obstacle_blocks_all_vertical_poses(with_the_cube, trial):
+    wall = with_the_cube.models.nominal("wall", size=(0.08, 0.08, 0.3))
+    with_the_cube.cell.add(wall, spatial.pose((0.52, 0.092, 1.227)), name="obstacle")
+    assert trial(Drop(container="basket")).until_done() is SUCCESS
+    assert not with_the_cube.cell.contact_monitor.summary().unexpected
+    assert with_the_cube.robot.tool_pose.rotation[2, 2] == pytest.approx(-np.cos(0.5), abs=0.01)
+
+
 def test_drop_beside_the_container_fails_with_what_the_object_touches(with_the_cube, trial):
     dropping = trial(Drop(container="basket"))
     dropping.tick_until(lambda: "opening" in dropping.behaviour.feedback_message)
