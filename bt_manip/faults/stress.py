@@ -22,7 +22,7 @@ from .planned_fault import PlannedFault
 MAX_CYCLE = 60.0
 """Simulated time after which a cycle counts as hung [s]."""
 
-LATEST = 0.8
+LATEST = 0.5
 """Largest share of the undisturbed duration of a phase after which a fault begins."""
 
 KEPT_COMPILES = 8

@@ -10,6 +10,7 @@ from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.registry import Parts
 from bt_manip.testing.behaviour_contract import BEHAVIOUR_CONTRACT, BehaviourCase, Example
 from bt_manip.testing.controller_contract import CONTROLLER_CONTRACT, ControllerCase
+from bt_manip.testing.fault_contract import FAULT_CONTRACT, FaultCase
 from bt_manip.testing.object_contract import OBJECT_CONTRACT, ObjectCase
 from bt_manip.testing.robot_contract import ROBOT_CONTRACT, RobotCase
 from bt_manip.testing.situations import Situations
@@ -122,6 +123,10 @@ def _checks(
     for name, contract, each in cases:
         for check in contract:
             yield _check(name, check, partial(_given, each))
+    for name in brought.get("faults", ()):
+        fault: Any = parts.faults.get(name)
+        for check in FAULT_CONTRACT:
+            yield _check(name, check, partial(FaultCase, name, fault))
     for name in brought.get("behaviours", ()):
         cls = parts.behaviours.get(name)
         if not issubclass(cls, Leaf):

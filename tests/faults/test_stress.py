@@ -119,7 +119,7 @@ def test_phases_are_the_leaves_that_take_time(tree):
 def test_seeds_begin_faults_at_different_times_within_the_phase(tree):
     cases = plan_cases(StressTester(tree("checking")), 5, ["push"])
     begins = [case.plan().after for case in cases]
-    assert len(set(begins)) == 5 and all(0.0 <= begin < 0.3 for begin in begins)
+    assert len(set(begins)) == 5 and all(0.0 <= begin < 0.15 for begin in begins)
     assert begins == [case.plan().after for case in cases]
 
 
