@@ -32,11 +32,10 @@ def read_bytes(path: Path | str, limit: int = MAX_BYTES) -> bytes:
             larger than the limit; ``strerror`` has the reason.
     """
     path = Path(path)
-    check_regular(path)
+    check_regular(path, limit)
     with path.open("rb") as file:  # files of the system may be longer than their size says
         data = file.read(limit + 1)
-    if len(data) > limit:
-        raise OSError(errno.EFBIG, f"larger than {limit / 2**20:g} MB", str(path))
+    _check_size(path, len(data), limit)
     return data
 
 
@@ -50,19 +49,25 @@ def read_text(path: Path | str, limit: int = MAX_BYTES) -> str:
     return read_bytes(path, limit).decode("utf-8")
 
 
-def check_regular(path: Path) -> None:
-    """Check that a path is a regular file.
+def check_regular(path: Path, limit: int) -> None:
+    """Check that a path is a regular file of at most this size [bytes].
 
     Raises:
         OSError: If it is not; ``strerror`` has the reason.
     """
     try:
-        mode = path.stat().st_mode
+        found = path.stat()
     except ValueError:  # a NUL character
         raise OSError(errno.ENOENT, "not the path of a file", str(path)) from None
-    if not stat.S_ISREG(mode):
-        what = "a folder" if stat.S_ISDIR(mode) else "not a regular file"
+    if not stat.S_ISREG(found.st_mode):
+        what = "a folder" if stat.S_ISDIR(found.st_mode) else "not a regular file"
         raise OSError(errno.EINVAL, what, str(path))
+    _check_size(path, found.st_size, limit)
+
+
+def _check_size(path: Path, size: int, limit: int) -> None:
+    if size > limit:
+        raise OSError(errno.EFBIG, f"larger than {limit / 2**20:g} MB", str(path))
 
 
 def read_toml(path: Path) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from .menagerie import is_cached as is_cached
 from .menagerie import menagerie_file as menagerie_file
 from .menagerie import menagerie_names as menagerie_names
 from .menagerie import remove as remove
+from .mjcf_files import check_mjcf as check_mjcf
 from .mjcf_model import MjcfModel as MjcfModel
 from .progress import Progress as Progress
 from .progress import terminal_progress as terminal_progress

@@ -8,8 +8,8 @@ import pinocchio as pin
 from dm_control import mjcf
 
 from bt_manip import spatial
-from bt_manip.exceptions import did_you_mean
-from bt_manip.models import ModelError, menagerie_file
+from bt_manip.exceptions import did_you_mean, one_line
+from bt_manip.models import ModelError, check_mjcf, menagerie_file
 
 from .errors import RobotError
 from .gripper import GripperDescription
@@ -87,10 +87,13 @@ def _names(root: mjcf.RootElement, kind: str) -> list[str]:
 def _read(model: str, where: str) -> tuple[mjcf.RootElement, mujoco.MjModel]:
     path = _locate(model, where)
     try:
+        check_mjcf(path)
         alone = mujoco.MjModel.from_xml_path(str(path))
-    except ValueError as error:
-        raise RobotError(f"{where}: {path}: {error}") from error
-    root = mjcf.from_path(str(path), escape_separators=True)
+        root = mjcf.from_path(str(path), escape_separators=True)
+    except ModelError as error:
+        raise RobotError(f"{where}: {error}") from error
+    except Exception as error:  # PyMJCF raises of everything
+        raise RobotError(f"{where}: {path}: {one_line(error)}") from error
     _drop_world(root)
     return root, alone
 
@@ -111,7 +114,9 @@ def _compile(root: mjcf.RootElement, where: str) -> mujoco.MjModel:
     try:
         return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
     except ValueError as error:
-        raise RobotError(f"{where}: arm and gripper do not compile together: {error}") from error
+        raise RobotError(
+            f"{where}: arm and gripper do not compile together: {one_line(error)}"
+        ) from error
 
 
 def _attach(
@@ -141,7 +146,7 @@ def _attach(
     try:
         frame = site.attach(hand)
     except ValueError as error:
-        raise RobotError(f"{where}: cannot attach the gripper: {error}") from error
+        raise RobotError(f"{where}: cannot attach the gripper: {one_line(error)}") from error
     _place(frame, T_mount * gripper.T_mg)
 
 

@@ -6,7 +6,8 @@ import mujoco
 import numpy as np
 from dm_control import mjcf
 
-from bt_manip.models import MjcfModel, exact_xml, load_model
+from bt_manip.exceptions import one_line
+from bt_manip.models import MjcfModel, check_mjcf, exact_xml, load_model
 
 from ..exceptions import CellError
 from ..naming import name_elements
@@ -121,8 +122,7 @@ class ModelObject(Prop):
             root = self._mjcf_root
             return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
         except ValueError as error:
-            first = str(error).strip().splitlines()[0]
-            raise CellError(f"{model.address}: MuJoCo refuses it: {first}") from error
+            raise CellError(f"{model.address}: MuJoCo refuses it: {one_line(error)}") from error
 
     def _apply(
         self, mass: float | None, friction: float | None, colour: Sequence[float] | None
@@ -160,7 +160,10 @@ def read_model(model: MjcfModel) -> mjcf.RootElement:
 
     Raises:
         CellError: If it cannot be read.
+        ModelError: If it, or a file that it names, may not be read.
     """
+    if model.path is not None:
+        check_mjcf(model.path)
     try:
         if model.path is None:
             return mjcf.from_xml_string(
@@ -174,8 +177,8 @@ def read_model(model: MjcfModel) -> mjcf.RootElement:
             exact_xml(spec), model_dir=str(model.path.parent), escape_separators=True
         )
     except Exception as error:  # PyMJCF raises of everything
-        first = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
-        raise CellError(f"{model.address}: cannot be read: {first}") from error
+        reason = one_line(error) or type(error).__name__
+        raise CellError(f"{model.address}: cannot be read: {reason}") from error
 
 
 def _drop_world(root: mjcf.RootElement) -> bool:

@@ -1,0 +1,63 @@
+"""Checks of an MJCF file and the files that it names, before MuJoCo and PyMJCF read them."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from lxml import etree
+
+from bt_manip.input_files import check_regular
+from bt_manip.models.errors import ModelError
+from bt_manip.models.hardened_xml import read_xml
+from bt_manip.models.meshes import MAX_MESH_BYTES
+
+_FOLDERS = ("assetdir", "meshdir", "texturedir")
+_MODELS = ("include", "model")
+"""Elements whose file is MJCF too."""
+
+
+def check_mjcf(path: Path) -> None:
+    """Check an MJCF file with all files that it names.
+
+    Files that are missing are left to MuJoCo, which reports them.
+
+    Raises:
+        ModelError: If one is not a regular file or too large, if MJCF is not XML, includes itself,
+            or has NaN.
+    """
+    root = read_xml(path)
+    if root.tag != "mujoco":
+        raise ModelError(f"{path}: expected <mujoco>, found <{root.tag}>")
+    _check(path, root, path.parent, [path.resolve()])
+
+
+def _check(path: Path, root: etree._Element, main: Path, chain: list[Path]) -> None:
+    folders = {main, path.parent}
+    for compiler in root.iter("compiler"):
+        folders |= {main / compiler.get(key, "") for key in _FOLDERS}
+    for element in root.iter():
+        where = f"{path}:{element.sourceline}: <{element.tag}>"
+        for key, value in element.attrib.items():
+            if key not in ("name", "class") and "nan" in str(value).lower().split():
+                raise ModelError(f"{where}: {key} has NaN, expected finite numbers")
+            if str(key).startswith("file") and value:
+                for found in _existing(folders, str(value), f"{where}: {key} '{value}'"):
+                    if element.tag in _MODELS:
+                        _check_included(found, where, main, chain)
+
+
+def _check_included(path: Path, where: str, main: Path, chain: list[Path]) -> None:
+    resolved = path.resolve()
+    if resolved in chain:
+        raise ModelError(f"{where}: {path.name} includes itself")
+    _check(path, read_xml(path), main, [*chain, resolved])
+
+
+def _existing(folders: set[Path], name: str, where: str) -> Iterator[Path]:
+    """Yield the existing files of a name; their kind and size are checked."""
+    for path in sorted({folder / name for folder in folders}):
+        if path.exists():
+            try:
+                check_regular(path, MAX_MESH_BYTES)
+            except OSError as error:
+                raise ModelError(f"{where} is {error.strerror}") from None
+            yield path
