@@ -49,7 +49,7 @@ def read_text(path: Path | str, limit: int = MAX_BYTES) -> str:
     return read_bytes(path, limit).decode("utf-8")
 
 
-def check_regular(path: Path, limit: int) -> None:
+def check_regular(path: Path, limit: int = MAX_BYTES) -> None:
     """Check that a path is a regular file of at most this size [bytes].
 
     Raises:

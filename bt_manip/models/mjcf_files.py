@@ -27,10 +27,12 @@ def check_mjcf(path: Path) -> None:
     root = read_xml(path)
     if root.tag != "mujoco":
         raise ModelError(f"{path}: expected <mujoco>, found <{root.tag}>")
-    _check(path, root, path.parent, [path.resolve()])
+    _check(path, root, path.parent, [path.resolve()], set())
 
 
-def _check(path: Path, root: etree._Element, main: Path, chain: list[Path]) -> None:
+def _check(
+    path: Path, root: etree._Element, main: Path, chain: list[Path], done: set[Path]
+) -> None:
     folders = {main, path.parent}
     for compiler in root.iter("compiler"):
         folders |= {main / compiler.get(key, "") for key in _FOLDERS}
@@ -42,14 +44,12 @@ def _check(path: Path, root: etree._Element, main: Path, chain: list[Path]) -> N
             if str(key).startswith("file") and value:
                 for found in _existing(folders, str(value), f"{where}: {key} '{value}'"):
                     if element.tag in _MODELS:
-                        _check_included(found, where, main, chain)
-
-
-def _check_included(path: Path, where: str, main: Path, chain: list[Path]) -> None:
-    resolved = path.resolve()
-    if resolved in chain:
-        raise ModelError(f"{where}: {path.name} includes itself")
-    _check(path, read_xml(path), main, [*chain, resolved])
+                        resolved = found.resolve()
+                        if resolved in chain:
+                            raise ModelError(f"{where}: {found.name} includes itself")
+                        if resolved not in done:
+                            _check(found, read_xml(found), main, [*chain, resolved], done)
+                            done.add(resolved)
 
 
 def _existing(folders: set[Path], name: str, where: str) -> Iterator[Path]:

@@ -13,7 +13,7 @@ from ..exceptions import CellError
 from ..naming import name_elements
 from .bounds import Bounds, bounds_of
 from .categories import CONTAINER, check_spelling
-from .prop import Prop, positive, value_of
+from .prop import Prop, colour_of, positive, value_of
 
 GRIPPABLE = 0.08
 """Largest opening of common grippers [m]."""
@@ -63,6 +63,8 @@ class ModelObject(Prop):
         """
         if category is not None:
             check_spelling(category)
+        if colour is not None:
+            colour_of(colour)
         if isinstance(model, str):
             model = load_model(model, convex=convex or "hull")
         self.kind = model.address
