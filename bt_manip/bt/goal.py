@@ -1,13 +1,14 @@
 """The goal of a tree: conditions on the cell that hold when the tree has done its task."""
 
 import shlex
-from collections.abc import Iterable
+from collections.abc import Container, Iterable, Mapping
 from typing import Any, Final
 
 from bt_manip.bt.blackboard import Blackboard, Entry
 from bt_manip.bt.nodes.binding import Report, bind
 from bt_manip.bt.nodes.node import Node, NodeKind
 from bt_manip.bt.port_types import UNTYPED, PortType
+from bt_manip.bt.ports import Port
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.runtime import Runtime
 from bt_manip.bt.status import SUCCESS
@@ -75,15 +76,19 @@ def _condition(words: list[str], registry: BehaviourRegistry) -> Node:
         if port not in cls.ports:
             raise TreeError(f"{name} has no port '{port}'" + did_you_mean(port, cls.ports))
         given[port] = value
-    for port, declared in cls.ports.items():
-        if declared.mandatory and port not in given:
-            raise TreeError(f"{name} needs the port '{port}'")
+    _check_mandatory(name, cls.ports, given)
     try:
         condition = cls(**given)
     except BtManipError as error:
         raise TreeError(str(error)) from error
     condition.registration = name
     return condition
+
+
+def _check_mandatory(name: str, ports: Mapping[str, Port], given: Container[str]) -> None:
+    for port, declared in ports.items():
+        if declared.mandatory and port not in given:
+            raise TreeError(f"{name} needs the port '{port}'")
 
 
 def goal_to_text(goal: Iterable[Node], registry: BehaviourRegistry) -> str:
@@ -128,6 +133,7 @@ def bind_goal(
     for condition in conditions:
         if not isinstance(condition, Node) or condition.kind is not NodeKind.CONDITION:
             raise TreeError(f"a goal consists of conditions, got {type(condition).__name__}")
+        _check_mandatory(condition.name, condition.ports, condition.given)
         bind(condition, own, _ReadOnlyScope(scope), report)
         condition.path = f"goal/{condition.name}"
     return conditions

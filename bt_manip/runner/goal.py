@@ -54,10 +54,9 @@ class GoalJudge:
         self._follow_tree()
         self.tree_succeeded = succeeded
         reasons = []
-        for condition, kept, names in zip(self._goal, self._kept, self._names, strict=True):
-            reasons += [reason for reason in kept if reason]
-            # What the condition still names and what was removed has been judged.
-            if not (kept and (names - self._cell.entities.keys()) & texts_of(condition)):
+        for i, condition in enumerate(self._goal):
+            reasons += self._kept[i]
+            if not self._is_judged(i):
                 reasons.append(why_not_met(condition))
         self.holds = not any(reasons) if self._goal else None
         self.reason = "; ".join(dict.fromkeys(filter(None, reasons)))
@@ -91,11 +90,16 @@ class GoalJudge:
             self._goal = self._tree.goal
             self._clear()
 
+    def _is_judged(self, i: int) -> bool:
+        """Return whether what a condition names was judged and has been removed."""
+        removed = self._names[i] - self._cell.entities.keys()
+        return bool(removed & texts_of(self._goal[i]))
+
     def _judge_before(self, name: str) -> None:
         """Judge the conditions that name an object which is about to be removed."""
         self._follow_tree()
         for i, condition in enumerate(self._goal):
             named = texts_of(condition)
-            if name in named:
+            if name in named and not self._is_judged(i):
                 self._kept[i].append(why_not_met(condition))
                 self._names[i] = named & self._cell.entities.keys()

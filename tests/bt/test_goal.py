@@ -81,3 +81,5 @@ def test_a_goal_of_python_is_written_to_xml(registry):
 def test_a_goal_consists_of_conditions():
     with pytest.raises(TreeError, match="a goal consists of conditions, got AlwaysSuccess"):
         Tree(AlwaysSuccess(), goal=AlwaysSuccess())
+    with pytest.raises(TreeError, match="IsIn needs the port 'container'"):
+        Tree(AlwaysSuccess(), goal=IsIn(object="{cube}"))

@@ -45,6 +45,22 @@ def test_an_unknown_tree(refused):
     assert "unknown tree 'pick_plce'; did you mean 'pick_place' or " in refused("pick_plce")
 
 
+def test_a_goal_that_names_no_condition(refused, tmp_path):
+    path = xml(tmp_path, "<AlwaysSuccess/>")
+    text = path.read_text()
+    path.write_text(text.replace('ID="Main"', 'ID="Main" _goal="IsInn object=a container=b"'))
+    assert "task.xml:2:34: error: _goal: no condition is named 'IsInn'; did you mean" in refused(
+        path
+    )
+
+
+def test_a_goal_that_does_not_say_for_which_of_two_robots(refused, tmp_path):
+    path = xml(tmp_path, "<AlwaysSuccess/>")
+    path.write_text(path.read_text().replace('ID="Main"', 'ID="Main" _goal="IsHolding object=a"'))
+    error = refused(path, "--scene", "two_arms")
+    assert "goal/IsHolding: " in error and "select one by the port robot" in error
+
+
 def test_a_tree_file_that_is_not_there(refused, tmp_path):
     (tmp_path / "task.xml").touch()
     assert "did you mean 'task.xml'" in refused("tsk.xml")

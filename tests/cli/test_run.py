@@ -37,6 +37,30 @@ def test_a_failed_cycle_does_not_stop_the_run(bt_manip, trees, tmp_path):
     assert read["tree"] == f"{trees}:failing"
 
 
+GOAL = """
+<root BTCPP_format="4">
+  <BehaviorTree ID="Main" _goal="{goal}">
+    <Sequence><SpawnObject name="spawn" object="{{cube}}"/><Sleep msec="300"/></Sequence>
+  </BehaviorTree>
+</root>
+"""
+
+
+def test_success_with_the_cube_on_the_table_is_1_if_the_goal_is_the_basket(bt_manip, tmp_path):
+    tree, report = tmp_path / "task.xml", tmp_path / "report.json"
+    tree.write_text(GOAL.format(goal="IsIn object={cube} container=basket"))
+    code, out, _ = bt_manip("run", tree, "--report", report)
+    assert code == 1
+    assert "cycle 1: goal not met: 'cube' touches 'table'" in out
+    assert "0 of 1 cycles succeeded" in out
+    read = read_report(report)
+    assert (read.status, read.cycles[0].goal) == ("FAILURE", False)
+    assert read.cycles[0].goal_reason == "'cube' touches 'table'"
+    tree.write_text(GOAL.format(goal="IsOn object={cube} support=table"))
+    assert bt_manip("run", tree, "--report", report).code == 0
+    assert read_report(report).cycles[0].goal is True
+
+
 @pytest.mark.parametrize("name", ["report.json", "report.jsonl"])
 def test_the_report_says_what_was_run(bt_manip, install, trees, tmp_path, name):
     install("noisy", NOISY)

@@ -72,6 +72,19 @@ def test_each_object_of_one_name_counts(cell, station):
     assert str(station.run(Tree(root, clock=station.clock, goal=on))) == "SUCCESS"
 
 
+def test_what_was_judged_is_not_judged_again_when_the_container_goes(cell, station):
+    tree = Tree(AlwaysSuccess(), clock=station.clock, goal=goal())
+    tree.setup(**station.infrastructure)
+    tree.blackboard["object"] = "cube"
+    cell.add(Cube(), IN_BASKET, name="cube")
+    cell.step(1000)
+    judge = GoalJudge(tree, cell)
+    judge.begin()
+    cell.remove("cube")
+    cell.remove("basket")
+    assert judge.end(True, "") == (True, "")
+
+
 def test_all_conditions_must_hold(cell, station):
     conditions = [IsOn(object="{object}", support="table"), goal()]
     result = run(station, spawn(), Sleep(msec=300), goal=conditions)
