@@ -24,7 +24,8 @@ from bt_manip.planning import LineTo, Planner, RRTConnect, Step
 from bt_manip.robots import Payload, Robot, RobotModel
 from bt_manip.trajectories import Trajectory
 
-from .external_force_guard import CHECK_INTERVAL, ExternalForceGuard
+from .diagnosis import ArmMeasurement, diagnose
+from .external_force_guard import CHECK_INTERVAL, Detection, ExternalForceGuard, external_load
 from .follower import TrajectoryFollower
 from .motion_planning import (
     BackOffRequest,
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
 
 MARGIN = 0.05  # [rad] from the joint limits that chosen configurations keep where possible
 MAX_REST_JOINT_SPEED = 0.02  # [rad/s] of a measured joint that counts as at rest
+MAX_TRACKING_ERROR = 0.1  # [rad]; an external force is detected at about 0.01 rad
 RECOVERY_TIMEOUT = 1.0  # [s] in which joints come to rest after a compliant stop; usually 0.2
 RETRY_INTERVAL = 20  # control steps after which a change of the speed scale is tried again
 
@@ -330,8 +332,9 @@ class Arm:
 
     @property
     def undisturbed(self) -> bool:
-        """Whether it is at rest and no external force acts on it, as its guard measures it."""
-        return self.at_rest and not (self.guard and self.guard.disturbed(self.model))
+        """Whether it is at rest and no external torque exceeds the threshold of a contact."""
+        settled = self.at_rest and not self._recovering
+        return settled and not external_load(self.robot, self.model).exceeded
 
     @property
     def trajectory(self) -> Trajectory | None:
@@ -411,10 +414,31 @@ class Arm:
 
     def _check_external_forces(self, dt: float) -> None:
         self._unchecked = 0
-        fault = self.guard.check(self.model, self.v, self.a, dt) if self.guard else ""
-        if fault:
-            touching = self.world.describe_contacts() if self.world else ""
-            self.stop(f"{fault}; {touching}" if touching else fault, compliant=True)
+        found = self.guard.check(self.model, self.v, self.a, dt) if self.guard else None
+        if found is not None:
+            if np.abs(self.q - self.robot.q).max() > MAX_TRACKING_ERROR:
+                found = found._replace(following=False)
+            self.stop(self._diagnose(found), compliant=True)
+
+    def describe_error(self) -> str:
+        """Return the likely reason why the arm is not at its reference, or is disturbed."""
+        present = external_load(self.robot, self.model)
+        return self._diagnose(Detection(present) if present.exceeded else None)
+
+    def _diagnose(self, found: Detection | None) -> str:
+        contacts = self.world.present_contacts() if self.world else []
+        held = self.world.held if self.world else None
+        now = ArmMeasurement(
+            self.robot,
+            self.model,
+            self.robot.q if self.compliant else self.q_ref,
+            external_load(self.robot, self.model),
+            " and ".join(f"'{first}' touches '{second}'" for first, second in contacts),
+            holds=held is not None or self.payload is not None,
+            touched=any(first.split("/")[0] != held for first, _ in contacts),
+            dt=self.follower.dt,
+        )
+        return diagnose(now, found)
 
     def _recover(self, dt: float) -> None:
         """Yield to contact, and rest at the measured configuration once the joints are at rest."""

@@ -16,6 +16,71 @@ IMPULSE_THRESHOLD = 7e-3  # [s] in which the torque threshold makes the threshol
 IMPULSE_THRESHOLD_WITH_PAYLOAD = 12e-3  # [s] the same with a payload, which may slip in the grip
 
 
+class ExternalLoad(NamedTuple):
+    """External joint torques, or impulses of an impact.
+
+    Attributes:
+        values: Of each joint [N m or N m s].  # (nq,)
+        thresholds: Values from which they are contacts [N m or N m s].  # (nq,)
+        impact: Whether they are impulses.
+    """
+
+    values: np.ndarray
+    thresholds: np.ndarray
+    impact: bool = False
+
+    @property
+    def exceeding(self) -> np.ndarray:
+        """Which values exceed their thresholds."""  # (nq,)
+        return np.abs(self.values) > self.thresholds
+
+    @property
+    def exceeded(self) -> bool:
+        """Whether a value exceeds its threshold."""
+        return bool(self.exceeding.any())
+
+    def __str__(self) -> str:
+        """Return the largest value relative to its threshold."""
+        quantity, unit, digits = ("impulse", "N m s", 2) if self.impact else ("torque", "N m", 1)
+        joint = int((np.abs(self.values) / self.thresholds).argmax())
+        article = "an" if self.impact else "a"
+        return (
+            f"{article} {quantity} of {abs(self.values[joint]):.{digits}f} {unit} at joint "
+            f"{joint + 1} (threshold {self.thresholds[joint]:.{digits}f} {unit})"
+        )
+
+
+class Detection(NamedTuple):
+    """A detected external force.
+
+    Attributes:
+        load: Its torques or impulses at the joints.
+        following: Whether the controller has followed the reference before: the motor torque was
+            about what that takes.
+    """
+
+    load: ExternalLoad
+    following: bool = True
+
+
+def external_load(robot: Robot, model: RobotModel) -> ExternalLoad:
+    """Return the external joint torques in the last step, uncertain by the dry friction.
+
+    Args:
+        robot: The robot with its measured motion and motor torques.
+        model: The arm with its payload.
+    """
+    dt, a = float(robot.mj_model.opt.timestep), robot.a
+    q, v = robot.q - dt * robot.v, robot.v - dt * a  # of that step: an oscillating arm changes fast
+    torque = model.rnea(q, v, a) + model.damping * v - robot.tau
+    return ExternalLoad(torque, torque_thresholds(model))
+
+
+def torque_thresholds(model: RobotModel) -> np.ndarray:
+    """Return the external torque of each joint from which it is a contact [N m]."""  # (nq,)
+    return TORQUE_THRESHOLD * model.limits.effort + FRICTION_MARGIN * model.friction
+
+
 class ExternalForceGuard:
     """Detects sustained contacts and impacts from measured motion and motor torques.
 
@@ -39,7 +104,7 @@ class ExternalForceGuard:
             model: Its model, for friction and effort limits.
         """
         self._robot = robot
-        self.thresholds = TORQUE_THRESHOLD * model.limits.effort + FRICTION_MARGIN * model.friction
+        self.thresholds = torque_thresholds(model)
         self._tolerate(self.thresholds)
         self._detections = 0
         self._last = _Measurement(*np.zeros((5, model.nq)))
@@ -58,7 +123,9 @@ class ExternalForceGuard:
         self._tolerate(self.thresholds + INITIAL_MARGIN * present)
         self._detections = 0
 
-    def check(self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray, dt: float) -> str:
+    def check(
+        self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray, dt: float
+    ) -> Detection | None:
         """Check the last control step for contact, and those since the last check for an impact.
 
         Args:
@@ -68,7 +135,7 @@ class ExternalForceGuard:
             dt: Duration of a control step [s].
 
         Returns:
-            A description of the detected force; empty when there is none.
+            The detected force; None when there is none.
         """
         before, now = self._last, self._measure(model, v_ref, a_ref)
         self._last, a = now, self._robot.a
@@ -80,28 +147,14 @@ class ExternalForceGuard:
             threshold = np.array(impulse_limits)
             impulse = _external_impulse(change, before, now, model, dt)
             if (np.abs(impulse) > threshold).any():
-                return _fault("an impulse", impulse, threshold, "N m s", 2)
+                joint = int((np.abs(impulse) / threshold).argmax())
+                motors = CHECK_INTERVAL * dt * abs(before.corrective(model)[joint])
+                load = ExternalLoad(impulse, threshold, impact=True)
+                return Detection(load, following=motors < abs(impulse[joint]))
         self._detections = 0 if _within(torque, self._torque_limits) else self._detections + 1
         if self._detections < CONSECUTIVE_DETECTIONS:
-            return ""
-        return _fault("a torque", torque, self._tolerated, "N m", 1)
-
-    def disturbed(self, model: RobotModel) -> bool:
-        """Tell whether the present external torque of a joint exceeds its threshold.
-
-        Args:
-            model: The arm with its payload.
-        """
-        return bool((np.abs(self.external_torque(model)) > self.thresholds).any())
-
-    def external_torque(self, model: RobotModel) -> np.ndarray:
-        """Return the external joint torque in the last step, uncertain by the dry friction [N m].
-
-        Args:
-            model: The arm with its payload.
-        """  # (nq,)
-        q, v, a = self._robot.q, self._robot.v, self._robot.a
-        return model.rnea(q, v, a) + model.damping * v - self._robot.tau
+            return None
+        return Detection(ExternalLoad(torque, self._tolerated))
 
     def get_state(self) -> dict[str, Any]:
         """Return what is remembered between checks as plain data."""
@@ -169,14 +222,3 @@ def _external_impulse(
     ).clip(min=0.0)
     motors += (sign * lag).clip(min=0.0)
     return change - sign * np.minimum(motors, np.abs(change))
-
-
-def _fault(
-    quantity: str, values: np.ndarray, thresholds: np.ndarray, unit: str, digits: int
-) -> str:
-    """Describe the greatest of external torques or impulses relative to its threshold."""
-    joint = int((np.abs(values) / thresholds).argmax())
-    return (
-        f"external force on the arm: {quantity} of {abs(values[joint]):.{digits}f} {unit} at joint "
-        f"{joint + 1} (threshold {thresholds[joint]:.{digits}f} {unit})"
-    )

@@ -112,6 +112,11 @@ class TrajectoryFollower:
         )
 
     @property
+    def dt(self) -> float:
+        """Duration of a control step, as of the last one [s]."""
+        return self._dt
+
+    @property
     def time(self) -> float:
         """Time since the start of the trajectory [s]."""
         return self._start + self.step * self._dt

@@ -233,7 +233,7 @@ class MotionBehaviour(ArmBehaviour):
             self._ended = self.cell.time
         if self.cell.time - self._ended > self.SETTLING:
             return self.fail(
-                f"the arm stopped {error:.4f} rad from its target; something obstructs it"
+                f"the arm stopped {error:.4f} rad from its target: {arm.describe_error()}"
             )
         self.feedback_message = f"settling, {error:.4f} rad left"
         return Status.RUNNING

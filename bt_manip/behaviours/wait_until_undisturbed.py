@@ -18,6 +18,7 @@ class WaitUntilUndisturbed(ArmBehaviour):
             return Status.SUCCESS
         state = "an external force acts on the arm" if self.arm.at_rest else "the arm moves"
         if self.elapsed > self.patience:
-            return self.fail(f"{state}, still after {self.patience:g} s")
+            cause = self.arm.describe_error() if self.arm.at_rest else state
+            return self.fail(f"{cause}, still after {self.patience:g} s")
         self.feedback_message = state
         return Status.RUNNING

@@ -128,13 +128,12 @@ class CollisionWorld:
         """
         return self._advancement.known_free(path, clearance)
 
-    def describe_contacts(self) -> str:
-        """Say what the arm touches in the simulation that it must not; empty without contacts."""
+    def present_contacts(self) -> list[tuple[str, str]]:
+        """Return what the arm and the held object touch in the simulation that they must not."""
         self.refresh()
         contact = self._robot.mj_data.contact
         pressing = contact.geom[contact.efc_address >= 0].tolist()
-        pairs = sorted({self._body_names(a, b) for a, b in pressing if self.checked_pairs[a, b]})
-        return " and ".join(f"'{first}' touches '{second}'" for first, second in pairs)
+        return sorted({self._body_names(a, b) for a, b in pressing if self.checked_pairs[a, b]})
 
     @property
     def held(self) -> str | None:

@@ -181,7 +181,7 @@ def test_an_arm_that_something_holds_fails_with_how_far_it_is(station, trial, mo
     hand = station.cell.body_id("panda/hand")
     assert moving.tick() is RUNNING
     station.cell.data.xfrc_applied[hand] = [0, 400.0, 0, 0, 0, 0]
-    assert moving.fails_with("something obstructs it")
+    assert moving.fails_with("from its target: external force on the arm")
 
 
 def test_is_at_says_how_far_away_the_tool_is(station, trial):

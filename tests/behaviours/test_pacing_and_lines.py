@@ -333,7 +333,7 @@ def test_waiting_for_an_arm_that_is_pushed_too_long_fails(station, trial):
     station.cell.data.xfrc_applied[hand][:3] = [0.0, 60.0, 0.0]
     station.cell.step(300)
     waiting = trial(WaitUntilUndisturbed(patience=0.3))
-    assert waiting.fails_with("an external force acts on the arm, still after 0.3 s")
+    assert waiting.fails_with("external force on the arm", "towards (0, 1, 0)", "still after 0.3 s")
 
 
 def test_pushed_while_it_follows_it_stops_and_fails_with_the_reason(station, trial):

@@ -1,0 +1,119 @@
+"""Reasons of faults name the cause."""
+
+import re
+
+import numpy as np
+import pytest
+
+from bt_manip.faults import FaultInjector, parse_fault
+from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
+from tests.measuring.collisions import one_arm
+
+THERE = np.array([0.6, -0.3, 0.3, -2.0, 0.2, 1.8, 0.4])
+
+
+@pytest.fixture
+def moving(parts):
+    """Give a station whose arm has moved for 250 steps of a motion."""
+    return lambda controller="computed_torque": _moving(parts, controller)
+
+
+def _moving(parts, controller):
+    station = one_arm(controller, parts)
+    station.arm.move_to_configuration(THERE)
+    station.cell.step(250)
+    assert not station.arm.fault
+    return station
+
+
+def fault(station, steps=500):
+    for _ in range(steps):
+        station.cell.step()
+        if station.arm.fault:
+            break
+    return station.arm.fault
+
+
+@pytest.mark.parametrize("body", ["hand", "link6", "link5", "link4"])
+def test_push_is_named_with_force_direction_and_link(moving, body):
+    station = moving()
+    push = np.array([88.0, -43.0, 23.0])
+    station.cell.data.xfrc_applied[station.cell.body_id(f"panda/{body}")][:3] = push
+    found = re.search(r"about (\d+) N towards \((\S+), (\S+), (\S+)\) at (.*)$", fault(station))
+    assert found, station.arm.fault
+    size, *direction = map(float, found.groups()[:4])
+    size_of_push = np.linalg.norm(push)
+    assert size == pytest.approx(size_of_push, rel=0.25)
+    assert np.dot(direction, push) / size_of_push > 0.9
+    expected = {"hand": "the tool|link 7", "link6": "link 6|link 7|the tool"}
+    assert re.fullmatch(expected.get(body, f"link {body[-1]}"), found.group(5))
+
+
+class Faults(RunObserver):
+    """Keeps the faults of the arm."""
+
+    def run_started(self, run):
+        self.arm, self.found = run.station.arm, []
+
+    def after_tick(self):
+        if self.arm.fault and self.arm.fault not in self.found:
+            self.found.append(self.arm.fault)
+
+
+@pytest.mark.parametrize("node", ["Grasp", "Drop"])
+@pytest.mark.parametrize("mass", [1.0, 3.2])
+def test_payload_that_is_too_heavy_is_named_with_its_mass(parts, node, mass):
+    source = find_tree("pick_place", {name: parts.trees.get(name) for name in parts.trees})
+    heavy = parse_fault(f"heavy at={node} mass={mass}", parts.faults)
+    faults = Faults()
+    run = prepare(RunRequest(source, cycles=1), parts)
+    run.execute([FaultInjector([heavy], parts.faults, 0), faults])
+    found = re.match(r"the payload weighs about (\S+) kg, 0.057 kg were assumed", faults.found[0])
+    assert found, faults.found
+    assert float(found.group(1)) == pytest.approx(mass, rel=0.15)
+
+
+@pytest.mark.parametrize("gains", [{"kp": 0.02, "kd": 0.02}, {"kp": 30.0, "kd": 30.0}])
+def test_weak_or_chattering_controller_is_said_not_to_follow(parts, gains):
+    station = one_arm("gravity_compensated_pd", parts)
+    control, arm = station.controller, station.arm
+    control.kp, control.kd = gains["kp"] * control.kp, gains["kd"] * control.kd
+    arm.move_to_configuration(THERE)
+    reason = fault(station, 2500) or arm.describe_error()
+    assert re.fullmatch(
+        r"the controller does not follow: joint \d is 0\.\d+ rad off its reference and nothing "
+        r"touches the arm",
+        reason,
+    )
+
+
+def test_lost_torque_of_a_joint_is_no_external_force(moving, monkeypatch):
+    station = moving()
+    compute = station.controller.compute
+
+    def without_second_joint(*state):
+        return np.where(np.arange(7) == 1, 0.0, compute(*state))
+
+    monkeypatch.setattr(station.controller, "compute", without_second_joint)
+    assert fault(station).startswith("the controller does not follow: joint")
+
+
+@pytest.mark.parametrize(("reading", "name"), [("read_q", "position"), ("read_v", "velocity")])
+def test_sensor_that_reads_nan_is_named_and_the_arm_stops(moving, monkeypatch, reading, name):
+    station = moving()
+    robot, arm = station.robot, station.arm
+    read = getattr(robot, reading)
+    monkeypatch.setattr(robot, reading, lambda: np.where(np.arange(7) == 2, np.nan, read()))
+    assert fault(station, 20) == f"the measured {name} of joint 3 is nan"
+    station.cell.step(300)
+    monkeypatch.undo()
+    assert not arm.moving and np.abs(robot.q - arm.q).max() < 0.05
+
+
+def test_time_step_that_has_changed_is_named(moving):
+    station = moving()
+    station.cell.model.opt.timestep = 0.002
+    try:
+        assert fault(station) == "the time step has changed from 1 to 2 ms"
+    finally:
+        station.cell.model.opt.timestep = 0.001
