@@ -131,7 +131,8 @@ def register_faults(register: Callable[[str, type], None]) -> None:
 
 @hookimpl
 def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
-    """Bring the trace of the joints."""
-    from bt_manip.recording import TraceRecorder
+    """Bring the trace of the joints, and the recording of everything."""
+    from bt_manip.recording import McapRecorder, TraceRecorder
 
     register("trace", TraceRecorder)
+    register("mcap", McapRecorder)

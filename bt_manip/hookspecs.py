@@ -120,7 +120,8 @@ def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], N
 
     Args:
         register: ``register(name, factory)``, where ``factory(path)`` makes a
-            `bt_manip.runner.RunObserver`; the path is None if the user gave no file.
+            `bt_manip.runner.RunObserver`; the path is None if the user gave no file. An attribute
+            ``suffix`` of the factory lets ``--record FILE`` choose it.
     """
 
 

@@ -42,6 +42,7 @@ PRINTS = {
         r"^tool: 0\.000 mm from its target",
         r"^\d\d %: the line can be followed only for \d\d %",
     ),
+    "docs/recordings.md": (r"^example 0\.03 True$", r"^0\.02 s  rest: SUCCESS$", r" tick "),
     "docs/scenes.md": (r"'mass'",),
 }
 """Regular expressions for the output of a page."""

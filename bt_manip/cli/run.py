@@ -75,7 +75,8 @@ EXIT_CODES = (
 @click.option(
     "--record", "records", multiple=True, metavar="NAME[=FILE]",
     shell_complete=complete_part("recorders"),
-    help="Add a recorder (see: bt-manip list recorders); may be given more than once.",
+    help="Add a recorder (see: bt-manip list recorders); FILE alone chooses the recorder of its "
+    "suffix, as in run.mcap.  May be given more than once.",
 )  # fmt: skip
 @click.option(
     "--fault", "faults", multiple=True, metavar="\"NAME at=NODE KEY=VALUE ...\"",

@@ -2,11 +2,13 @@
 
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from bt_manip.cli.plugin_options import print_warning
 from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import BUILTIN, Plugin, Plugins, guarded, plugin_observers
 from bt_manip.recording import check_writable
+from bt_manip.registry import Registry
 from bt_manip.runner import RunObserver, Stopwatch
 
 
@@ -31,8 +33,10 @@ def extra_observers(plugins: Plugins, records: Iterable[str]) -> list[RunObserve
 
 
 def _recorder(plugins: Plugins, text: str) -> RunObserver:
-    name, _, file = text.partition("=")
     recorders = plugins.parts.recorders
+    name, equals, file = text.partition("=")
+    if not equals and (suffix := Path(text).suffix):
+        name, file = _recorder_of(suffix, recorders), text
     path = Path(file) if file else None
     owner = _owner(plugins, recorders.owner(name))
     if path is not None:
@@ -46,6 +50,22 @@ def _recorder(plugins: Plugins, text: str) -> RunObserver:
     if owner is None:
         return recorder
     return guarded(recorder, owner.label, print_warning, owner.way_out)
+
+
+def _recorder_of(suffix: str, recorders: Registry[Any]) -> str:
+    """Return the name of the recorder whose files have a suffix.
+
+    Raises:
+        BtManipError: If there is none.
+    """
+    suffixes = {getattr(recorders.get(name), "suffix", None): name for name in recorders}
+    if suffix not in suffixes:
+        known = ", ".join(sorted(filter(None, suffixes)))
+        raise BtManipError(
+            f"--record: no recorder writes '{suffix}' files, known are {known}; --record NAME=FILE "
+            "names the recorder"
+        )
+    return suffixes[suffix]
 
 
 def _owner(plugins: Plugins, name: str) -> Plugin | None:

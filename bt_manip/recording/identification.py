@@ -3,12 +3,13 @@
 import hashlib
 import importlib.util
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from bt_manip.runner import Run
+if TYPE_CHECKING:
+    from bt_manip.runner import Run
 
 
-def identify(run: Run) -> dict[str, Any]:
+def identify(run: "Run") -> dict[str, Any]:
     """Return the fields of `RunReport` that say what a run consists of, by name."""
     request, station = run.request, run.station
     chosen = [robot.chosen for robot in station.robots.values()]
@@ -28,7 +29,7 @@ def identify(run: Run) -> dict[str, Any]:
     }
 
 
-def _tree_files(run: Run) -> list[Path]:
+def _tree_files(run: "Run") -> list[Path]:
     """Return the files of the tree: with the included ones, or the module of a Python function."""
     document, source = run.tree.document, run.request.tree
     if document is not None:

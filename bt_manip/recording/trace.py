@@ -154,6 +154,8 @@ def read_trace(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
 class TraceRecorder(RunObserver):
     """Write t, q, v, q_ref, v_ref, a_ref and tau of every control step to an .npz file."""
 
+    suffix = ".npz"
+
     def __init__(self, path: Path | None) -> None:
         """Check the path.
 

@@ -1,0 +1,338 @@
+"""Record everything in a run to an MCAP file."""
+
+import importlib.util
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import mujoco
+import numpy as np
+
+from bt_manip.exceptions import BtManipError
+from bt_manip.recording.files import whole_file
+from bt_manip.recording.identification import identify
+from bt_manip.recording.report import versions
+from bt_manip.robots import reader
+from bt_manip.runner import EventStream, RunEvent
+
+if TYPE_CHECKING:
+    from bt_manip.recording.foxglove import SceneMessages
+    from bt_manip.recording.mcap_file import McapFile
+
+TOPICS = {
+    "tree": "/tree/nodes",
+    "status": "/tree/status",
+    "blackboard": "/blackboard",
+    "entity": "/entities",
+    "contact": "/contacts",
+    "motion": "/motions",
+    "controller": "/controllers",
+    "cycle": "/cycles",
+}
+"""Topics of the recorded events, by their kind."""
+
+STATE = (
+    '{"force":[%.6g,%.6g,%.6g],"torque":[%.6g,%.6g,%.6g],"grip_forces":[%s],"held":%s,'
+    '"saturated_steps":%d,"speed_scale":%.6g}'
+)
+"""State of a robot after a tick [N, N m]; formatted in a fifth of a JSON encoder's time."""
+
+
+class McapRecorder(EventStream):
+    """Write scene, tree, joints, contacts and log to an MCAP file, for Foxglove.
+
+    Joints, references and torques are recorded at every control step, the rest at every tick.
+    All times are simulated times.
+    """
+
+    suffix: ClassVar[str] = ".mcap"
+
+    def __init__(self, path: Path | None) -> None:
+        """Check that there is a path, and the packages that are needed.
+
+        Args:
+            path: The file to write.
+
+        Raises:
+            BtManipError: If one of them is missing.
+        """
+        super().__init__(self._write_event)
+        if path is None:
+            raise BtManipError("a recording needs a file to be written to: --record FILE.mcap")
+        for package in ("mcap", "foxglove_schemas_protobuf"):
+            if importlib.util.find_spec(package) is None:
+                raise BtManipError(f"--record mcap needs {package}: pip install 'bt-manip[record]'")
+        self._path = path
+        self._file: McapFile | None = None
+
+    def run_started(self, run: Any) -> None:
+        """Open the file and identify the run."""
+        from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+        from foxglove_schemas_protobuf.Log_pb2 import Log
+
+        from bt_manip.recording.mcap_file import McapFile
+
+        super().run_started(run)
+        self._station = run.station
+        self._scene: SceneMessages | None = None
+        self._shown: dict[str, tuple[Any, bytes]] = {}  # entities and their colours, by name
+        self._layout: dict[str, Any] | None = None
+        self._poses: list[tuple[float, bytes]] = []
+        self._robots: list[RobotChannel] = []
+        file = self._file = McapFile(self._path, self._encode)
+        request = run.request
+        identity = {"tree": request.tree.name, "seed": request.seed, "versions": versions()}
+        identity |= identify(run)
+        file.add_metadata("run", {key: json.dumps(value) for key, value in identity.items()})
+        for topic in ("/tf", "/tf_static"):
+            file.add_topic(topic, FrameTransforms)
+        file.add_topic("/log", Log)
+        for topic in TOPICS.values():
+            file.add_topic(topic)
+        self._robots = [
+            RobotChannel(file, self._cell, one) for one in self._station.robots.values()
+        ]
+
+    def after_compile(self) -> None:
+        """Bind to the new model; write the geometry of new entities."""
+        from bt_manip.recording.foxglove import SceneMessages
+
+        assert self._file is not None
+        with self._file.lock:
+            self._encode()
+            self._scene = SceneMessages(self._cell.model, self._cell.data)
+            for robot in self._robots:
+                robot.bind()
+        super().after_compile()
+        self._write_scene()
+        self._add("/tf_static", self._scene.fixed_frames(self._now))
+
+    def cycle_started(self, cycle: int) -> None:
+        """Write what was randomized, and in the first cycle the layout."""
+        self._write_scene()
+        super().cycle_started(cycle)
+        if self._layout is None:
+            self._write_layout()
+
+    def after_step(self) -> None:
+        """Copy the state of the robots."""
+        for robot in self._robots:
+            robot.append()
+
+    def after_tick(self) -> None:
+        """Copy the poses and the states of the robots; write a chunk if it is full."""
+        assert self._file is not None and self._scene is not None
+        time = self._cell.time
+        self._poses.append((time, self._scene.copy_poses()))
+        for robot in self._robots:
+            robot.end_tick(time)
+        super().after_tick()
+        self._file.end_tick(nanoseconds(time))
+
+    def cycle_ended(self, status: str, reason: str) -> None:
+        """Write the layout, which shows the objects that have come."""
+        super().cycle_ended(status, reason)
+        self._write_layout()
+
+    def run_ended(self) -> None:
+        """Close the file."""
+        super().run_ended()
+        if self._file is not None:
+            self._file.close()
+
+    # Internal
+
+    def _encode(self) -> None:
+        """Add the messages of the copied states; called under the lock of the file.
+
+        Encoding many at once takes half of the time of encoding each in its tick, between other
+        code.
+        """
+        if self._file is None:
+            return
+        poses, self._poses = self._poses, []
+        if poses and self._scene is not None:
+            frames = self._scene.movable_frames
+            times = [nanoseconds(time) for time, _ in poses]
+            self._file.add(
+                "/tf", [(t, frames(t, copy)) for t, (_, copy) in zip(times, poses, strict=True)]
+            )
+        for robot in self._robots:
+            robot.encode()
+
+    @property
+    def _now(self) -> int:
+        return nanoseconds(self._cell.time)
+
+    def _add(self, topic: str, message: bytes) -> None:
+        assert self._file is not None
+        self._file.add(topic, [(self._now, message)])
+
+    def _write_event(self, event: RunEvent) -> None:
+        if event.kind in TOPICS:
+            assert self._file is not None
+            time = nanoseconds(event.time)
+            self._file.add_json(TOPICS[event.kind], time, event.data)
+            line = log_line(event)
+            if line is not None:
+                from bt_manip.recording.foxglove import log_message
+
+                self._file.add("/log", [(time, log_message(time, line[0], event.kind, line[1]))])
+
+    def _write_layout(self) -> None:
+        """Write the layout beside the recording if it has changed."""
+        from bt_manip.recording.foxglove_layout import foxglove_layout
+
+        assert self._file is not None
+        robots = {
+            name: list(one.robot.description.arm_joints)
+            for name, one in self._station.robots.items()
+        }
+        leaves = {link.uid: link.name for link in self._tree.nodes if not link.children}
+        scene = [topic for topic in self._file.topics if topic.startswith("/scene/")]
+        layout = foxglove_layout(robots, leaves, scene)
+        if layout != self._layout:
+            self._layout = layout
+            with whole_file(self._path.with_suffix(".layout.json"), sync=False) as file:
+                file.write(json.dumps(layout, indent=1).encode())
+
+    def _write_scene(self) -> None:
+        """Write the geometry of entities that are new, or have new colours; delete the others."""
+        from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+
+        from bt_manip.recording.foxglove import removal
+
+        assert self._file is not None and self._scene is not None
+        scene = self._scene
+        present = {name: self._cell.entities.get(name) for name in scene.entities}
+        for name in [name for name in self._shown if name not in present]:
+            del self._shown[name]
+            self._add(f"/scene/{name}", removal())
+        for name, entity in present.items():
+            looks = (entity, scene.colours(name))
+            if self._shown.get(name) != looks:
+                self._shown[name] = looks
+                self._file.add_topic(f"/scene/{name}", SceneUpdate)
+                self._add(f"/scene/{name}", scene.geometry(name, self._now))
+
+
+class RobotChannel:
+    """Records one robot: joints at every control step, wrist and gripper at every tick."""
+
+    def __init__(self, file: "McapFile", cell: Any, commanded: Any) -> None:
+        """Register its topics.
+
+        Args:
+            file: The file.
+            cell: The `bt_manip.cell.Cell`.
+            commanded: The `bt_manip.runner.CommandedRobot`.
+        """
+        from bt_manip.recording.protobuf import control_step_class, split_control_step
+
+        self._file, self._cell, self._commanded = file, cell, commanded
+        joints = commanded.robot.description.arm_joints
+        self._joints = f"/robots/{commanded.name}/joints"
+        self._state = f"/robots/{commanded.name}/state"
+        file.add_topic(self._joints, control_step_class(), {"joints": json.dumps(list(joints))})
+        file.add_topic(self._state)
+        self._heads = split_control_step(len(joints))
+        self._steps: list[tuple[float, bytes]] = []
+        self._ticks: list[tuple[float, bytes, tuple[Any, ...]]] = []
+
+    def bind(self) -> None:
+        """Bind to the current model of the cell."""
+        robot, self._data = self._commanded.robot, self._cell.data
+        self._q = reader(self._data.qpos, robot.qpos_adr)
+        self._v = reader(self._data.qvel, robot.dof_adr)
+        data, body, site = self._data, robot.wrist_body_id, robot.tool_site_id
+        root = self._cell.model.body_rootid[body]
+        self._wrist: Any = (
+            data.cfrc_int[body], data.subtree_com[root], data.site_xpos[site], data.site_xmat[site]
+        )  # fmt: skip
+
+    def append(self) -> None:
+        """Copy the state after one control step."""
+        arm, tau = self._commanded.arm, self._commanded.controllers.controller.tau
+        q, v, q_ref, v_ref, a_ref, t = self._heads
+        parts: Any = (
+            q, self._q(), v, self._v(), q_ref, arm.q, v_ref, arm.v, a_ref, arm.a, t, tau
+        )  # fmt: skip
+        self._steps.append((self._data.time, b"".join(parts)))
+
+    def end_tick(self, time: float) -> None:
+        """Copy the state of wrist and gripper.
+
+        Args:
+            time: Simulated time [s].
+        """
+        commanded, gripper = self._commanded, self._commanded.gripper
+        mujoco.mj_rnePostConstraint(self._cell.model, self._data)
+        self._ticks.append((
+            time,
+            b"".join(self._wrist),
+            (
+                gripper.forces if gripper is not None else (),
+                gripper.held if gripper is not None else (),
+                commanded.controllers.controller.saturated_steps,
+                commanded.arm.speed_scale,
+            ),
+        ))  # fmt: skip
+
+    def encode(self) -> None:
+        """Add the messages of the copied states."""
+        steps, self._steps = self._steps, []
+        self._file.add(self._joints, [(nanoseconds(time), data) for time, data in steps])
+        ticks, self._ticks = self._ticks, []
+        if not ticks:
+            return
+        wrenches = tool_wrenches(np.frombuffer(b"".join(wrist for _, wrist, _ in ticks)))
+        messages = []
+        for (time, _, (forces, held, *rest)), wrench in zip(ticks, wrenches, strict=True):
+            grip = ",".join([f"{force:.6g}" for force in forces])
+            state = STATE % (*wrench, grip, json.dumps(held), *rest)
+            messages.append((nanoseconds(time), state.encode()))
+        self._file.add(self._state, messages)
+
+
+def tool_wrenches(wrists: np.ndarray) -> list[list[float]]:
+    """Return the wrench of the last link on the gripper at each tick, as `Robot.wrist_wrench`.
+
+    Args:
+        wrists: MuJoCo's ``cfrc_int``, ``subtree_com``, ``site_xpos`` and ``site_xmat``, flat.
+
+    Returns:
+        Force and torque in the tool frame of each tick [N, N m].
+    """
+    torque, force, com, tool, rotation = np.split(wrists.reshape(-1, 21), (3, 6, 9, 12), axis=1)
+    torque = torque + np.cross(com - tool, force)
+    R_wt = rotation.reshape(-1, 3, 3)
+    in_tool = [np.einsum("nji,nj->ni", R_wt, vectors) for vectors in (force, torque)]
+    return np.concatenate(in_tool, axis=1).tolist()
+
+
+def nanoseconds(time: float) -> int:
+    """Return a time in nanoseconds, as MCAP counts it.
+
+    Args:
+        time: The time [s].
+    """
+    return round(time * 1e9)
+
+
+def log_line(event: RunEvent) -> tuple[str, str] | None:
+    """Return the level and the text of an event for people; None for the others."""
+    data = event.data
+    if event.kind == "cycle":
+        if data["status"] == "FAILURE":
+            return "ERROR", f"cycle {data['cycle'] + 1} failed: {data['reason']}"
+        done = "started" if data["status"] == "RUNNING" else "succeeded"
+        return "INFO", f"cycle {data['cycle'] + 1} {done}"
+    if event.kind == "status" and data["reason"]:
+        return "WARNING", f"{data['path']}: {data['reason']}"
+    if event.kind == "motion" and data["fault"]:
+        return "WARNING", f"{data['robot']} stopped: {data['fault']}"
+    if event.kind == "entity":
+        return "INFO", f"{data['name']} {'added' if data['present'] else 'removed'}"
+    if event.kind == "controller":
+        return "INFO", f"{data['robot']} is controlled by {data['controller']}"
+    return None

@@ -1,0 +1,93 @@
+"""Protobuf messages of recordings: their schemas, and fast serialization of their numbers."""
+
+import struct
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+
+STEP_FIELDS = ("q", "v", "q_ref", "v_ref", "a_ref", "tau")
+"""Fields of a `control_step_class`, each one number per joint [rad, s, N m]."""
+
+
+def file_descriptor_set(message: Any) -> bytes:
+    """Return the schema of a message class as MCAP stores it: a FileDescriptorSet."""
+    files: dict[str, Any] = {}
+
+    def add(file: Any) -> None:
+        if file.name not in files:
+            for dependency in file.dependencies:
+                add(dependency)
+            files[file.name] = file
+
+    add(message.DESCRIPTOR.file)
+    found = descriptor_pb2.FileDescriptorSet()
+    for file in files.values():
+        file.CopyToProto(found.file.add())
+    return found.SerializeToString()
+
+
+def split_control_step(joints: int) -> list[bytes]:
+    """Return what stands on the wire before each array of a serialized control step.
+
+    Arrays of doubles are stored as they are in memory, so joining these parts with the arrays of
+    `STEP_FIELDS` gives the message.
+
+    Args:
+        joints: Length of each array.
+    """
+    arrays = [np.full(joints, number, dtype="<f8") for number in range(1, len(STEP_FIELDS) + 1)]
+    fields = {name: a.tolist() for name, a in zip(STEP_FIELDS, arrays, strict=True)}
+    rest = control_step_class()(**fields).SerializeToString()
+    heads = []
+    for array in arrays:
+        head, _, rest = rest.partition(array.tobytes())
+        heads.append(head)
+    return heads
+
+
+def control_step_class() -> Any:
+    """Return the class of messages that hold one control step of a robot."""
+    file = descriptor_pb2.FileDescriptorProto(
+        name="bt_manip/ControlStep.proto", package="bt_manip", syntax="proto3"
+    )
+    message = file.message_type.add(name="ControlStep")
+    for number, name in enumerate(STEP_FIELDS, 1):
+        message.field.add(
+            name=name,
+            number=number,
+            type=descriptor_pb2.FieldDescriptorProto.TYPE_DOUBLE,
+            label=descriptor_pb2.FieldDescriptorProto.LABEL_REPEATED,
+        )
+    pool = descriptor_pool.DescriptorPool()
+    pool.Add(file)
+    return message_factory.GetMessageClass(pool.FindMessageTypeByName("bt_manip.ControlStep"))
+
+
+class NumberTemplate:
+    """A serialized message whose doubles are replaced without serializing it again.
+
+    Doubles have a fixed width of eight bytes on the wire, so all messages of one structure have
+    their numbers at the same positions. Setting the fields of a message one by one would take
+    longer than a control step of the physics.
+    """
+
+    def __init__(self, build: Callable[[Sequence[float]], Any], count: int) -> None:
+        """Find the positions of the numbers.
+
+        Args:
+            build: Makes the message of some numbers.
+            count: Number of doubles in the message.
+        """
+        marks = 1e300 * (1.0 + np.arange(count) / (2.0 * count))  # distinct and never zero
+        data = build(marks.tolist()).SerializeToString()
+        starts = [data.find(struct.pack("<d", mark)) for mark in marks]
+        assert -1 not in starts
+        self._data = np.frombuffer(data, dtype=np.uint8).copy()
+        self._where = (np.array(starts)[:, None] + np.arange(8)).ravel()
+
+    def serialize(self, numbers: bytes) -> bytes:
+        """Return the serialized message of some doubles, in the order of ``build``."""
+        self._data[self._where] = np.frombuffer(numbers, dtype=np.uint8)
+        return self._data.tobytes()

@@ -1,0 +1,148 @@
+"""Reading recordings of runs."""
+
+import json
+import os
+import struct
+from collections.abc import Iterator
+from io import BytesIO
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from mcap.exceptions import EndOfFile
+from mcap.opcode import Opcode
+from mcap.records import Channel, McapRecord, Message, Metadata
+from mcap.stream_reader import MAGIC_SIZE, StreamReader
+from mcap.writer import MCAP0_MAGIC
+
+from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.recording.mcap_recorder import TOPICS
+from bt_manip.recording.protobuf import STEP_FIELDS, control_step_class
+from bt_manip.runner import RunEvent
+
+_RECORD_HEAD = struct.Struct("<BQ")  # opcode and length
+_READ = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA, Opcode.CHUNK)
+
+
+class Recording:
+    """A recorded run.
+
+    The file is scanned from its beginning, so that the recording of a killed process, or a file
+    that was cut at any byte, can be read up to its last complete chunk.
+
+    Attributes:
+        path: The file.
+        identity: What identifies the run: tree, seed, robot, scene, versions, ...
+        complete: Whether the recording was closed at the end of its run.
+        topics: The topics, with their encoding (``"json"`` or ``"protobuf"``).
+        joints: Names of the joints, by robot.
+        end: Simulated time of the last message [s].
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        """Read what the file holds.
+
+        Raises:
+            BtManipError: If there is no such file, or it is no recording.
+        """
+        self.path = Path(path)
+        self.identity: dict[str, Any] = {}
+        self.complete = False
+        self.topics: dict[str, str] = {}
+        self.joints: dict[str, list[str]] = {}
+        self.end = 0.0
+        for record in self._records():
+            if isinstance(record, Metadata) and record.name == "run":
+                self.identity = {k: json.loads(text) for k, text in record.metadata.items()}
+            elif isinstance(record, Channel):
+                self.topics[record.topic] = record.message_encoding
+                if "joints" in record.metadata:
+                    robot = record.topic.split("/")[2]
+                    self.joints[robot] = json.loads(record.metadata["joints"])
+            elif isinstance(record, Message):
+                self.end = max(self.end, record.log_time / 1e9)
+
+    def messages(self, *topics: str) -> Iterator[tuple[float, str, Any]]:
+        """Iterate over the messages of some topics, or of all.
+
+        Returns:
+            Simulated time [s], topic, and content: a dict, or the bytes of a protobuf message.
+
+        Raises:
+            BtManipError: If there is no such topic.
+        """
+        for topic in topics:
+            if topic not in self.topics:
+                hint = did_you_mean(topic, self.topics)
+                raise BtManipError(f"{self.path} has no topic '{topic}'{hint}")
+        channels: dict[int, Channel] = {}
+        for record in self._records():
+            if isinstance(record, Channel):
+                channels[record.id] = record
+            elif isinstance(record, Message):
+                channel = channels[record.channel_id]
+                if not topics or channel.topic in topics:
+                    is_json = channel.message_encoding == "json"
+                    data = json.loads(record.data) if is_json else record.data
+                    yield record.log_time / 1e9, channel.topic, data
+
+    def events(self) -> Iterator[RunEvent]:
+        """Iterate over the events of the run, as an `EventStream` reported them."""
+        kinds = {topic: kind for kind, topic in TOPICS.items()}
+        for time, topic, data in self.messages(*(set(kinds) & set(self.topics))):
+            yield RunEvent(time, kinds[topic], data)
+
+    def control_steps(self, robot: str | None = None) -> dict[str, np.ndarray]:
+        """Return all control steps of a robot.
+
+        Args:
+            robot: Its name; not needed where there is only one.
+
+        Returns:
+            ``t`` [s], and ``q``, ``v``, ``q_ref``, ``v_ref``, ``a_ref`` and ``tau``, one row each.
+
+        Raises:
+            BtManipError: If there is no such robot.
+        """
+        if robot is None and len(self.joints) == 1:
+            (robot,) = self.joints
+        if robot not in self.joints:
+            raise BtManipError(f"{self.path} has the robots {', '.join(self.joints)}, not {robot}")
+        parse = control_step_class().FromString
+        times, rows = [], []
+        for time, _, data in self.messages(f"/robots/{robot}/joints"):
+            step = parse(data)
+            times.append(time)
+            rows.append([getattr(step, name) for name in STEP_FIELDS])
+        shape = (len(rows), len(STEP_FIELDS), len(self.joints[robot]))
+        columns = np.array(rows).reshape(shape)
+        return {"t": np.array(times)} | {n: columns[:, i] for i, n in enumerate(STEP_FIELDS)}
+
+    def _records(self) -> Iterator[McapRecord]:
+        """Iterate over the records of the complete chunks."""
+        try:
+            with self.path.open("rb") as file:
+                if file.read(MAGIC_SIZE) != MCAP0_MAGIC:
+                    raise BtManipError(f"{self.path} is no MCAP file")
+                yield from self._scan(file)
+        except OSError as error:
+            raise BtManipError(f"cannot read {self.path}: {error.strerror}") from error
+
+    def _scan(self, file: BinaryIO) -> Iterator[McapRecord]:
+        size = os.fstat(file.fileno()).st_size
+        while len(head := file.read(_RECORD_HEAD.size)) == _RECORD_HEAD.size:
+            opcode, length = _RECORD_HEAD.unpack(head)
+            if opcode == Opcode.DATA_END:
+                file.seek(-MAGIC_SIZE, os.SEEK_END)
+                self.complete = file.read() == MCAP0_MAGIC
+                return
+            if length > size - file.tell():
+                return
+            if opcode not in _READ:
+                file.seek(length, os.SEEK_CUR)
+                continue
+            record = BytesIO(head + file.read(length))
+            try:
+                yield from StreamReader(record, skip_magic=True, validate_crcs=True).records
+            except EndOfFile:  # this record was the only one
+                pass

@@ -1,0 +1,33 @@
+"""bt-manip run --record: recordings from the command line."""
+
+import json
+
+import numpy as np
+
+from bt_manip.recording import Recording
+
+
+def test_a_bare_file_name_chooses_the_recorder_of_its_suffix(bt_manip, trees, tmp_path):
+    recording, trace = tmp_path / "run.mcap", tmp_path / "run.npz"
+    code, _, err = bt_manip("run", f"{trees}:quick", "--record", recording, "--record", trace)
+    assert (code, err) == (0, "")
+    steps = Recording(recording).control_steps()
+    with np.load(trace) as read:
+        for name, column in steps.items():
+            np.testing.assert_allclose(read[name], column, rtol=0.0, atol=1e-9)
+
+
+def test_a_recorded_run_keeps_the_digest_of_its_report(bt_manip, trees, tmp_path):
+    digests = []
+    for options in ((), ("--record", f"mcap={tmp_path / 'run.mcap'}")):
+        report = tmp_path / "report.json"
+        assert bt_manip("run", f"{trees}:quick", "--report", report, *options).code == 0
+        digests.append(json.loads(report.read_text())["state_digest"])
+    assert digests[0] == digests[1]
+
+
+def test_a_run_that_ends_with_a_fault_leaves_a_complete_recording(bt_manip, trees, tmp_path):
+    path = tmp_path / "run.mcap"
+    assert bt_manip("run", f"{trees}:loud", "--record", path).code == 3
+    recording = Recording(path)
+    assert recording.complete and recording.end >= 0.02
