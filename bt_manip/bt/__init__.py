@@ -87,6 +87,9 @@ from .stubs import Stubs as Stubs
 from .substitution import Rule as Rule
 from .substitution import Substitutions as Substitutions
 from .substitution import find_rule as find_rule
+from .xml.instance import TreeInstance as TreeInstance
+from .xml.instance import instance_to_xml as instance_to_xml
+from .xml.instance import tree_instances as tree_instances
 from .xml.model import models_document as models_document
 from .xml.problem import Problem as Problem
 from .xml.python_source import to_python as to_python

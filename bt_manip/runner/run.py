@@ -27,6 +27,7 @@ class Run:
     Attributes:
         cycle: The present cycle, or the next one.
         goal: Judges the tree's goal; it has judged a cycle when `cycle_ended` is called.
+        stop: Returns whether the run has to end; whoever pauses it checks this often.
     """
 
     request: RunRequest
@@ -37,6 +38,7 @@ class Run:
     def __post_init__(self) -> None:
         """Prepare to judge the tree's goal."""
         self.goal = GoalJudge(self.tree, self.station.cell)
+        self.stop: Stop = lambda: False
 
     def execute(self, observers: Sequence[RunObserver] = (), *, stop: Stop = lambda: False) -> None:
         """Run the requested cycles.
@@ -50,7 +52,8 @@ class Run:
             Exception: Any exception of a behaviour, a controller or an observer, after `run_ended`
                 has been called for all observers.
         """
-        _Loop(self, observers, stop).run()
+        self.stop = stop
+        _Loop(self, observers).run()
 
     def get_state(self) -> dict[str, Any]:
         """Return the state of the run as plain data.
@@ -80,9 +83,9 @@ class Run:
 class _Loop:
     """The state of one execution."""
 
-    def __init__(self, run: Run, observers: Sequence[RunObserver], stop: Stop) -> None:
+    def __init__(self, run: Run, observers: Sequence[RunObserver]) -> None:
         self._tree, self._cell = run.tree, run.station.cell
-        self._run, self._request, self._stop = run, run.request, stop
+        self._run, self._request = run, run.request
         self._observers = observers
         self._before_tick = _overridden("before_tick", observers)
         self._after_step = _overridden("after_step", observers)
@@ -141,7 +144,7 @@ class _Loop:
             observer.cycle_started(cycle)
         status = NodeStatus.RUNNING
         while status is NodeStatus.RUNNING:
-            if self._stop():
+            if self._run.stop():
                 return False
             for observe in self._before_tick:
                 observe()

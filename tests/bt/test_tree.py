@@ -296,13 +296,13 @@ class TestConditionsAroundATick:
 
     @pytest.mark.parametrize("hook", ["pre_tick", "post_tick"])
     def test_a_hook_can_replace_the_result_of_a_tick(self, hook):
-        from bt_manip.bt.nodes.guard import Guard
-
         node = AlwaysSuccess()
-        node._node_guard = Guard({})
-        setattr(node._node_guard, hook, lambda *_: NodeStatus.FAILURE)
+        tree = tree_of(node)
+        node.set_tick_hooks(**{hook: lambda *_: NodeStatus.FAILURE})
+        assert tree.tick() is NodeStatus.FAILURE
 
-        assert tree_of(node).tick() is NodeStatus.FAILURE
+        node.set_tick_hooks()
+        assert tree.tick() is NodeStatus.SUCCESS
 
 
 def test_an_exception_while_halting_names_its_node():

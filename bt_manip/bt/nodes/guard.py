@@ -22,6 +22,9 @@ CONDITIONS: Final = {
 }
 """The scripts around a tick: their keyword in Python and their attribute in a document."""
 
+PreTick = Callable[["Node"], NodeStatus | None]
+PostTick = Callable[["Node", NodeStatus], NodeStatus | None]
+
 _AT_START = (("_failureIf", FAILURE), ("_successIf", SUCCESS), ("_skipIf", SKIPPED))
 
 
@@ -54,8 +57,8 @@ class Guard:
             if name in self._scripts
         ]
         self._while = self._scripts.get("_while")
-        self.pre_tick: Callable[[Node], NodeStatus | None] | None = None
-        self.post_tick: Callable[[Node, NodeStatus], NodeStatus | None] | None = None
+        self.pre_tick: PreTick | None = None
+        self.post_tick: PostTick | None = None
 
     def before(self, node: "Node") -> NodeStatus | None:
         """Return the status that replaces the tick, or None."""

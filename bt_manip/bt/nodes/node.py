@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from py_trees.behaviour import Behaviour
 
-from bt_manip.bt.nodes.guard import CONDITIONS, Guard
+from bt_manip.bt.nodes.guard import CONDITIONS, Guard, PostTick, PreTick
 from bt_manip.bt.nodes.link import Link
 from bt_manip.bt.nodes.link import NodeKind as NodeKind
 from bt_manip.bt.nodes.port_access import PortAccess
@@ -263,6 +263,21 @@ class Node(PortAccess):
             PortError: If a port is missing or holds an invalid value.
             ScriptError: If a port holds an invalid script.
         """
+
+    def set_tick_hooks(
+        self, pre_tick: PreTick | None = None, post_tick: PostTick | None = None
+    ) -> None:
+        """Set the functions around the node's tick, for debuggers; None removes one.
+
+        Args:
+            pre_tick: As `Guard.pre_tick`.
+            post_tick: As `Guard.post_tick`.
+        """
+        if self._node_guard is None:
+            if pre_tick is None and post_tick is None:
+                return
+            self._node_guard = Guard({})
+        self._node_guard.pre_tick, self._node_guard.post_tick = pre_tick, post_tick
 
     def on_timer(self) -> None:
         """React to the node's timer, before the first tick after its deadline."""
