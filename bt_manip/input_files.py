@@ -4,6 +4,7 @@ import errno
 import re
 import stat
 import tomllib
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +50,7 @@ def read_text(path: Path | str, limit: int = MAX_BYTES) -> str:
     return read_bytes(path, limit).decode("utf-8")
 
 
-def check_regular(path: Path, limit: int = MAX_BYTES) -> None:
+def check_regular(path: Path, limit: float = inf) -> None:
     """Check that a path is a regular file of at most this size [bytes].
 
     Raises:
@@ -65,7 +66,7 @@ def check_regular(path: Path, limit: int = MAX_BYTES) -> None:
     _check_size(path, found.st_size, limit)
 
 
-def _check_size(path: Path, size: int, limit: int) -> None:
+def _check_size(path: Path, size: int, limit: float) -> None:
     if size > limit:
         raise OSError(errno.EFBIG, f"larger than {limit / 2**20:g} MB", str(path))
 
