@@ -1,5 +1,6 @@
 """Bad input: exit 2, one clear message, no traceback, nothing simulated, nothing written."""
 
+import os
 import textwrap
 from pathlib import Path
 
@@ -177,3 +178,63 @@ def test_report_and_trace_in_one_file(refused, tmp_path):
 def test_an_unknown_command_and_an_unknown_kind(bt_manip):
     assert bt_manip("rn").code == 2
     assert bt_manip("list", "gadgets").code == 2
+
+
+SCENE = "[[robots]]\nposition = [{x}, 0.0, 1.015]\n"
+DEEP = "a = " + "[" * 100_000 + "]" * 100_000
+
+
+@pytest.mark.parametrize(
+    ("option", "name", "text", "message"),
+    [
+        ("--scene", "s.toml", DEEP, "s.toml: not a TOML file: nested deeper than 64 levels"),
+        ("--robot", "r.toml", DEEP, "r.toml: not a TOML file: nested deeper than 64 levels"),
+        ("--map", "m.toml", DEEP, "m.toml: nested deeper than 64 levels"),
+        ("--scene", "s.toml", SCENE.format(x="nan"), "s.toml:2: key 'robots[1].position' is a finite"),
+        ("--scene", "s.toml", SCENE.format(x="1e300"), "of at most 1e+10 in size, got 1e+300"),
+        (
+            "--scene", "s.toml",
+            SCENE.format(x=0) + "[randomization.objects.cube]\nmass = { uniform = [-1, 1] }\n",
+            "mass must be a positive number [kg], got -1",
+        ),
+        ("--resume", "r.json", "{}", "r.json is no snapshot"),
+        ("--resume", "/dev/zero", None, "cannot read the snapshot /dev/zero: not a regular file"),
+        ("--resume", ".", None, "cannot read the snapshot .: a folder"),
+    ],
+    ids=lambda value: str(value)[:30],
+)  # fmt: skip
+def test_a_hostile_file_is_one_line(refused, trees, tmp_path, option, name, text, message):
+    if text is not None:
+        (tmp_path / name).write_text(text)
+    assert message in refused("small_trees.py:quick", option, name)
+
+
+@pytest.mark.parametrize("named", ["/dev/zero", "pipe", "."])
+def test_an_include_of_no_file_is_refused_at_once(refused, tmp_path, named):
+    os.mkfifo(tmp_path / "pipe")
+    path = tmp_path / "task.xml"
+    path.write_text(
+        f'<root BTCPP_format="4"><include path="{named}"/>'
+        '<BehaviorTree ID="Main"><AlwaysSuccess/></BehaviorTree></root>'
+    )
+    message = refused(path)
+    assert "task.xml:1:33:" in message and "cannot be read: " in message
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("home = [0.0, 0.0]", "home = [0.0, 9.0]", "home: joint 2 cannot go to 9.0000 rad"),
+        ("jerk = 500.0", "jerk = inf", "r.toml:7: key 'jerk' is a finite number of at most"),
+        ("jerk = 500.0", "jerk = -1", "r.toml:7: key 'jerk' is a number above 0, got -1"),
+        ("velocity = 0.5", "velocity = 0", "key 'tool_limits.velocity' is a number above 0"),
+        ('model = "post.xml"', 'model = "broken.xml"', "broken.xml:1:9: not XML"),
+    ],
+)
+def test_a_robot_that_cannot_be_is_one_line(refused, trees, tmp_path, old, new, message):
+    models = Path(__file__).parent.parent / "robots" / "models"
+    for file in models.iterdir():
+        (tmp_path / file.name).write_text(file.read_text())
+    (tmp_path / "broken.xml").write_text("<mujoco>")
+    (tmp_path / "r.toml").write_text((models / "post.toml").read_text().replace(old, new, 1))
+    assert message in refused("small_trees.py:quick", "--robot", "r.toml")

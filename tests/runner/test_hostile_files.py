@@ -1,4 +1,4 @@
-"""Scenes, robots and snapshots that were damaged at random get an error, never a crash or a hang."""
+"""Scenes, robots, models and snapshots damaged at random are errors, never a crash or a hang."""
 
 import json
 import random
