@@ -270,7 +270,9 @@ class TomlTable:
         self, key: str, value: float, above: float = -inf, at_least: float = -inf
     ) -> None:
         if not -LARGEST <= value <= LARGEST:  # also NaN, and integers that no float holds
-            raise self.error(key, f"is a finite number of at most {LARGEST:g} in size, got {shown(value)}")
+            raise self.error(
+                key, f"is a finite number of at most {LARGEST:g} in size, got {shown(value)}"
+            )
         if not above < value or not at_least <= value:
             bound = f"above {above:g}" if value <= above else f"of at least {at_least:g}"
             raise self.error(key, f"is a number {bound}, got {shown(value)}")
