@@ -4,11 +4,13 @@ import json
 import struct
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from mcap.opcode import Opcode
 from mcap.records import MessageIndex
 from mcap.writer import CompressionType, Writer
@@ -25,38 +27,54 @@ FLUSH_INTERVAL = 0.4
 FLAT_OBJECT = b'{"type":"object"}'
 """JSON schema of the messages that are JSON."""
 
-_MESSAGE_HEAD = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, two times
-_MESSAGE_FIELDS = 22  # [bytes] of a message before its data
+MESSAGE_HEAD = [
+    ("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"),
+    ("log_time", "<u8"), ("publish_time", "<u8"),
+]  # fmt: skip
+"""Fields of a message on the wire before its data, as a type of NumPy."""
+
+
+class FastMessageIndex(MessageIndex):
+    """An index of the messages of a chunk that is serialized at once, not number by number."""
+
+    def write(self, stream: Any) -> None:
+        """Write the index."""
+        stream.start_record(Opcode.MESSAGE_INDEX)
+        stream.write2(self.channel_id)
+        stream.write4(len(self.records) * 16)
+        stream.write(struct.pack(f"<{2 * len(self.records)}Q", *chain.from_iterable(self.records)))
+        stream.finish_record()
 
 
 class BlockWriter(Writer):
-    """The library's writer, with a method that adds a message in a quarter of the time.
+    """The library's writer, with a method that adds many messages of equal size at once.
 
-    The library makes a message through a dozen calls, which at 1 kHz would take as long as a
-    twentieth of the simulation.
+    The library makes each message and each entry of an index by a dozen calls, which at 1 kHz
+    would take a tenth of the time of the simulation.
     """
 
-    def add_messages(self, channel: int, messages: Iterable[tuple[int, bytes]]) -> None:
-        """Add messages of a channel in the order of their times, as `Writer.add_message` would.
+    def add_block(self, channel: int, times: Sequence[int], data: Sequence[bytes]) -> None:
+        """Add messages of a channel, as `add_message` would one by one.
 
         Args:
             channel: Its number.
-            messages: Their times [ns] and contents.
+            times: Times of the messages [ns].
+            data: Their contents, all of the same length.
         """
+        n = len(times)
         chunk, statistics = self._Writer__chunk_builder, self._Writer__statistics  # type: ignore
+        block = np.zeros(n, dtype=[*MESSAGE_HEAD, ("data", f"V{len(data[0])}")])
+        block["opcode"], block["channel"] = Opcode.MESSAGE, channel
+        block["length"] = block.itemsize - 9  # without opcode and length
+        block["log_time"] = block["publish_time"] = times
+        block["data"] = np.frombuffer(b"".join(data), dtype=block.dtype["data"])
         index = chunk.message_indices.get(channel)
         if index is None:
-            index = chunk.message_indices[channel] = MessageIndex(channel, [])
-        buffer, before = chunk.record_writer._buffer, len(index.records)
-        add, write, pack = index.records.append, buffer.write, _MESSAGE_HEAD.pack
-        offset = buffer.tell()
-        for t, data in messages:
-            add((t, offset))
-            length = _MESSAGE_FIELDS + len(data)
-            offset += write(pack(Opcode.MESSAGE, length, channel, 0, t, t)) + write(data)
-        times = [t for t, _ in index.records[before:]]
-        if not times:
-            return
+            index = chunk.message_indices[channel] = FastMessageIndex(channel, [])
+        offset = chunk.count
+        offsets = range(offset, offset + block.nbytes, block.itemsize)
+        index.records += zip(times, offsets, strict=True)
+        chunk.record_writer.write(block.tobytes())
         first, last = min(times), max(times)
         if chunk.num_messages == 0 or first < chunk.message_start_time:
             chunk.message_start_time = first
@@ -64,9 +82,9 @@ class BlockWriter(Writer):
         if statistics.message_count == 0 or first < statistics.message_start_time:
             statistics.message_start_time = first
         statistics.message_end_time = max(statistics.message_end_time, last)
-        chunk.num_messages += len(times)
-        statistics.message_count += len(times)
-        statistics.channel_message_counts[channel] += len(times)
+        chunk.num_messages += n
+        statistics.message_count += n
+        statistics.channel_message_counts[channel] += n
 
 
 class McapFile:
@@ -147,18 +165,36 @@ class McapFile:
         """Add a JSON message; an unknown topic is registered."""
         if topic not in self._channels:
             self.add_topic(topic)
-        self.add(topic, [(nanoseconds, self._to_json(data).encode())])
+        self.add(topic, nanoseconds, self._to_json(data).encode())
 
-    def add(self, topic: str, messages: Iterable[tuple[int, bytes]]) -> None:
+    def add(self, topic: str, nanoseconds: int, data: bytes) -> None:
+        """Add a serialized message.
+
+        Args:
+            topic: A registered topic.
+            nanoseconds: Simulated time [ns].
+            data: Its content.
+        """
+        with self.lock:
+            self._writer.add_message(self._channels[topic], nanoseconds, data, nanoseconds)
+
+    def add_all(self, topic: str, times: np.ndarray, data: Sequence[bytes]) -> None:
         """Add serialized messages of a topic.
 
         Args:
             topic: A registered topic.
-            messages: Their simulated times [ns] and contents.
+            times: Simulated times [s].  # (n,)
+            data: Their contents.
         """
-        channel = self._channels[topic]
-        with self.lock:
-            self._writer.add_messages(channel, messages)
+        if not data:
+            return
+        ticks = np.rint(times * 1e9).astype(np.int64).tolist()
+        if len(set(map(len, data))) == 1:
+            with self.lock:
+                self._writer.add_block(self._channels[topic], ticks, data)
+        else:
+            for nanoseconds, content in zip(ticks, data, strict=True):
+                self.add(topic, nanoseconds, content)
 
     def end_tick(self, nanoseconds: int) -> None:
         """Write the chunk if it is full.

@@ -153,10 +153,8 @@ class McapRecorder(EventStream):
         poses, self._poses = self._poses, []
         if poses and self._scene is not None:
             frames = self._scene.movable_frames
-            times = [nanoseconds(time) for time, _ in poses]
-            self._file.add(
-                "/tf", [(t, frames(t, copy)) for t, (_, copy) in zip(times, poses, strict=True)]
-            )
+            messages = [frames(nanoseconds(time), copy) for time, copy in poses]
+            self._file.add_all("/tf", np.array([time for time, _ in poses]), messages)
         for robot in self._robots:
             robot.encode()
 
@@ -166,7 +164,7 @@ class McapRecorder(EventStream):
 
     def _add(self, topic: str, message: bytes) -> None:
         assert self._file is not None
-        self._file.add(topic, [(self._now, message)])
+        self._file.add(topic, self._now, message)
 
     def _write_event(self, event: RunEvent) -> None:
         if event.kind in TOPICS:
@@ -177,7 +175,7 @@ class McapRecorder(EventStream):
             if line is not None:
                 from bt_manip.recording.foxglove import log_message
 
-                self._file.add("/log", [(time, log_message(time, line[0], event.kind, line[1]))])
+                self._file.add("/log", time, log_message(time, line[0], event.kind, line[1]))
 
     def _write_layout(self) -> None:
         """Write the layout beside the recording if it has changed."""
@@ -236,7 +234,7 @@ class RobotChannel:
         file.add_topic(self._joints, control_step_class(), {"joints": json.dumps(list(joints))})
         file.add_topic(self._state)
         self._heads = split_control_step(len(joints))
-        self._steps: list[tuple[float, bytes]] = []
+        self._steps: list[tuple[float, bytes]] = []  # pairs, so that both are copied at once
         self._ticks: list[tuple[float, bytes, tuple[Any, ...]]] = []
 
     def bind(self) -> None:
@@ -281,17 +279,18 @@ class RobotChannel:
     def encode(self) -> None:
         """Add the messages of the copied states."""
         steps, self._steps = self._steps, []
-        self._file.add(self._joints, [(nanoseconds(time), data) for time, data in steps])
+        times = np.array([time for time, _ in steps])
+        self._file.add_all(self._joints, times, [data for _, data in steps])
         ticks, self._ticks = self._ticks, []
         if not ticks:
             return
         wrenches = tool_wrenches(np.frombuffer(b"".join(wrist for _, wrist, _ in ticks)))
         messages = []
-        for (time, _, (forces, held, *rest)), wrench in zip(ticks, wrenches, strict=True):
+        for (_, _, (forces, held, *rest)), wrench in zip(ticks, wrenches, strict=True):
             grip = ",".join([f"{force:.6g}" for force in forces])
             state = STATE % (*wrench, grip, json.dumps(held), *rest)
-            messages.append((nanoseconds(time), state.encode()))
-        self._file.add(self._state, messages)
+            messages.append(state.encode())
+        self._file.add_all(self._state, np.array([time for time, _, _ in ticks]), messages)
 
 
 def tool_wrenches(wrists: np.ndarray) -> list[list[float]]:

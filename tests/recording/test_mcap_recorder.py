@@ -278,20 +278,21 @@ def test_the_layout_opens_topics_that_are_in_the_file(recorded):
 
 
 def test_a_block_of_messages_is_as_if_they_were_added_one_by_one():
-    messages = [(int(t), bytes([t % 251]) * (t % 40)) for t in (5, 3, 9, 9, 12, 1)]
+    times = [5, 3, 9, 9, 12, 1]
+    data = [bytes([t]) * 40 for t in times]
     files = []
     for kind in (Writer, BlockWriter):
         file = BytesIO()
         writer = kind(file, compression=CompressionType.NONE)
         writer.start()
-        channels = [writer.register_channel(topic, "json", 0) for topic in ("a", "b")]
-        for channel in channels:
+        for topic in ("a", "b"):
+            channel = writer.register_channel(topic, "json", 0)
             if isinstance(writer, BlockWriter):
-                writer.add_messages(channel, messages)
-                writer.add_messages(channel, [])
+                writer.add_block(channel, times[:4], data[:4])
+                writer.add_block(channel, times[4:], data[4:])
             else:
-                for time, data in messages:
-                    writer.add_message(channel, time, data, time)
+                for time, content in zip(times, data, strict=True):
+                    writer.add_message(channel, time, content, time)
         writer.finish()
         files.append(file.getvalue())
     assert files[0] == files[1]
