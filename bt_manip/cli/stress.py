@@ -45,7 +45,7 @@ NOT_ACCEPTABLE = 1
 )  # fmt: skip
 @click.option(
     "--markdown", type=click.Path(path_type=Path), metavar="FILE",
-    help="Write the table to a page: between the lines <!-- stress --> and <!-- /stress -->, "
+    help="Write the whole table to a page: between the lines <!-- stress --> and <!-- /stress -->, "
     "where it has them.",
 )  # fmt: skip
 @click.option(
@@ -108,7 +108,7 @@ def stress(
     results.sort(key=lambda one: place[one.case])
     table = StressTable(results)
     _print(table)
-    if markdown is not None:
+    if markdown is not None and not code:
         given = {"seeds": seeds, "faults": faults, "phases": phases, "markdown": markdown}
         options = (f"--{key} {value}" for key, value in given.items() if value)
         _write_page(markdown, table.markdown(f"bt-manip stress {tree} {' '.join(options)}"))

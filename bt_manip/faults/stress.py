@@ -302,10 +302,15 @@ def run_cases(
         return
     # Forking would copy locks of threads that libraries have started.
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, context, initializer=_start_worker, initargs=(request,)) as pool:
-        done = False
+    done = False
+    with ProcessPoolExecutor(jobs, context, _start_worker, (request,)) as pool:
         try:
-            futures = [pool.submit(_run_in_worker, case) for case in cases]
+            # Workers inherit the mask: Ctrl-C reaches this process only, which ends them.
+            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+            try:
+                futures = [pool.submit(_run_in_worker, case) for case in cases]
+            finally:
+                signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
             for future in as_completed(futures):
                 yield future.result()
             done = True
@@ -313,7 +318,7 @@ def run_cases(
             if not done:
                 pool.shutdown(wait=False, cancel_futures=True)
                 for process in multiprocessing.active_children():
-                    process.terminate()
+                    process.kill()
 
 
 _WORKER: list[StressTester] = []
@@ -321,7 +326,6 @@ _WORKER: list[StressTester] = []
 
 
 def _start_worker(request: StressRequest) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends this process
     _WORKER[:] = [StressTester(request)]
 
 

@@ -1,0 +1,27 @@
+"""The tree pick_place is honest under all faults, and recovers from those that it can."""
+
+import pytest
+
+from bt_manip.faults import StressRequest, StressTester, plan_cases, run_cases
+
+RECOVERED = {"move", "knock", "push", "obstacle", "stuck_finger", "tick_delay", "sensor_nan"}
+
+
+def unacceptable(seeds, faults=(), phases=(), jobs=1):
+    request = StressRequest("pick_place")
+    cases = plan_cases(StressTester(request), seeds, faults, phases)
+    return [
+        result
+        for result in run_cases(request, cases, jobs)
+        if not result.acceptable
+        or (result.case.fault in RECOVERED and result.outcome not in ("recovered", "none"))
+    ]
+
+
+def test_a_cube_that_is_knocked_out_of_the_hand_is_picked_again():
+    assert not unacceptable(1, ["knock"], ["Lift"])
+
+
+@pytest.mark.soak
+def test_every_fault_at_every_phase_ends_honestly_and_the_next_cycle_succeeds():
+    assert not unacceptable(5, jobs=2)
