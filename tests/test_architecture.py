@@ -27,7 +27,7 @@ LAYERS = (
     {"arm", "grasping"},
     {"behaviours"},
     {"runner"},
-    {"viewer", "recording", "testing", "faults"},
+    {"viewer", "recording", "groot", "testing", "faults"},
     {"cli"},
 )  # fmt: skip
 """Packages and single modules by layer, from the lowest."""

@@ -59,11 +59,19 @@ EXIT_CODES = (
 @click.option(
     "--real-time", type=click.FloatRange(min=0.0), metavar="X",
     help="Simulated seconds per second of wall time; 0 is as fast as possible.  "
-    "[default: 1 with --window, else 0]",
+    "[default: 1 with --window or --groot, else 0]",
 )  # fmt: skip
 @click.option(
     "--window", is_flag=True, help="Show the cell in a window, which stays open after the run."
 )
+@click.option(
+    "--groot", is_flag=True,
+    help="Let Groot2 on this computer monitor the run, set breakpoints and replace statuses.",
+)  # fmt: skip
+@click.option(
+    "--groot-port", type=click.IntRange(1, 65534), default=1667, show_default=True, metavar="PORT",
+    help="Port to which Groot2 connects; the next one must be free, too.",
+)  # fmt: skip
 @click.option(
     "--report", type=click.Path(path_type=Path), metavar="FILE",
     help="Write a report as JSON; FILE.jsonl gets a line as each cycle ends.",

@@ -50,6 +50,8 @@ class RunOptions:
     resume: Path | None
     watch: bool
     quiet: bool
+    groot: bool = False
+    groot_port: int = 1667
     faults: tuple[str, ...] = ()
     foreign: ForeignTrees = field(default_factory=ForeignTrees)
 
@@ -133,7 +135,10 @@ class _Job:
             seed=self._seed(resumed, seed_of(scene, parts)),
             tick=options.tick_ms / 1e3,
             settings=options.settings,
-            real_time=(float(window) if options.real_time is None else options.real_time) or None,
+            real_time=(
+                float(window or options.groot) if options.real_time is None else options.real_time
+            )
+            or None,
             reading=options.foreign.reading(),
         )
         # Slow imports come last: the errors above are reported at once.
@@ -172,6 +177,12 @@ class _Job:
 
             self._window = Window()
             observers.append(guarded(self._window, "the window", print_warning))
+        if options.groot:
+            from bt_manip.groot import GrootPublisher
+
+            publisher = GrootPublisher(options.groot_port, self._tell)
+            observers.append(guarded(publisher, "the publisher for Groot2", print_warning))
+            self._tell(f"Groot2 can connect to 127.0.0.1, port {options.groot_port}.")
         if options.faults:
             observers.append(self._fault_injector(prepared, parts))
         return prepared, observers

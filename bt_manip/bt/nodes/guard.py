@@ -76,7 +76,7 @@ class Guard:
                 node.halt()
                 return SKIPPED
         if self.pre_tick is not None and (status is IDLE or status is RUNNING):
-            return _completed(self.pre_tick(node))
+            return _replaced(node, self.pre_tick(node))
         return None
 
     def after(self, node: "Node", state: NodeStatus) -> NodeStatus:
@@ -88,7 +88,7 @@ class Guard:
             self._run("_onFailure", node)
             self._run("_post", node)
         if self.post_tick is not None:
-            return _completed(self.post_tick(node, state)) or state
+            return _replaced(node, self.post_tick(node, state)) or state
         return state
 
     def halted(self, node: "Node") -> None:
@@ -105,5 +105,8 @@ def _environment(node: "Node") -> Environment:
     return Environment(node.scope, node.runtime.enums)
 
 
-def _completed(status: NodeStatus | None) -> NodeStatus | None:
+def _replaced(node: "Node", status: NodeStatus | None) -> NodeStatus | None:
+    """Return the status that a hook sets, or None if it sets none."""
+    if status is FAILURE:
+        node._because("a hook replaced its status")
     return status if status is SUCCESS or status is FAILURE else None

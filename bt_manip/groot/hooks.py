@@ -1,0 +1,246 @@
+"""Breakpoints and replaced statuses of nodes, which Groot2 sets while a tree runs."""
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from functools import partial
+from threading import Condition
+from typing import Any
+
+from bt_manip.bt import Node, NodeStatus
+
+from .messages import RequestError, field_of
+
+BREAKPOINT, REPLACE = 0, 1
+"""Modes of a hook: wait until it is unlocked, or only replace the status."""
+
+PRE, POST = 0, 1
+"""Positions of a hook: before the node's tick, or after it."""
+
+RECHECK = 0.05
+"""Longest wall time in which a run that waits reacts to Ctrl-C [s]."""
+
+_COMPLETED = (NodeStatus.SUCCESS, NodeStatus.FAILURE)
+
+Key = tuple[int, int]
+
+
+@dataclass(eq=False)
+class Hook:
+    """A breakpoint before or after the tick of a node, or a status that replaces the tick's.
+
+    Attributes:
+        uid: The node.
+        position: `PRE` or `POST`.
+        mode: `BREAKPOINT` or `REPLACE`.
+        enabled: Whether it has an effect.
+        once: Whether it is removed when it has had its effect.
+        desired_status: SUCCESS or FAILURE replaces the status of the tick; else the node is ticked.
+    """
+
+    uid: int
+    position: int
+    mode: int
+    enabled: bool
+    once: bool
+    desired_status: str
+
+
+def key_of(data: Any) -> Key:
+    """Return uid and position of a hook in a request.
+
+    Raises:
+        RequestError: If they are missing or invalid.
+    """
+    return field_of(data, "uid", int, 1 << 16), field_of(data, "position", int, 2)
+
+
+def status_of(data: Any) -> str:
+    """Return the desired status in a request; those that replace nothing are SKIPPED.
+
+    Raises:
+        RequestError: If there is none.
+    """
+    status = field_of(data, "desired_status", str)
+    return status if status in ("SUCCESS", "FAILURE") else "SKIPPED"
+
+
+class HookTable:
+    """All hooks of a tree, changed by the thread of the publisher and obeyed by that of the run."""
+
+    def __init__(self, paused: Callable[[Node], None], stop: Callable[[], bool]) -> None:
+        """Make a table without hooks.
+
+        Args:
+            paused: Called by the run's thread when it waits at a breakpoint.
+            stop: Returns whether the run has to end, and so must not wait.
+        """
+        self._paused, self._stop = paused, stop
+        self._condition = Condition()
+        self._hooks: dict[Key, Hook] = {}
+        self._unlocked: set[Key] = set()
+        self._waiting: Key | None = None
+        self._suspended = False
+        self._changed = False
+        self._applied: set[int] = set()
+        self.reached: deque[int] = deque()
+        """Uids of the nodes at whose breakpoints the run waited."""
+
+    # Requests
+
+    def insert(self, data: Any, uids: Mapping[int, bool]) -> None:
+        """Insert or replace hooks.
+
+        Args:
+            data: A hook as a JSON object, or a list of them.
+            uids: All nodes, with whether they can have a hook; others are ignored.
+
+        Raises:
+            RequestError: If one of them is invalid; none is inserted then.
+        """
+        hooks: dict[Key, Hook] = {}
+        for one in data if isinstance(data, list) else [data]:
+            key = key_of(one)
+            hook = Hook(
+                *key,
+                mode=field_of(one, "mode", int, 2),
+                enabled=field_of(one, "enabled", bool),
+                once=field_of(one, "once", bool),
+                desired_status=status_of(one),
+            )
+            if uids.get(key[0]) is False:
+                raise RequestError(f"node {key[0]} is of py_trees and cannot have a hook")
+            if key[0] in uids:
+                hooks[key] = hook
+        with self._condition:
+            for key, hook in hooks.items():
+                vars(self._hooks.setdefault(key, hook)).update(vars(hook))
+            self._notify()
+
+    def remove(self, key: Key) -> None:
+        """Remove a hook.
+
+        Raises:
+            RequestError: If there is none.
+        """
+        with self._condition:
+            self._find(key)
+            del self._hooks[key]
+            self._notify()
+
+    def clear(self) -> None:
+        """Remove all hooks."""
+        with self._condition:
+            self._hooks.clear()
+            self._notify()
+
+    def disable(self) -> None:
+        """Disable all hooks; inserting one again enables it."""
+        with self._condition:
+            for hook in self._hooks.values():
+                hook.enabled = False
+            self._notify()
+
+    def unlock(self, data: Any) -> None:
+        """Let a run go on that waits at a breakpoint.
+
+        Args:
+            data: ``uid``, ``position``, ``desired_status`` and ``remove_when_done``.
+
+        Raises:
+            RequestError: If there is no such hook, or if the data are invalid.
+        """
+        status, once = status_of(data), field_of(data, "remove_when_done", bool)
+        key = key_of(data)
+        with self._condition:
+            hook = self._find(key)
+            hook.desired_status = status
+            hook.once |= once
+            if self._waiting == key:
+                self._unlocked.add(key)
+                if hook.once:  # at once, and not only when the run's thread wakes up
+                    del self._hooks[key]
+            self._notify()
+
+    def dump(self) -> list[dict[str, Any]]:
+        """Return all hooks as JSON objects, with sorted keys."""
+        with self._condition:
+            return [dict(sorted(asdict(hook).items())) for _, hook in sorted(self._hooks.items())]
+
+    def suspend(self, suspended: bool) -> None:
+        """Let no hook have an effect while nobody is connected who could unlock it."""
+        if suspended != self._suspended:
+            with self._condition:
+                self._suspended = suspended
+                self._notify()
+
+    # The run
+
+    def apply(self, nodes: Mapping[int, Node]) -> None:
+        """Set the hooks on their nodes, between two ticks.
+
+        Args:
+            nodes: The nodes by their uid.
+        """
+        if not self._changed:
+            return
+        with self._condition:
+            self._changed = False
+            hooks = dict(self._hooks)
+        uids = {uid for uid, _ in hooks}
+        for uid in (uids | self._applied) & nodes.keys():
+            before, after = hooks.get((uid, PRE)), hooks.get((uid, POST))
+            nodes[uid].set_tick_hooks(
+                partial(self._before, before) if before else None,
+                partial(self._after, after) if after else None,
+            )
+        self._applied = uids
+
+    # Internal
+
+    def _find(self, key: Key) -> Hook:
+        if key not in self._hooks:
+            raise RequestError("Node ID not found")
+        return self._hooks[key]
+
+    def _notify(self) -> None:
+        self._changed = True
+        self._condition.notify_all()
+
+    def _before(self, hook: Hook, node: Node) -> NodeStatus | None:
+        status = self._reach(hook, node)
+        if status in _COMPLETED and node.engine_status is NodeStatus.RUNNING:
+            node.halt()  # what it has started, such as a motion, must not go on
+        return status
+
+    def _after(self, hook: Hook, node: Node, state: NodeStatus) -> NodeStatus | None:
+        return self._reach(hook, node)
+
+    def _reach(self, hook: Hook, node: Node) -> NodeStatus | None:
+        """Obey a hook; return the status that replaces the tick's, if one does."""
+        key = hook.uid, hook.position
+        with self._condition:
+            if not self._has_effect(hook):
+                return None
+            if hook.mode == BREAKPOINT:
+                self._waiting = key
+                self._paused(node)
+                self.reached.append(hook.uid)
+                while self._is_locked(hook) and key not in self._unlocked and not self._stop():
+                    self._condition.wait(RECHECK)
+                self._waiting = None
+                if key in self._unlocked:
+                    self._unlocked.remove(key)
+                elif hook.mode == BREAKPOINT or not self._has_effect(hook):
+                    return None
+            if hook.once and self._hooks.get(key) is hook:
+                del self._hooks[key]
+                self._changed = True
+            return NodeStatus[hook.desired_status]
+
+    def _is_locked(self, hook: Hook) -> bool:
+        return hook.mode == BREAKPOINT and self._has_effect(hook)
+
+    def _has_effect(self, hook: Hook) -> bool:
+        found = self._hooks.get((hook.uid, hook.position))
+        return found is hook and hook.enabled and not self._suspended

@@ -1,0 +1,66 @@
+"""Requests and replies of the protocol between Groot2 and BehaviorTree.CPP, version 2."""
+
+import json
+import struct
+from typing import Any
+
+HEADER_LENGTH = 6
+"""Version, type and number of a request [bytes]."""
+
+VERSION = b"\x02"
+
+
+class RequestError(Exception):
+    """A request that is answered by its message."""
+
+
+def read_json(payload: bytes) -> Any:
+    """Return the content of a JSON document.
+
+    Raises:
+        RequestError: If it is none.
+    """
+    try:
+        return json.loads(payload)
+    except (ValueError, RecursionError) as error:
+        raise RequestError(f"invalid JSON: {error}") from None
+
+
+def field_of(data: Any, name: str, kind: type[Any], below: int = 0) -> Any:
+    """Return a field of a JSON object.
+
+    Args:
+        data: The object.
+        name: Name of the field.
+        kind: Its type.
+        below: For integers: they are from 0 to less than this.
+
+    Raises:
+        RequestError: If it is missing or invalid.
+    """
+    value: Any = data.get(name) if isinstance(data, dict) else None
+    if type(value) is not kind or (kind is int and not 0 <= value < below):
+        limits = f" from 0 to {below - 1}" if kind is int else ""
+        raise RequestError(f"'{name}' must be of type {kind.__name__}{limits}")
+    return value
+
+
+def pack(value: Any) -> bytes:
+    """Encode a value as MessagePack as the engine does: sorted keys, the shortest exact numbers."""
+    import msgpack  # of the extra [groot]
+
+    if isinstance(value, dict):
+        items = sorted(value.items())
+        header: bytes = msgpack.Packer().pack_map_header(len(items))
+        return header + b"".join(pack(key) + pack(item) for key, item in items)
+    if isinstance(value, float):
+        try:
+            single = struct.pack(">f", value)
+        except OverflowError:
+            single = b""
+        if single and struct.unpack(">f", single)[0] == value:
+            return b"\xca" + single
+    if isinstance(value, int) and not -(1 << 63) <= value < 1 << 64:
+        value = str(value)
+    packed: bytes = msgpack.packb(value, unicode_errors="replace")
+    return packed

@@ -1,0 +1,304 @@
+"""The publisher that Groot2 connects to, to show a running tree and to intervene in it."""
+
+import importlib.util
+import json
+import struct
+import threading
+import time
+import uuid
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from bt_manip.bt import Node, NodeStatus, Tree, instance_to_xml, tree_instances
+from bt_manip.exceptions import BtManipError
+from bt_manip.runner import EventStream, RunEvent
+
+from .hooks import HookTable, key_of
+from .messages import HEADER_LENGTH, VERSION, RequestError, pack, read_json
+
+if TYPE_CHECKING:
+    import zmq
+
+HOST = "127.0.0.1"
+
+LARGEST_REQUEST = 1 << 18
+"""Size of a part of a request above which the client is disconnected [bytes]."""
+
+LONGEST_VALUE = 10_000
+"""Characters of a text of the blackboard that are sent."""
+
+TRANSITIONS = 1000
+"""Number of transitions that are kept for Groot2, as in the engine."""
+
+POLL = 20
+"""Longest time until the thread sends what the run has to tell [ms]."""
+
+REST = 2e-4
+"""Pause after each request, so that a flood of them leaves the interpreter to the run [s]."""
+
+HEARTBEAT = 5.0
+"""Time without a request after which hooks have no effect, as in the engine [s]."""
+
+HIGHEST_UID = 0xFFFF
+"""Of the nodes that the protocol can name."""
+
+
+@dataclass(frozen=True)
+class TreeImage:
+    """What does not change while a tree runs.
+
+    Attributes:
+        uuid: Sent with each reply; Groot2 reads the tree again when it is another one.
+        xml: The tree.
+        scopes: Paths of the blackboard scopes by the names that Groot2 uses.
+        nodes: Nodes that can have a hook, by uid.
+        hookable: All uids, with whether they can have a hook.
+        offsets: Positions of the nodes in the statuses, by uid.
+    """
+
+    uuid: bytes
+    xml: bytes
+    scopes: dict[str, str]
+    nodes: dict[int, Node]
+    hookable: dict[int, bool]
+    offsets: dict[int, int]
+
+    @classmethod
+    def of(cls, tree: Tree) -> "TreeImage":
+        """Return the image of a tree."""
+        instances = tree_instances(tree)
+        links = [n for i in instances for n in i.nodes if n.uid <= HIGHEST_UID]
+        return cls(
+            uuid.uuid4().bytes,
+            instance_to_xml(tree).encode(errors="replace"),
+            {tree.tree_id: ""} | {i.path: i.path for i in instances[1:]},
+            {link.uid: link for link in links if isinstance(link, Node)},
+            {link.uid: isinstance(link, Node) for link in links},
+            {link.uid: 3 * index + 2 for index, link in enumerate(links)},
+        )
+
+
+class GrootPublisher(EventStream):
+    """Answers the requests of Groot2 on loopback, in a thread of its own.
+
+    The run's thread leaves the statuses of the nodes here after each tick and takes the hooks
+    before the next one; it never waits for a client, except at a breakpoint. Then simulated time
+    stands still, until Groot2 unlocks it, is closed, or the run is interrupted.
+    """
+
+    def __init__(
+        self, port: int = 1667, tell: Callable[[str], None] = lambda message: None
+    ) -> None:
+        """Bind the sockets: replies at the port, notifications at the next one.
+
+        Args:
+            port: The port.
+            tell: Called with a line when the run waits at a breakpoint.
+
+        Raises:
+            BtManipError: If a package is missing, or a port is taken.
+        """
+        super().__init__(self._receive)
+        if not all(importlib.util.find_spec(package) for package in ("zmq", "msgpack")):
+            raise BtManipError("--groot needs pyzmq and msgpack: pip install 'bt-manip[groot]'")
+        import zmq
+
+        self._tell = tell
+        context = zmq.Context()
+        context.linger = 0
+        self._context = context
+        self._replies = self._bind(zmq.REP, port)
+        self._notifications = self._bind(zmq.PUB, port + 1)
+        self._thread = threading.Thread(target=self._serve, name="groot2", daemon=True)
+        self._closing = False
+        self._image = TreeImage(b"", b"", {}, {}, {}, {})
+        self._statuses = bytearray()
+        self._published = b""
+        self._values: dict[str, dict[str, Any]] = {}  # entries by the path of their scope
+        self._now = 0.0
+        self._recording = False
+        self._recorded_from = 0.0
+        self._transitions: deque[bytes] = deque(maxlen=TRANSITIONS)
+        self._hooks = HookTable(self._paused, lambda: self._run.stop())
+
+    def run_started(self, run: Any) -> None:
+        """Begin to answer requests."""
+        super().run_started(run)
+        self._compare_tree()
+        self._thread.start()
+
+    def before_tick(self) -> None:
+        """Apply new hooks."""
+        self._hooks.apply(self._image.nodes)
+
+    def run_ended(self) -> None:
+        """Stop answering requests, and close the sockets."""
+        super().run_ended()
+        self._closing = True
+        if self._thread.is_alive():
+            self._thread.join()
+        self._hooks.clear()
+        self._hooks.apply(self._image.nodes)
+        self._context.destroy()
+
+    # The thread of the run
+
+    def _receive(self, event: RunEvent) -> None:
+        self._now = event.time
+        match event.kind:
+            case "status":
+                self._change_status(event.data)
+            case "tick" | "cycle":
+                self._published = bytes(self._statuses)
+            case "blackboard":
+                path, _, key = event.data["key"].rpartition("/")
+                if path not in self._tree.scopes:
+                    path, key = "", event.data["key"]
+                value = event.data["value"]
+                value = value[:LONGEST_VALUE] if isinstance(value, str) else value
+                values = {**self._values.get(path, {}), key: value}
+                if not event.data["type"]:
+                    del values[key]
+                self._values[path] = values
+            case "tree":
+                self._hooks.clear()
+                image = TreeImage.of(self._tree)
+                self._statuses = bytearray(
+                    b"".join(struct.pack("<HB", uid, 0) for uid in image.offsets)
+                )
+                self._published = bytes(self._statuses)
+                self._values = {}
+                self._image = image
+
+    def _change_status(self, data: dict[str, Any]) -> None:
+        offset = self._image.offsets.get(data["uid"])
+        if offset is None:
+            return
+        old, new = NodeStatus[data["old"]].value, NodeStatus[data["status"]].value
+        self._statuses[offset] = new or (10 + old if old else 0)  # 10: idle, and the last result
+        if self._recording:
+            elapsed = max(0, round((self._now - self._recorded_from) * 1e6))
+            self._transitions.append(transition(elapsed, data["uid"], new))
+
+    def _paused(self, node: Node) -> None:
+        self._published = bytes(self._statuses)
+        self._tell(f"Paused at a breakpoint of Groot2: {node.path}")
+
+    # The thread of the publisher
+
+    def _bind(self, kind: int, port: int) -> "zmq.Socket[bytes]":
+        import zmq
+
+        bound = self._context.socket(kind)
+        bound.setsockopt(zmq.MAXMSGSIZE, LARGEST_REQUEST)
+        try:
+            bound.bind(f"tcp://{HOST}:{port}")
+        except (zmq.ZMQError, OverflowError) as error:
+            self._context.destroy()
+            raise BtManipError(
+                f"--groot: port {port} of {HOST} cannot be used: {error}; --groot-port chooses "
+                "another one, and the next port must be free, too"
+            ) from None
+        return bound
+
+    def _serve(self) -> None:
+        """Answer requests until the run ends."""
+        last = time.monotonic()
+        number = 0
+        while not self._closing:
+            if self._replies.poll(POLL):
+                self._hooks.suspend(False)
+                self._replies.send_multipart(self._answer(self._request()))
+                last = time.monotonic()
+                time.sleep(REST)
+            elif time.monotonic() - last > HEARTBEAT:
+                self._hooks.suspend(True)
+            while self._hooks.reached:
+                number += 1
+                header = VERSION + b"N" + struct.pack("<I", number)
+                uid = str(self._hooks.reached.popleft()).encode()
+                self._notifications.send_multipart([header, uid])
+
+    def _request(self) -> list[bytes]:
+        """Receive a request; of more than three parts the rest is dropped."""
+        import zmq
+
+        parts = [self._replies.recv()]
+        while self._replies.getsockopt(zmq.RCVMORE):
+            part = self._replies.recv()
+            if len(parts) < 3:
+                parts.append(part)
+        return parts
+
+    def _answer(self, parts: list[bytes]) -> list[bytes]:
+        """Return the reply to a request."""
+        try:
+            if len(parts[0]) != HEADER_LENGTH:
+                raise RequestError("wrong request header")
+            image = self._image
+            body = self._body(parts[0][1:2], parts[1:], image)
+            header = VERSION + parts[0][1:] + image.uuid
+            return [header] if body is None else [header, body]
+        except Exception as error:  # whatever was sent must not end the thread
+            text = str(error) if isinstance(error, RequestError) else type(error).__name__
+            return [b"error", text.encode(errors="replace")]
+
+    def _body(self, kind: bytes, payloads: list[bytes], image: TreeImage) -> bytes | None:
+        """Return the second part of the reply; None if it has none."""
+        if kind in b"BIRUr" and len(payloads) != 1:
+            raise RequestError("must be 2 parts message")
+        payload = payloads[0] if payloads else b""
+        match kind:
+            case b"T":
+                return image.xml
+            case b"S":
+                return self._published
+            case b"B":
+                return self._blackboard(payload.decode(errors="replace"), image)
+            case b"D":
+                return json.dumps(self._hooks.dump(), separators=(",", ":")).encode()
+            case b"I":
+                self._hooks.insert(read_json(payload), image.hookable)
+            case b"R":
+                self._hooks.remove(key_of(read_json(payload)))
+            case b"U":
+                self._hooks.unlock(read_json(payload))
+            case b"A":
+                self._hooks.clear()
+            case b"X":
+                self._hooks.disable()
+            case b"r":
+                return self._toggle_recording(payload)
+            case b"t":
+                taken = [self._transitions.popleft() for _ in range(len(self._transitions))]
+                return b"".join(taken)
+            case _:
+                raise RequestError("Request not recognized")
+        return None
+
+    def _blackboard(self, names: str, image: TreeImage) -> bytes:
+        """Return the entries of some sub-trees, and those of the root where they can be read."""
+        found: dict[str, Any] = {}
+        for name in names.split(";", len(image.scopes)):
+            path = image.scopes.get(name)
+            if path is not None:
+                found[name] = self._values.get(path) or None
+                if path:
+                    found["ROOT"] = self._values.get("") or None
+        return pack(found or None)
+
+    def _toggle_recording(self, command: bytes) -> bytes | None:
+        if command == b"start":
+            self._transitions.clear()
+            self._recorded_from, self._recording = self._now, True
+            return str(time.time_ns() // 1000).encode()
+        if command == b"stop":
+            self._recording = False
+        return None
+
+
+def transition(microseconds: int, uid: int, status: int) -> bytes:
+    """Return a change of a status, as Groot2 and its log files encode it."""
+    return microseconds.to_bytes(6, "little") + struct.pack("<HB", uid, status)

@@ -1,0 +1,103 @@
+"""A run that is ticked by the test, with its publisher."""
+
+import os
+import threading
+from pathlib import Path
+
+import pytest
+
+from bt_manip.groot import GrootPublisher
+from bt_manip.plugins import load_plugins
+from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource, build_station
+from tests.groot.client import Client, free_ports
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="session")
+def groot2() -> Path:
+    """Give the folder with the engine's transcript and log files, or skip the test."""
+    root = Path(os.environ.get("BTCPP_ROOT", REPOSITORY.parent / "shared" / "btcpp"))
+    if not (root / "groot2").is_dir():
+        pytest.skip(f"no transcript of BehaviorTree.CPP at {root}")
+    return root / "groot2"
+
+
+@pytest.fixture(scope="session")
+def parts():
+    return load_plugins(entry_points=()).parts
+
+
+class Steps(RunObserver):
+    """Lets the run go on by one tick at a time."""
+
+    def __init__(self) -> None:
+        self._allowed = threading.Semaphore(0)
+        self._done = threading.Semaphore(0)
+        self.free = False
+
+    def before_tick(self) -> None:
+        while not self.free and not self._allowed.acquire(timeout=0.01):
+            pass
+
+    def after_tick(self) -> None:
+        self._done.release()
+
+    def tick(self, count: int = 1) -> None:
+        """Allow ticks and wait for their end."""
+        for _ in range(count):
+            self.start_tick()
+            self.wait()
+
+    def start_tick(self) -> None:
+        """Allow a tick that may stop at a breakpoint."""
+        self._allowed.release()
+
+    def wait(self) -> None:
+        """Wait for the end of a tick."""
+        assert self._done.acquire(timeout=20)
+
+
+class Watched:
+    """A run in a thread of its own, its publisher, and a client of that."""
+
+    def __init__(self, parts, tree, **request) -> None:
+        self.tree = tree
+        self.steps = Steps()
+        self.lines: list[str] = []
+        self.port = free_ports()
+        publisher = GrootPublisher(self.port, self.lines.append)
+        station = build_station(parts)
+        tree.clock = station.clock
+        tree.setup(**station.infrastructure)
+        source = TreeSource("test", "python")
+        self.run = Run(RunRequest(source, cycles=0, tick=0.01, **request), tree, station)
+        self._stopped = False
+        self._thread = threading.Thread(
+            target=self.run.execute,
+            args=[[self.steps, publisher]],
+            kwargs={"stop": lambda: self._stopped},
+        )
+        self._thread.start()
+        self.client = Client(self.port)
+
+    def stop(self) -> None:
+        """End the run."""
+        self._stopped = self.steps.free = True
+        self._thread.join(20)
+        assert not self._thread.is_alive()
+        self.client.close()
+
+
+@pytest.fixture
+def watch(parts):
+    """Give a function that starts a run of a tree; it waits for `steps`."""
+    started = []
+
+    def start(tree, **request) -> Watched:
+        started.append(Watched(parts, tree, **request))
+        return started[-1]
+
+    yield start
+    for one in started:
+        one.stop()

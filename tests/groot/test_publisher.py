@@ -1,0 +1,253 @@
+"""The publisher answers as that of BehaviorTree.CPP, and leaves the run alone."""
+
+import importlib.util
+import json
+import random
+import socket
+import struct
+import threading
+import time
+from pathlib import Path
+
+import msgpack
+import pytest
+
+from bt_manip.behaviours import MoveHome, MoveToConfiguration
+from bt_manip.bt import BehaviourRegistry, Sequence, Tree, parse_tree
+from bt_manip.exceptions import BtManipError
+from bt_manip.groot import GrootPublisher
+from bt_manip.recording import Recorder
+from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource, build_station
+from tests.conformance.leaves import corpus_registry
+from tests.conformance.options import options_in, parse_options
+from tests.groot.client import Client, free_ports, hook
+
+TICKS_BEFORE = {1: 1, 2: 1, 3: 1, 4: 1, 8: 1, 9: 5}
+"""Ticks of the tree before some requests of the transcript, by their index."""
+
+
+def decoded(request, parts):
+    """Give the kinds, lengths and fields of a reply, without what each run has of its own."""
+    if parts[0] == b"error":
+        return "error", len(parts)
+    assert len(parts[0]) == 22
+    body = parts[1:]
+    kind = request[0][1:2]
+    if kind == b"T":
+        body = ["xml"]
+    elif kind == b"t":
+        assert len(body[0]) % 9 == 0
+        body = [[struct.unpack("<HB", body[0][i + 6 : i + 9]) for i in range(0, len(body[0]), 9)]]
+    elif kind == b"D":
+        body = [json.loads(body[0])]
+    elif kind == b"r" and body:
+        body = [len(body[0])]
+    return parts[0][:6], body
+
+
+def test_the_transcript_of_groot2_gets_the_same_replies(groot2, watch):
+    document = (groot2 / "demo.xml").read_text()
+    options = parse_options(options_in(document))
+    tree = parse_tree(document, corpus_registry([]), blackboard=options.blackboard())
+    watched = watch(tree)
+    client, steps = watched.client, watched.steps
+    uuids = set()
+
+    for index, entry in enumerate(json.loads((groot2 / "transcript.json").read_text())):
+        if entry["type"] == "N":
+            steps.start_tick()
+            assert client.reached() == 7
+            continue
+        steps.tick(TICKS_BEFORE.get(index, 0))
+        request = [bytes.fromhex(part) for part in entry["request_hex"]]
+        wanted = [bytes.fromhex(part) for part in entry["reply_hex"]]
+        reply = client.send(request)
+        assert decoded(request, reply) == decoded(request, wanted), entry["note"]
+        if len(reply[0]) == 22:
+            uuids.add(reply[0][6:])
+        if index == 14:  # it waits within the tick
+            time.sleep(0.1)
+            assert not steps._done.acquire(blocking=False)
+        if index == 15:
+            steps.wait()
+    assert len(uuids) == 1
+
+
+TREE = (
+    '<root BTCPP_format="4" main_tree_to_execute="Main"><BehaviorTree ID="Main"><Sequence>'
+    "<Script code=\"n := 3; big := 0.1; text := 'a'\"/>"
+    '<SubTree ID="Sub" name="sub" given="{n}" own="4.5"/><Sleep msec="20"/>'
+    '</Sequence></BehaviorTree><BehaviorTree ID="Sub"><AlwaysSuccess/></BehaviorTree></root>'
+)
+
+
+@pytest.fixture
+def small_tree():
+    return parse_tree(TREE, BehaviourRegistry())
+
+
+def test_the_blackboard_of_a_sub_tree_comes_with_that_of_the_root(watch, small_tree):
+    watched = watch(small_tree)
+    watched.steps.tick()
+    found = msgpack.unpackb(watched.client.ask("B", b"sub;nonsense"))
+    root = {"n": 3, "big": 0.1, "text": "a"}
+    assert found == {"sub": {"own": 4.5}, "ROOT": root}
+    assert msgpack.unpackb(watched.client.ask("B", b"Main")) == {"Main": root}
+
+
+def test_long_texts_of_the_blackboard_are_shortened(watch, small_tree):
+    watched = watch(small_tree)
+    small_tree.blackboard["long"] = "x" * 1_000_000
+    watched.steps.tick()
+    found = msgpack.unpackb(watched.client.ask("B", b"Main"))
+    assert found["Main"]["long"] == "x" * 10_000
+
+
+def test_transitions_have_simulated_times(watch, small_tree):
+    watched = watch(small_tree)
+    client = watched.client
+    assert abs(int(client.ask("r", b"start")) / 1e6 - time.time()) < 60.0
+    watched.steps.tick(3)
+    data = client.ask("t")
+    rows = [
+        (int.from_bytes(data[i : i + 6], "little"), *struct.unpack("<HB", data[i + 6 : i + 9]))
+        for i in range(0, len(data), 9)
+    ]
+    assert rows[0] == (0, 1, 1)
+    assert rows[-1] == (20_000, 1, 0)
+    assert client.ask("t") == b""
+
+
+def test_a_tree_that_is_replaced_has_another_uuid_and_no_hooks(watch, small_tree):
+    watched = watch(small_tree)
+    client = watched.client
+    watched.steps.tick()
+    client.ask("I", hook(1))
+    first, xml = client.send([b"\x02T\0\0\0\0"])
+    watched.tree.replace(parse_tree(TREE.replace("20", "30"), BehaviourRegistry()))
+    watched.steps.tick()
+    other, new_xml = client.send([b"\x02T\0\0\0\0"])
+    assert first[6:] != other[6:]
+    assert b'msec="20"' in xml and b'msec="30"' in new_xml
+    assert client.hooks() == []
+
+
+def test_only_loopback_is_listened_to(watch, small_tree):
+    watched = watch(small_tree)
+    listening = set()
+    for table in ("tcp", "tcp6"):
+        for line in Path(f"/proc/net/{table}").read_text().splitlines()[1:]:
+            address, port = line.split()[1].split(":")
+            if line.split()[3] == "0A" and int(port, 16) in (watched.port, watched.port + 1):
+                listening.add((address, int(port, 16)))
+    assert listening == {("0100007F", watched.port), ("0100007F", watched.port + 1)}
+
+
+def test_a_port_that_is_taken_is_named():
+    port = free_ports()
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", port + 1))
+        with pytest.raises(BtManipError, match=f"port {port + 1} .*--groot-port"):
+            GrootPublisher(port)
+    GrootPublisher(port)._context.destroy()
+
+
+def test_without_the_packages_one_line_names_the_extra(monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(BtManipError, match=r"pip install 'bt-manip\[groot\]'"):
+        GrootPublisher()
+
+
+def messages(number):
+    """Give malformed requests of many kinds."""
+    rng = random.Random(1)
+    kinds = b"TSBIRUDAXrtN\0\xff"
+    names = ("uid", "position", "mode", "enabled", "once", "desired_status", "remove_when_done")
+    values = (0, 1, -1, 7, 1 << 16, 10**30, 1.5, None, True, "", "FAILURE", "x" * 100, [], {})
+    fixed = [
+        [b""], [b"", b""], [b"\x02"], [b"\x02I\0\0\0\0", b"[" * 100_000], [b"x" * 200_000],
+        [b"\x02I\0\0\0\0", b"9" * 100_000], [b"\x02I\0\0\0\0", b"[1, null, [], {}]"],
+        [b"\x02B\0\0\0\0", b";" * 100_000], [b"\x02B\0\0\0\0", b"\xff\xfe"],
+        [b"\x02r\0\0\0\0", b"stop it"], [b"\x02S\0\0\0\0"] * 1000,
+    ]  # fmt: skip
+    for index in range(number):
+        if index < len(fixed):
+            yield fixed[index]
+            continue
+        header = bytearray(b"\x02" + bytes([rng.choice(kinds)]) + rng.randbytes(4))
+        if rng.random() < 0.2:
+            header = rng.randbytes(rng.randrange(12))
+        body = json.dumps({n: rng.choice(values) for n in names if rng.random() < 0.7}).encode()
+        body = rng.choice((body, body[: rng.randrange(len(body) + 1)], rng.randbytes(20)))
+        if header[1:2] in b"IRU" and well_formed(body):
+            continue
+        yield [bytes(header), body][: rng.choice((1, 2, 2, 2))]
+
+
+def well_formed(body):
+    try:
+        hook = json.loads(body)
+    except ValueError:
+        return False
+    return (
+        type(hook.get("uid")) is int and 0 <= hook["uid"] < 1 << 16
+        and type(hook.get("position")) is int and hook["position"] in (0, 1)
+    )  # fmt: skip
+
+
+def digest_of(parts, *observers):
+    """Run a motion and give the digest of all states."""
+    station = build_station(parts)
+    move = MoveToConfiguration(configuration=[0.5, -0.5, 0.0, -2.0, 0.0, 1.6, 0.8])
+    tree = Tree(Sequence(move, MoveHome()), clock=station.clock)
+    tree.setup(**station.infrastructure)
+    run = Run(RunRequest(TreeSource("test", "python")), tree, station)
+    recorder = Recorder("test", 0)
+    run.execute([recorder, *observers])
+    return recorder.report().state_digest
+
+
+def test_malformed_messages_get_errors_and_leave_the_run_as_it_is(parts):
+    port = free_ports()
+    client = Client(port)
+    replies = []
+
+    class Attack(RunObserver):
+        """Sends messages while the run goes on."""
+
+        def run_started(self, run):
+            self.thread = threading.Thread(target=self.send)
+            self.thread.start()
+
+        def send(self):
+            replies.extend(client.send(message) for message in messages(10_000))
+
+        def before_tick(self):
+            time.sleep(0.02)  # the run takes as long as the attack
+
+        def run_ended(self):
+            self.thread.join()
+
+    assert digest_of(parts, Attack(), GrootPublisher(port)) == digest_of(parts)
+    client.close()
+    errors = [reply for reply in replies if reply[0] == b"error"]
+    assert len(replies) > 9000 and all(len(reply) == 2 for reply in errors)
+    assert len(errors) > 5000
+    assert all(len(reply[0]) == 22 for reply in replies if reply[0] != b"error")
+
+
+def test_a_run_that_is_watched_has_the_digest_of_one_that_is_not(parts):
+    port = free_ports()
+    client = Client(port)
+    answered = []
+
+    class Groot(RunObserver):
+        """Asks for everything in each tick."""
+
+        def after_tick(self):
+            for kind, payload in (("S", None), ("B", b"MainTree"), ("T", None), ("t", None)):
+                answered.append(client.ask(kind, payload))
+
+    assert digest_of(parts, Groot(), GrootPublisher(port)) == digest_of(parts)
+    client.close()
+    assert len(answered) > 100
