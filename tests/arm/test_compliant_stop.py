@@ -7,9 +7,12 @@ import pytest
 
 from bt_manip.exceptions import MotionError
 from bt_manip.plugins import load_plugins
-from tests.measuring.collisions import STRETCHED, collide, drive, one_arm
+from bt_manip.runner import RunRequest, find_tree, prepare
+from tests.measuring.collisions import STRETCHED, WallDuringDrop, collide, drive, one_arm
 
 LARGEST_FORCE = 30.0  # [N]
+CONTROLLERS = load_plugins().parts.controllers.names()
+OTHERS = sorted({*CONTROLLERS} - {"computed_torque"})
 
 
 @pytest.mark.parametrize("controller", ["computed_torque", "gravity_compensated_pd"])
@@ -26,7 +29,7 @@ def test_arm_that_hit_a_wall_does_not_press_and_drives_home(parts, controller):
 
 @pytest.mark.soak
 @pytest.mark.parametrize("configuration", [None, STRETCHED], ids=["home", "stretched"])
-@pytest.mark.parametrize("controller", load_plugins().parts.controllers.names())
+@pytest.mark.parametrize("controller", CONTROLLERS)
 def test_no_controller_presses_on_a_wall_for_ten_seconds(controller, configuration):
     station = one_arm(controller)
     collision = collide(station, 10.0, configuration)
@@ -34,6 +37,24 @@ def test_no_controller_presses_on_a_wall_for_ten_seconds(controller, configurati
     assert drive(station, collision.start) < LARGEST_FORCE
     assert not station.arm.fault
     assert np.abs(station.arm.robot.q - collision.start).max() < 5e-3
+
+
+@pytest.mark.parametrize(
+    "controller",
+    ["computed_torque", *(pytest.param(name, marks=pytest.mark.soak) for name in OTHERS)],
+)
+def test_arm_that_hit_a_wall_with_a_cube_does_not_press_and_drives_home(controller):
+    parts = load_plugins().parts
+    source = find_tree("pick_place", {name: parts.trees.get(name) for name in parts.trees})
+    wall = WallDuringDrop(0.2)
+    run = prepare(RunRequest(source, cycles=1, controller=controller), parts)
+    run.execute([wall])
+    assert max(wall.forces) > 100.0  # it was hit
+    assert max(wall.forces[500:]) < LARGEST_FORCE
+    station = run.station
+    station.arm.move_to_configuration(station.arm.model.home)
+    station.step_until(lambda: not station.arm.moving)
+    assert not station.arm.fault
 
 
 def test_new_motion_is_refused_until_the_arm_rests_at_the_measured_configuration(parts):
