@@ -4,8 +4,8 @@ import json
 import struct
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -92,6 +92,7 @@ class McapFile:
 
     In slow runs a thread writes unfinished chunks, so that a killed process loses at most
     one and a half `FLUSH_INTERVAL` of wall time. The same fast run gives the same bytes.
+    When the disk is full, the run continues, and `close` raises.
 
     Attributes:
         lock: Held while something is added or written.
@@ -109,8 +110,10 @@ class McapFile:
             RecordingError: If it cannot be written.
         """
         self._path = path
-        with self._naming_file():
+        try:
             self._file = path.open("wb")
+        except OSError as error:
+            raise self._problem(error) from error
         # Chunks end by time; joints compress hardly better with zstd, and much slower.
         self._writer = BlockWriter(self._file, 1 << 30, CompressionType.LZ4)
         self._writer.start("", "bt-manip")
@@ -175,6 +178,8 @@ class McapFile:
             nanoseconds: Simulated time [ns].
             data: Its content.
         """
+        if self._error is not None:
+            return
         with self.lock:
             self._writer.add_message(self._channels[topic], nanoseconds, data, nanoseconds)
 
@@ -186,7 +191,7 @@ class McapFile:
             times: Simulated times [s].  # (n,)
             data: Their contents.
         """
-        if not data:
+        if not data or self._error is not None:
             return
         ticks = np.rint(times * 1e9).astype(np.int64).tolist()
         if len(set(map(len, data))) == 1:
@@ -201,52 +206,47 @@ class McapFile:
 
         Args:
             nanoseconds: Simulated time [ns].
-
-        Raises:
-            RecordingError: If the file cannot be written.
         """
-        with self._naming_file():
-            if self._error is not None:
-                raise self._error
-            if nanoseconds - self._chunk_start >= CHUNK_DURATION * 1e9:
-                self._chunk_start = nanoseconds
-                with self.lock:
-                    self._flush()
+        if nanoseconds - self._chunk_start >= CHUNK_DURATION * 1e9:
+            self._chunk_start = nanoseconds
+            self._flush()
 
     def close(self) -> None:
         """Write the last chunk and the index.
 
         Raises:
-            RecordingError: If the file cannot be written.
+            RecordingError: If the file could not be written, now or before.
         """
         self._closed.set()
         self._thread.join()
-        with self._naming_file():
-            try:
-                self._encode()
-                self._writer.finish()
-            finally:
-                self._file.close()
-
-    @contextmanager
-    def _naming_file(self) -> Iterator[None]:
+        self._flush()
         try:
-            yield
+            if self._error is None:
+                self._writer.finish()
+                self._file.flush()
         except OSError as error:
-            reason = error.strerror or error
-            raise RecordingError(f"'{self._path}' cannot be written: {reason}") from error
+            self._error = error
+        with suppress(OSError):  # raised again for data that an error above has left
+            self._file.close()
+        if self._error is not None:
+            raise self._problem(self._error) from self._error
+
+    def _problem(self, error: OSError) -> RecordingError:
+        reason = error.strerror or error
+        return RecordingError(f"recording '{self._path}' cannot be written: {reason}")
 
     def _flush(self) -> None:
-        self._encode()
-        self._writer.flush()
-        self._flushed = time.monotonic()
+        """Write the messages so far; after an error nothing more is written."""
+        with self.lock:
+            self._encode()
+            self._flushed = time.monotonic()
+            if self._error is None:
+                try:
+                    self._writer.flush()
+                except OSError as error:
+                    self._error = error
 
     def _flush_when_due(self) -> None:
         while not self._closed.wait(0.5 * FLUSH_INTERVAL):
             if time.monotonic() - self._flushed > FLUSH_INTERVAL:
-                try:
-                    with self.lock:
-                        self._flush()
-                except OSError as error:
-                    self._error = error
-                    return
+                self._flush()

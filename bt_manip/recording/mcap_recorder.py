@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.recording.files import whole_file
+from bt_manip.recording.files import is_special, whole_file
 from bt_manip.recording.identification import identify
 from bt_manip.recording.report import versions
 from bt_manip.robots import reader
@@ -189,7 +189,7 @@ class McapRecorder(EventStream):
         leaves = {link.uid: link.name for link in self._tree.nodes if not link.children}
         scene = [topic for topic in self._file.topics if topic.startswith("/scene/")]
         layout = foxglove_layout(robots, leaves, scene)
-        if layout != self._layout:
+        if layout != self._layout and not is_special(self._path):
             self._layout = layout
             with whole_file(self._path.with_suffix(".layout.json"), sync=False) as file:
                 file.write(json.dumps(layout, indent=1).encode())

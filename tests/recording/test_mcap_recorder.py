@@ -25,7 +25,7 @@ from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Node, Script, Sequence, Sleep, Tree
 from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import load_plugins
-from bt_manip.recording import McapRecorder, Recorder, Recording
+from bt_manip.recording import McapRecorder, Recorder, Recording, RecordingError
 from bt_manip.recording.mcap_file import BlockWriter
 from bt_manip.recording.mcap_recorder import tool_wrenches
 from bt_manip.runner import (
@@ -296,6 +296,14 @@ def test_a_block_of_messages_is_as_if_they_were_added_one_by_one():
         writer.finish()
         files.append(file.getvalue())
     assert files[0] == files[1]
+
+
+def test_a_full_disk_is_an_error_at_the_end_of_the_run(make_run):
+    run, events = make_run(Sleep("rest", msec=1500)), []
+    with pytest.raises(RecordingError, match="'/dev/full' cannot be written: No space left"):
+        run.execute([EventStream(events.append), McapRecorder(Path("/dev/full"))])
+    assert events[-1].data["status"] == "SUCCESS"
+    assert not Path("/dev/full.layout.json").exists()
 
 
 def test_an_unwritable_file_is_an_error_that_names_it(make_run, tmp_path):
