@@ -1,6 +1,5 @@
 """``bt-manip stress``: test how a tree copes with faults."""
 
-import json
 import os
 from contextlib import contextmanager
 from pathlib import Path
@@ -113,6 +112,8 @@ def stress(
         options = (f"--{key} {value}" for key, value in given.items() if value)
         _write_page(markdown, table.markdown(f"bt-manip stress {tree} {' '.join(options)}"))
     if json_file is not None:
+        import json
+
         json_file.write_text(json.dumps(table.plain(), indent=1) + "\n")
     return code or (0 if all(one.acceptable for one in results) else NOT_ACCEPTABLE)
 
