@@ -34,7 +34,12 @@ class RestingCondition(Condition):
 
 
 class IsIn(RestingCondition):
-    """Check that an object rests inside a container."""
+    """Check that an object rests inside a container.
+
+    It is at rest, touches only the container and objects that move freely, has its centre within
+    the container's outline, and is supported from below inside the container, also by another
+    object in it. An object that is still gripped is not in the container.
+    """
 
     container = Input(str, doc="Name of the container.")
 
@@ -44,7 +49,10 @@ class IsIn(RestingCondition):
 
 
 class IsOn(RestingCondition):
-    """Check that an object rests on another one."""
+    """Check that an object rests on another one.
+
+    It is at rest, no robot touches it, and the other one carries at least a quarter of its weight.
+    """
 
     support = Input(str, doc="Name of the object below it.")
 

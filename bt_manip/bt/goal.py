@@ -24,6 +24,11 @@ AND: Final = "&&"
 class _ReadOnlyScope(Blackboard):
     """A scope with the entries of another one, in which conditions declare nothing."""
 
+    def __init__(self, scope: Blackboard) -> None:
+        """Show the entries of a scope."""
+        super().__init__(scope)
+        self.autoremap = True
+
     def entry(self, key: str) -> Entry | None:
         """Find the entry behind a key."""
         assert self.parent is not None

@@ -241,7 +241,7 @@ def _read(
             check_unused(document, main, builder.built, problems)
             if tree is not None and not problems.errors:
                 given = document.models.get(main, {})
-                check_keys(tree.nodes, builder.places, problems, given)
+                check_keys([*tree.nodes, *tree.goal], builder.places, problems, given)
         built = builder.built
         stubbed = builder.stubbed
     else:

@@ -13,6 +13,7 @@ from bt_manip.bt import (
     to_python,
     tree_to_xml,
 )
+from bt_manip.bt.loading import read_tree_text
 from bt_manip.exceptions import TreeError
 
 XML = """<root BTCPP_format="4">
@@ -58,6 +59,18 @@ def test_a_wrong_goal_is_one_error_at_its_place(registry, goal, message):
         parse_tree(XML.format(goal), registry)
     assert str(raised.value).startswith("<text>:2:34: error: _goal: ")
     assert message in str(raised.value) and len(raised.value.problems) == 1
+
+
+def test_a_key_that_nothing_writes_is_a_warning(registry):
+    (warning,) = read_tree_text(XML.format("IsIn object={cub} container=box"), registry).warnings
+    assert "<text>:2:3: warning: nothing writes the blackboard entry 'cub'" in str(warning)
+    known = read_tree_text(
+        XML.format("IsIn object={cube} container=box").replace(
+            "<AlwaysSuccess/>", "<Script code=\"cube := 'a'\"/>"
+        ),
+        registry,
+    )
+    assert known.warnings == ()
 
 
 def test_a_goal_goes_from_xml_to_python_and_back(registry):

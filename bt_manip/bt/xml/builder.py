@@ -92,13 +92,15 @@ class Builder:
         """
         element = self._document.trees.get(tree_id)
         attribute = None if element is None else element.attributes.get(GOAL)
-        if attribute is None:
+        if element is None or attribute is None:
             return ()
         try:
-            return parse_goal(attribute.value, self._registry)
+            goal = parse_goal(attribute.value, self._registry)
         except TreeError as error:
             self._problems.error(attribute.value_place, f"{GOAL}: {error}")
             return ()
+        self.places.update((id(condition), element) for condition in goal)
+        return goal
 
     def _tree(self, tree_id: str, place: Place, chain: list[str], prefix: str) -> Behaviour | None:
         element = self._document.trees.get(tree_id)
