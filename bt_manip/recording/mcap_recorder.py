@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -191,7 +192,8 @@ class McapRecorder(EventStream):
         layout = foxglove_layout(robots, leaves, scene)
         if layout != self._layout and not is_special(self._path):
             self._layout = layout
-            with whole_file(self._path.with_suffix(".layout.json"), sync=False) as file:
+            path = self._path.with_suffix(".layout.json")
+            with suppress(OSError), whole_file(path, sync=False) as file:  # run and file go on
                 file.write(json.dumps(layout, indent=1).encode())
 
     def _write_scene(self) -> None:
@@ -264,6 +266,7 @@ class RobotChannel:
             time: Simulated time [s].
         """
         commanded, gripper = self._commanded, self._commanded.gripper
+        # A step leaves out cfrc_int where the model has no force sensor.
         mujoco.mj_rnePostConstraint(self._cell.model, self._data)
         self._ticks.append((
             time,

@@ -167,7 +167,7 @@ class EventStream(RunObserver):
                 if entries.get(key) != (entry, entry.sequence):
                     entries[key] = (entry, entry.sequence)
                     if entry.sequence:
-                        data = {"key": key, "value": plain_value(entry), "type": entry.type.name}
+                        data = {"key": key, "value": _plain_value(entry), "type": entry.type.name}
                         self._emit("blackboard", data, self._tick_time)
         if len(entries) > count:
             present = {
@@ -233,7 +233,7 @@ class EventQueue:
         return taken
 
 
-def plain_value(entry: Any) -> bool | int | float | str | None | list[Any]:
+def _plain_value(entry: Any) -> bool | int | float | str | None | list[Any]:
     """Return the value of a blackboard entry as JSON can hold it; other types become text."""
     value = entry.value
     if isinstance(value, float) and not math.isfinite(value):

@@ -277,6 +277,12 @@ def test_the_layout_opens_topics_that_are_in_the_file(recorded):
     assert shown(layout["layout"]) == panels.keys()
 
 
+def test_a_layout_that_cannot_be_written_does_not_end_the_run(make_run, tmp_path):
+    (tmp_path / "run.layout.json").mkdir()
+    make_run(Sleep(msec=20)).execute([McapRecorder(tmp_path / "run.mcap")])
+    assert Recording(tmp_path / "run.mcap").complete
+
+
 def test_a_block_of_messages_is_as_if_they_were_added_one_by_one():
     times = [5, 3, 9, 9, 12, 1]
     data = [bytes([t]) * 40 for t in times]
