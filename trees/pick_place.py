@@ -6,6 +6,7 @@ Run it: ``bt-manip run path/to/pick_place.py:pick_place``. Its arguments are wha
 from py_trees.behaviour import Behaviour
 
 from bt_manip.behaviours import (
+    BackOff,
     Drop,
     Grasp,
     Hover,
@@ -25,6 +26,7 @@ from bt_manip.bt import (
     ForceSuccess,
     RetryUntilSuccessful,
     Sequence,
+    Sleep,
     SubTree,
     Tree,
     TryCatch,
@@ -60,9 +62,10 @@ def attempt(basket: str, force: float) -> Behaviour:
 
     An attempt waits until nothing moves and nothing pushes the arm, and goes on from what is true
     then: an object in the basket stays there, one still in the gripper is not picked again.
+    After a failure the arm pauses and backs off along the path just travelled.
     """
-    pick_and_drop = Sequence(
-        "pick and drop",
+    pick_and_drop = TryCatch(
+        "or back off",
         WaitUntilUndisturbed(),
         WaitUntilAtRest(object="{object}"),
         Fallback(
@@ -78,6 +81,7 @@ def attempt(basket: str, force: float) -> Behaviour:
                 Drop(container=basket, height=0.25),
             ),
         ),
+        Sequence("back off", Sleep(msec=500), WaitUntilUndisturbed(), BackOff(distance=0.1)),
     )
     return SubTree("attempt", pick_and_drop, object="{object}")
 

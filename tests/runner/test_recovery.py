@@ -55,10 +55,11 @@ def test_the_cube_is_placed_in_spite_of_a_fault(disturbed, fault):
     assert [(cycle.status, cycle.placed) for cycle in report.cycles] == [("SUCCESS", True)]
 
 
-def test_an_attempt_begins_when_the_push_is_over(disturbed):
-    cycle = disturbed("pick_place", "push at=Lift force=100 duration=2 cycle=1").cycles[0]
-    waited = [phase for phase in cycle.phases if phase.behaviour == "WaitUntilUndisturbed"]
-    assert len(waited) == 2 and waited[1].duration_s > 1.5
+def test_the_arm_moves_again_when_the_push_is_over(disturbed):
+    cycle = disturbed("pick_place", "push at=Lift force=100 duration=2").cycles[0]
+    phases = {phase.behaviour: phase for phase in cycle.phases}
+    assert phases["BackOff"].start_s > phases["Lift"].start_s + 2.0
+    assert [phase.status for phase in cycle.phases if phase.behaviour == "BackOff"] == ["SUCCESS"]
 
 
 def test_an_object_that_is_still_held_is_not_picked_again(disturbed):
@@ -76,5 +77,7 @@ def test_an_object_that_vanishes_fails_its_cycle_only(disturbed):
 
 
 def test_a_failed_cycle_leaves_no_object_even_if_the_arm_cannot_move(disturbed):
-    report = disturbed("pick_place", "torque_loss at=Drop duration=60 cycle=1", cycles=2)
+    report = disturbed("pick_place", "stuck_joint at=Drop joint=2 duration=60 cycle=1", cycles=2)
     assert [cycle.status for cycle in report.cycles] == ["FAILURE", "SUCCESS"]
+    ended = {phase.behaviour: phase.status for phase in report.cycles[0].phases}
+    assert (ended["MoveHome"], ended["RemoveObject"]) == ("FAILURE", "SUCCESS")
