@@ -131,8 +131,11 @@ def register_faults(register: Callable[[str, type], None]) -> None:
 
 @hookimpl
 def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
-    """Bring the trace of the joints, and the recording of everything."""
+    """Bring the trace of the joints, the recording of everything, and logs for Groot2."""
+    from bt_manip.groot import BtlogRecorder, SqliteRecorder
     from bt_manip.recording import McapRecorder, TraceRecorder
 
     register("trace", TraceRecorder)
     register("mcap", McapRecorder)
+    register("btlog", BtlogRecorder)
+    register("db3", SqliteRecorder)

@@ -49,6 +49,7 @@ WITHIN_LAYER = {
     ("kinematics", "collision"),
     ("grasping", "arm"),
     ("testing", "faults"),
+    ("groot", "recording"),
 }
 """Imports inside a layer: which package, and what it may import."""
 

@@ -1,3 +1,5 @@
 """Groot2: a publisher for its live monitor, and its log files."""
 
+from .log_files import BtlogRecorder as BtlogRecorder
+from .log_files import SqliteRecorder as SqliteRecorder
 from .publisher import GrootPublisher as GrootPublisher

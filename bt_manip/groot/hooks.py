@@ -20,8 +20,6 @@ PRE, POST = 0, 1
 RECHECK = 0.05
 """Longest wall time in which a run that waits reacts to Ctrl-C [s]."""
 
-_COMPLETED = (NodeStatus.SUCCESS, NodeStatus.FAILURE)
-
 Key = tuple[int, int]
 
 
@@ -191,8 +189,8 @@ class HookTable:
         for uid in (uids | self._applied) & nodes.keys():
             before, after = hooks.get((uid, PRE)), hooks.get((uid, POST))
             nodes[uid].set_tick_hooks(
-                partial(self._before, before) if before else None,
-                partial(self._after, after) if after else None,
+                partial(self._reach, before) if before else None,
+                partial(self._reach, after) if after else None,
             )
         self._applied = uids
 
@@ -207,16 +205,7 @@ class HookTable:
         self._changed = True
         self._condition.notify_all()
 
-    def _before(self, hook: Hook, node: Node) -> NodeStatus | None:
-        status = self._reach(hook, node)
-        if status in _COMPLETED and node.engine_status is NodeStatus.RUNNING:
-            node.halt()  # what it has started, such as a motion, must not go on
-        return status
-
-    def _after(self, hook: Hook, node: Node, state: NodeStatus) -> NodeStatus | None:
-        return self._reach(hook, node)
-
-    def _reach(self, hook: Hook, node: Node) -> NodeStatus | None:
+    def _reach(self, hook: Hook, node: Node, state: NodeStatus | None = None) -> NodeStatus | None:
         """Obey a hook; return the status that replaces the tick's, if one does."""
         key = hook.uid, hook.position
         with self._condition:

@@ -9,6 +9,9 @@ HEADER_LENGTH = 6
 
 VERSION = b"\x02"
 
+HIGHEST_UID = 0xFFFF
+"""Of the nodes that the protocol can name."""
+
 
 class RequestError(Exception):
     """A request that is answered by its message."""
@@ -64,3 +67,8 @@ def pack(value: Any) -> bytes:
         value = str(value)
     packed: bytes = msgpack.packb(value, unicode_errors="replace")
     return packed
+
+
+def transition(microseconds: int, uid: int, status: int) -> bytes:
+    """Return a change of a status, as Groot2 and its log files encode it."""
+    return microseconds.to_bytes(6, "little") + struct.pack("<HB", uid, status)

@@ -16,7 +16,15 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.runner import EventStream, RunEvent
 
 from .hooks import HookTable, key_of
-from .messages import HEADER_LENGTH, VERSION, RequestError, pack, read_json
+from .messages import (
+    HEADER_LENGTH,
+    HIGHEST_UID,
+    VERSION,
+    RequestError,
+    pack,
+    read_json,
+    transition,
+)
 
 if TYPE_CHECKING:
     import zmq
@@ -40,9 +48,6 @@ REST = 2e-4
 
 HEARTBEAT = 5.0
 """Time without a request after which hooks have no effect, as in the engine [s]."""
-
-HIGHEST_UID = 0xFFFF
-"""Of the nodes that the protocol can name."""
 
 
 @dataclass(frozen=True)
@@ -297,8 +302,3 @@ class GrootPublisher(EventStream):
         if command == b"stop":
             self._recording = False
         return None
-
-
-def transition(microseconds: int, uid: int, status: int) -> bytes:
-    """Return a change of a status, as Groot2 and its log files encode it."""
-    return microseconds.to_bytes(6, "little") + struct.pack("<HB", uid, status)

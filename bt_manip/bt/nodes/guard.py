@@ -33,7 +33,7 @@ class Guard:
 
     Attributes:
         pre_tick: Called before the tick of a node that has not completed; a SUCCESS or FAILURE
-            that it returns replaces the tick. For debuggers and fault injection.
+            that it returns replaces the tick; a running node is halted, so that a motion stops.
         post_tick: Called after the tick with its result; a SUCCESS or FAILURE replaces it.
     """
 
@@ -76,7 +76,10 @@ class Guard:
                 node.halt()
                 return SKIPPED
         if self.pre_tick is not None and (status is IDLE or status is RUNNING):
-            return _replaced(node, self.pre_tick(node))
+            state = _replaced(node, self.pre_tick(node))
+            if state is not None and status is RUNNING:
+                _abandon(node)
+            return state
         return None
 
     def after(self, node: "Node", state: NodeStatus) -> NodeStatus:
@@ -110,3 +113,13 @@ def _replaced(node: "Node", status: NodeStatus | None) -> NodeStatus | None:
     if status is FAILURE:
         node._because("a hook replaced its status")
     return status if status is SUCCESS or status is FAILURE else None
+
+
+def _abandon(node: "Node") -> None:
+    """Halt a running node; its observers see only the status that replaces the tick's."""
+    observers, node._node_observers = node._node_observers, ()
+    try:
+        node.halt()
+    finally:
+        node._node_observers = observers
+    node._node_status = RUNNING

@@ -1,0 +1,144 @@
+"""Log files have the header, the schema and the rows of those of BehaviorTree.CPP."""
+
+import os
+import sqlite3
+import struct
+from contextlib import closing
+from pathlib import Path
+from typing import ClassVar
+
+import pytest
+
+from bt_manip.bt import NodeStatus, Sequence, Sleep, Tree, instance_to_xml, parse_tree
+from bt_manip.exceptions import BtManipError
+from bt_manip.groot import BtlogRecorder, SqliteRecorder
+from bt_manip.recording import RecordingError
+from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource, build_station
+from tests.conformance.leaves import corpus_registry
+from tests.conformance.options import options_in, parse_options
+
+
+def read_btlog(path):
+    """Give magic, XML, start and rows of a .btlog."""
+    data = path.read_bytes()
+    (length,) = struct.unpack_from("<i", data, 19)
+    xml = data[23 : 23 + length].decode()
+    (start,) = struct.unpack_from("<q", data, 23 + length)
+    rows = data[31 + length :]
+    assert len(rows) % 9 == 0
+    return data[:19], xml, start, [
+        (int.from_bytes(rows[i : i + 6], "little"), *struct.unpack_from("<HB", rows, i + 6))
+        for i in range(0, len(rows), 9)
+    ]  # fmt: skip
+
+
+def read_database(path, query):
+    with closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as database:
+        return database.execute(query).fetchall()
+
+
+def run(parts, tree, *observers, **request):
+    station = build_station(parts)
+    tree.clock = station.clock
+    tree.setup(**station.infrastructure)
+    Run(RunRequest(TreeSource("test", "python"), **request), tree, station).execute(observers)
+
+
+class Interventions(RunObserver):
+    """Does to a node what Groot2 did when the sample was logged."""
+
+    STATUSES: ClassVar = {11: NodeStatus.FAILURE, 14: NodeStatus.SUCCESS}
+
+    def run_started(self, run):
+        self.ticks = 0
+        self.node = run.tree.node("work")
+
+    def before_tick(self):
+        self.ticks += 1
+        status = self.STATUSES.get(self.ticks)
+        self.node.set_tick_hooks(status and (lambda node: status))
+
+
+@pytest.fixture(scope="module")
+def logs(parts, groot2, tmp_path_factory):
+    """Log the 40 ticks of the sample tree; give both files."""
+    folder = tmp_path_factory.mktemp("logs")
+    document = (groot2 / "demo.xml").read_text()
+    options = parse_options(options_in(document))
+    tree = parse_tree(document, corpus_registry([]), blackboard=options.blackboard())
+    paths = folder / "demo.btlog", folder / "demo.db3"
+    paths[1].write_text("an older file")
+    observers = Interventions(), BtlogRecorder(paths[0]), SqliteRecorder(paths[1])
+    run(parts, tree, *observers, cycles=11, tick=0.1)
+    assert read_btlog(paths[0])[1] == instance_to_xml(tree)
+    return paths
+
+
+def test_a_btlog_is_that_of_the_engine(logs, groot2):
+    magic, _, start, rows = read_btlog(logs[0])
+    other_magic, _, _, other_rows = read_btlog(groot2 / "demo.btlog")
+    assert magic == other_magic
+    assert [row[1:] for row in rows] == [row[1:] for row in other_rows]
+    assert [row[0] for row in rows] == sorted(row[0] for row in rows)
+    assert rows[0][0] == 0 and rows[-1][0] == 3_900_000
+    assert start > 1_700_000_000_000_000
+
+
+def test_a_database_is_that_of_the_engine(logs, groot2):
+    databases = logs[1], groot2 / "demo.db3"
+    theirs = databases[1]
+    schema = "SELECT name, sql FROM sqlite_master WHERE type = 'table' ORDER BY name"
+    texts = [[(n, "".join(sql.split())) for n, sql in read_database(p, schema)] for p in databases]
+    assert texts[0] == texts[1]
+    nodes = "SELECT * FROM Nodes ORDER BY node_uid"
+    assert read_database(logs[1], nodes) == read_database(theirs, nodes)
+    rows = "SELECT session_id, node_uid, state, extra_data FROM Transitions ORDER BY timestamp"
+    assert read_database(logs[1], rows) == read_database(theirs, rows)
+    running = "SELECT node_uid, state, duration FROM Transitions WHERE duration > 0 LIMIT 6"
+    ours, other = read_database(logs[1], running), read_database(theirs, running)
+    for one, wanted in zip(ours, other, strict=True):
+        assert one[:2] == wanted[:2]
+        assert one[2] == pytest.approx(wanted[2], abs=20_000)
+    (definition,) = read_database(logs[1], "SELECT session_id, date, xml_tree FROM Definitions")
+    assert definition[0] == 1 and definition[2] == read_btlog(logs[0])[1]
+
+
+def test_a_log_ends_when_the_tree_is_replaced(parts, tmp_path):
+    tree = Tree(Sequence(Sleep(msec=20)))
+
+    class Replace(BtlogRecorder):
+        """Replaces the tree by a larger one."""
+
+        def cycle_started(self, cycle):
+            super().cycle_started(cycle)
+            if cycle == 1:
+                tree.replace(Tree(Sequence(Sleep(msec=20), Sleep(msec=20))))
+
+    run(parts, tree, Replace(tmp_path / "a.btlog"), cycles=2)
+    assert {row[1] for row in read_btlog(tmp_path / "a.btlog")[3]} == {1, 2}
+
+
+@pytest.mark.parametrize("recorder", [BtlogRecorder, SqliteRecorder])
+def test_a_log_that_cannot_be_written_is_one_error(parts, recorder, tmp_path):
+    path = tmp_path / "missing" / "log"
+    with pytest.raises(RecordingError, match="log '.*log' cannot be written"):
+        run(parts, Tree(Sleep(msec=20)), recorder(path))
+
+
+def test_a_full_disk_is_one_error(parts):
+    with pytest.raises(RecordingError, match="cannot be written: No space left on device"):
+        run(parts, Tree(Sleep(msec=20)), BtlogRecorder(Path("/dev/full")))
+
+
+def test_a_database_does_not_replace_a_pipe(parts, tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with pytest.raises(RecordingError, match="it is no regular file"):
+        run(parts, Tree(Sleep(msec=20)), SqliteRecorder(pipe))
+    assert pipe.is_fifo()
+
+
+@pytest.mark.parametrize("recorder", [BtlogRecorder, SqliteRecorder])
+def test_a_log_needs_a_path(recorder):
+    with pytest.raises(BtManipError, match=rf"--record FILE\{recorder.suffix}"):
+        recorder(None)
