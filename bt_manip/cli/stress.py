@@ -1,7 +1,7 @@
 """``bt-manip stress``: test how a tree copes with faults."""
 
 import os
-from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +13,6 @@ from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 from bt_manip.cli.settings import parse_settings
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
     from bt_manip.faults import StressTable
 
 BEGIN, END = "<!-- stress -->", "<!-- /stress -->"
@@ -85,23 +83,29 @@ def stress(
     tree declares holds. After each cycle with a fault an undisturbed one must reach the goal.
     """
     os.environ.setdefault("MUJOCO_GL", "disable")
-    from bt_manip.faults import StressRequest, StressTable, StressTester, plan_cases, run_cases
+    from rich.console import Console
+    from rich.progress import track
+
+    from bt_manip.faults import StressTable, StressTester, plan_cases, run_cases
     from bt_manip.recording import check_writable
 
     for file in (markdown, json_file):
         if file is not None:
             check_writable(file, "table")
     load_chosen_plugins()  # warns of broken ones
-    request = StressRequest(tree, settings=parse_settings(settings), choice=chosen(), **parts)
-    cases = plan_cases(StressTester(request), seeds, _names(faults), _names(phases))
+    options = {"settings": parse_settings(settings), **parts}
+    tester = partial(StressTester, tree, choice=chosen(), **options)
+    cases = plan_cases(tester(), seeds, _names(faults), _names(phases))
     place = {case: number for number, case in enumerate(cases)}
-    results = []
-    code = 0
+    results, code = [], 0
+    console = Console(stderr=True)
     try:
-        with _progress(len(cases)) as advance:
-            for result in run_cases(request, cases, jobs or os.cpu_count() or 1):
-                results.append(result)
-                advance()
+        done = run_cases(tester, cases, jobs or os.cpu_count() or 1)
+        for result in track(
+            done, "stress", len(cases), console=console, transient=True,
+            disable=not console.is_terminal,
+        ):  # fmt: skip
+            results.append(result)
     except KeyboardInterrupt:
         code = INTERRUPTED
     results.sort(key=lambda one: place[one.case])
@@ -109,8 +113,8 @@ def stress(
     _print(table)
     if markdown is not None and not code:
         given = {"seeds": seeds, "faults": faults, "phases": phases, "markdown": markdown}
-        options = (f"--{key} {value}" for key, value in given.items() if value)
-        _write_page(markdown, table.markdown(f"bt-manip stress {tree} {' '.join(options)}"))
+        shown = " ".join(f"--{key} {value}" for key, value in given.items() if value)
+        _write_page(markdown, table.markdown(f"bt-manip stress {tree} {shown}"))
     if json_file is not None:
         import json
 
@@ -120,21 +124,6 @@ def stress(
 
 def _names(text: str) -> list[str]:
     return [name.strip() for name in text.split(",") if name.strip()]
-
-
-@contextmanager
-def _progress(total: int) -> "Iterator[Callable[[], None]]":
-    """Show a bar on a terminal; yield what is called after each case."""
-    from rich.console import Console
-    from rich.progress import MofNCompleteColumn, Progress
-
-    console = Console(stderr=True)
-    columns = (*Progress.get_default_columns(), MofNCompleteColumn())
-    with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as bar:
-        task = bar.add_task("stress", total=total)
-        yield lambda: bar.advance(task)
 
 
 def _print(table: "StressTable") -> None:

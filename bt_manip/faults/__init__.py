@@ -24,7 +24,6 @@ from .robot_faults import StuckJoint as StuckJoint
 from .robot_faults import TorqueLoss as TorqueLoss
 from .stress import StressCase as StressCase
 from .stress import StressPhase as StressPhase
-from .stress import StressRequest as StressRequest
 from .stress import StressResult as StressResult
 from .stress import StressTester as StressTester
 from .stress import plan_cases as plan_cases

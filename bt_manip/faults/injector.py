@@ -1,6 +1,8 @@
 """Injecting faults into a run."""
 
+import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -132,6 +134,7 @@ class FaultInjector(RunObserver):
                     pending.due = self._cell.time + pending.planned.after
 
 
+@dataclass(eq=False)
 class _Pending:
     """A planned fault that has not begun in this cycle.
 
@@ -140,9 +143,8 @@ class _Pending:
         due: Simulated time at which it begins [s].
     """
 
-    def __init__(
-        self, planned: PlannedFault, nodes: Sequence[Any], rng: np.random.Generator
-    ) -> None:
-        self.planned, self.nodes, self.rng = planned, nodes, rng
-        self.node: Any = None
-        self.due = np.inf
+    planned: PlannedFault
+    nodes: Sequence[Any]
+    rng: np.random.Generator
+    node: Any = None
+    due: float = math.inf

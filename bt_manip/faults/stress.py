@@ -3,9 +3,9 @@
 import multiprocessing
 import signal
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -35,29 +35,6 @@ Outcome = Literal["recovered", "failed", "dishonest", "hung", "none"]
 error. ``"dishonest"``: SUCCESS although the goal does not hold. ``"hung"``: no end within
 `MAX_CYCLE`. ``"none"``: the fault could not happen.
 """
-
-
-@dataclass(frozen=True)
-class StressRequest:
-    """The tree to test and the parts to test it with, as for `RunRequest`; plain data.
-
-    Attributes:
-        tree: The tree as the user names it.
-        robot: Robot of the run.
-        controller: Controller of the run; None: the tree's.
-        scene: Scene of the run; None: the tree's.
-        planner: Planner of the run.
-        settings: Values of keys that the tree declares.
-        choice: The `bt_manip.plugins.Choice` of plugins; None: that of the environment.
-    """
-
-    tree: str
-    robot: str = "panda"
-    controller: str | None = None
-    scene: str | None = None
-    planner: str = "rrt_connect"
-    settings: Mapping[str, str] = field(default_factory=dict)
-    choice: Any = None
 
 
 @dataclass(frozen=True)
@@ -114,22 +91,37 @@ class StressResult:
 
 
 class StressTester:
-    """Runs the cases of one tree in this process; a station is built once for each seed."""
+    """Runs the cases of one tree in this process; a station is built once for each seed.
 
-    def __init__(self, request: StressRequest) -> None:
-        """Load the plugins.
+    Attributes:
+        faults: The registered faults.
+    """
+
+    def __init__(self, tree: str, *, choice: Any = None, **options: Any) -> None:
+        """Load the plugins and find the tree.
+
+        Args:
+            tree: The tree as the user names it.
+            choice: The `bt_manip.plugins.Choice` of plugins; None: that of the environment.
+            **options: Fields of `RunRequest`; controller and scene are the tree's by default.
 
         Raises:
-            BtManipError: If a name of the request is not registered.
+            BtManipError: If a name is not registered.
         """
         from bt_manip.plugins import load_plugins
 
-        self._request = request
-        plugins = load_plugins(choice=request.choice, warn=lambda message: None)
-        self._parts = parts = plugins.parts
+        self._tree = tree
+        self._parts = parts = load_plugins(choice=choice, warn=lambda message: None).parts
         self.faults = parts.faults
-        self._source = find_tree(
-            request.tree, {name: parts.trees.get(name) for name in parts.trees}
+        wants = parts.surroundings.get(tree, Surroundings())
+        given = {key: value for key, value in options.items() if value is not None}
+        self._request = RunRequest(
+            find_tree(tree, {name: parts.trees.get(name) for name in parts.trees}),
+            **{
+                "controller": wants.controller or CONTROLLER,
+                "scene": wants.scene or SCENE,
+                **given,
+            },
         )
         self._runs: dict[int, tuple[Run, dict[str, Any]]] = {}
 
@@ -142,7 +134,7 @@ class StressTester:
         run = self._prepared(0)
         if not run.tree.goal:
             raise FaultError(
-                f"tree '{self._request.tree}' declares no goal to judge it by; add one to its main "
+                f"tree '{self._tree}' declares no goal to judge it by; add one to its main "
                 '<BehaviorTree>, such as _goal="IsIn object={object} container=basket"'
             )
         log = _PhaseTimes(run)
@@ -152,7 +144,7 @@ class StressTester:
         finally:
             run.tree.observers.remove(log)
         if outcome != "recovered":
-            raise FaultError(f"tree '{self._request.tree}' fails without any fault: {reason}")
+            raise FaultError(f"tree '{self._tree}' fails without any fault: {reason}")
         names = [node.name for node in log.duration]
         return [
             StressPhase(n.name if names.count(n.name) == 1 else n.path, n.path, round(time, 3))
@@ -175,17 +167,7 @@ class StressTester:
     def _prepared(self, seed: int) -> Run:
         """Return a run in its initial state."""
         if seed not in self._runs:
-            wants = self._parts.surroundings.get(self._request.tree, Surroundings())
-            request = RunRequest(
-                self._source,
-                robot=self._request.robot,
-                controller=self._request.controller or wants.controller or CONTROLLER,
-                scene=self._request.scene or wants.scene or SCENE,
-                planner=self._request.planner,
-                settings=self._request.settings,
-                seed=seed,
-            )
-            run = prepare(request, self._parts)
+            run = prepare(replace(self._request, seed=seed), self._parts)
             run.station.cell.compiles_kept = KEPT_COMPILES
             self._runs[seed] = run, run.get_state()
         run, state = self._runs[seed]
@@ -285,25 +267,24 @@ def plan_cases(
 
 
 def run_cases(
-    request: StressRequest, cases: Sequence[StressCase], jobs: int = 1
+    make_tester: Callable[[], StressTester], cases: Sequence[StressCase], jobs: int = 1
 ) -> Iterator[StressResult]:
     """Run cases in parallel processes and yield their results in any order.
 
     When the iteration ends early, the processes are ended at once.
 
     Args:
-        request: The tree.
+        make_tester: Makes the tester of a process; it can be pickled.
         cases: The cases.
         jobs: Number of processes; 1: this one.
     """
     if jobs == 1:
-        tester = StressTester(request)
-        yield from map(tester.run, cases)
+        yield from map(make_tester().run, cases)
         return
     # Forking would copy locks of threads that libraries have started.
     context = multiprocessing.get_context("spawn")
     done = False
-    with ProcessPoolExecutor(jobs, context, _start_worker, (request,)) as pool:
+    with ProcessPoolExecutor(jobs, context, _start_worker, (make_tester,)) as pool:
         try:
             # Workers inherit the mask: Ctrl-C reaches this process only, which ends them.
             signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
@@ -325,8 +306,8 @@ _WORKER: list[StressTester] = []
 """The tester of this process, where it is a worker."""
 
 
-def _start_worker(request: StressRequest) -> None:
-    _WORKER[:] = [StressTester(request)]
+def _start_worker(make_tester: Callable[[], StressTester]) -> None:
+    _WORKER[:] = [make_tester()]
 
 
 def _run_in_worker(case: StressCase) -> StressResult:

@@ -1,18 +1,20 @@
 """The tree pick_place is honest under all faults, and recovers from those that it can."""
 
+from functools import partial
+
 import pytest
 
-from bt_manip.faults import StressRequest, StressTester, plan_cases, run_cases
+from bt_manip.faults import StressTester, plan_cases, run_cases
 
 RECOVERED = {"move", "knock", "push", "obstacle", "stuck_finger", "tick_delay", "sensor_nan"}
 
 
 def unacceptable(seeds, faults=(), phases=(), jobs=1):
-    request = StressRequest("pick_place")
-    cases = plan_cases(StressTester(request), seeds, faults, phases)
+    tester = partial(StressTester, "pick_place")
+    cases = plan_cases(tester(), seeds, faults, phases)
     return [
         result
-        for result in run_cases(request, cases, jobs)
+        for result in run_cases(tester, cases, jobs)
         if not result.acceptable
         or (result.case.fault in RECOVERED and result.outcome not in ("recovered", "none"))
     ]

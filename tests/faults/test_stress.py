@@ -1,11 +1,12 @@
 """Each fault at each phase: how a cycle ends is judged by the goal, in the physics."""
 
+from functools import partial
+
 import pytest
 
 from bt_manip.exceptions import BtManipError
 from bt_manip.faults import (
     FaultError,
-    StressRequest,
     StressTable,
     StressTester,
     plan_cases,
@@ -63,15 +64,15 @@ def aimless():
 
 @pytest.fixture
 def tree(tmp_path):
-    """Return the request of a tree that succeeds, fails or waits if its object is heavy."""
+    """Return what makes the tester of a tree; some notice that their object is heavy."""
     path = tmp_path / "small.py"
     path.write_text(TREES)
-    return lambda name: StressRequest(f"{path}:{name}")
+    return lambda name: partial(StressTester, f"{path}:{name}")
 
 
-def results_of(request, *faults, seeds=1, jobs=1):
-    cases = plan_cases(StressTester(request), seeds, faults)
-    found = {result.case: result for result in run_cases(request, cases, jobs)}
+def results_of(tester, *faults, seeds=1, jobs=1):
+    cases = plan_cases(tester(), seeds, faults)
+    found = {result.case: result for result in run_cases(tester, cases, jobs)}
     return [found[case] for case in cases]
 
 
@@ -112,12 +113,12 @@ def test_a_fault_that_cannot_happen_is_no_failure(tree):
 
 
 def test_phases_are_the_leaves_that_take_time(tree):
-    (phase,) = StressTester(tree("checking")).phases()
+    (phase,) = tree("checking")().phases()
     assert (phase.name, phase.duration) == ("work", 0.3)
 
 
 def test_seeds_begin_faults_at_different_times_within_the_phase(tree):
-    cases = plan_cases(StressTester(tree("checking")), 5, ["push"])
+    cases = plan_cases(tree("checking")(), 5, ["push"])
     begins = [case.plan().after for case in cases]
     assert len(set(begins)) == 5 and all(0.0 <= begin < 0.15 for begin in begins)
     assert begins == [case.plan().after for case in cases]
@@ -139,11 +140,11 @@ def test_the_results_do_not_depend_on_the_number_of_processes(tree):
 )
 def test_a_tree_that_cannot_be_judged_is_refused(tree, name, problem):
     with pytest.raises(FaultError, match=problem):
-        StressTester(tree(name)).phases()
+        tree(name)().phases()
 
 
 def test_unknown_faults_and_phases_are_refused(tree):
-    tester = StressTester(tree("checking"))
+    tester = tree("checking")()
     with pytest.raises(BtManipError, match="unknown fault 'pusch'; did you mean 'push'"):
         plan_cases(tester, 1, ["pusch"])
     with pytest.raises(FaultError, match="no leaf 'wrk' runs in this tree; did you mean 'work'"):
