@@ -236,7 +236,8 @@ class RobotChannel:
         file.add_topic(self._joints, control_step_class(), {"joints": json.dumps(list(joints))})
         file.add_topic(self._state)
         self._heads = split_control_step(len(joints))
-        self._steps: list[tuple[float, bytes]] = []  # pairs, so that both are copied at once
+        self._times: list[float] = []  # [s] of the control steps
+        self._steps: list[bytes] = []
         self._ticks: list[tuple[float, bytes, tuple[Any, ...]]] = []
 
     def bind(self) -> None:
@@ -257,7 +258,8 @@ class RobotChannel:
         parts: Any = (
             q, self._q(), v, self._v(), q_ref, arm.q, v_ref, arm.v, a_ref, arm.a, t, tau
         )  # fmt: skip
-        self._steps.append((self._data.time, b"".join(parts)))
+        self._steps.append(b"".join(parts))
+        self._times.append(self._data.time)
 
     def end_tick(self, time: float) -> None:
         """Copy the state of wrist and gripper.
@@ -281,9 +283,9 @@ class RobotChannel:
 
     def encode(self) -> None:
         """Add the messages of the copied states."""
-        steps, self._steps = self._steps, []
-        times = np.array([time for time, _ in steps])
-        self._file.add_all(self._joints, times, [data for _, data in steps])
+        n = len(self._times)  # another thread may add a step meanwhile
+        self._file.add_all(self._joints, np.array(self._times[:n]), self._steps[:n])
+        del self._times[:n], self._steps[:n]
         ticks, self._ticks = self._ticks, []
         if not ticks:
             return

@@ -17,6 +17,7 @@ import pytest
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrimitive
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
@@ -26,6 +27,7 @@ from bt_manip.bt import AlwaysFailure, Fallback, Node, Script, Sequence, Sleep, 
 from bt_manip.exceptions import BtManipError
 from bt_manip.plugins import load_plugins
 from bt_manip.recording import McapRecorder, Recorder, Recording, RecordingError
+from bt_manip.recording.foxglove import SceneMessages, serialized_points
 from bt_manip.recording.mcap_file import BlockWriter
 from bt_manip.recording.mcap_recorder import tool_wrenches
 from bt_manip.runner import (
@@ -284,8 +286,8 @@ def test_a_layout_that_cannot_be_written_does_not_end_the_run(make_run, tmp_path
 
 
 def test_a_block_of_messages_is_as_if_they_were_added_one_by_one():
-    times = [5, 3, 9, 9, 12, 1]
-    data = [bytes([t]) * 40 for t in times]
+    times = np.array([5, 3, 9, 9, 12, 1])
+    data = [bytes([t]) * 40 for t in times.tolist()]
     files = []
     for kind in (Writer, BlockWriter):
         file = BytesIO()
@@ -297,7 +299,7 @@ def test_a_block_of_messages_is_as_if_they_were_added_one_by_one():
                 writer.add_block(channel, times[:4], data[:4])
                 writer.add_block(channel, times[4:], data[4:])
             else:
-                for time, content in zip(times, data, strict=True):
+                for time, content in zip(times.tolist(), data, strict=True):
                     writer.add_message(channel, time, content, time)
         writer.finish()
         files.append(file.getvalue())
@@ -416,9 +418,13 @@ def test_a_killed_run_loses_at_most_a_second(tmp_path, real_time):
     assert next(recording.messages("/tree/nodes"))[2]["nodes"][0]["name"] == "Sleep"
 
 
-def test_mesh_and_primitive_geoms_keep_their_sizes(parts):
-    from bt_manip.recording.foxglove import SceneMessages
+def test_points_of_meshes_are_serialized_as_protobuf_does():
+    points = np.array([[0.0, -1.0, 0.5], [1e-9, 2.0, 3.0]], dtype=np.float32)
+    read_back = TriangleListPrimitive.FromString(serialized_points(points)).points
+    np.testing.assert_array_equal([[p.x, p.y, p.z] for p in read_back], points)
 
+
+def test_mesh_and_primitive_geoms_keep_their_sizes(parts):
     model = mujoco.MjModel.from_xml_string("""
         <mujoco><worldbody>
           <geom type="plane" size="0 0 1"/>
