@@ -19,6 +19,7 @@ from bt_manip.bt import (
     tree_to_xml,
 )
 from bt_manip.bt.loading import read_tree_text
+from bt_manip.bt.xml import document
 from bt_manip.exceptions import NodeError, TreeError
 
 DOCUMENT = """\
@@ -210,8 +211,8 @@ def test_folders_are_libraries_and_only_what_a_tree_uses_can_break_it(registry, 
 
 def test_files_of_a_library_are_read_once(registry, library, tmp_path, monkeypatch):
     read = []
-    original = type(tmp_path).read_bytes
-    monkeypatch.setattr(type(tmp_path), "read_bytes", lambda p: read.append(p.name) or original(p))
+    original = document.read_bytes
+    monkeypatch.setattr(document, "read_bytes", lambda p: read.append(p.name) or original(p))
     libraries = Libraries([library])
     for name in ("a.xml", "b.xml"):
         read_tree(using("Good", tmp_path / name), registry, libraries=libraries)

@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from bt_manip.behaviours import MotionBehaviour, extent
 from bt_manip.bt import Condition, Input, Status
-from bt_manip.cell import Cell, CellError, why_not_at_rest
+from bt_manip.cell import Cell, CellError, at_rest
 
 STANDOFF = 0.005
 """Height of the object's bottom over the socket before it is inserted [m]."""
@@ -115,13 +115,13 @@ class IsInserted(Condition):
     def update(self) -> Status:
         """Measure its depth, inside the outline of the socket."""
         try:
-            reason = why_not_at_rest(self.cell, self.object)
+            resting = at_rest(self.cell, self.object)
             depth = -_height_over(self.cell, self.object, self.socket)
             lower, upper = extent(self.cell, self.socket)
         except CellError as error:
             return self.fail(str(error))
-        if reason:
-            return self.fail(reason)
+        if not resting:
+            return self.fail(f"'{self.object}' moves")
         position = self.cell.pose(self.object).translation[:2]
         if (position < lower[:2]).any() or (position > upper[:2]).any():
             return self.fail(f"'{self.object}' is beside '{self.socket}'")
