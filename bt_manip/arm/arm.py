@@ -96,7 +96,7 @@ class Arm:
         self.coordinator: MultiArmCoordinator | None = None
         self.fault, self._guarded = "", False
         self.compliant = self._recovering = False
-        self._settling = 0  # control steps since a compliant stop has ended
+        self._settling = 0  # control steps at rest in a compliant stop
         self._unchecked = 0  # control steps since external forces were checked
         self.follower = TrajectoryFollower(robot.q)
         self.q, self.v, self.a = self.follower.q, self.follower.v, self.follower.a
@@ -391,7 +391,8 @@ class Arm:
             compliant: Whether it yields to contact after the stop.
         """
         self.follower.stop(self.model)
-        self._recovering = self._recovering or compliant
+        if compliant:
+            self._recovering, self._settling = True, 0
         if self.coordinator is not None:
             self.coordinator.motion_changed(self)
         if fault:
@@ -405,6 +406,8 @@ class Arm:
                 self._recover(dt)
             return
         follower.advance(dt)
+        if self._recovering and np.abs(self.q - self.robot.q).max() > MAX_TRACKING_ERROR:
+            self._hold_compliantly()  # it is blocked: to go on would only press
         if follower.lagging and not follower.step % RETRY_INTERVAL:
             self.speed_scale = follower.speed_scale
         if self._guarded:
@@ -440,14 +443,18 @@ class Arm:
         )
         return diagnose(now, found)
 
+    def _hold_compliantly(self) -> None:
+        """Yield to contact at the measured configuration."""
+        q = self.robot.q
+        self.follower.hold_at(np.where(np.isfinite(q), q, self.q))
+        self.compliant = True
+
     def _recover(self, dt: float) -> None:
         """Yield to contact, and rest at the measured configuration once the joints are at rest."""
-        self._settling = self._settling + 1 if self.compliant else 0
+        self._settling += 1
         settled = self.compliant and (self.at_rest or self._settling * dt >= RECOVERY_TIMEOUT)
         if not self.compliant or settled:
-            q = self.robot.q
-            self.follower.hold_at(np.where(np.isfinite(q), q, self.q))
-        self.compliant = True
+            self._hold_compliantly()
         if settled:
             self._recovering = False
             if self.coordinator is not None:

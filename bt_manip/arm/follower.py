@@ -101,8 +101,10 @@ class TrajectoryFollower:
         self.step = self._last = 0
 
     def hold_at(self, q: np.ndarray) -> None:
-        """Rest at another configuration [rad]; it must be at rest."""
+        """Rest at another configuration from now on [rad], without a motion there."""
+        self._now[:] = 0.0
         self._now[: len(q)] = q
+        self.trajectory, self.stopping, self.lagging = None, False, False
 
     @property
     def state(self) -> ArmState:

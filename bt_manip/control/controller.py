@@ -12,7 +12,7 @@ from numpy import ndarray
 from bt_manip.robots import Payload, Robot, RobotModel, writer
 
 from .exceptions import ControlError, ControllerFault
-from .pd_law import COMPLIANT_POSITION_GAIN, POSITION_GAIN, VELOCITY_GAIN, pd_torque
+from .pd_law import POSITION_GAIN, VELOCITY_GAIN, compliant_torque, pd_torque
 from .reference import Hold, Reference
 
 FLOAT = np.dtype(np.float64)
@@ -261,22 +261,21 @@ class Controller(composer.Entity):
     def _fall_back(self, problem: object) -> ControllerFault:
         """Replace ``compute`` by a PD controller; return the exception to raise."""
         self._fault = True
-        self._substitute(POSITION_GAIN, self._robot.make_model().with_payload(self._payload))
+        self._substitute()
         return ControllerFault(self.kind, type(self).__module__, str(problem), self._data.time)
 
-    def _substitute(self, position_gain: float, model: RobotModel | None = None) -> None:
-        """Replace ``compute`` by a PD controller.
-
-        Args:
-            position_gain: Its position gain over effort limit [1/rad].
-            model: Its model; by default the controller's.
-        """
-        kp, kd = position_gain * self._limit, VELOCITY_GAIN * self._limit
+    def _substitute(self) -> None:
+        """Replace ``compute`` by springs and dampers: stiff after a fault, else soft."""
+        fault = self._fault
+        model = self._robot.make_model().with_payload(self._payload) if fault else None
+        kp, kd = POSITION_GAIN * self._limit, VELOCITY_GAIN * self._limit
 
         def compute(
             q: ndarray, v: ndarray, q_ref: ndarray, v_ref: ndarray, a_ref: ndarray
         ) -> ndarray:
-            return pd_torque(model or self.model, kp, kd, q, v, q_ref, v_ref)
+            if model is None:
+                return compliant_torque(self.model, self._limit, q, v, q_ref)
+            return pd_torque(model, kp, kd, q, v, q_ref, v_ref)
 
         self.compute = compute  # type: ignore[method-assign]
 
@@ -289,7 +288,7 @@ class Controller(composer.Entity):
         self.reset()
         if compliant:
             self._compliant = True
-            self._substitute(COMPLIANT_POSITION_GAIN)
+            self._substitute()
         else:
             self._transfer_from(commanded)
         self.tau, self.saturated_steps = commanded, saturated_steps
@@ -365,7 +364,7 @@ class Controller(composer.Entity):
         if state["compliant"] is not self._compliant:
             self._compliant = state["compliant"]
             if self._compliant:
-                self._substitute(COMPLIANT_POSITION_GAIN)
+                self._substitute()
             else:
                 del self.compute
 

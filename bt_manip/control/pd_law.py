@@ -18,6 +18,9 @@ VELOCITY_GAIN = 0.6
 COMPLIANT_POSITION_GAIN = 5.0
 """Position gain of a compliant arm over effort limit: a third of the default [1/rad]."""
 
+COMPLIANT_FREQUENCY = 100.0
+"""Largest natural frequency of a joint of a compliant arm, a tenth of the control rate [rad/s]."""
+
 
 def pd_torque(
     model: RobotModel,
@@ -41,6 +44,24 @@ def pd_torque(
     """  # (nv,)
     gravity = pin.computeGeneralizedGravity(model.model, model.data, q)
     return kp * (q_ref - q) + kd * (v_ref - v) + gravity
+
+
+def compliant_torque(
+    model: RobotModel, effort: np.ndarray, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray
+) -> np.ndarray:
+    """Return soft, critically damped springs to a resting reference, plus gravity [N m].
+
+    Args:
+        model: The arm with its payload.
+        effort: Effort limits [N m].  # (nv,)
+        q: Measured positions [rad].  # (nv,)
+        v: Measured velocities [rad/s].  # (nv,)
+        q_ref: Reference positions [rad].  # (nv,)
+    """  # (nv,)
+    inertia = np.diagonal(pin.crba(model.model, model.data, q))
+    stiffness = np.minimum(COMPLIANT_POSITION_GAIN * effort, COMPLIANT_FREQUENCY**2 * inertia)
+    damping = 2.0 * np.sqrt(stiffness * inertia)
+    return pd_torque(model, stiffness, damping, q, v, q_ref, np.zeros_like(v))
 
 
 def per_joint(name: str, gain: float | Sequence[float] | np.ndarray, n: int) -> np.ndarray:

@@ -24,7 +24,7 @@ class Bench:
 
     def __init__(self) -> None:
         robot = Robot(panda(), gripper=TwoFingerGripper)
-        control = ComputedTorque(robot)
+        self.control = control = ComputedTorque(robot)
         robot.attach(control)
         self.cell = Cell()
         self.cell.add(robot, spatial.pose((0.0, 0.0, 1.0)), free=False)
@@ -37,6 +37,7 @@ class Bench:
     def reset(self) -> "Bench":
         self.cell.restore(self.rest[0])
         self.arm.set_state(self.rest[1])
+        self.control.reset()
         self.arm.robot.mj_data.xfrc_applied[:] = 0.0
         return self
 
