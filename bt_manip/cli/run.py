@@ -59,11 +59,15 @@ EXIT_CODES = (
 @click.option(
     "--real-time", type=click.FloatRange(min=0.0), metavar="X",
     help="Simulated seconds per second of wall time; 0 is as fast as possible.  "
-    "[default: 1 with --window or --groot, else 0]",
+    "[default: 1 with --window, --view or --groot, else 0]",
 )  # fmt: skip
 @click.option(
     "--window", is_flag=True, help="Show the cell in a window, which stays open after the run."
 )
+@click.option(
+    "--view", is_flag=True,
+    help="Show the run on a page in the browser, which stays up after the run.",
+)  # fmt: skip
 @click.option(
     "--groot", is_flag=True,
     help="Let Groot2 on this computer monitor the run, set breakpoints and replace statuses.",

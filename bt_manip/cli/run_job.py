@@ -1,6 +1,7 @@
 """One run of the command line, from its options to its report."""
 
 import os
+import sys
 import traceback
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from bt_manip.recording import Recorder, ReportFile, RunReport, Trace
     from bt_manip.registry import Parts
     from bt_manip.runner import Run, RunObserver
-    from bt_manip.viewer import Window
+    from bt_manip.viewer import Page, Window
 
 CYCLE_FAILED = 1
 FAULT = 3
@@ -53,6 +54,7 @@ class RunOptions:
     groot: bool = False
     groot_port: int = 1667
     faults: tuple[str, ...] = ()
+    view: bool = False
     foreign: ForeignTrees = field(default_factory=ForeignTrees)
 
 
@@ -95,6 +97,7 @@ class _Job:
         self._report_file: ReportFile | None = None
         self._trace: Trace | None = None
         self._window: Window | None = None
+        self._page: Page | None = None
         self._error = ""
         self.started = False
 
@@ -105,12 +108,16 @@ class _Job:
         self.started = True
         with self._interrupt.patient():
             prepared.execute(observers, stop=lambda: self._interrupt.requested)
-        return 0
+        return INTERRUPTED if self._page is not None and self._page.stopped else 0
 
     def _prepare(self) -> tuple[Any, list["RunObserver"]]:
         """Return the run and its observers; all bad input is found here."""
         options = self._options
         window = self._can_open_window()
+        if options.view:
+            _require_viser()
+        shown = window or options.view or options.groot
+        speed = float(shown) if options.real_time is None else options.real_time
         from rich.console import Console
 
         from bt_manip.registry import Surroundings
@@ -135,10 +142,7 @@ class _Job:
             seed=self._seed(resumed, seed_of(scene, parts)),
             tick=options.tick_ms / 1e3,
             settings=options.settings,
-            real_time=(
-                float(window or options.groot) if options.real_time is None else options.real_time
-            )
-            or None,
+            real_time=None if options.view else speed or None,  # the page has a control for it
             reading=options.foreign.reading(),
         )
         # Slow imports come last: the errors above are reported at once.
@@ -183,6 +187,12 @@ class _Job:
             publisher = GrootPublisher(options.groot_port, self._tell)
             observers.append(guarded(publisher, "the publisher for Groot2", print_warning))
             self._tell(f"Groot2 can connect to 127.0.0.1, port {options.groot_port}.")
+        if options.view:
+            from bt_manip.viewer import Page
+
+            self._page = Page(speed=speed or None)
+            self._tell(f"The page of the run: {self._page.url}")
+            observers.append(guarded(self._page, "the page", print_warning))
         if options.faults:
             observers.append(self._fault_injector(prepared, parts))
         return prepared, observers
@@ -211,6 +221,7 @@ class _Job:
         from bt_manip.viewer import print_wrapped
 
         print_wrapped(self._console, message)
+        sys.stdout.flush()  # a pipe has it at once too
 
     def fault(self, error: BaseException) -> int:
         """Print an exception with the plugin that it came from; return the exit code."""
@@ -248,7 +259,7 @@ class _Job:
             except BtManipError as error:  # a full disk, a deleted folder
                 click.echo(f"Error: {error}", err=True)
                 code = FAULT
-        for show in (lambda: self._print_cycles(report), self._keep_window):
+        for show in (lambda: self._print_cycles(report), self._keep_window, self._keep_page):
             try:
                 show()
             except Exception as error:
@@ -271,6 +282,16 @@ class _Job:
             self._window.wait_until_closed(lambda: self._interrupt.requested)
             self._interrupt.exit_code = 0  # the run itself was over
         self._window.close()
+
+    def _keep_page(self) -> None:
+        """Serve the page until Ctrl-C."""
+        if self._page is None:
+            return
+        if not self._interrupt.requested:
+            self._tell(f"The page stays up at {self._page.url}; press Ctrl-C to leave.")
+            self._page.wait(lambda: self._interrupt.requested)
+            self._interrupt.exit_code = 0  # the run itself was over
+        self._page.close()
 
     def _report(self, status: str | None) -> "RunReport":
         if self._recorder is not None:
@@ -305,8 +326,9 @@ class _Job:
         options = self._options
         untried = {
             "--window": not options.window,
+            "--view": not options.view,
             "--cycles 10": options.cycles == 1,
-            "--real-time 1": options.real_time is None and not options.window,
+            "--real-time 1": options.real_time is None and not (options.window or options.view),
         }
         ended = report.status in ("SUCCESS", "FAILURE")
         if ended and self._console.is_terminal and any(untried.values()):
@@ -325,6 +347,14 @@ class _Job:
                 print_warning(f"--window: {error}; the run has no window")
         os.environ.setdefault("MUJOCO_GL", "disable")
         return False
+
+
+def _require_viser() -> None:
+    """Check that the packages of the page are installed."""
+    import importlib.util
+
+    if importlib.util.find_spec("viser") is None:
+        raise BtManipError("--view needs viser: pip install 'bt-manip[view]'")
 
 
 def _check_files(options: RunOptions) -> None:

@@ -15,6 +15,7 @@ from .reloading import Reloader as Reloader
 from .request import CONTROLLER as CONTROLLER
 from .request import SCENE as SCENE
 from .request import RunRequest as RunRequest
+from .run import Pacing as Pacing
 from .run import Run as Run
 from .scene import Fixture as Fixture
 from .scene import Scene as Scene

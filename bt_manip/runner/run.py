@@ -198,7 +198,7 @@ class Pacing:
         Args:
             factor: Simulated seconds per second of wall time; None runs as fast as possible.
         """
-        self._factor = factor
+        self.factor = factor
         self._wall = self._simulated = 0.0
 
     def start(self, simulated: float) -> None:
@@ -207,9 +207,9 @@ class Pacing:
 
     def wait(self, simulated: float) -> None:
         """Sleep until wall time reaches a simulated time [s]."""
-        if self._factor is None:
+        if self.factor is None:
             return
-        due = self._wall + (simulated - self._simulated) / self._factor
+        due = self._wall + (simulated - self._simulated) / self.factor
         ahead = due - time.perf_counter()
         if ahead > 0.0:
             time.sleep(ahead)

@@ -117,14 +117,15 @@ def test_at_a_terminal_the_last_line_says_what_to_try_next(terminal, trees):
     *_, table = shown.split("\x1b[?25h")
     lines = ESCAPES.sub("", table).splitlines()
     assert max(map(len, lines)) <= 60
-    assert lines[-1] == "Options to try next: --window, --cycles 10, --real-time 1"
+    last = f"{lines[-2]} {lines[-1].strip()}"
+    assert last == "Options to try next: --window, --view, --cycles 10, --real-time 1"
 
 
 def test_options_that_were_used_are_not_offered(terminal, trees):
     used = "--cycles", "2", "--real-time", "0"
     shell = terminal("run", f"{trees}:quick", *used)
     assert shell.end() == 0
-    assert shell.shown.decode().splitlines()[-1] == "Options to try next: --window"
+    assert shell.shown.decode().splitlines()[-1] == "Options to try next: --window, --view"
 
 
 def test_quiet_prints_nothing(bt_manip, trees):

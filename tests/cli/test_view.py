@@ -1,0 +1,68 @@
+"""``--view``: the page is announced, stays up after the run, and Ctrl-C ends it."""
+
+import importlib.util
+import json
+import re
+import signal
+import socket
+import subprocess
+import sys
+import urllib.request
+
+import pytest
+
+pytest.importorskip("viser", reason="the extra [view] is not installed")
+
+
+def test_without_viser_one_line_names_the_extra(bt_manip, trees, monkeypatch):
+    find = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name, *rest: None if name == "viser" else find(name)
+    )
+    done = bt_manip("run", f"{trees}:quick", "--view")
+    assert done.code == 2
+    assert done.err == "Error: --view needs viser: pip install 'bt-manip[view]'\n"
+
+
+def test_the_page_stays_up_after_the_run_until_ctrl_c(trees, tmp_path):
+    tree, report = f"{trees}:quick", tmp_path / "report.json"
+    process = subprocess.Popen(
+        [sys.executable, "-u", "-m", "bt_manip", "run", tree, "--view", "--report", str(report)],
+        stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stdout is not None
+    try:
+        seen = ""
+        while "stays up" not in seen:
+            line = process.stdout.readline()
+            assert line, seen
+            seen += line
+        url = re.findall(r"http://127\.0\.0\.1:\d+", seen)[0]
+        assert urllib.request.urlopen(url, timeout=30).status == 200
+        process.send_signal(signal.SIGINT)
+        assert process.wait(30) == 0
+    finally:
+        process.kill()
+    assert json.loads(report.read_text())["status"] == "SUCCESS"
+
+
+def test_the_address_is_printed_when_the_usual_port_is_taken(trees):
+    with socket.socket() as taken:
+        taken.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            taken.bind(("127.0.0.1", 8080))
+            taken.listen()
+        except OSError:
+            pass  # another program has it
+        process = subprocess.Popen(
+            [sys.executable, "-u", "-m", "bt_manip", "run", f"{trees}:quick", "--view"],
+            stdout=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        assert process.stdout is not None
+        try:
+            line = process.stdout.readline()
+            assert re.fullmatch(r"The page of the run: http://127\.0\.0\.1:\d+\n", line)
+            assert ":8080\n" not in line
+        finally:
+            process.kill()
+            process.wait()

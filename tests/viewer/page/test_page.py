@@ -1,0 +1,144 @@
+"""A run on the page is the same run: the page shows it, and pauses it on request."""
+
+import threading
+import time
+
+import pytest
+
+from bt_manip.behaviours import MoveHome, RemoveObject, SpawnObject
+from bt_manip.bt import AlwaysFailure, Fallback, Sequence, Sleep
+from bt_manip.recording import Recorder
+from bt_manip.runner import RunObserver
+
+
+def picking():
+    return Sequence(
+        "root",
+        SpawnObject(object="{cube}"),
+        Sleep(msec=50),
+        MoveHome(),
+        RemoveObject(object="{cube}"),
+    )
+
+
+def of_type(messages, kind):
+    return [message for message in messages if message["type"] == kind]
+
+
+def html_of(messages):
+    """Return all HTML that was sent, first or as an update."""
+    sent = [message.get("props", message.get("updates", {})) for message in messages]
+    return "".join(props.get("content") or "" for props in sent)
+
+
+def test_a_watched_run_keeps_its_digest(make_run, page, connect):
+    def digest(*observers):
+        recorder = Recorder("test", 0)
+        make_run(picking()).execute([recorder, *observers])
+        return recorder.report().state_digest
+
+    connect()  # never reads
+    assert digest() == digest(page)
+
+
+def test_the_visible_geometry_is_sent_once_with_the_poses(make_run, page, connect):
+    client = connect()
+    make_run(picking()).execute([page])
+    messages = client.read()
+    names = [message["name"] for message in of_type(messages, "MeshMessage")]
+    assert any(name.startswith("/panda/") for name in names)
+    assert any(name.startswith("/table") for name in names)
+    assert len(set(names)) == len(names)
+    moved = {message["name"] for message in of_type(messages, "SetPositionMessage")}
+    assert any(name.startswith("/panda/") for name in moved)
+
+
+def test_an_object_adds_and_removes_only_its_own_nodes(make_run, page, connect):
+    run = make_run(picking())
+    cubes = []
+
+    class Look(RunObserver):
+        def after_tick(self):
+            nodes = page._server.scene._handle_from_node_name
+            cubes.append({name for name in nodes if name.startswith("/cube")})
+
+    client = connect()
+    run.execute([page, Look()])
+    assert any(cubes) and not cubes[-1]
+    removed = {m["name"] for m in of_type(client.read(), "RemoveSceneNodeMessage")}
+    assert removed and all(name.startswith("/cube") for name in removed)
+
+
+def test_statuses_and_reasons_are_shown_and_escaped(make_run, page, connect):
+    root = Fallback("<b>root</b>", AlwaysFailure("never"), Sleep("rest", msec=20))
+    make_run(root).execute([page])
+    html = html_of(connect().read())
+    assert "&lt;b&gt;root" in html and "<b>root" not in html
+    assert "✗" in html and "✓" in html
+
+
+def test_a_page_that_is_opened_later_shows_the_last_state(make_run, page, connect):
+    make_run(Sleep("rest", msec=50)).execute([page])
+    assert "0.06 s: ended SUCCESS" in html_of(connect().read())
+
+
+@pytest.fixture
+def in_thread(make_run, page):
+    """Execute a run with the page in another thread; return the run and the thread."""
+    threads = []
+
+    def start(root, **request):
+        run = make_run(root, **request)
+        thread = threading.Thread(target=lambda: run.execute([page]))
+        threads.append(thread)
+        thread.start()
+        return run, thread
+
+    yield start
+    page._controls._end(None)
+    for thread in threads:
+        thread.join(30)
+
+
+def wait_until(condition):
+    deadline = time.monotonic() + 30.0  # [s] of a hopeless wait, not of a passing test
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def test_a_paused_run_stands_still_and_makes_single_ticks(in_thread, page):
+    controls = page._controls
+    controls._toggle(None)
+    run, thread = in_thread(Sleep("rest", msec=100))
+    time.sleep(0.3)
+    assert run.station.cell.time == 0.0
+    for tick in (1, 2):
+        controls._add_step(None)
+        wait_until(lambda due=tick * 0.01: run.station.cell.time > due - 1e-9)
+        time.sleep(0.2)
+        assert run.station.cell.time == pytest.approx(tick * 0.01)
+    controls._toggle(None)
+    thread.join(30)
+    assert run.station.cell.time >= 0.1
+
+
+def test_a_breakpoint_pauses_after_the_tick_in_which_its_node_starts(in_thread, page):
+    page._tree_panel.breakpoints = frozenset(["second"])
+    run, thread = in_thread(Sequence("root", Sleep("first", msec=50), Sleep("second", msec=50)))
+    wait_until(lambda: page._controls.paused)
+    time.sleep(0.2)
+    assert run.station.cell.time == pytest.approx(0.06)
+    assert thread.is_alive()
+    page._controls._toggle(None)
+    thread.join(30)
+    assert run.station.cell.time >= 0.1
+
+
+def test_a_paused_run_can_be_stopped(in_thread, page):
+    page._controls._toggle(None)
+    _, thread = in_thread(Sleep("rest", msec=100), cycles=0)
+    time.sleep(0.1)
+    page._controls._end(None)
+    thread.join(30)
+    assert not thread.is_alive() and page.stopped
