@@ -39,9 +39,9 @@ class BlockIndex(MessageIndex):
     longer than the recording.
     """
 
-    def __init__(self, channel_id: int) -> None:
-        """Make an empty index."""
-        super().__init__(channel_id, [])
+    def __init__(self, channel_id: int, records: list[tuple[int, int]]) -> None:
+        """Begin with the entries of single messages."""
+        super().__init__(channel_id, records)
         self.blocks: list[np.ndarray] = []  # (n, 2) each: time [ns] and offset
 
     def write(self, stream: Any) -> None:
@@ -78,8 +78,9 @@ class BlockWriter(Writer):
         block["log_time"] = block["publish_time"] = times
         block["data"] = np.frombuffer(b"".join(data), dtype=block.dtype["data"])
         index = chunk.message_indices.get(channel)
-        if index is None:
-            index = chunk.message_indices[channel] = BlockIndex(channel)
+        if not isinstance(index, BlockIndex):  # none, or one of single messages
+            records = [] if index is None else index.records
+            index = chunk.message_indices[channel] = BlockIndex(channel, records)
         index.blocks.append(np.column_stack((times, chunk.count + block.itemsize * np.arange(n))))
         chunk.record_writer.write(block.tobytes())
         first, last = int(times.min()), int(times.max())
