@@ -84,6 +84,10 @@ class TransitionLog(EventStream):
         if self._error is not None:
             raise self._error
 
+    def _compare(self) -> None:
+        """Report only changes of the tree, besides those of statuses."""
+        self._compare_tree()
+
     def _receive(self, event: RunEvent) -> None:
         if event.kind == "tree":
             self._trees += 1

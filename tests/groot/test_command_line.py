@@ -1,0 +1,64 @@
+"""bt-manip run --groot, and the log files of --record."""
+
+import json
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+import pytest
+
+from tests.groot.client import Client, free_ports, hook
+
+TREE = (
+    '<root BTCPP_format="4"><BehaviorTree ID="Main">'
+    '<Sequence><Sleep name="rest" msec="10000000"/></Sequence></BehaviorTree></root>'
+)
+
+
+@pytest.fixture
+def command(tmp_path):
+    """Give the beginning of a command that runs an endless tree."""
+    (tmp_path / "rest.xml").write_text(TREE)
+    return [sys.executable, "-m", "bt_manip", "run", tmp_path / "rest.xml"]
+
+
+def test_ctrl_c_at_a_breakpoint_ends_the_run_and_writes_its_files(command, tmp_path):
+    port = free_ports()
+    waiting = Client(port)
+    waiting._requests.rcvtimeo = 120_000
+    report, log = tmp_path / "report.json", tmp_path / "run.btlog"
+    options = ["--groot", "--groot-port", str(port), "--report", report, "--record", log]
+    process = subprocess.Popen(
+        [*command, *options], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+    try:
+        waiting.ask("S")  # the publisher is there: notifications of the next client are not lost
+        waiting.close()
+        client = Client(port)
+        client.ask("S")
+        time.sleep(0.5)
+        client.ask("I", hook(2))
+        assert client.reached() == 2
+        process.send_signal(signal.SIGINT)
+        output, _ = process.communicate(timeout=120)
+    finally:
+        process.kill()
+    client.close()
+    assert process.returncode == 130, output
+    assert f"Groot2 can connect to 127.0.0.1, port {port}." in output
+    assert "Paused at a breakpoint of Groot2: rest" in output
+    assert json.loads(report.read_text())["status"] == "INTERRUPTED"
+    assert log.read_bytes().startswith(b"BTCPP4-FileLogger2\x01")
+
+
+def test_a_port_that_is_taken_is_bad_input(command):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        port = str(taken.getsockname()[1])
+        done = subprocess.run(
+            [*command, "--groot", "--groot-port", port], capture_output=True, text=True
+        )
+    assert done.returncode == 2
+    assert f"port {port} of 127.0.0.1 cannot be used: Address already in use" in done.stderr
