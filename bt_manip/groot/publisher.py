@@ -37,6 +37,9 @@ LARGEST_REQUEST = 1 << 18
 LONGEST_VALUE = 10_000
 """Characters of a text of the blackboard that are sent."""
 
+MOST_NAMES = 1000
+"""Names of sub-trees in a request that are looked up."""
+
 TRANSITIONS = 1000
 """Number of transitions that are kept for Groot2, as in the engine."""
 
@@ -214,7 +217,13 @@ class GrootPublisher(EventStream):
         return bound
 
     def _serve(self) -> None:
-        """Answer requests until the run ends."""
+        try:
+            self._serve_until_closing()
+        finally:
+            self._hooks.suspend(True)  # nobody could unlock a breakpoint any more
+
+    def _serve_until_closing(self) -> None:
+        """Answer requests, and tell which breakpoints were reached, until the run ends."""
         last = time.monotonic()
         number = 0
         while not self._closing:
@@ -291,7 +300,7 @@ class GrootPublisher(EventStream):
     def _blackboard(self, names: str, image: TreeImage) -> bytes:
         """Return the entries of some sub-trees, and those of the root where they can be read."""
         found: dict[str, Any] = {}
-        for name in names.split(";", len(image.scopes)):
+        for name in names.split(";", MOST_NAMES):
             path = image.scopes.get(name)
             if path is not None:
                 found[name] = self._values.get(path) or None

@@ -136,3 +136,19 @@ def test_an_invalid_hook_in_a_list_leaves_the_others_out(counted):
     reply = counted.client.send([b"\x02I\0\0\0\0", request])
     assert reply == [b"error", b"'mode' must be of type int from 0 to 1"]
     assert counted.client.hooks() == []
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_paused_run_goes_on_when_the_publisher_fails(counted, monkeypatch):
+    client, steps = counted.client, counted.steps
+    client.ask("I", hook(3))
+    steps.start_tick()
+    client.reached()
+
+    def fail(publisher, request):
+        raise SystemExit
+
+    monkeypatch.setattr(publisher_module.GrootPublisher, "_answer", fail)
+    client._requests.send(b"anything")
+    steps.wait()
+    assert counted.count.ticks == 1

@@ -92,7 +92,7 @@ def test_the_blackboard_of_a_sub_tree_comes_with_that_of_the_root(watch, small_t
     found = msgpack.unpackb(watched.client.ask("B", b"sub;nonsense"))
     root = {"n": 3, "big": 0.1, "text": "a"}
     assert found == {"sub": {"own": 4.5}, "ROOT": root}
-    assert msgpack.unpackb(watched.client.ask("B", b"Main")) == {"Main": root}
+    assert msgpack.unpackb(watched.client.ask("B", b"a;b;c;d;Main")) == {"Main": root}
 
 
 def test_long_texts_of_the_blackboard_are_shortened(watch, small_tree):
