@@ -14,7 +14,7 @@ from bt_manip.recording.files import is_special, whole_file
 from bt_manip.recording.identification import identify
 from bt_manip.recording.report import versions
 from bt_manip.robots import reader
-from bt_manip.runner import EventStream, RunEvent
+from bt_manip.runner import EventStream, RunEvent, log_line
 
 if TYPE_CHECKING:
     from bt_manip.recording.foxglove import SceneMessages
@@ -321,22 +321,3 @@ def nanoseconds(time: float) -> int:
         time: The time [s].
     """
     return round(time * 1e9)
-
-
-def log_line(event: RunEvent) -> tuple[str, str] | None:
-    """Return the level and the text of an event for people; None for the others."""
-    data = event.data
-    if event.kind == "cycle":
-        if data["status"] == "FAILURE":
-            return "ERROR", f"cycle {data['cycle'] + 1} failed: {data['reason']}"
-        done = "started" if data["status"] == "RUNNING" else "succeeded"
-        return "INFO", f"cycle {data['cycle'] + 1} {done}"
-    if event.kind == "status" and data["reason"]:
-        return "WARNING", f"{data['path']}: {data['reason']}"
-    if event.kind == "motion" and data["fault"]:
-        return "WARNING", f"{data['robot']} stopped: {data['fault']}"
-    if event.kind == "entity":
-        return "INFO", f"{data['name']} {'added' if data['present'] else 'removed'}"
-    if event.kind == "controller":
-        return "INFO", f"{data['robot']} is controlled by {data['controller']}"
-    return None

@@ -4,6 +4,7 @@ from .commanded_robot import CommandedRobot as CommandedRobot
 from .events import EventQueue as EventQueue
 from .events import EventStream as EventStream
 from .events import RunEvent as RunEvent
+from .events import log_line as log_line
 from .fixtures import naming_file as naming_file
 from .goal import GoalJudge as GoalJudge
 from .observer import RunObserver as RunObserver

@@ -244,3 +244,22 @@ def _plain_value(entry: Any) -> bool | int | float | str | None | list[Any]:
         return str(value) if entry.type.format is None else entry.type.format(value)
     except (ValueError, TypeError):
         return str(value)
+
+
+def log_line(event: RunEvent) -> tuple[str, str] | None:
+    """Return the level and the text of an event for people; None for the others."""
+    data = event.data
+    if event.kind == "cycle":
+        if data["status"] == "FAILURE":
+            return "ERROR", f"cycle {data['cycle'] + 1} failed: {data['reason']}"
+        done = "started" if data["status"] == "RUNNING" else "succeeded"
+        return "INFO", f"cycle {data['cycle'] + 1} {done}"
+    if event.kind == "status" and data["reason"]:
+        return "WARNING", f"{data['path']}: {data['reason']}"
+    if event.kind == "motion" and data["fault"]:
+        return "WARNING", f"{data['robot']} stopped: {data['fault']}"
+    if event.kind == "entity":
+        return "INFO", f"{data['name']} {'added' if data['present'] else 'removed'}"
+    if event.kind == "controller":
+        return "INFO", f"{data['robot']} is controlled by {data['controller']}"
+    return None

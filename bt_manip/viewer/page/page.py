@@ -7,6 +7,8 @@ from typing import Any
 from bt_manip.runner import EventStream, RunEvent
 
 from .controls import Controls
+from .error_plot import ErrorPlot
+from .log_panel import BlackboardPanel, LogPanel
 from .panel import Panel
 from .scene import SceneView
 from .server import HOST, PORT, close_server, open_server
@@ -54,7 +56,7 @@ class Page(EventStream):
         self._controls = Controls(server.gui, speed, lambda: self._tree_panel.breakpoints)
         with server.gui.add_folder("Tree"):
             self._tree_panel = TreePanel(server.gui)
-        self._panels: tuple[Panel, ...] = (self._controls, self._tree_panel)
+        self._panels: tuple[Panel, ...] = (self._controls, self._tree_panel, *self._lower())
         self._next_poses = self._next_panels = 0.0
 
     @property
@@ -109,6 +111,17 @@ class Page(EventStream):
         close_server(self._server)
 
     # Internal
+
+    def _lower(self) -> list[Panel]:
+        """Return the panels below the tree, each in a tab of its own."""
+        gui, panels = self._server.gui, []
+        window = gui.add_panel()
+        kinds = {"Log": LogPanel, "Blackboard": BlackboardPanel, "Plot": ErrorPlot}
+        for label, kind in kinds.items():
+            with window.add_tab(label):
+                panels.append(kind(gui))
+        window.dock_below(gui.main_panel)
+        return panels
 
     def _handle(self, event: RunEvent) -> None:
         for panel in self._panels:

@@ -50,6 +50,7 @@ class SceneView:
         self._shown: dict[str, tuple[Any, bytes]] = {}  # entities and their colours, by name
         self._nodes: dict[str, Any] = {}  # by entity
         self._frames: dict[str, dict[str, Any]] = {}  # by entity and body
+        self._roots: dict[str, str] = {}  # names of the nodes of entities
         self._bound: list[Any] = []
         self._has_camera = False
 
@@ -102,7 +103,11 @@ class SceneView:
 
     def _add(self, name: str, geoms: list[int], names: list[str], model: mujoco.MjModel) -> None:
         scene = self._server.scene
-        self._nodes[name] = scene.add_frame(f"/{name}", show_axes=False)
+        # A node that replaces one of the same name at once keeps the old pose in the browser.
+        root = self._roots[name] = (
+            f"/{name}" if self._roots.get(name) != f"/{name}" else f"/{name}:"
+        )
+        self._nodes[name] = scene.add_frame(root, show_axes=False)
         frames = self._frames[name] = {}
         for geom in geoms:
             surface = surface_of(model, geom)
@@ -110,7 +115,7 @@ class SceneView:
                 continue
             body = names[model.geom_bodyid[geom]]
             # Poses are those in the world: bodies are no children of each other.
-            path = f"/{name}/{body.replace('/', ':')}"
+            path = f"{root}/{body.replace('/', ':')}"
             if body not in frames:
                 frames[body] = scene.add_frame(path, show_axes=False)
             *rgb, alpha = colour_of(model, geom)

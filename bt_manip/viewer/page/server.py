@@ -42,6 +42,9 @@ def open_server(port: int = PORT) -> viser.ViserServer:
 
 def close_server(server: viser.ViserServer) -> None:
     """Stop a server without the line that viser prints."""
+    connections = server._websock_server._live_connections  # closing politely takes seconds
+    for connection in list(connections.values()):
+        server.get_event_loop().call_soon_threadsafe(connection.transport.abort)
     with contextlib.redirect_stdout(io.StringIO()):
         server.stop()
 

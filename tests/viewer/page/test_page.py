@@ -6,7 +6,7 @@ import time
 import pytest
 
 from bt_manip.behaviours import MoveHome, RemoveObject, SpawnObject
-from bt_manip.bt import AlwaysFailure, Fallback, Sequence, Sleep
+from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
 from bt_manip.recording import Recorder
 from bt_manip.runner import RunObserver
 
@@ -67,6 +67,32 @@ def test_an_object_adds_and_removes_only_its_own_nodes(make_run, page, connect):
     assert any(cubes) and not cubes[-1]
     removed = {m["name"] for m in of_type(client.read(), "RemoveSceneNodeMessage")}
     assert removed and all(name.startswith("/cube") for name in removed)
+
+
+def test_an_object_that_returns_gets_a_new_node(make_run, page):
+    """Browsers draw a node that replaces one of the same name at the old pose."""
+    roots = []
+
+    class Look(RunObserver):
+        def after_tick(self):
+            roots.append(page._scene._roots.get("cube"))
+
+    make_run(picking(), cycles=2).execute([page, Look()])
+    assert list(dict.fromkeys(roots)) == ["/cube", "/cube:"]
+
+
+def test_log_and_blackboard_are_shown_and_escaped(make_run, page, connect):
+    root = Sequence("root", Script(code="x := '<i>'"), AlwaysFailure("never"))
+    make_run(root).execute([page])
+    html = html_of(connect().read())
+    assert "<b>x</b> &lt;i&gt;" in html
+    assert "cycle 1 started" in html and "cycle 1 failed" in html
+
+
+def test_the_tracking_error_is_plotted(make_run, page, connect):
+    make_run(Sleep("rest", msec=50)).execute([page])
+    plots = [m for m in connect().read() if "data" in m.get("props", m.get("updates", {}))]
+    assert plots
 
 
 def test_statuses_and_reasons_are_shown_and_escaped(make_run, page, connect):
