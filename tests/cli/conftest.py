@@ -52,6 +52,14 @@ TREES = """
 """
 
 
+@pytest.fixture(scope="session", autouse=True)
+def hang_up_is_not_ignored() -> Iterator[None]:
+    """Let SIGHUP act as in a terminal, also where the tests run under nohup."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
 class Outcome(NamedTuple):
     """What a command came to."""
 

@@ -148,7 +148,10 @@ def test_an_unknown_object(refused, tmp_path):
         (("--set", "name"), "KEY=VALUE"),
         (("--set", "nme=x"), "did you mean 'name'"),
         (("--trace", "missing/t.npz"), "missing"),
-        (("--record", "run.txt"), "no recorder writes '.txt' files, known are .mcap, .npz"),
+        (
+            ("--record", "run.txt"),
+            "no recorder writes '.txt' files, known are .btlog, .db3, .mcap, .npz",
+        ),
         (("--record", "missing/run.mcap"), "missing"),
         (("--record", "mcap"), "a recording needs a file"),
         (("--no-such-option",), "no-such-option"),
