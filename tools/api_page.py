@@ -85,9 +85,12 @@ EXPERIMENTAL = {
     "bt_manip.grasping": ("GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE"),
     "bt_manip.robots": "GraspGenerator GraspCandidates",
     "bt_manip.control": "ControllerManager",
-    "bt_manip.recording": "Recorder RunReport Trace read_report read_trace",
+    "bt_manip.recording": (
+        "Recorder RunReport Trace read_report read_trace McapRecorder Recording"
+    ),
+    "bt_manip.runner": "EventStream EventQueue RunEvent TreeSource",
     "bt_manip.faults": "Fault FaultContext FaultError FaultInjector parameter parse_fault",
-    "bt_manip.viewer": "render write_png NoOpenGLError",
+    "bt_manip.viewer": "render write_png NoOpenGLError Page",
 }
 """Names that may still change in a minor version; the changelog says so."""
 

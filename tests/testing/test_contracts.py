@@ -4,12 +4,13 @@ from bt_manip.testing.behaviour_contract import Example
 from bt_manip.testing.contracts import contracts_of, trees_of
 from bt_manip.testing.situations import AROUND_THE_CUBE, HOLDING
 
-from .conftest import BESIDE_ANOTHER
+from .conftest import AFTER_A_MOTION, BESIDE_ANOTHER
 
 NEAR_HOME = "0.1;-0.6;0.1;-2.2;0.1;1.6;0.9"
 BEYOND = "0;-0.6;0;0.5;0;1.6;0.9"
 
 EXAMPLES = {
+    "BackOff": Example({"distance": 0.05}, AFTER_A_MOTION, fails=({"distance": -1.0},)),
     "CloseGripper": Example(fails=({"patience": 0.05}, {"force": 500.0})),
     "Drop": Example({"container": "basket"}, HOLDING, fails=({"patience": 0.01},)),
     "FollowTarget": Example({"object": "cube", "duration": 0.3}, fails=({"height": 2.0},)),
