@@ -106,7 +106,7 @@ class SceneView:
 
     def _add(self, name: str, geoms: list[int], names: list[str], model: mujoco.MjModel) -> None:
         scene = self._server.scene
-        # A node that replaces one of the same name at once keeps the old pose in the browser.
+        # A new name: one that replaces another at once has been drawn at the old pose.
         root = self._roots[name] = (
             f"/{name}" if self._roots.get(name) != f"/{name}" else f"/{name}:"
         )

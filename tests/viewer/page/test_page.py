@@ -70,7 +70,7 @@ def test_an_object_adds_and_removes_only_its_own_nodes(make_run, page, connect):
 
 
 def test_an_object_that_returns_gets_a_new_node(make_run, page):
-    """Browsers draw a node that replaces one of the same name at the old pose."""
+    """A node that replaced one of the same name has been drawn at the old pose."""
     roots = []
 
     class Look(RunObserver):
