@@ -86,7 +86,7 @@ EXPERIMENTAL = {
     "bt_manip.robots": "GraspGenerator GraspCandidates",
     "bt_manip.control": "ControllerManager",
     "bt_manip.recording": (
-        "Recorder RunReport Trace read_report read_trace McapRecorder Recording"
+        "Recorder RunReport Trace read_report read_trace McapRecorder Recording RecordingError"
     ),
     "bt_manip.runner": "EventStream EventQueue RunEvent TreeSource",
     "bt_manip.faults": "Fault FaultContext FaultError FaultInjector parameter parse_fault",
