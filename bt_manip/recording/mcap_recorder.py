@@ -227,15 +227,19 @@ class RobotChannel:
             cell: The `bt_manip.cell.Cell`.
             commanded: The `bt_manip.runner.CommandedRobot`.
         """
-        from bt_manip.recording.protobuf import control_step_class, split_control_step
+        from bt_manip.recording.protobuf import FREE, control_step_class, split_control_step
 
         self._file, self._cell, self._commanded = file, cell, commanded
-        joints = commanded.robot.description.arm_joints
+        joints, limits = commanded.robot.description.arm_joints, commanded.robot.limits
+        about = {"joints": list(joints), **{k: array.tolist() for k, array in vars(limits).items()}}
         self._joints = f"/robots/{commanded.name}/joints"
         self._state = f"/robots/{commanded.name}/state"
-        file.add_topic(self._joints, control_step_class(), {"joints": json.dumps(list(joints))})
+        file.add_topic(
+            self._joints, control_step_class(), {k: json.dumps(v) for k, v in about.items()}
+        )
         file.add_topic(self._state)
         self._heads = split_control_step(len(joints))
+        self._free = FREE
         self._times: list[float] = []  # [s] of the control steps
         self._steps: list[bytes] = []
         self._ticks: list[tuple[float, bytes, tuple[Any, ...]]] = []
@@ -243,6 +247,7 @@ class RobotChannel:
     def bind(self) -> None:
         """Bind to the current model of the cell."""
         robot, self._data = self._commanded.robot, self._cell.data
+        self._contacts = self._cell.contact_monitor.summary
         self._q = reader(self._data.qpos, robot.qpos_adr)
         self._v = reader(self._data.qvel, robot.dof_adr)
         data, body, site = self._data, robot.wrist_body_id, robot.tool_site_id
@@ -255,8 +260,9 @@ class RobotChannel:
         """Copy the state after one control step."""
         arm, tau = self._commanded.arm, self._commanded.controllers.controller.tau
         q, v, q_ref, v_ref, a_ref, t = self._heads
+        free = self._free if self._contacts().free else b""
         parts: Any = (
-            q, self._q(), v, self._v(), q_ref, arm.q, v_ref, arm.v, a_ref, arm.a, t, tau
+            q, self._q(), v, self._v(), q_ref, arm.q, v_ref, arm.v, a_ref, arm.a, t, tau, free
         )  # fmt: skip
         self._steps.append(b"".join(parts))
         self._times.append(self._data.time)

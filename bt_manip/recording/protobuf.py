@@ -10,6 +10,9 @@ from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 STEP_FIELDS = ("q", "v", "q_ref", "v_ref", "a_ref", "tau")
 """Fields of a `control_step_class`, each one number per joint [rad, s, N m]."""
 
+FREE = b"\x38\x01"
+"""The field `free` of a `control_step_class` on the wire where it is true; else it is left out."""
+
 
 def file_descriptor_set(message: Any) -> bytes:
     """Return the schema of a message class as MCAP stores it: a FileDescriptorSet."""
@@ -32,7 +35,7 @@ def split_control_step(joints: int) -> list[bytes]:
     """Return what stands on the wire before each array of a serialized control step.
 
     Arrays of doubles are stored as they are in memory, so joining these parts with the arrays of
-    `STEP_FIELDS` gives the message.
+    `STEP_FIELDS`, and `FREE`, gives the message.
 
     Args:
         joints: Length of each array.
@@ -60,6 +63,8 @@ def control_step_class() -> Any:
             type=descriptor_pb2.FieldDescriptorProto.TYPE_DOUBLE,
             label=descriptor_pb2.FieldDescriptorProto.LABEL_REPEATED,
         )
+    kind = descriptor_pb2.FieldDescriptorProto.TYPE_BOOL
+    message.field.add(name="free", number=len(STEP_FIELDS) + 1, type=kind)
     pool = descriptor_pool.DescriptorPool()
     pool.Add(file)
     return message_factory.GetMessageClass(pool.FindMessageTypeByName("bt_manip.ControlStep"))

@@ -18,6 +18,7 @@ from mcap.writer import MCAP0_MAGIC
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.recording.mcap_recorder import TOPICS
 from bt_manip.recording.protobuf import STEP_FIELDS, control_step_class
+from bt_manip.robots import JointLimits
 from bt_manip.runner import RunEvent
 
 _RECORD_HEAD = struct.Struct("<BQ")  # opcode and length
@@ -36,6 +37,7 @@ class Recording:
         complete: Whether the recording was closed at the end of its run.
         topics: The topics, with their encoding (``"json"`` or ``"protobuf"``).
         joints: Names of the joints, by robot.
+        limits: Their limits, by robot.
         end: Simulated time of the last message [s].
     """
 
@@ -50,6 +52,7 @@ class Recording:
         self.complete = False
         self.topics: dict[str, str] = {}
         self.joints: dict[str, list[str]] = {}
+        self.limits: dict[str, JointLimits] = {}
         self.end = 0.0
         for record in self._records():
             if isinstance(record, Metadata) and record.name == "run":
@@ -58,7 +61,9 @@ class Recording:
                 self.topics[record.topic] = record.message_encoding
                 if "joints" in record.metadata:
                     robot = record.topic.split("/")[2]
-                    self.joints[robot] = json.loads(record.metadata["joints"])
+                    limits = {key: json.loads(text) for key, text in record.metadata.items()}
+                    self.joints[robot] = limits.pop("joints")
+                    self.limits[robot] = JointLimits(**limits)
             elif isinstance(record, Message):
                 self.end = max(self.end, record.log_time / 1e9)
 
@@ -99,7 +104,8 @@ class Recording:
             robot: Its name; not needed where there is only one.
 
         Returns:
-            ``t`` [s], and ``q``, ``v``, ``q_ref``, ``v_ref``, ``a_ref`` and ``tau``, one row each.
+            ``t`` [s]; ``q``, ``v``, ``q_ref``, ``v_ref``, ``a_ref`` and ``tau``, one row each; and
+            ``free``: whether grippers and the entities they hold touched only each other.
 
         Raises:
             BtManipError: If there is no such robot.
@@ -109,14 +115,16 @@ class Recording:
         if robot not in self.joints:
             raise BtManipError(f"{self.path} has the robots {', '.join(self.joints)}, not {robot}")
         parse = control_step_class().FromString
-        times, rows = [], []
+        times, rows, free = [], [], []
         for time, _, data in self.messages(f"/robots/{robot}/joints"):
             step = parse(data)
             times.append(time)
             rows.append([getattr(step, name) for name in STEP_FIELDS])
+            free.append(step.free)
         shape = (len(rows), len(STEP_FIELDS), len(self.joints[robot]))
         columns = np.array(rows).reshape(shape)
-        return {"t": np.array(times)} | {n: columns[:, i] for i, n in enumerate(STEP_FIELDS)}
+        steps = {"t": np.array(times)} | {n: columns[:, i] for i, n in enumerate(STEP_FIELDS)}
+        return steps | {"free": np.array(free, dtype=bool)}
 
     def _records(self) -> Iterator[McapRecord]:
         """Iterate over the records of the complete chunks."""

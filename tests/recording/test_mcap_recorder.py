@@ -74,9 +74,10 @@ class Watch(RunObserver):
 
     def run_started(self, run):
         self.station = run.station
-        self.steps, self.poses, self.wrenches = [], [], []
+        self.steps, self.poses, self.wrenches, self.free = [], [], [], []
 
     def after_step(self):
+        self.free.append(self.station.cell.contact_monitor.summary().free)
         robot, arm = self.station.robot, self.station.arm
         tau = self.station.controller.tau.copy()
         state = (robot.q, robot.v, arm.q.copy(), arm.v.copy(), arm.a.copy(), tau)
@@ -123,6 +124,14 @@ def test_every_control_step_is_recorded_bit_for_bit(recorded):
         np.testing.assert_array_equal(np.array(fields), state)
         assert message.log_time == message.publish_time == round(time * 1e9)
     assert json.loads(found[0][1].metadata["joints"]) == [f"joint{i}" for i in range(1, 8)]
+
+
+def test_limits_and_steps_without_foreign_contacts_are_recorded(recorded):
+    path, watch, _ = recorded
+    recording = Recording(path)
+    np.testing.assert_array_equal(recording.control_steps()["free"], watch.free)
+    for name, limits in vars(watch.station.robot.limits).items():
+        np.testing.assert_array_equal(getattr(recording.limits["panda"], name), limits)
 
 
 def test_frames_are_those_of_the_physics_at_each_tick(recorded):
