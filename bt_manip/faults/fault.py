@@ -7,7 +7,6 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from bt_manip.bt import Tree
@@ -68,7 +67,7 @@ class FaultContext:
         """
         gripper = self.robot.gripper
         held = () if gripper is None else gripper.held
-        free = [one for one in reversed(list(self.cell.objects)) if self.moves_freely(one)]
+        free = [one for one in reversed(list(self.cell.objects)) if self.cell.is_free(one)]
         return self._first("object", name, [self._port("object"), *held, *free])
 
     def find_container(self, name: str = "") -> str:
@@ -80,12 +79,6 @@ class FaultContext:
         objects = self.cell.objects.items()
         containers = [one for one, entity in objects if as_object(entity).category == CONTAINER]
         return self._first("container", name, [self._port("container"), *containers])
-
-    def moves_freely(self, name: str) -> bool:
-        """Tell whether an entity has a free joint."""
-        joint = mujoco.mj_name2id(self.cell.model, mujoco.mjtObj.mjOBJ_JOINT, f"{name}/")
-        free = int(mujoco.mjtJoint.mjJNT_FREE)
-        return joint >= 0 and int(self.cell.model.jnt_type[joint]) == free
 
     def _port(self, port: str) -> str:
         with suppress(Exception):  # no such port, an output, an entry that was never written

@@ -38,7 +38,7 @@ class _ObjectFault(Fault):
             FaultError: If there is none, or it does not move freely.
         """
         name = self.context.find_object(self.object)
-        if not self.context.moves_freely(name):
+        if not self.context.cell.is_free(name):
             raise FaultError(f"'{name}' does not move freely")
         return name
 
@@ -199,6 +199,6 @@ class ContainerVanishes(Fault):
         """Remove it."""
         cell = self.context.cell
         name = self.context.find_container(self.container)
-        T_we, free = cell.pose(name), self.context.moves_freely(name)
+        T_we, free = cell.pose(name), cell.is_free(name)
         entity = cell.remove(name)
         self.at_end(cell.add, entity, T_we, name=name, free=free, overlap=math.inf)
