@@ -10,7 +10,7 @@ import numpy as np
 
 from bt_manip.cell import entity_of
 
-from .fault import Fault, FaultError, parameter
+from .fault import Fault, FaultContext, FaultError, parameter
 
 LOCKING_FRICTION = 1e4
 """Dry friction that holds against all motors and forces in a cell [N m or N]."""
@@ -48,6 +48,23 @@ class Push(Fault):
         return robot.robot.wrist_body_id
 
 
+def _choose_joint(context: FaultContext, part: str, joints: list[int], number: int) -> int:
+    """Return a joint by its number from 1, or a random one for 0.
+
+    Args:
+        context: The run.
+        part: The part of the robot that has the joints, for messages.
+        joints: The joints.
+        number: Number of the joint.
+
+    Raises:
+        FaultError: If there is no such joint.
+    """
+    if not joints or number > len(joints):
+        raise FaultError(f"the {part} has {len(joints)} joints, got joint {number}")
+    return joints[context.rng.integers(len(joints)) if number == 0 else number - 1]
+
+
 class _Lock(Fault):
     """Locks joints of the robot by dry friction."""
 
@@ -75,10 +92,7 @@ class StuckJoint(_Lock):
     def begin(self) -> None:
         """Lock the joint."""
         arm = self.context.robot.robot.dof_adr.tolist()
-        if self.joint > len(arm):
-            raise FaultError(f"the arm has {len(arm)} joints, got joint {self.joint}")
-        chosen = self.context.rng.integers(len(arm)) if self.joint == 0 else self.joint - 1
-        self.lock(arm[chosen])
+        self.lock(_choose_joint(self.context, "arm", arm, self.joint))
 
 
 @dataclass
@@ -92,10 +106,7 @@ class StuckFinger(_Lock):
         """Lock the joint."""
         arm = self.context.robot.robot.dof_adr.tolist()
         fingers = [dof for dof in self.dofs() if dof not in arm]
-        if not fingers or self.finger > len(fingers):
-            raise FaultError(f"the gripper has {len(fingers)} joints")
-        chosen = self.context.rng.integers(len(fingers)) if self.finger == 0 else self.finger - 1
-        self.lock(fingers[chosen])
+        self.lock(_choose_joint(self.context, "gripper", fingers, self.finger))
 
 
 @dataclass
@@ -200,10 +211,8 @@ class SensorNaN(_SensorFault):
     def begin(self) -> None:
         """Choose the joint."""
         super().begin()
-        n = len(self._measured[0])
-        if self.joint > n:
-            raise FaultError(f"the arm has {n} joints, got joint {self.joint}")
-        self._index = int(self.context.rng.integers(n)) if self.joint == 0 else self.joint - 1
+        joints = list(range(len(self._measured[0])))
+        self._index = _choose_joint(self.context, "arm", joints, self.joint)
 
     def measure(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Replace the position."""
