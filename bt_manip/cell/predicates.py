@@ -53,19 +53,19 @@ def is_on(cell: "Cell", name: str, support: str) -> bool:
     return not why_not_on(cell, name, support)
 
 
+def is_rest_velocity(velocity: np.ndarray) -> bool:
+    """Return whether an object of this velocity, linear and angular, is at rest."""  # (6,)
+    return not _why_moving(velocity)
+
+
 def why_not_at_rest(cell: "Cell", name: str) -> str:
     """Return why an object is not at rest; empty if it is.
 
     Raises:
         CellError: If there is no such object.
     """
-    velocity = cell.velocity(name)
-    speed, turning = np.linalg.norm(velocity[:3]), np.linalg.norm(velocity[3:])
-    if not speed <= MAX_REST_SPEED:
-        return f"'{name}' moves at {1000 * speed:.1f} mm/s"
-    if not turning <= MAX_REST_TURNING:
-        return f"'{name}' turns at {turning:.2f} rad/s"
-    return ""
+    reason = _why_moving(cell.velocity(name))
+    return reason and f"'{name}' {reason}"
 
 
 def why_not_in(cell: "Cell", name: str, container: str) -> str:
@@ -74,10 +74,8 @@ def why_not_in(cell: "Cell", name: str, container: str) -> str:
     Raises:
         CellError: If there is no such object or container.
     """
-    T_wc = cell.pose(container)
-    return why_not_at_rest(cell, name) or _why_outside(
-        cell, name, container, T_wc, extent(cell, container, T_wc), {container}
-    )
+    cell.find(container)
+    return why_not_at_rest(cell, name) or _why_outside(cell, name, container)
 
 
 def why_not_in_any(cell: "Cell", name: str) -> str:
@@ -86,10 +84,12 @@ def why_not_in_any(cell: "Cell", name: str) -> str:
     Raises:
         CellError: If there is no such object.
     """
-    reason = why_not_at_rest(cell, name) or "the cell has no container"
+    if reason := why_not_at_rest(cell, name):
+        return reason
+    reason = "the cell has no container"
     for container, entity in cell.objects.items():
         if as_object(entity).category == CONTAINER:
-            reason = why_not_in(cell, name, container)
+            reason = _why_outside(cell, name, container)
             if not reason:
                 break
     return reason
@@ -119,7 +119,24 @@ def why_not_on(cell: "Cell", name: str, support: str) -> str:
     return "" if carried >= MIN_SUPPORT * weight else f"'{support}' does not carry '{name}'"
 
 
-def _why_outside(
+def _why_moving(velocity: np.ndarray) -> str:
+    """Return how fast an object of this velocity [m/s, rad/s] moves; empty if it is at rest."""
+    speed, turning = np.linalg.norm(velocity[:3]), np.linalg.norm(velocity[3:])
+    if not speed <= MAX_REST_SPEED:
+        return f"moves at {1000 * speed:.1f} mm/s"
+    if not turning <= MAX_REST_TURNING:
+        return f"turns at {turning:.2f} rad/s"
+    return ""
+
+
+def _why_outside(cell: "Cell", name: str, container: str) -> str:
+    """Return why an object is not supported inside a container; empty if it is."""
+    T_wc = cell.pose(container)
+    box = extent(cell, container, T_wc)
+    return _why_unsupported(cell, name, container, T_wc, box, {container})
+
+
+def _why_unsupported(
     cell: "Cell",
     name: str,
     container: str,
@@ -157,7 +174,7 @@ def _why_outside(
     if container in inside:
         return ""
     for other in sorted(inside - seen):
-        if not _why_outside(cell, other, container, T_wc, box, seen):
+        if not _why_unsupported(cell, other, container, T_wc, box, seen):
             return ""
     return f"'{name}' does not rest on the inside of '{container}'"
 
