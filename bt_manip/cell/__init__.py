@@ -34,6 +34,7 @@ from .physics.state import integration_state as integration_state
 from .predicates import at_rest as at_rest
 from .predicates import is_in as is_in
 from .predicates import is_on as is_on
+from .predicates import is_rest_velocity as is_rest_velocity
 from .predicates import why_not_at_rest as why_not_at_rest
 from .predicates import why_not_in as why_not_in
 from .predicates import why_not_in_any as why_not_in_any

@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip import spatial
-from bt_manip.cell import Cell, OverlapError
+from bt_manip.cell import Cell, OverlapError, is_rest_velocity
 
 from .fault import Fault, FaultError, parameter
 from .places import Places, add_obstacle
@@ -21,7 +21,6 @@ OUT_OF_HAND = 0.06  # [m] that a held object is moved out of the gripper before 
 THROWN = 0.02  # [m] above its support from which an object falls before it slides
 THROWS = 50  # random targets that are tried
 FLIGHT = 1.0  # [s] in which a thrown object comes to rest
-AT_REST = 0.05  # [m/s, rad/s] speed of an object at rest
 
 
 @dataclass
@@ -134,8 +133,7 @@ def _thrown(cell: Cell, name: str, T_wo: pin.SE3, velocity: np.ndarray) -> np.nd
     for _ in range(round(FLIGHT / cell.dt)):
         trial.qpos[others_q], trial.qvel[others_v] = still, 0.0
         mujoco.mj_step(model, trial)
-    at_rest = np.abs(trial.qvel[v : v + 6]).max() < AT_REST
-    return trial.qpos[q : q + 3].copy() if at_rest else None
+    return trial.qpos[q : q + 3].copy() if is_rest_velocity(trial.qvel[v : v + 6]) else None
 
 
 @dataclass
