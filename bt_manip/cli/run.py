@@ -53,6 +53,10 @@ EXIT_CODES = (
     help="Set a key that the tree declares; may be given more than once.",
 )  # fmt: skip
 @click.option(
+    "--configurations", type=click.Path(path_type=Path), metavar="FILE.toml",
+    help="Named configurations for MoveToConfiguration, as the page saves them.",
+)  # fmt: skip
+@click.option(
     "--tick", "tick_ms", default=10.0, show_default=True, metavar="MS",
     help="Simulated time between two ticks of the tree [ms].",
 )  # fmt: skip

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from bt_manip.plugins import Plugins
     from bt_manip.recording import Recorder, ReportFile, RunReport, Trace
     from bt_manip.registry import Parts
+    from bt_manip.robots import Configuration
     from bt_manip.runner import Run, RunObserver
     from bt_manip.viewer import Page, Window
 
@@ -55,6 +56,7 @@ class RunOptions:
     groot_port: int = 1667
     faults: tuple[str, ...] = ()
     view: bool = False
+    configurations: Path | None = None
     foreign: ForeignTrees = field(default_factory=ForeignTrees)
 
 
@@ -142,6 +144,7 @@ class _Job:
             seed=self._seed(resumed, seed_of(scene, parts)),
             tick=options.tick_ms / 1e3,
             settings=options.settings,
+            configurations=_configurations(options.configurations),
             real_time=None if options.view else speed or None,  # the page has a control for it
             reading=options.foreign.reading(),
         )
@@ -355,6 +358,13 @@ def _require_viser() -> None:
 
     if importlib.util.find_spec("viser") is None:
         raise BtManipError("--view needs viser: pip install 'bt-manip[view]'")
+
+
+def _configurations(path: Path | None) -> "Mapping[str, Configuration]":
+    """Return the named configurations of ``--configurations``."""
+    from bt_manip.robots import load_configurations
+
+    return {} if path is None else load_configurations(path)
 
 
 def _check_files(options: RunOptions) -> None:

@@ -4,8 +4,10 @@ from .addresses import reader as reader
 from .addresses import writer as writer
 from .configurations import Configuration as Configuration
 from .configurations import find_configuration as find_configuration
+from .configurations import load_configurations as load_configurations
 from .configurations import read_configurations as read_configurations
 from .configurations import read_waypoints as read_waypoints
+from .configurations import save_configuration as save_configuration
 from .description_file import read_description as read_description
 from .errors import GripperError as GripperError
 from .errors import RobotError as RobotError

@@ -1,11 +1,16 @@
 """Named configurations of robots, from TOML tables and MoveIt Pro waypoint files."""
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from bt_manip.exceptions import BtManipError, MotionError, did_you_mean, one_line
 from bt_manip.input_files import MAX_TOML_BYTES, read_text
-from bt_manip.toml_tables import TomlTable
+from bt_manip.toml_tables import TomlFile, TomlTable
+
+from .errors import RobotError
 
 Configuration = Sequence[float] | Mapping[str, float]
 """Joint positions, in joint order or by joint name [rad]."""
@@ -33,6 +38,47 @@ def read_configurations(table: TomlTable, folder: Path) -> dict[str, Configurati
     for name in () if named is None else named.keys():
         found[name] = named.numbers(name) or ()  # type: ignore[union-attr]
     return found
+
+
+def load_configurations(path: Path) -> dict[str, Configuration]:
+    """Return the named configurations of a file that has nothing else.
+
+    Raises:
+        RobotError: If the file cannot be read, or has other keys than those of
+            `read_configurations`.
+    """
+    table = TomlFile(path, "file of configurations", RobotError).whole
+    found = read_configurations(table, path.parent)
+    table.finish()
+    return found
+
+
+def save_configuration(path: Path, name: str, q: Sequence[float]) -> None:
+    """Add a configuration to a file of configurations, or replace the one of that name.
+
+    Args:
+        path: The file, which is created where there is none.
+        name: Its name: letters, digits, ``_`` and ``-``.
+        q: Joint positions, written to the microradian [rad].  # (nq,)
+
+    Raises:
+        RobotError: If the name is invalid, or the file has anything else or cannot be written.
+    """
+    if not re.fullmatch(r"[A-Za-z0-9_-]+", name) or name == "home":
+        raise RobotError(
+            "a configuration is named with letters, digits, '_' and '-', and not 'home', got "
+            f"{name!r}"
+        )
+    known: dict[str, Configuration] = load_configurations(path) if path.exists() else {}
+    if mapped := [other for other, positions in known.items() if isinstance(positions, Mapping)]:
+        raise RobotError(f"{path}: '{mapped[0]}' comes from a waypoint file; choose another file")
+    known[name] = [round(position, 6) for position in np.asarray(q).tolist()]
+    lines = [f"{other} = {list(positions)}" for other, positions in known.items()]
+    text = "\n".join(["# Joint positions [rad], in the order of the joints.", "[configurations]"])
+    try:
+        path.write_text("\n".join([text, *lines, ""]))
+    except OSError as error:
+        raise RobotError(f"cannot write {path}: {error.strerror}") from error
 
 
 def read_waypoints(path: Path | str) -> dict[str, Configuration]:

@@ -9,6 +9,7 @@ from .fixtures import naming_file as naming_file
 from .goal import GoalJudge as GoalJudge
 from .observer import RunObserver as RunObserver
 from .prepare import prepare as prepare
+from .prepare import prepare_station as prepare_station
 from .python_tree import as_tree as as_tree
 from .python_tree import make_any as make_any
 from .python_tree import make_tree as make_tree

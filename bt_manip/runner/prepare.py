@@ -14,13 +14,20 @@ from .station import Station, build_station
 from .xml_tree import Warn, check_can_run, known_behaviours, load_document
 
 
-def prepare(request: RunRequest, parts: Parts, warn: Warn = lambda message: None) -> Run:
+def prepare(
+    request: RunRequest,
+    parts: Parts,
+    warn: Warn = lambda message: None,
+    station: Station | None = None,
+) -> Run:
     """Load the tree, build the station and set the tree up; nothing is simulated yet.
 
     Args:
         request: The tree, the scene and the parts to use.
         parts: The registered parts to choose from.
         warn: Takes warnings about the tree.
+        station: A station of an earlier request with the same scene and robot, to run in as it is
+            now; None builds one.
 
     Raises:
         BtManipError: If the request is invalid.
@@ -37,8 +44,29 @@ def prepare(request: RunRequest, parts: Parts, warn: Warn = lambda message: None
     else:
         tree = make_tree(request.tree, settings, clock)
     check_can_run(tree, warn)
+    clock.station = station = station or prepare_station(request, parts)
+    for robot in station.robots.values():
+        robot.robot.configurations |= request.configurations
+    _setup(tree, station)
+    for lost in station.models.warnings():
+        warn(lost)
+    return Run(request, tree, station)
+
+
+def prepare_station(request: RunRequest, parts: Parts) -> Station:
+    """Build the station of a request; nothing is simulated yet.
+
+    Args:
+        request: The scene and the parts to use.
+        parts: The registered parts to choose from.
+
+    Raises:
+        BtManipError: If the request is invalid.
+    """
+    scene = find_scene(request.scene, parts)
+    models = fixture_models(request.settings, scene)
     catalogue = Catalogue(parts.objects, sources=parts.model_sources)
-    clock.station = build_station(
+    station = build_station(
         parts,
         robot=request.robot,
         controller=request.controller,
@@ -48,11 +76,8 @@ def prepare(request: RunRequest, parts: Parts, warn: Warn = lambda message: None
         seed=request.seed,
     )
     with naming_file(scene):
-        clock.station.randomizer.begin(0)  # draws that are impossible are found now
-    _setup(tree, clock.station)
-    for lost in catalogue.warnings():
-        warn(lost)
-    return Run(request, tree, clock.station)
+        station.randomizer.begin(0)  # draws that are impossible are found now
+    return station
 
 
 def _setup(tree: Tree, station: Station) -> None:

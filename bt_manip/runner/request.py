@@ -6,6 +6,7 @@ from types import MappingProxyType
 from typing import Any
 
 from bt_manip.exceptions import BtManipError
+from bt_manip.robots import Configuration
 
 from .tree_source import TreeSource
 
@@ -39,6 +40,8 @@ class RunRequest:
         tick: Simulated time between two ticks of the tree [s], a whole number of control steps.
         settings: Values of keys that the tree declares at its root, as text.
         real_time: Simulated seconds per second of wall time; None runs as fast as possible.
+        configurations: Named configurations of the robots, besides those of their descriptions and
+            of the scene.
         reading: Further options of `bt_manip.bt.read_tree`: ``stubs``, ``libraries``.
     """
 
@@ -52,6 +55,9 @@ class RunRequest:
     tick: float = 0.010
     settings: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     real_time: float | None = None
+    configurations: Mapping[str, Configuration] = field(
+        default_factory=lambda: MappingProxyType({})
+    )
     reading: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:

@@ -268,3 +268,16 @@ def test_a_folder_that_goes_away_meanwhile_is_an_error_and_no_traceback(
     assert f"report '{folder / name}' cannot be written" in err
     assert "cycle 1 is the first that is lost" in err
     assert "Traceback" not in err
+
+
+def test_configurations_are_named_by_a_file(bt_manip, tmp_path):
+    tree = tmp_path / "tree.xml"
+    tree.write_text(
+        '<root BTCPP_format="4"><BehaviorTree ID="Main">'
+        '<MoveToConfiguration configuration="above"/></BehaviorTree></root>'
+    )
+    file = tmp_path / "configurations.toml"
+    file.write_text("[configurations]\nabove = [0, -0.7, 0, -2.2, 0, 1.6, 0.8]\n")
+    assert bt_manip("run", tree, "--configurations", file).code == 0
+    refused = bt_manip("run", tree)
+    assert refused.code == 2 and "no configuration is named 'above'" in refused.err
