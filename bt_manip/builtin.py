@@ -139,3 +139,14 @@ def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], N
     register("mcap", McapRecorder)
     register("btlog", BtlogRecorder)
     register("db3", SqliteRecorder)
+
+
+@hookimpl
+def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
+    """Bring the tree, and below it the tabs."""
+    from bt_manip.viewer.page import BlackboardPanel, ErrorPlot, LogPanel, TreePanel
+
+    register("tree", TreePanel)
+    register("log", LogPanel)
+    register("blackboard", BlackboardPanel)
+    register("tracking_error", ErrorPlot)

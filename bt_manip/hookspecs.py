@@ -126,6 +126,17 @@ def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], N
 
 
 @hookspec
+def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
+    """Register panels of the page of a run (``bt-manip run --view``).
+
+    Args:
+        register: ``register(name, factory)``, where ``factory(page)`` adds the inputs of a new
+            `bt_manip.viewer.Panel` to a `bt_manip.viewer.Page` and returns the panel. It gets a tab
+            with this name, unless an attribute ``in_tab`` of the factory is False.
+    """
+
+
+@hookspec
 def register_faults(register: Callable[[str, type], None]) -> None:
     """Register faults, which disturb runs that test how a tree copes with them.
 

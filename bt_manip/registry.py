@@ -162,6 +162,10 @@ class Registry(Generic[T]):
         """Return the names of all parts, in alphabetical order."""
         return tuple(sorted(self._items))
 
+    def in_order(self) -> tuple[str, ...]:
+        """Return the names of all parts, in the order of their registration."""
+        return tuple(self._items)
+
     def _find(self, name: str) -> tuple[T, str]:
         try:
             return self._items[name]
@@ -210,6 +214,7 @@ class Parts:
         model_sources: Functions, ``find(address, progress) -> FoundModel | Path``, by the kind of
             address: the text before the colon.
         recorders: Factories, ``factory(path) -> RunObserver``.
+        panels: Factories, ``factory(page) -> Panel``.
         faults: Classes of faults, ``cls(**parameters) -> Fault``.
         surroundings: Required scene and controller of trees, by the name of the tree.
     """
@@ -228,6 +233,7 @@ class Parts:
         default_factory=lambda: Registry("model source")
     )
     recorders: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("recorder"))
+    panels: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("panel"))
     faults: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("fault"))
     surroundings: dict[str, Surroundings] = field(default_factory=dict)
 
@@ -244,5 +250,6 @@ class Parts:
             "scenes": self.scenes,
             "model_sources": self.model_sources,
             "recorders": self.recorders,
+            "panels": self.panels,
             "faults": self.faults,
         }

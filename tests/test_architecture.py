@@ -266,7 +266,10 @@ def test_a_constant_has_one_meaning_in_a_package():
     assert not {key: found for key, found in values.items() if len(found) > 1}
 
 
-LAZY = ("bt_manip", "bt_manip.plugins", "bt_manip.recording", "bt_manip.testing", "bt_manip.viewer")
+LAZY = (
+    "bt_manip", "bt_manip.plugins", "bt_manip.recording", "bt_manip.testing", "bt_manip.viewer",
+    "bt_manip.viewer.page",
+)  # fmt: skip
 """Packages that import what they export when it is first used."""
 
 

@@ -90,7 +90,7 @@ EXPERIMENTAL = {
     ),
     "bt_manip.runner": "EventStream EventQueue RunEvent TreeSource",
     "bt_manip.faults": "Fault FaultContext FaultError FaultInjector parameter parse_fault",
-    "bt_manip.viewer": "render write_png NoOpenGLError Page",
+    "bt_manip.viewer": "render write_png NoOpenGLError Page Panel",
 }
 """Names that may still change in a minor version; the changelog says so."""
 

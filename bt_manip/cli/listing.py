@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 LISTED = (
     "trees", "behaviours", "objects", "robots", "grippers", "controllers", "planners",
-    "scenes", "model_sources", "recorders", "faults", "plugins",
+    "scenes", "model_sources", "recorders", "panels", "faults", "plugins",
 )  # fmt: skip
 
 

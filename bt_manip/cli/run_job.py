@@ -149,7 +149,7 @@ class _Job:
             reading=options.foreign.reading(),
         )
         # Slow imports come last: the errors above are reported at once.
-        from bt_manip.cli.run_observers import extra_observers
+        from bt_manip.cli.run_observers import extra_observers, page_panels
         from bt_manip.plugins import guarded
         from bt_manip.recording import Recorder, Trace
         from bt_manip.runner import prepare
@@ -193,7 +193,7 @@ class _Job:
         if options.view:
             from bt_manip.viewer import Page
 
-            self._page = Page(speed=speed or None)
+            self._page = Page(page_panels(plugins), speed=speed or None)
             self._tell(f"The page of the run: {self._page.url}")
             observers.append(guarded(self._page, "the page", print_warning))
         if options.faults:

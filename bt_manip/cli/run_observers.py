@@ -1,6 +1,6 @@
 """Observers of a run from plugins and options."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +30,36 @@ def extra_observers(plugins: Plugins, records: Iterable[str]) -> list[RunObserve
     if labels:
         observers.append(Stopwatch(labels, print_warning))
     return observers
+
+
+def page_panels(plugins: Plugins) -> dict[str, Callable[[Any], Any]]:
+    """Return the makers of the panels of the page; exceptions in a panel do not end the run.
+
+    Args:
+        plugins: All plugins.
+    """
+    return {name: _panel_maker(plugins, name) for name in plugins.parts.panels.in_order()}
+
+
+def _panel_maker(plugins: Plugins, name: str) -> Callable[[Any], Any]:
+    from bt_manip.viewer import Panel
+
+    panels = plugins.parts.panels
+    owner = _owner(plugins, panels.owner(name))
+    label, hint = f"panel '{name}'", ""
+    if owner is not None:
+        label, hint = f"{label} of {owner.label}", owner.way_out
+
+    def make(page: Any) -> Any:
+        try:
+            panel = panels.maker(name, "start", "draw", expected="a Panel")(page)
+        except (Exception, SystemExit) as error:
+            print_warning(f"{label} is left out: {error}{hint}")
+            return Panel(page)
+        return guarded(panel, label, print_warning, hint, base=Panel)
+
+    make.in_tab = getattr(panels.get(name), "in_tab", True)  # type: ignore[attr-defined]
+    return make
 
 
 def _recorder(plugins: Plugins, text: str) -> RunObserver:

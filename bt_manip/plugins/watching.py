@@ -1,11 +1,12 @@
 """Observers of plugins and views, isolated so that their exceptions do not end a run."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 from bt_manip.plugins.plugin import Plugin, Plugins
 from bt_manip.runner import RunObserver
 
+T = TypeVar("T")
 Warn = Callable[[str], None]
 
 
@@ -63,7 +64,7 @@ class HookObserver(RunObserver):
                 hook.function(**{key: self._offers[key] for key in hook.arguments})
 
 
-def guarded(observer: RunObserver, label: str, warn: Warn, hint: str = "") -> RunObserver:
+def guarded(observer: T, label: str, warn: Warn, hint: str = "", base: Any = RunObserver) -> T:
     """Wrap an observer so that its exceptions do not end the run: it is not called again.
 
     Args:
@@ -71,13 +72,15 @@ def guarded(observer: RunObserver, label: str, warn: Warn, hint: str = "") -> Ru
         label: Its name, for the message.
         warn: Called with one line about the exception.
         hint: End of that line.
+        base: The class of its interface.
     """
     forwarded = {
         name: _forward(name)
-        for name, idle in vars(RunObserver).items()
+        for name, idle in vars(base).items()
         if callable(idle) and getattr(type(observer), name) is not idle and name not in vars(_Guard)
     }
-    guard = type("Guard", (_Guard,), forwarded)  # the runner skips what an observer does not have
+    # The runner skips what an observer does not have.
+    guard: Any = type("Guard", (_Guard, base), forwarded)
     return guard(observer, label, warn, hint)
 
 
@@ -85,10 +88,10 @@ def _forward(name: str) -> Callable[..., None]:
     return lambda guard, *arguments: guard._try(name, *arguments)
 
 
-class _Guard(RunObserver):
+class _Guard:
     """Calls an observer until it raises."""
 
-    def __init__(self, observer: RunObserver, label: str, warn: Warn, hint: str) -> None:
+    def __init__(self, observer: Any, label: str, warn: Warn, hint: str) -> None:
         self._observer, self._label, self._warn, self._hint = observer, label, warn, hint
         self._works = True
 

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from bt_manip.viewer.display import NoDisplayError as NoDisplayError
     from bt_manip.viewer.display import require_display as require_display
     from bt_manip.viewer.page import Page as Page
+    from bt_manip.viewer.page import Panel as Panel
     from bt_manip.viewer.picture import NoOpenGLError as NoOpenGLError
     from bt_manip.viewer.picture import render as render
     from bt_manip.viewer.plain_view import PlainView as PlainView

@@ -8,13 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bt_manip.bt import Sleep, Tree
 from bt_manip.cli.app import run_app
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.planning import PlanningProblem
 from bt_manip.plugins import Choice, load_plugins
 from bt_manip.robots import GripperError, panda
-from bt_manip.runner import build_station
+from bt_manip.runner import Run, RunRequest, TreeSource, build_station
 from bt_manip.spatial import pose
+from bt_manip.viewer import Page
 
 PAGES = Path(__file__).resolve().parents[2] / "docs" / "plugins" / "hooks"
 WAIT = """<root BTCPP_format="4"><BehaviorTree ID="Main">{}</BehaviorTree></root>"""
@@ -154,6 +156,21 @@ def test_register_recorders_writes_files_about_a_run(run, tmp_path):
     times, heights = np.loadtxt(file).T
     assert len(times) >= 3 and (np.diff(times) > 0).all()
     assert (heights > 1.0).all()
+
+
+def test_register_panels_shows_a_panel_on_the_page(parts_of):
+    pytest.importorskip("viser", reason="the extra [view] is not installed")
+    parts = parts_of("register_panels")
+    page = Page({"tool": parts.panels.get("tool")}, port=0, speed=None)
+    try:
+        station = build_station(parts)
+        tree = Tree(Sleep(msec=30), clock=station.clock)
+        Run(RunRequest(TreeSource("test", "python")), tree, station).execute([page])
+        (number,) = [h for h in page.server.gui._gui_input_handle_from_uuid.values()
+                     if h.label == "Height [m]"]  # fmt: skip
+        assert number.value == pytest.approx(station.robot.tool_pose.translation[2], abs=1e-3)
+    finally:
+        page.close()
 
 
 def test_register_faults_disturbs_a_run(run):

@@ -1,4 +1,19 @@
-"""The page of a run in the browser, on viser (the extra ``view``)."""
+"""The page of a run in the browser, on viser (the extra ``view``).
 
-from .page import Page as Page
-from .server import PORT as PORT
+Each name is imported on first use: panels are registered also where viser is not installed.
+"""
+
+from typing import TYPE_CHECKING
+
+from bt_manip.lazy_exports import lazy_exports
+
+if TYPE_CHECKING:
+    from bt_manip.viewer.page.error_plot import ErrorPlot as ErrorPlot
+    from bt_manip.viewer.page.log_panel import BlackboardPanel as BlackboardPanel
+    from bt_manip.viewer.page.log_panel import LogPanel as LogPanel
+    from bt_manip.viewer.page.page import Page as Page
+    from bt_manip.viewer.page.panel import Panel as Panel
+    from bt_manip.viewer.page.server import PORT as PORT
+    from bt_manip.viewer.page.tree_panel import TreePanel as TreePanel
+
+__getattr__ = lazy_exports(__name__)

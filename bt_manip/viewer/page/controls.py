@@ -1,7 +1,7 @@
 """The controls of a run: pause, step, speed, stop."""
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Set
 from html import escape
 from typing import Any
 
@@ -28,18 +28,18 @@ class Controls(Panel):
     Attributes:
         paused: Whether the run waits before its next tick.
         stopped: Whether the run has to end.
+        breakpoints: Paths of the nodes at whose start the run pauses.
     """
 
-    def __init__(self, gui: Any, speed: float | None, breaks: Callable[[], frozenset[str]]) -> None:
+    def __init__(self, gui: Any, speed: float | None) -> None:
         """Add the inputs to the current container.
 
         Args:
             gui: viser's ``GuiApi``.
             speed: Simulated seconds per second of wall time at first; None is without limit.
-            breaks: Returns the paths of the nodes at whose start the run pauses.
         """
         self.paused = self.stopped = False
-        self._breaks = breaks
+        self.breakpoints: Set[str] = frozenset()
         self._broken = ""  # path of the node at which the run has paused
         self._steps = 0
         self._changed = threading.Event()
@@ -98,7 +98,7 @@ class Controls(Panel):
         if event.kind == "cycle":
             self._cycle = f"cycle {data['cycle'] + 1}"
             self._state = "" if data["status"] == "RUNNING" else data["status"]
-        elif event.kind == "status" and data["path"] in self._breaks():
+        elif event.kind == "status" and data["path"] in self.breakpoints:
             if data["old"] != "RUNNING" and data["status"] not in ("IDLE", "SKIPPED"):
                 self.paused, self._broken = True, data["path"]
 

@@ -21,14 +21,14 @@ LINE_COLOURS = ("#1971c2", "#e67700", "#2b8a3e", "#9c36b5")
 class ErrorPlot(Panel):
     """Plots the largest joint tracking error of each robot after each tick."""
 
-    def __init__(self, gui: Any) -> None:
+    def __init__(self, page: Any) -> None:
         """Keep the container; the plot is added when the robots are known.
 
         Args:
-            gui: viser's ``GuiApi``.
+            page: The page.
         """
-        self._gui = gui
-        self._container = gui.add_folder("Tracking error [mrad]")
+        self._gui = page.server.gui
+        self._container = self._gui.add_folder("Tracking error [mrad]")
         self._plot: Any = None
         self._samples: deque[tuple[float, ...]] = deque(maxlen=SAMPLES)
         self._next = 0.0

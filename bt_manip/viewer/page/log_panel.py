@@ -24,13 +24,13 @@ STYLE = "font-size:0.85em;line-height:1.5;padding:0 0.8em;overflow-wrap:anywhere
 class LogPanel(Panel):
     """Shows reasons of failures, cycles and objects that come and go; the latest line first."""
 
-    def __init__(self, gui: Any) -> None:
+    def __init__(self, page: Any) -> None:
         """Add it to the current container.
 
         Args:
-            gui: viser's ``GuiApi``.
+            page: The page.
         """
-        self._html = gui.add_html("")
+        self._html = page.server.gui.add_html("")
         self._lines: deque[str] = deque(maxlen=LINES)
         self._changed = False
 
@@ -52,13 +52,13 @@ class LogPanel(Panel):
 class BlackboardPanel(Panel):
     """Shows the entries of the blackboard, sorted by key."""
 
-    def __init__(self, gui: Any) -> None:
+    def __init__(self, page: Any) -> None:
         """Add it to the current container.
 
         Args:
-            gui: viser's ``GuiApi``.
+            page: The page.
         """
-        self._html = gui.add_html("")
+        self._html = page.server.gui.add_html("")
         self._entries: dict[str, str] = {}
         self._changed = False
 

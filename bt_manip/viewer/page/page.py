@@ -1,18 +1,15 @@
 """The page of a run: scene, tree and controls in the browser."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from bt_manip.runner import EventStream, RunEvent
 
 from .controls import Controls
-from .error_plot import ErrorPlot
-from .log_panel import BlackboardPanel, LogPanel
 from .panel import Panel
 from .scene import SceneView
 from .server import HOST, PORT, close_server, open_server
-from .tree_panel import TreePanel
 
 POSE_PERIOD = 1.0 / 20.0
 """Wall time between two updates of the poses [s]."""
@@ -35,17 +32,26 @@ class Page(EventStream):
 
     Attributes:
         url: Address of the page.
+        server: The ``viser.ViserServer``.
+        controls: Pauses and stops the run.
     """
 
-    def __init__(self, *, port: int = PORT, speed: float | None = 1.0) -> None:
+    def __init__(
+        self,
+        panels: Mapping[str, Callable[["Page"], Panel]] | None = None,
+        *,
+        port: int = PORT,
+        speed: float | None = 1.0,
+    ) -> None:
         """Start the server.
 
         Args:
+            panels: Makers of the panels by name, as hooks ``register_panels`` register them.
             port: The first port that is tried; 0 lets the system choose.
             speed: Simulated seconds per second of wall time at first; None is without limit.
         """
         super().__init__(self._handle)
-        server = self._server = open_server(port)
+        server = self.server = open_server(port)
         self.url = f"http://{HOST}:{server.get_port()}"
         server.gui.configure_theme(show_logo=False, show_share_button=False)
         server.gui.set_panel_label("bt-manip")
@@ -53,21 +59,19 @@ class Page(EventStream):
         self._scene = SceneView(server)
         server.gui.main_panel.dock_right()
         server.gui.main_panel.set_width(WIDTH)
-        self._controls = Controls(server.gui, speed, lambda: self._tree_panel.breakpoints)
-        with server.gui.add_folder("Tree"):
-            self._tree_panel = TreePanel(server.gui)
-        self._panels: tuple[Panel, ...] = (self._controls, self._tree_panel, *self._lower())
+        self.controls = Controls(server.gui, speed)
+        self._panels = [self.controls, *self._make(panels or {})]
         self._next_poses = self._next_panels = 0.0
 
     @property
     def stopped(self) -> bool:
         """Whether the run was stopped from the page."""
-        return self._controls.stopped
+        return self.controls.stopped
 
     def run_started(self, run: Any) -> None:
         """Show the name of the tree."""
         super().run_started(run)
-        self._server.gui.set_panel_label(run.request.tree.name.rpartition("/")[2])
+        self.server.gui.set_panel_label(run.request.tree.name.rpartition("/")[2])
         for panel in self._panels:
             panel.start(run)
 
@@ -83,9 +87,9 @@ class Page(EventStream):
 
     def before_tick(self) -> None:
         """Wait while the run is paused."""
-        if self._controls.paused:
+        if self.controls.paused:
             self._refresh(now=True)
-            self._controls.wait(self._refresh)
+            self.controls.wait(self._refresh)
 
     def after_tick(self) -> None:
         """Update the page if the last update is old enough."""
@@ -97,7 +101,7 @@ class Page(EventStream):
     def run_ended(self) -> None:
         """Show the last state."""
         super().run_ended()
-        self._controls.end()
+        self.controls.end()
         self._refresh(now=True)
 
     def wait(self, stop: Callable[[], bool]) -> None:
@@ -108,23 +112,27 @@ class Page(EventStream):
 
     def close(self) -> None:
         """Stop the server."""
-        close_server(self._server)
+        close_server(self.server)
 
     # Internal
 
     def _compare_contacts(self) -> None:
         """Save the time: no panel shows contacts."""
 
-    def _lower(self) -> list[Panel]:
-        """Return the panels below the tree, each in a tab of its own."""
-        gui, panels = self._server.gui, []
-        window = gui.add_panel()
-        kinds = {"Log": LogPanel, "Blackboard": BlackboardPanel, "Plot": ErrorPlot}
-        for label, kind in kinds.items():
-            with window.add_tab(label):
-                panels.append(kind(gui))
-        window.dock_below(gui.main_panel)
-        return panels
+    def _make(self, panels: Mapping[str, Callable[["Page"], Panel]]) -> Iterator[Panel]:
+        """Yield new panels, each in a tab or in a folder above the tabs."""
+        gui, tabs = self.server.gui, None
+        for name, make in panels.items():
+            label = name.replace("_", " ").capitalize()
+            if not getattr(make, "in_tab", True):
+                with gui.add_folder(label):
+                    yield make(self)
+                continue
+            if tabs is None:
+                tabs = gui.add_panel()
+                tabs.dock_below(gui.main_panel)
+            with tabs.add_tab(label):
+                yield make(self)
 
     def _handle(self, event: RunEvent) -> None:
         for panel in self._panels:

@@ -6,7 +6,23 @@ from bt_manip.runner import RunEvent
 
 
 class Panel:
-    """A part of the page; its methods are called by the thread of the run."""
+    """A part of the page; its methods are called by the thread of the run.
+
+    Callbacks of its inputs are called by threads of viser: they should only set what the thread of
+    the run reads. A panel that raises is not called again; the page and the run go on.
+
+    Attributes:
+        in_tab: Whether it has a tab of its own; otherwise it is above the tabs.
+    """
+
+    in_tab = True
+
+    def __init__(self, page: Any) -> None:
+        """Add the inputs to the current container of viser.
+
+        Args:
+            page: The `Page`; ``page.server`` is viser's ``ViserServer`` with ``gui`` and ``scene``.
+        """
 
     def start(self, run: Any) -> None:
         """Prepare for a run, with `.request`, `.station` and `.tree`."""

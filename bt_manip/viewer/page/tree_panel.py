@@ -25,17 +25,15 @@ NO_NODE = "none"
 
 
 class TreePanel(Panel):
-    """Shows the tree as HTML, which is sent whole, and only when it has changed.
+    """Shows the tree as HTML, which is sent whole, and only when it has changed."""
 
-    Attributes:
-        breakpoints: Paths of the nodes at whose start the run pauses.
-    """
+    in_tab = False
 
-    def __init__(self, gui: Any) -> None:
+    def __init__(self, page: Any) -> None:
         """Add its inputs to the current container.
 
         Args:
-            gui: viser's ``GuiApi``.
+            page: The page.
         """
         self._nodes: dict[int, dict[str, Any]] = {}  # by uid, in the order of the tree
         self._depths: dict[int, int] = {}
@@ -44,7 +42,7 @@ class TreePanel(Panel):
         self._reasons: dict[int, str] = {}
         self._lines: dict[int, str] = {}  # HTML of each node, until it changes
         self._changed = False
-        self.breakpoints: frozenset[str] = frozenset()
+        gui, self._controls = page.server.gui, page.controls
         self._search = gui.add_text("Search", "", hint="Part of a node's name or kind")
         self._search.on_update(self._redraw)
         self._fold = gui.add_checkbox(
@@ -117,7 +115,7 @@ class TreePanel(Panel):
 
     def _set_breakpoint(self, _: Any) -> None:
         path = self._choice.value
-        self.breakpoints = frozenset() if path == NO_NODE else frozenset([path])
+        self._controls.breakpoints = frozenset() if path == NO_NODE else frozenset([path])
         self._lines = {}
         self._changed = True
 
@@ -156,7 +154,7 @@ class TreePanel(Panel):
         parts = [f'<b>{mark}</b> <span style="font-weight:{weight}">{name}</span>']
         if kind != name:
             parts.append(f'<span style="opacity:0.6">{kind}</span>')
-        if node["path"] in self.breakpoints:
+        if node["path"] in self._controls.breakpoints:
             parts.insert(0, '<span title="breakpoint">●</span>')
         if reason := self._reasons.get(uid):
             parts.append(f"<i>{escape(reason)}</i>")

@@ -65,8 +65,9 @@ def make_run(parts) -> Callable[..., Run]:
 
 
 @pytest.fixture
-def page() -> Iterator[Page]:
-    page = Page(port=0, speed=None)
+def page(parts) -> Iterator[Page]:
+    panels = {name: parts.panels.get(name) for name in parts.panels.in_order()}
+    page = Page(panels, port=0, speed=None)
     yield page
     page.close()
 

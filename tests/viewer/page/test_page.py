@@ -59,7 +59,7 @@ def test_an_object_adds_and_removes_only_its_own_nodes(make_run, page, connect):
 
     class Look(RunObserver):
         def after_tick(self):
-            nodes = page._server.scene._handle_from_node_name
+            nodes = page.server.scene._handle_from_node_name
             cubes.append({name for name in nodes if name.startswith("/cube")})
 
     client = connect()
@@ -121,7 +121,7 @@ def in_thread(make_run, page):
         return run, thread
 
     yield start
-    page._controls._end(None)
+    page.controls._end(None)
     for thread in threads:
         thread.join(30)
 
@@ -134,7 +134,7 @@ def wait_until(condition):
 
 
 def test_a_paused_run_stands_still_and_makes_single_ticks(in_thread, page):
-    controls = page._controls
+    controls = page.controls
     controls._toggle(None)
     run, thread = in_thread(Sleep("rest", msec=100))
     time.sleep(0.3)
@@ -150,21 +150,21 @@ def test_a_paused_run_stands_still_and_makes_single_ticks(in_thread, page):
 
 
 def test_a_breakpoint_pauses_after_the_tick_in_which_its_node_starts(in_thread, page):
-    page._tree_panel.breakpoints = frozenset(["second"])
+    page.controls.breakpoints = frozenset(["second"])
     run, thread = in_thread(Sequence("root", Sleep("first", msec=50), Sleep("second", msec=50)))
-    wait_until(lambda: page._controls.paused)
+    wait_until(lambda: page.controls.paused)
     time.sleep(0.2)
     assert run.station.cell.time == pytest.approx(0.06)
     assert thread.is_alive()
-    page._controls._toggle(None)
+    page.controls._toggle(None)
     thread.join(30)
     assert run.station.cell.time >= 0.1
 
 
 def test_a_paused_run_can_be_stopped(in_thread, page):
-    page._controls._toggle(None)
+    page.controls._toggle(None)
     _, thread = in_thread(Sleep("rest", msec=100), cycles=0)
     time.sleep(0.1)
-    page._controls._end(None)
+    page.controls._end(None)
     thread.join(30)
     assert not thread.is_alive() and page.stopped

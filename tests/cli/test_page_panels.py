@@ -1,0 +1,63 @@
+"""Panels of plugins are isolated: one that raises costs a warning, page and run go on."""
+
+import pytest
+
+pytest.importorskip("viser", reason="the extra [view] is not installed")
+
+from bt_manip.bt import Sleep, Tree
+from bt_manip.cli.run_observers import page_panels
+from bt_manip.plugins import Choice, load_plugins
+from bt_manip.runner import Run, RunRequest, TreeSource, build_station
+from bt_manip.viewer import Page
+
+PLUGIN = """
+from bt_manip import hookimpl
+from bt_manip.viewer import Panel
+
+class Broken(Panel):
+    {}
+
+@hookimpl
+def register_panels(register):
+    register("broken", Broken)
+"""
+
+
+@pytest.fixture
+def watched_run(tmp_path, capsys):
+    """Execute a run with a plugin's panel of this body; return the panels and the warnings."""
+
+    def run(body: str):
+        (tmp_path / "bad_panel.py").write_text(PLUGIN.format(body))
+        plugins = load_plugins(
+            entry_points=(), warn=pytest.fail, choice=Choice(folders=(tmp_path,))
+        )
+        page = Page(page_panels(plugins), port=0, speed=None)
+        try:
+            station = build_station(plugins.parts)
+            tree = Tree(Sleep(msec=50), clock=station.clock)
+            Run(RunRequest(TreeSource("test", "python")), tree, station).execute([page])
+        finally:
+            page.close()
+        assert station.cell.time == pytest.approx(0.06)
+        return page._panels, capsys.readouterr().err.splitlines()
+
+    return run
+
+
+@pytest.mark.parametrize("method", ["start", "handle", "end_tick", "draw"])
+def test_a_panel_that_raises_is_not_called_again(watched_run, method):
+    _, (warning,) = watched_run(f"def {method}(self, *rest): raise ValueError('too hot')")
+    assert warning.startswith("Warning: panel 'broken' of plugin 'bad_panel'")
+    assert "is not called again, the run continues: ValueError: too hot" in warning
+
+
+def test_a_panel_that_cannot_be_made_is_left_out(watched_run):
+    panels, (warning,) = watched_run("def __init__(self, page): raise ValueError('too hot')")
+    assert "is left out: panel 'broken' cannot be made: ValueError: too hot" in warning
+    assert len(panels) > 4
+
+
+def test_a_panel_that_is_none_is_left_out(watched_run):
+    _, (warning,) = watched_run("def __new__(cls, page): return 5")
+    assert "its factory gave a int, which has no 'start'; expected a Panel" in warning
