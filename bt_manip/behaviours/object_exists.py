@@ -1,23 +1,11 @@
 """Check that the cell has an object."""
 
-from typing import Any
-
-from bt_manip.bt import Input, Status
-from bt_manip.bt.nodes import Condition
-from bt_manip.cell import Cell
+from .object_condition import ObjectCondition
 
 
-class ObjectExists(Condition):
+class ObjectExists(ObjectCondition):
     """Check that the cell has an object of a name."""
 
-    object = Input(str, doc="Name of the object.")
-
-    def setup(self, **infrastructure: Any) -> None:
-        """Keep the cell."""
-        self.cell: Cell = infrastructure["cell"]
-
-    def update(self) -> Status:
+    def why_not(self) -> str:
         """Look up the name."""
-        if self.object in self.cell.objects:
-            return Status.SUCCESS
-        return self.fail(f"the cell has no object '{self.object}'")
+        return "" if self.object in self.cell.objects else f"the cell has no object '{self.object}'"

@@ -5,10 +5,11 @@ from typing import Any
 
 import click
 
-from bt_manip.cli.completion import complete_key, complete_part
+from bt_manip.cli.completion import complete_part
 from bt_manip.cli.foreign_trees import foreign_tree_options
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.settings import parse_settings
+from bt_manip.cli.station_options import station_options
 from bt_manip.cli.streams import unfailing
 
 EXIT_CODES = (
@@ -27,31 +28,7 @@ EXIT_CODES = (
 @click.option(
     "--seed", type=int, metavar="S", help="Seed of all randomness.  [default: the scene's, or 0]"
 )
-@click.option(
-    "--robot", default="panda", show_default=True, metavar="R",
-    shell_complete=complete_part("robots"),
-    help="Robot to use: a registered name, or path.toml that describes one.",
-)  # fmt: skip
-@click.option(
-    "--controller", metavar="C",
-    shell_complete=complete_part("controllers"),
-    help="Controller of the arm.  [default: the tree's, or computed_torque]",
-)  # fmt: skip
-@click.option(
-    "--scene", metavar="S",
-    shell_complete=complete_part("scenes"),
-    help="Robots and objects in the cell: a registered name, or path.toml.  [default: the "
-    "tree's, or table_and_basket]",
-)  # fmt: skip
-@click.option(
-    "--planner", default="rrt_connect", show_default=True, metavar="P",
-    shell_complete=complete_part("planners"),
-    help="Planner of collision-free paths.",
-)  # fmt: skip
-@click.option(
-    "--set", "settings", multiple=True, metavar="KEY=VALUE", shell_complete=complete_key,
-    help="Set a key that the tree declares; may be given more than once.",
-)  # fmt: skip
+@station_options
 @click.option(
     "--configurations", type=click.Path(path_type=Path), metavar="FILE.toml",
     help="Named configurations for MoveToConfiguration, as the page saves them.",

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bt_manip.cli.completion import complete_key, complete_part
+from bt_manip.cli.completion import complete_part
 from bt_manip.cli.interrupt import INTERRUPTED
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 from bt_manip.cli.settings import parse_settings
+from bt_manip.cli.station_options import station_options
 
 if TYPE_CHECKING:
     from bt_manip.faults import StressTable
@@ -49,22 +50,7 @@ NOT_ACCEPTABLE = 1
     "--json", "json_file", type=click.Path(path_type=Path), metavar="FILE",
     help="Write each case.",
 )  # fmt: skip
-@click.option(
-    "--robot", default="panda", show_default=True, metavar="R",
-    shell_complete=complete_part("robots"), help="As for run.",
-)  # fmt: skip
-@click.option(
-    "--controller", metavar="C", shell_complete=complete_part("controllers"), help="As for run."
-)
-@click.option("--scene", metavar="S", shell_complete=complete_part("scenes"), help="As for run.")
-@click.option(
-    "--planner", default="rrt_connect", show_default=True, metavar="P",
-    shell_complete=complete_part("planners"), help="As for run.",
-)  # fmt: skip
-@click.option(
-    "--set", "settings", multiple=True, metavar="KEY=VALUE", shell_complete=complete_key,
-    help="As for run; may be given more than once.",
-)  # fmt: skip
+@station_options
 def stress(
     tree: str,
     seeds: int,

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
+from zipfile import BadZipFile
 
 from bt_manip.exceptions import BtManipError
 
@@ -45,6 +46,26 @@ def check_writable(path: Path, what: str) -> None:
             problem = error.strerror or str(error)
     if problem:
         raise BtManipError(f"{what} '{path}' cannot be written: {problem}")
+
+
+@contextmanager
+def reading(path: str | os.PathLike[str], what: str) -> Iterator[None]:
+    """Raise `BtManipError` where the block fails to read a file.
+
+    Args:
+        path: The file.
+        what: What it should be, the first word of the message: ``"report"``.
+
+    Raises:
+        BtManipError: If the file cannot be read, or is something else.
+    """
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or error
+        raise BtManipError(f"{what} '{path}' cannot be read: {reason}") from error
+    except (ValueError, TypeError, LookupError, EOFError, BadZipFile, RecursionError) as error:
+        raise BtManipError(f"'{path}' is not a {what}: {error}") from error
 
 
 @contextmanager

@@ -12,9 +12,14 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
-from bt_manip.exceptions import BtManipError
 from bt_manip.input_files import check_regular
-from bt_manip.recording.files import AppendedFile, RecordingError, is_special, whole_file
+from bt_manip.recording.files import (
+    AppendedFile,
+    RecordingError,
+    is_special,
+    reading,
+    whole_file,
+)
 from bt_manip.recording.report import CycleReport, RunReport, plain, plain_cycle
 
 PERIOD = 1.0
@@ -190,16 +195,12 @@ def read_report(path: str | os.PathLike[str]) -> RunReport:
     Raises:
         BtManipError: If the file cannot be read or is not a report.
     """
-    try:
+    with reading(path, "report"):
         path = Path(path)
         check_regular(path)
         text = path.read_bytes().decode()
         content = _from_lines(text) if path.suffix == ".jsonl" else json.loads(text)
         report: RunReport = _value(RunReport, content)
-    except OSError as error:
-        raise BtManipError(f"report '{path}' cannot be read: {error.strerror}") from error
-    except (ValueError, TypeError, KeyError, RecursionError) as error:
-        raise BtManipError(f"'{path}' is not a report: {error}") from error
     return report
 
 

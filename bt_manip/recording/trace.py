@@ -16,6 +16,7 @@ from bt_manip.recording.files import (
     RecordingError,
     check_writable,
     is_special,
+    reading,
     whole_file,
 )
 from bt_manip.recording.step_log import StepBlock, StepLog
@@ -141,14 +142,10 @@ def read_trace(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
     Raises:
         BtManipError: If the file cannot be read or is not a trace.
     """
-    try:
+    with reading(path, "trace"):
         found = np.load(path)
         names = found.dtype.names if isinstance(found, np.ndarray) else found.files
         return {name: found[name] for name in names}
-    except OSError as error:
-        raise BtManipError(f"trace '{path}' cannot be read: {error.strerror}") from error
-    except (ValueError, TypeError, EOFError, zipfile.BadZipFile) as error:
-        raise BtManipError(f"'{path}' is not a trace: {error}") from error
 
 
 class TraceRecorder(RunObserver):
