@@ -18,8 +18,8 @@ PACKAGE = REPOSITORY / "bt_manip"
 LAYERS = (
     {
         "bt", "models",
-        "checks", "exceptions", "hookspecs", "input_files", "registry", "spatial", "toml_lines",
-        "toml_tables", "lazy_exports", "version",
+        "checks", "exceptions", "hookspecs", "input_files", "key_values", "registry", "spatial",
+        "toml_lines", "toml_tables", "lazy_exports", "version",
     },
     {"robots", "cell"},
     {"kinematics", "collision", "trajectories"},
@@ -37,6 +37,7 @@ WITHIN_LAYER = {
     ("models", "exceptions"),
     ("models", "spatial"),
     ("checks", "exceptions"),
+    ("key_values", "exceptions"),
     ("exceptions"),
     ("registry", "exceptions"),
     ("bt", "input_files"),

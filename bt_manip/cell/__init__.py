@@ -40,3 +40,6 @@ from .predicates import why_not_in as why_not_in
 from .predicates import why_not_in_any as why_not_in_any
 from .predicates import why_not_on as why_not_on
 from .region import Region as Region
+from .rendering import FrameRenderer as FrameRenderer
+from .rendering import NoOpenGLError as NoOpenGLError
+from .rendering import camera_number as camera_number

@@ -1,6 +1,5 @@
 """Faults as text: which one, at which node, with which parameters."""
 
-import math
 import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
@@ -9,6 +8,7 @@ from typing import Any
 
 from bt_manip.bt import Tree
 from bt_manip.exceptions import did_you_mean
+from bt_manip.key_values import parse_key_values
 from bt_manip.registry import Registry
 
 from .fault import Fault, FaultError
@@ -79,36 +79,9 @@ def parse_fault(text: str, faults: Registry[Callable[..., Any]]) -> PlannedFault
         raise FaultError(f"a fault is NAME at=NODE KEY=VALUE ..., got '{text}'{found}") from None
     cls: Any = faults.get(name)
     defaults = {one.name: one.default for one in fields(cls)}
-    values: dict[str, Any] = {}
-    for word in words:
-        key, equals, value = word.partition("=")
-        if not equals or key in values:
-            problem = "is given twice" if equals else "is not KEY=VALUE"
-            raise FaultError(f"fault '{name}': '{word}' {problem}")
-        known = {"at": "", "after": 0.0, "cycle": 0, **defaults}
-        if key not in known:
-            raise FaultError(f"fault '{name}' has no parameter '{key}'{did_you_mean(key, known)}")
-        values[key] = _value(name, key, value, known[key])
+    known = {"at": "", "after": 0.0, "cycle": 0, **defaults}
+    values = parse_key_values(words, known, f"fault '{name}'", FaultError)
     if not values.get("at"):
         raise FaultError(f"fault '{name}' needs at=NODE, the node at whose start it begins")
     when = {key: values.pop(key) for key in ("at", "after", "cycle") if key in values}
     return PlannedFault(name, **when, parameters=values)
-
-
-def _value(fault: str, key: str, text: str, default: Any) -> Any:
-    """Return a text as a value of the type of a default.
-
-    Raises:
-        FaultError: If it is none; numbers must not be negative, and only durations infinite.
-    """
-    kind = type(default)
-    if kind is str:
-        return text
-    try:
-        value = kind(text)
-    except ValueError:
-        value = math.nan
-    if not value >= 0 or (value == math.inf and key != "duration"):
-        what = "a whole number" if kind is int else "a number"
-        raise FaultError(f"fault '{fault}': {key} is {what} of at least 0, got '{text}'")
-    return value

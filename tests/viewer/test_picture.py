@@ -79,6 +79,6 @@ def test_without_opengl_it_says_what_would_help(monkeypatch):
     def fail(*_):
         raise mujoco.FatalError("no context")
 
-    monkeypatch.setattr(mujoco, "Renderer", fail)
+    monkeypatch.setattr(mujoco.Renderer, "__init__", fail)
     with pytest.raises(NoOpenGLError, match=r"\(no context\).*MUJOCO_GL=egl"):
         render(Cell())

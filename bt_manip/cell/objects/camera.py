@@ -10,6 +10,7 @@ from dm_control.composer.observation import observable
 
 from ..exceptions import CellError
 from ..naming import BodyNames, entity_of
+from ..rendering import FrameRenderer
 from .prop import ParametricEntity
 
 NOTHING = -1
@@ -65,7 +66,7 @@ class Camera(ParametricEntity):
             "geom", name="case", type="box", size=(0.02, 0.015, 0.02), pos=(0, 0, 0.022),
             rgba=(0.15, 0.15, 0.17, 1), mass=0.1, group=2, contype=0, conaffinity=0,
         )  # fmt: skip
-        self._renderer: mujoco.Renderer | None = None
+        self._renderer: FrameRenderer | None = None
         self._model: mujoco.MjModel | None = None
 
     def _build_observables(self) -> "CameraObservables":
@@ -119,44 +120,18 @@ class Camera(ParametricEntity):
         self.close()
         self._model, self._data = physics.model.ptr, physics.data.ptr
         self._id = int(self._model.camera(self.eye.full_identifier).id)
-        self._now: mujoco.MjData | None = None
 
     # Internal
 
-    def _draw(self) -> mujoco.Renderer:
+    def _draw(self) -> FrameRenderer:
         if self._model is None:
             raise CellError(f"camera '{self._mjcf_root.model}' stands in no cell yet")
         if self._renderer is None:
-            self._renderer = self._open(self._model)
-        if self._now is None:
-            self._now = mujoco.MjData(self._model)
-        # mj_step leaves the body poses of the state it started from: recompute them in a copy.
-        mujoco.mj_copyData(self._now, self._model, self._data)
-        mujoco.mj_fwdPosition(self._model, self._now)
-        self._renderer.update_scene(self._now, self._id)
-        for flag in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION):
-            self._renderer.scene.flags[flag] = 0
-        return self._renderer
-
-    def _open(self, model: mujoco.MjModel) -> mujoco.Renderer:
-        most = (int(model.vis.global_.offwidth), int(model.vis.global_.offheight))
-        if self.width > most[0] or self.height > most[1]:
-            raise CellError(
-                f"an image of this cell has up to {most[0]} x {most[1]} pixels, "
-                f"got {self.width} x {self.height}"
+            self._renderer = FrameRenderer(
+                self._model, self.width, self.height, shadow_size=0, samples=0
             )
-        quality = model.vis.quality
-        kept = quality.offsamples, quality.shadowsize
-        quality.offsamples, quality.shadowsize = 0, 16
-        try:
-            return mujoco.Renderer(model, self.height, self.width)
-        except Exception as error:  # each backend raises an error of its own
-            raise CellError(
-                f"nothing can be drawn here ({' '.join(str(error).split())}); without a display, "
-                "MUJOCO_GL=egl or MUJOCO_GL=osmesa draws where one of them is installed"
-            ) from error
-        finally:
-            quality.offsamples, quality.shadowsize = kept
+        self._renderer.show(self._data, self._id)
+        return self._renderer
 
 
 class CameraObservables(composer.Observables):

@@ -1,0 +1,124 @@
+"""Offscreen rendering of a model."""
+
+import os
+
+import mujoco
+import numpy as np
+
+from bt_manip.exceptions import did_you_mean
+
+from .exceptions import CellError
+
+
+class NoOpenGLError(CellError):
+    """No OpenGL backend works."""
+
+
+class FrameRenderer(mujoco.Renderer):
+    """Renders the cameras of a model, if wanted with a text over the image.
+
+    Attributes:
+        model: The compiled model.
+    """
+
+    _gl_context = _mjr_context = None  # of one that could not be opened
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        width: int,
+        height: int,
+        *,
+        shadow_size: int | None = None,
+        samples: int | None = None,
+    ) -> None:
+        """Open an OpenGL context.
+
+        Args:
+            model: The compiled model.
+            width: Of the images, up to 1920 in the project's own arena [pixels].
+            height: Of the images, up to 1200 there [pixels].
+            shadow_size: Edge length of the shadow map, 0 for no shadows and reflections [pixels];
+                None: the model's.
+            samples: Samples per pixel, 0 for hard edges; None: the model's.
+
+        Raises:
+            CellError: If the size is zero or too large.
+            NoOpenGLError: If no OpenGL backend works.
+        """
+        most = (int(model.vis.global_.offwidth), int(model.vis.global_.offheight))
+        if not (0 < width <= most[0] and 0 < height <= most[1]):
+            raise CellError(
+                f"an image of this cell has up to {most[0]} x {most[1]} pixels, "
+                f"got {width} x {height}"
+            )
+        quality = model.vis.quality
+        kept = quality.shadowsize, quality.offsamples
+        if shadow_size is not None:
+            quality.shadowsize = max(shadow_size, 16)  # a context needs some
+        if samples is not None:
+            quality.offsamples = samples
+        try:
+            super().__init__(model, height, width)
+        except Exception as error:  # each backend raises an error of its own
+            text = " ".join(str(error).split()) or type(error).__name__
+            backend = os.environ.get("MUJOCO_GL") or "unset"
+            raise NoOpenGLError(
+                f"nothing can be drawn with MUJOCO_GL {backend} ({text}); without a display, "
+                "MUJOCO_GL=egl or MUJOCO_GL=osmesa draws where one of them is installed"
+            ) from error
+        finally:
+            quality.shadowsize, quality.offsamples = kept
+        self._shadows = shadow_size != 0
+        self._data = mujoco.MjData(model)
+
+    def show(self, data: mujoco.MjData, camera: int) -> None:
+        """Set the scene to a state, which does not change, and a camera.
+
+        Args:
+            data: The state; poses of bodies are computed from the joint positions, since after a
+                step they are those of its start.
+            camera: Number of the camera, as of `camera_number`.
+        """
+        mujoco.mj_copyData(self._data, self.model, data)
+        mujoco.mj_fwdPosition(self.model, self._data)
+        self.update_scene(self._data, camera)
+        if not self._shadows:
+            for flag in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION):
+                self.scene.flags[flag] = 0
+
+    def frame(self, data: mujoco.MjData, camera: int, text: str = "") -> np.ndarray:
+        """Return an image of a state.
+
+        Args:
+            data: The state, as for `show`.
+            camera: Number of the camera, as of `camera_number`.
+            text: Written at the top left.
+
+        Returns:
+            Red, green and blue from 0 to 255, the top row first.  # (height, width, 3)
+        """
+        self.show(data, camera)
+        pixels = self.render()
+        if text:
+            font, corner = mujoco.mjtFont.mjFONT_NORMAL, mujoco.mjtGridPos.mjGRID_TOPLEFT
+            mujoco.mjr_overlay(font, corner, self._rect, text, "", self._mjr_context)
+            mujoco.mjr_readPixels(pixels, None, self._rect, self._mjr_context)
+            pixels = pixels[::-1]
+        return pixels
+
+
+def camera_number(model: mujoco.MjModel, name: str) -> int:
+    """Return the number of a camera.
+
+    Args:
+        model: The compiled model.
+        name: Full name of the camera in it.
+
+    Raises:
+        CellError: If there is none; the message suggests the nearest names.
+    """
+    names = [model.camera(i).name for i in range(model.ncam)]
+    if name not in names:
+        raise CellError(f"there is no camera '{name}'{did_you_mean(name, names)}")
+    return names.index(name)
