@@ -88,7 +88,7 @@ EXPERIMENTAL = {
     "bt_manip.recording": (
         "Recorder RunReport Trace read_report read_trace McapRecorder Recording RecordingError"
     ),
-    "bt_manip.runner": "EventStream EventQueue RunEvent TreeSource",
+    "bt_manip.runner": "EventStream EventQueue RunEvent TreeSource Interventions",
     "bt_manip.faults": "Fault FaultContext FaultError FaultInjector parameter parse_fault",
     "bt_manip.viewer": "render write_png NoOpenGLError Page Panel",
 }

@@ -8,6 +8,7 @@ from threading import Condition
 from typing import Any
 
 from bt_manip.bt import Node, NodeStatus
+from bt_manip.runner import Interventions
 
 from .messages import RequestError, field_of
 
@@ -174,11 +175,12 @@ class HookTable:
 
     # The run
 
-    def apply(self, nodes: Mapping[int, Node]) -> None:
+    def apply(self, nodes: Mapping[int, Node], interventions: Interventions) -> None:
         """Set the hooks on their nodes, between two ticks.
 
         Args:
             nodes: The nodes by their uid.
+            interventions: Those of the run, which report the statuses that hooks set.
         """
         if not self._changed:
             return
@@ -188,7 +190,9 @@ class HookTable:
         uids = {uid for uid, _ in hooks}
         for uid in (uids | self._applied) & nodes.keys():
             before, after = hooks.get((uid, PRE)), hooks.get((uid, POST))
-            nodes[uid].set_tick_hooks(
+            interventions.set_tick_hooks(
+                self,
+                nodes[uid],
                 partial(self._reach, before) if before else None,
                 partial(self._reach, after) if after else None,
             )

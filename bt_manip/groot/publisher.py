@@ -139,7 +139,7 @@ class GrootPublisher(EventStream):
 
     def before_tick(self) -> None:
         """Apply new hooks."""
-        self._hooks.apply(self._image.nodes)
+        self._hooks.apply(self._image.nodes, self._run.interventions)
 
     def run_ended(self) -> None:
         """Stop answering requests, and close the sockets."""
@@ -148,7 +148,7 @@ class GrootPublisher(EventStream):
         if self._thread.is_alive():
             self._thread.join()
         self._hooks.clear()
-        self._hooks.apply(self._image.nodes)
+        self._hooks.apply(self._image.nodes, self._run.interventions)
         self._context.destroy()
 
     # The thread of the run

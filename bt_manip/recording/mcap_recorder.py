@@ -29,6 +29,7 @@ TOPICS = {
     "motion": "/motions",
     "controller": "/controllers",
     "cycle": "/cycles",
+    "intervention": "/interventions",
 }
 """Topics of the recorded events, by their kind."""
 

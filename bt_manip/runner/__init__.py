@@ -7,6 +7,7 @@ from .events import RunEvent as RunEvent
 from .events import log_line as log_line
 from .fixtures import naming_file as naming_file
 from .goal import GoalJudge as GoalJudge
+from .interventions import Interventions as Interventions
 from .observer import RunObserver as RunObserver
 from .prepare import prepare as prepare
 from .prepare import prepare_station as prepare_station

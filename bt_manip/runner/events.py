@@ -25,6 +25,11 @@ class RunEvent(NamedTuple):
     ``contact``             ``first``, ``second``, ``touching``
     ``motion``              ``robot``, ``moving``, ``duration`` [s], ``fault``
     ``controller``          ``robot``, ``controller``
+    ``intervention``        ``kind``: ``pull`` or ``override``; a pull has ``body``, ``point`` in
+                            its frame [m], ``target`` in the world [m] (None when it ends),
+                            ``max_force`` [N] and ``begins``; an override ``path``, ``status``,
+                            ``before`` (instead of the node's tick, or after it) and
+                            ``execution``, the number of the node's execution in the tick
     ``tick``                ``tick``: number of the tick, from 0
     ======================  ====================================================================
     """
@@ -63,6 +68,7 @@ class EventStream(RunObserver):
         self._tick, self._cycle = 0, run.cycle
         self._tick_time = self._cell.time
         self._tree.observers.append(self._status_changed)
+        run.interventions.observers.append(self._intervened)
 
     def after_compile(self) -> None:
         """Report entities that were added or removed."""
@@ -94,6 +100,7 @@ class EventStream(RunObserver):
         """Stop observing the tree."""
         if self._status_changed in self._tree.observers:
             self._tree.observers.remove(self._status_changed)
+            self._run.interventions.observers.remove(self._intervened)
 
     # Internal
 
@@ -109,6 +116,10 @@ class EventStream(RunObserver):
             self._emit_status(node, old, new)
         else:  # replaced by an edited tree
             self._compare_tree()
+
+    def _intervened(self, data: dict[str, Any]) -> None:
+        if self.listeners:
+            self._emit("intervention", data)
 
     def _emit_status(self, node: Any, old: Any, new: Any) -> None:
         reason = str(node.feedback_message) if new is NodeStatus.FAILURE else ""
@@ -260,6 +271,10 @@ def log_line(event: RunEvent) -> tuple[str, str] | None:
         return "WARNING", f"{data['robot']} stopped: {data['fault']}"
     if event.kind == "entity":
         return "INFO", f"{data['name']} {'added' if data['present'] else 'removed'}"
+    if event.kind == "intervention" and data["kind"] == "override":
+        return "WARNING", f"{data['path']}: its status was set to {data['status']}"
+    if event.kind == "intervention" and (data["begins"] or data["target"] is None):
+        return "WARNING", f"{data['body']} is {'pulled' if data['begins'] else 'let go'}"
     if event.kind == "controller":
         return "INFO", f"{data['robot']} is controlled by {data['controller']}"
     return None

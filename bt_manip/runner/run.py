@@ -10,6 +10,7 @@ from typing import Any
 from bt_manip.bt import NodeStatus, Tree
 
 from .goal import GoalJudge
+from .interventions import Interventions
 from .observer import RunObserver
 from .request import RunRequest
 from .station import Station
@@ -27,6 +28,7 @@ class Run:
     Attributes:
         cycle: The present cycle, or the next one.
         goal: Judges the tree's goal; it has judged a cycle when `cycle_ended` is called.
+        interventions: Takes requests to pull bodies and to set the statuses of nodes.
         stop: Returns whether the run has to end; whoever pauses it checks this often.
     """
 
@@ -38,6 +40,7 @@ class Run:
     def __post_init__(self) -> None:
         """Prepare to judge the tree's goal."""
         self.goal = GoalJudge(self.tree, self.station.cell)
+        self.interventions = Interventions(self.tree, self.station)
         self.stop: Stop = lambda: False
 
     def execute(self, observers: Sequence[RunObserver] = (), *, stop: Stop = lambda: False) -> None:
@@ -66,6 +69,7 @@ class Run:
             "station": self.station.get_state(),
             "tree": self.tree.get_state(),
             "goal": self.goal.get_state(),
+            "interventions": self.interventions.get_state(),
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
@@ -77,6 +81,7 @@ class Run:
         self.station.set_state(state["station"])
         self.tree.set_state(state["tree"])
         self.goal.set_state(state["goal"])
+        self.interventions.set_state(state.get("interventions", {"pulls": ()}))
         self.cycle = state["cycle"]
 
 
@@ -86,6 +91,7 @@ class _Loop:
     def __init__(self, run: Run, observers: Sequence[RunObserver]) -> None:
         self._tree, self._cell = run.tree, run.station.cell
         self._run, self._request = run, run.request
+        self._interventions = run.interventions
         self._observers = observers
         self._before_tick = _overridden("before_tick", observers)
         self._after_step = _overridden("after_step", observers)
@@ -133,6 +139,7 @@ class _Loop:
                 stack.callback(observer.run_ended)
             self._run.cycle = 0
             self._run.goal.stop()
+            self._interventions.clear()
             self._tree.halt()
 
     def _cycle(self, cycle: int) -> bool:
@@ -148,6 +155,7 @@ class _Loop:
                 return False
             for observe in self._before_tick:
                 observe()
+            self._interventions.take_over()
             status = self._tree.tick()
             if status is not NodeStatus.RUNNING:
                 self._run.cycle = cycle + 1
@@ -170,7 +178,13 @@ class _Loop:
         """Make the control steps of one tick."""
         cell = self._cell
         self._note_model()
-        cell.step(self._request.steps_per_tick, then=self._after_step)
+        steps = self._request.steps_per_tick
+        if self._interventions.pulling:
+            for _ in range(steps):
+                self._interventions.apply()
+                cell.step(then=self._after_step)
+        else:
+            cell.step(steps, then=self._after_step)
         for observer in self._observers:
             observer.after_tick()
         self._pacing.wait(cell.time)

@@ -1,0 +1,322 @@
+"""Changes from outside that act on a running simulation: pulls, and statuses set by hooks."""
+
+import math
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from bt_manip.bt import Node, NodeStatus, Tree
+from bt_manip.cell import entity_of
+from bt_manip.exceptions import BtManipError
+
+from .station import Station
+
+MAX_FORCE = 50.0
+"""Default limit of the force of a pull [N]: ten times the weight of an object of 0.5 kg."""
+
+_SETS = (NodeStatus.SUCCESS, NodeStatus.FAILURE)
+
+Hook = Callable[..., NodeStatus | None]
+
+
+@dataclass
+class Pull:
+    """A spring between a point of a body and a point of the world.
+
+    Attributes:
+        body: The entity, or a body called ``entity/body``.
+        point: The point in the body's frame [m].  # (3,)
+        target: The point of the world [m].  # (3,)
+        max_force: Limit of the force [N].
+        mass: Effective mass of the body at the point when the pull began [kg].
+    """
+
+    body: str
+    point: list[float]
+    target: list[float]
+    max_force: float
+    mass: float
+
+
+class Interventions:
+    """Takes requests to intervene from any thread, and obeys them in the thread of the run.
+
+    Each one is reported as plain data when it takes effect; `request` with the same data before
+    the same tick repeats it, bit for bit. Without interventions a run is as it is without this.
+
+    Attributes:
+        observers: Called by the thread of the run with the data of each intervention.
+    """
+
+    def __init__(self, tree: Tree, station: Station) -> None:
+        """Begin without interventions."""
+        self._tree, self._cell, self._robots = tree, station.cell, station.robots
+        self.observers: list[Callable[[dict[str, Any]], None]] = []
+        self._requests: deque[dict[str, Any]] = deque()
+        self._pulls: dict[str, Pull] = {}
+        self._bound: list[tuple[np.ndarray, mujoco.MjvPerturb, float]] = []
+        self._generation: int | None = None
+        self._hooks: dict[Node, _NodeHooks] = {}
+
+    # Any thread
+
+    def pull(
+        self,
+        body: str,
+        target: Sequence[float] | None,
+        *,
+        point: Sequence[float] = (0.0, 0.0, 0.0),
+        max_force: float = MAX_FORCE,
+    ) -> None:
+        """Pull a body by a damped spring, as in MuJoCo's window, from the next tick on.
+
+        Args:
+            body: An entity that is no robot, or a body of one, called ``entity/body``.
+            target: Point of the world to which it is pulled [m]; None lets it go.  # (3,)
+            point: Point of the body, in its frame, at which the spring acts [m].  # (3,)
+            max_force: Limit of the force [N].
+
+        Raises:
+            BtManipError: If there is no such body, it cannot move, or a number is not finite.
+        """
+        self.request(
+            {
+                "kind": "pull",
+                "body": body,
+                "point": [float(x) for x in point],
+                "target": None if target is None else [float(x) for x in target],
+                "max_force": float(max_force),
+            }
+        )
+
+    def override(self, path: str, status: NodeStatus, *, before: bool = True) -> None:
+        """Replace the status of a node's next tick.
+
+        Args:
+            path: Path of the node.
+            status: SUCCESS or FAILURE.
+            before: Whether the node is not ticked at all; else its result is replaced.
+
+        Raises:
+            BtManipError: If there is no such node, or its status cannot be set.
+        """
+        self.request(
+            {"kind": "override", "path": path, "before": before, "status": status.name}
+        )  # fmt: skip
+
+    def request(self, data: Mapping[str, Any]) -> None:
+        """Request an intervention by its data, as they are reported.
+
+        Raises:
+            BtManipError: If it is impossible.
+        """
+        if data["kind"] == "override":
+            self._node(data)
+        elif data["target"] is not None:
+            numbers = [*data["point"], *data["target"], data["max_force"]]
+            if len(numbers) != 7 or not all(map(math.isfinite, numbers)):
+                raise BtManipError(f"a pull needs two points and a force, got {numbers}")
+            self._body(data["body"])
+        self._requests.append(dict(data))
+
+    # The thread of the run
+
+    def take_over(self) -> None:
+        """Obey the requests since the last tick; of several pulls of a body, the last one."""
+        if not self._requests:
+            return
+        pulls = {}
+        while self._requests:
+            data = self._requests.popleft()
+            if data["kind"] == "pull":
+                pulls[data["body"]] = data
+            else:
+                self._arm(data)
+        for body, data in pulls.items():
+            if data["target"] is None:
+                self._let_go(body)
+            else:
+                self._begin_or_move(data)
+
+    @property
+    def pulling(self) -> bool:
+        """Whether `apply` has to be called before each control step."""
+        return bool(self._pulls)
+
+    def apply(self) -> None:
+        """Set the forces of all pulls for the next control step."""
+        model, data = self._cell.model, self._cell.data
+        if self._generation != self._cell.generation:
+            self._bind()
+        for wrench, spring, max_force in self._bound:
+            mujoco.mjv_applyPerturbForce(model, data, spring)
+            force = math.sqrt(wrench[:3] @ wrench[:3])
+            if force > max_force:
+                wrench *= max_force / force
+
+    def set_tick_hooks(
+        self, owner: Any, node: Node, pre_tick: Hook | None, post_tick: Hook | None
+    ) -> None:
+        """Set one owner's functions around a node's tick; statuses that they set are reported.
+
+        Args:
+            owner: Whoever sets them; a later call replaces or, with None, removes its functions.
+            node: The node.
+            pre_tick: As `bt_manip.bt.Node.set_tick_hooks`.
+            post_tick: As `bt_manip.bt.Node.set_tick_hooks`.
+        """
+        hooks = self._hooks.setdefault(node, _NodeHooks(self._cell, self._report))
+        hooks.owners.pop(owner, None)
+        if pre_tick or post_tick:
+            hooks.owners[owner] = pre_tick, post_tick
+        if hooks.owners:
+            node.set_tick_hooks(hooks.before, hooks.after)
+        else:
+            node.set_tick_hooks()
+            del self._hooks[node]
+
+    def clear(self) -> None:
+        """End all interventions."""
+        self._requests.clear()
+        for body in list(self._pulls):
+            self._let_go(body)
+        for node in self._hooks:
+            node.set_tick_hooks()
+        self._hooks.clear()
+
+    def get_state(self) -> dict[str, Any]:
+        """Return the active pulls as plain data."""
+        return {"pulls": [asdict(pull) for pull in self._pulls.values()]}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Restore a state of `get_state`."""
+        self._pulls = {one["body"]: Pull(**one) for one in state["pulls"]}
+        self._generation = None
+
+    # Internal
+
+    def _report(self, data: dict[str, Any]) -> None:
+        for observer in tuple(self.observers):
+            observer(data)
+
+    def _node(self, data: Mapping[str, Any]) -> Node:
+        node = self._tree.node(data["path"])
+        if not isinstance(node, Node):
+            raise BtManipError(f"'{node.path}' is of py_trees: its status cannot be set")
+        if data["status"] not in (status.name for status in _SETS):
+            raise BtManipError(f"a status can be set to SUCCESS or FAILURE, not {data['status']}")
+        return node
+
+    def _body(self, name: str) -> int:
+        body = self._cell.body_id(name)
+        if entity_of(name) in self._robots:
+            raise BtManipError(f"'{name}' is part of a robot: only other bodies can be pulled")
+        if self._cell.model.body_weldid[body] == 0:
+            raise BtManipError(f"'{name}' cannot be pulled: it is fixed")
+        return body
+
+    def _begin_or_move(self, data: dict[str, Any]) -> None:
+        begins = data["body"] not in self._pulls
+        try:
+            mass = self._mass(data) if begins else self._pulls[data["body"]].mass
+        except BtManipError:  # removed since the request
+            return
+        numbers = {key: data[key] for key in ("body", "point", "target", "max_force")}
+        self._pulls[data["body"]] = Pull(**numbers, mass=mass)
+        self._generation = None
+        self._report({"kind": "pull", **numbers, "begins": begins})
+
+    def _let_go(self, body: str) -> None:
+        if self._pulls.pop(body, None) is None:
+            return
+        self._generation = None
+        try:
+            self._cell.data.xfrc_applied[self._body(body)] = 0.0
+        except BtManipError:  # removed
+            pass
+        self._report({"kind": "pull", "body": body, "target": None, "begins": False})
+
+    def _mass(self, data: Mapping[str, Any]) -> float:
+        """Return the effective mass at a point: MuJoCo's in ``mjv_initPerturb``."""
+        model, physics, body = self._cell.model, self._cell.data, self._body(data["body"])
+        point = physics.xpos[body] + physics.xmat[body].reshape(3, 3) @ data["point"]
+        jacobian, solved = np.zeros((2, 3, model.nv))
+        mujoco.mj_jac(model, physics, jacobian, None, point, body)
+        mujoco.mj_solveM(model, physics, solved, jacobian)
+        return 3.0 / float(np.sum(jacobian * solved))
+
+    def _bind(self) -> None:
+        """Bind the pulls to the present model; those of removed bodies end."""
+        self._bound = []
+        for pull in list(self._pulls.values()):
+            try:
+                body = self._body(pull.body)
+            except BtManipError:
+                self._let_go(pull.body)
+                continue
+            spring = mujoco.MjvPerturb()
+            spring.select, spring.active = body, int(mujoco.mjtPertBit.mjPERT_TRANSLATE)
+            spring.localpos, spring.refselpos = pull.point, pull.target
+            spring.localmass = pull.mass
+            self._bound.append((self._cell.data.xfrc_applied[body], spring, pull.max_force))
+        self._generation = self._cell.generation
+
+    def _arm(self, data: dict[str, Any]) -> None:
+        """Let the next tick of a node have a status, or one after it in the same tick."""
+        try:
+            node = self._node(data)
+        except BtManipError:  # the tree was edited since the request
+            return
+        left = data.get("execution", 0)
+        owner = object()
+
+        def replace(*_: Any) -> NodeStatus | None:
+            nonlocal left
+            left -= 1
+            if left >= 0:
+                return None
+            self.set_tick_hooks(owner, node, None, None)
+            return NodeStatus[data["status"]]
+
+        self.set_tick_hooks(owner, node, *((replace, None) if data["before"] else (None, replace)))
+
+
+class _NodeHooks:
+    """The hooks of all owners around the tick of a node."""
+
+    def __init__(self, cell: Any, report: Callable[[dict[str, Any]], None]) -> None:
+        self._cell, self._report = cell, report
+        self.owners: dict[Any, tuple[Hook | None, Hook | None]] = {}
+        self._executions = {True: (-1.0, 0), False: (-1.0, 0)}  # time of the tick, and how many
+
+    def before(self, node: Node) -> NodeStatus | None:
+        """Return the status that replaces the node's tick, if one does."""
+        return self._call(True, node)
+
+    def after(self, node: Node, state: NodeStatus) -> NodeStatus | None:
+        """Return the status that replaces the result, if one does."""
+        return self._call(False, node, state)
+
+    def _call(self, before: bool, node: Node, *state: NodeStatus) -> NodeStatus | None:
+        time, execution = self._executions[before]
+        execution = execution + 1 if time == self._cell.time else 0
+        self._executions[before] = self._cell.time, execution
+        for hooks in tuple(self.owners.values()):
+            hook = hooks[not before]
+            status = None if hook is None else hook(node, *state)
+            if status in _SETS:
+                self._report(
+                    {
+                        "kind": "override",
+                        "path": node.path,
+                        "before": before,
+                        "status": status.name,
+                        "execution": execution,
+                    }
+                )
+                return status
+        return None
