@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-pytest_plugins = ["tests.robot_fixtures"]
+pytest_plugins = ["tests.robot_fixtures", "tests.run_fixtures"]
 
 _REPOSITORY = Path(__file__).resolve().parent.parent
 _PROBE = "import mujoco as m; m.Renderer(m.MjModel.from_xml_string('<mujoco/>'), 16, 16).close()"

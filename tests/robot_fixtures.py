@@ -94,6 +94,7 @@ class Floating(composer.Arena):
     """An arena with nothing in it, not even a floor."""
 
 
+UR5E_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 MENAGERIE_ARMS = {
     "ur5e": ("universal_robots_ur5e/ur5e.xml", "{}_joint", "attachment_site"),
     "iiwa14": ("kuka_iiwa_14/iiwa14.xml", "joint{}", "attachment_site"),
@@ -102,25 +103,34 @@ MENAGERIE_ARMS = {
 }
 
 
-@pytest.fixture(params=MENAGERIE_ARMS)
-def menagerie_arm(request: pytest.FixtureRequest, menagerie: Path) -> Robot:
-    """Give another arm, compiled alone and described in a few lines."""
-    file, joints, site = MENAGERIE_ARMS[request.param]
-    ur = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
-    names = tuple(joints.format(i) for i in (ur if request.param == "ur5e" else range(1, 8)))
+def menagerie_robot(menagerie: Path, name: str, bend: float = 0.0, **limits: float) -> Robot:
+    """Return another arm, compiled alone and described in a few lines.
+
+    Args:
+        menagerie: Folder of the models.
+        name: Key of `MENAGERIE_ARMS`.
+        bend: Position of most joints in the home configuration [rad].
+        limits: Limits of all joints by field of the description.
+    """
+    file, joints, site = MENAGERIE_ARMS[name]
+    names = tuple(joints.format(i) for i in (UR5E_JOINTS if name == "ur5e" else range(1, 8)))
     n = len(names)
+    limits = {"velocity": 2.0, "acceleration": 5.0, "jerk": 1000.0, "effort": 50.0} | limits
     robot = Robot(
         RobotDescription(
             name="other",
             model=str(menagerie / file),
             arm_joints=names,
             tool_frame=site,
-            home=(0.0, 0.0, 0.0, -1.5, 0.0, 1.5, 0.0) if request.param == "fr3" else (0.0,) * n,
-            velocity=(2.0,) * n,
-            acceleration=(5.0,) * n,
-            jerk=(1000.0,) * n,
-            effort=(50.0,) * n,
+            home=(bend, bend, bend, -1.5, bend, 1.5, bend) if name == "fr3" else (bend,) * n,
+            **{field: (value,) * n for field, value in limits.items()},
         )
     )
     compile_alone(robot)
     return robot
+
+
+@pytest.fixture(params=MENAGERIE_ARMS)
+def menagerie_arm(request: pytest.FixtureRequest, menagerie: Path) -> Robot:
+    """Give another arm, compiled alone."""
+    return menagerie_robot(menagerie, request.param)

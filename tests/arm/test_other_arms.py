@@ -14,36 +14,13 @@ from bt_manip.control import ComputedTorque
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import Robot, RobotDescription, compile_alone, panda
 from bt_manip.trajectories import limit_use
-from tests.robot_fixtures import Box
-
-UR = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
-ARMS = {
-    "universal_robots_ur5e/ur5e.xml": ("{}_joint", UR, "attachment_site"),
-    "kuka_iiwa_14/iiwa14.xml": ("joint{}", range(1, 8), "attachment_site"),
-    "franka_fr3/fr3.xml": ("fr3_joint{}", range(1, 8), "attachment_site"),
-    "ufactory_xarm7/xarm7.xml": ("joint{}", range(1, 8), "link_tcp"),
-}
+from tests.robot_fixtures import MENAGERIE_ARMS, UR5E_JOINTS, Box, menagerie_robot
 
 
-@pytest.mark.parametrize("file", ARMS)
-def test_another_arm_moves_within_its_limits(menagerie, rng, file):
-    pattern, numbers, site = ARMS[file]
-    names = tuple(pattern.format(i) for i in numbers)
-    n = len(names)
-    robot = Robot(
-        RobotDescription(
-            name="other",
-            model=str(menagerie / file),
-            arm_joints=names,
-            tool_frame=site,
-            home=(0.1, 0.1, 0.1, -1.5, 0.1, 1.5, 0.1) if "fr3" in file else (0.1,) * n,
-            velocity=(2.0,) * n,
-            acceleration=(6.0,) * n,
-            jerk=(3000.0,) * n,
-            effort=(200.0,) * n,
-        )
-    )
-    compile_alone(robot)
+@pytest.mark.parametrize("name", MENAGERIE_ARMS)
+def test_another_arm_moves_within_its_limits(menagerie, rng, name):
+    limits = {"acceleration": 6.0, "jerk": 3000.0, "effort": 200.0}
+    robot = menagerie_robot(menagerie, name, 0.1, **limits)
     arm = Arm(robot)
     limits = arm.model.limits
     lower, upper = np.maximum(limits.lower, -2.5), np.minimum(limits.upper, 2.5)
@@ -70,12 +47,12 @@ def test_another_arm_moves_within_its_limits(menagerie, rng, file):
 
 
 def test_arm_without_a_gripper_checks_collisions_and_external_forces(menagerie):
-    n = len(UR)
+    n = 6
     robot = Robot(
         RobotDescription(
             name="bare",
             model=str(menagerie / "universal_robots_ur5e" / "ur5e.xml"),
-            arm_joints=tuple(f"{joint}_joint" for joint in UR),
+            arm_joints=tuple(f"{joint}_joint" for joint in UR5E_JOINTS),
             tool_frame="attachment_site",
             home=(0.1, -1.2, 1.2, -1.5, -1.5, 0.1),
             velocity=(2.0,) * n,

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from bt_manip.groot import GrootPublisher
-from bt_manip.plugins import load_plugins
 from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource, build_station
 from tests.groot.client import Client, free_ports
 
@@ -21,11 +20,6 @@ def groot2() -> Path:
     if not (root / "groot2").is_dir():
         pytest.skip(f"no transcript of BehaviorTree.CPP at {root}")
     return root / "groot2"
-
-
-@pytest.fixture(scope="session")
-def parts():
-    return load_plugins(entry_points=()).parts
 
 
 class Steps(RunObserver):

@@ -14,37 +14,15 @@ from bt_manip.bt import (
     Script,
     Sequence,
     Sleep,
-    Tree,
     UnsetBlackboard,
 )
-from bt_manip.plugins import load_plugins
 from bt_manip.recording import Recorder
 from bt_manip.runner import (
     EventQueue,
     EventStream,
-    Run,
     RunEvent,
     RunObserver,
-    RunRequest,
-    TreeSource,
-    build_station,
 )
-
-
-@pytest.fixture(scope="module")
-def parts():
-    return load_plugins(entry_points=()).parts
-
-
-@pytest.fixture
-def make_run(parts):
-    def make(root: Node, **request) -> Run:
-        station = build_station(parts)
-        tree = Tree(root, clock=station.clock)
-        tree.setup(**station.infrastructure)
-        return Run(RunRequest(TreeSource("test", "python"), **request), tree, station)
-
-    return make
 
 
 @pytest.fixture

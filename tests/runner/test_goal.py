@@ -19,13 +19,6 @@ def built():
 
 
 @pytest.fixture
-def station(built):
-    station, start = built
-    station.set_state(start)
-    return station
-
-
-@pytest.fixture
 def cell(station):
     return station.cell
 

@@ -65,31 +65,19 @@ def check_scenes(parts, folder: Path, count: int, *, built: bool) -> None:
     assert refused > count / 4
 
 
-def check_robots(folder: Path, count: int) -> None:
+def check_robots(folder: Path, count: int, name: str, least: int) -> None:
+    """Damage a file of a robot; at least one time in ``least`` it must be refused."""
     models = Path(__file__).parent.parent / "robots" / "models"
-    for name in ("post.xml", "pincers.xml"):
-        (folder / name).write_text((models / name).read_text())
-    text = (models / "post.toml").read_text()
-    rng, path = random.Random(2), folder / "robot.toml"
-    refused = sum(
-        check(lambda: (path.write_text(damaged(text, rng)), Robot(read_description(path))))
-        for _ in range(count)
-    )
-    assert refused > count / 4
+    texts = {one: (models / one).read_text() for one in ("post.toml", "post.xml", "pincers.xml")}
+    for one, text in texts.items():
+        (folder / one).write_text(text)
+    rng, path = random.Random(2), folder / name
 
+    def read():
+        path.write_text(damaged(texts[name], rng))
+        Robot(read_description(folder / "post.toml"))
 
-def check_models(folder: Path, count: int) -> None:
-    models = Path(__file__).parent.parent / "robots" / "models"
-    for name in ("post.toml", "pincers.xml"):
-        (folder / name).write_text((models / name).read_text())
-    text = (models / "post.xml").read_text()
-    rng, path = random.Random(3), folder / "post.xml"
-    description = read_description(folder / "post.toml")
-    refused = sum(
-        check(lambda: (path.write_text(damaged(text, rng)), Robot(description)))
-        for _ in range(count)
-    )
-    assert refused > count / 8
+    assert sum(check(read) for _ in range(count)) > count / least
 
 
 def check_snapshots(folder: Path, count: int) -> None:
@@ -110,11 +98,11 @@ def test_damaged_scenes_are_refused_or_read(parts, tmp_path):
 
 
 def test_damaged_robots_are_refused_or_made(tmp_path):
-    check_robots(tmp_path, 100)
+    check_robots(tmp_path, 100, "post.toml", 4)
 
 
 def test_damaged_models_are_refused_or_made(tmp_path):
-    check_models(tmp_path, 60)
+    check_robots(tmp_path, 60, "post.xml", 8)
 
 
 def test_damaged_snapshots_are_refused(tmp_path):
@@ -124,6 +112,6 @@ def test_damaged_snapshots_are_refused(tmp_path):
 @pytest.mark.soak
 def test_thousands_of_damaged_files_are_refused_or_read(parts, tmp_path):
     check_scenes(parts, tmp_path, 2000, built=True)
-    check_robots(tmp_path, 3000)
-    check_models(tmp_path, 2000)
+    check_robots(tmp_path, 3000, "post.toml", 4)
+    check_robots(tmp_path, 2000, "post.xml", 8)
     check_snapshots(tmp_path, 10_000)

@@ -12,9 +12,6 @@ viser = pytest.importorskip("viser", reason="the extra [view] is not installed")
 import websockets.sync.client  # noqa: E402
 import zstandard  # noqa: E402
 
-from bt_manip.bt import Node, Tree  # noqa: E402
-from bt_manip.plugins import load_plugins  # noqa: E402
-from bt_manip.runner import Run, RunRequest, TreeSource, build_station  # noqa: E402
 from bt_manip.viewer import Page  # noqa: E402
 
 
@@ -46,22 +43,6 @@ class Client:
 
     def close(self) -> None:
         self.connection.close()
-
-
-@pytest.fixture(scope="session")
-def parts():
-    return load_plugins(entry_points=()).parts
-
-
-@pytest.fixture
-def make_run(parts) -> Callable[..., Run]:
-    def make(root: Node, **request: Any) -> Run:
-        station = build_station(parts)
-        tree = Tree(root, clock=station.clock)
-        tree.setup(**station.infrastructure)
-        return Run(RunRequest(TreeSource("test", "python"), **request), tree, station)
-
-    return make
 
 
 @pytest.fixture

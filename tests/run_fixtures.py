@@ -1,0 +1,37 @@
+"""The built-in parts, and runs of trees in stations of their own."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from bt_manip.bt import Node, Tree
+from bt_manip.plugins import load_plugins
+from bt_manip.registry import Parts
+from bt_manip.runner import Run, RunRequest, Scene, TreeSource, build_station
+
+
+@pytest.fixture(scope="session")
+def parts() -> Parts:
+    return load_plugins(entry_points=()).parts
+
+
+@pytest.fixture(scope="session")
+def make_run(parts: Parts) -> Callable[..., Run]:
+    """Make a run of a tree; options that are not named here are those of its request."""
+
+    def make(
+        root: Node,
+        *,
+        scene: Scene | None = None,
+        seed: int = 0,
+        goal: Node | tuple[()] = (),
+        **request: Any,
+    ) -> Run:
+        station = build_station(parts, scene=scene, seed=seed)
+        tree = Tree(root, clock=station.clock, goal=goal)
+        tree.setup(**station.infrastructure)
+        source = TreeSource("test", "python")
+        return Run(RunRequest(source, seed=seed, **request), tree, station)
+
+    return make
