@@ -1,5 +1,6 @@
 """The cell: a composer arena, its objects, its compiled physics and its contacts."""
 
+from .arena import OVERVIEW as OVERVIEW
 from .arena import Arena as Arena
 from .cell import Cell as Cell
 from .contacts.contact_monitor import ContactMonitor as ContactMonitor
@@ -43,3 +44,8 @@ from .region import Region as Region
 from .rendering import FrameRenderer as FrameRenderer
 from .rendering import NoOpenGLError as NoOpenGLError
 from .rendering import camera_number as camera_number
+from .visuals import CellScene as CellScene
+from .visuals import SceneCamera as SceneCamera
+from .visuals import SceneSource as SceneSource
+from .visuals import Triangles as Triangles
+from .visuals import VisualShape as VisualShape

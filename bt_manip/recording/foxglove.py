@@ -1,6 +1,7 @@
 """The scene of a cell as messages of Foxglove's schemas: geometry, frames and log lines."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -17,22 +18,11 @@ from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrim
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 
-from bt_manip.cell import entity_of
+from bt_manip.cell import CellScene, Triangles, VisualShape
 from bt_manip.recording.protobuf import NumberTemplate
 
 WORLD_FRAME = "world"
 """Name of the frame of MuJoCo's world body."""
-
-PLANE_SIZE = 10.0
-"""Edge length of the square that stands for an infinite plane [m]."""
-
-VISIBLE_GROUPS = 3
-"""Geoms of the groups below this number are visible, as in MuJoCo's viewers."""
-
-DEFAULT_COLOUR = (0.5, 0.5, 0.5, 1.0)
-"""MuJoCo's colour of a geom that has none: its material's colour is used instead."""
-
-_Geom = mujoco.mjtGeom
 
 
 def timestamp_of(nanoseconds: int) -> Timestamp:
@@ -63,22 +53,21 @@ class SceneMessages:
     """Frames and geometry of one compiled model.
 
     Attributes:
-        entities: Names of the entities, ``"world"`` for what belongs to none, in order.
+        scene: What they show.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, entities: Mapping[str, Any] | None = None
+    ) -> None:
         """Read the names and the movable bodies of a model.
 
         Args:
             model: The compiled model.
             data: Its data.
+            entities: The entities by name.
         """
-        self._model, self._data = model, data
-        self._frames = [WORLD_FRAME, *(_frame_name(model, i) for i in range(1, model.nbody))]
-        names = [entity_of(name) for name in self._frames]
-        self.entities = list(dict.fromkeys(names))
-        of_body = np.array([self.entities.index(name) for name in names])
-        self._of_geom = np.where(model.geom_group < VISIBLE_GROUPS, of_body[model.geom_bodyid], -1)
+        self.scene = CellScene(model, data, entities)
+        self._data, self._frames = data, self.scene.frames
         bodies = np.arange(1, model.nbody)
         movable = bodies[model.body_weldid[bodies] != 0]
         # One range, which is read faster than single rows; fixed bodies in it do no harm.
@@ -120,28 +109,31 @@ class SceneMessages:
         message = template.serialize(poses)
         return message.replace(time_then, time) if time else message
 
-    def colours(self, entity: str) -> bytes:
-        """Return bytes that change when an entity gets other colours."""
-        geoms = self._geoms(entity)
-        return self._model.geom_rgba[geoms].tobytes() + self._model.geom_matid[geoms].tobytes()
-
     def geometry(self, entity: str, nanoseconds: int) -> bytes:
-        """Return a serialized SceneUpdate with the visible geoms of an entity."""
+        """Return a serialized SceneUpdate with the visible shapes of an entity."""
         update = SceneUpdate()
-        bodies: dict[int, SceneEntity] = {}
-        for geom in self._geoms(entity).tolist():
-            body = int(self._model.geom_bodyid[geom])
-            if body not in bodies:
-                frame = self._frames[body]
-                bodies[body] = update.entities.add(
-                    timestamp=timestamp_of(nanoseconds), frame_id=frame, id=frame, frame_locked=True
-                )
-            self._add_geom(bodies[body], geom)
+        for frame, shapes in self.scene.shapes(entity).items():
+            body = update.entities.add(
+                timestamp=timestamp_of(nanoseconds), frame_id=frame, id=frame, frame_locked=True
+            )
+            for shape in shapes:
+                _add_shape(body, shape)
         return update.SerializeToString()
 
-    def _geoms(self, entity: str) -> np.ndarray:
-        """Return the visible geoms of an entity."""
-        return np.flatnonzero(self._of_geom == self.entities.index(entity))
+    def cameras(self) -> dict[str, Any]:
+        """Return the cameras, and the centre [m] and the size [m] of the cell, as plain data."""
+        scene = self.scene
+        cameras = [
+            {
+                "name": one.name,
+                "frame": one.frame,
+                "position": one.position.tolist(),
+                "quat_wxyz": one.quat_wxyz.tolist(),
+                "fovy": one.fovy,
+            }
+            for one in scene.cameras
+        ]
+        return {"cameras": cameras, "centre": scene.centre.tolist(), "extent": scene.extent}
 
     def _transforms(self, bodies: np.ndarray, nanoseconds: int) -> FrameTransforms:
         message = FrameTransforms()
@@ -156,52 +148,48 @@ class SceneMessages:
             )
         return message
 
-    def _add_geom(self, entity: SceneEntity, geom: int) -> None:
-        model = self._model
-        pose = _pose(model.geom_pos[geom], model.geom_quat[geom])
-        colour = Color(**dict(zip("rgba", self._colour(geom), strict=True)))
-        x, y, z = model.geom_size[geom].tolist()
-        kind = _Geom(int(model.geom_type[geom]))
-        if kind == _Geom.mjGEOM_MESH:
-            self._add_mesh(entity, int(model.geom_dataid[geom]), pose, colour)
-        elif kind == _Geom.mjGEOM_BOX:
-            entity.cubes.add(pose=pose, size=Vector3(x=2 * x, y=2 * y, z=2 * z), color=colour)
-        elif kind == _Geom.mjGEOM_PLANE:
-            size = Vector3(x=2 * x or PLANE_SIZE, y=2 * y or PLANE_SIZE, z=1e-4)
-            entity.cubes.add(pose=pose, size=size, color=colour)
-        elif kind == _Geom.mjGEOM_SPHERE:
-            entity.spheres.add(pose=pose, size=Vector3(x=2 * x, y=2 * x, z=2 * x), color=colour)
-        elif kind == _Geom.mjGEOM_ELLIPSOID:
-            entity.spheres.add(pose=pose, size=Vector3(x=2 * x, y=2 * y, z=2 * z), color=colour)
-        elif kind in (_Geom.mjGEOM_CYLINDER, _Geom.mjGEOM_CAPSULE):
-            size = Vector3(x=2 * x, y=2 * x, z=2 * y)
-            entity.cylinders.add(
-                pose=pose, size=size, bottom_scale=1.0, top_scale=1.0, color=colour
-            )
-            if kind == _Geom.mjGEOM_CAPSULE:
-                axis = np.zeros(9)
-                mujoco.mju_quat2Mat(axis, model.geom_quat[geom])
-                for sign in (-y, y):
-                    end = _pose(model.geom_pos[geom] + sign * axis[2::3], model.geom_quat[geom])
-                    ball = Vector3(x=2 * x, y=2 * x, z=2 * x)
-                    entity.spheres.add(pose=end, size=ball, color=colour)
 
-    def _add_mesh(self, entity: SceneEntity, mesh: int, pose: Pose, colour: Color) -> None:
-        model = self._model
-        first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-        points = serialized_points(model.mesh_vert[first : first + count])
-        first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
-        indices = model.mesh_face[first : first + count].ravel().tolist()
-        triangles = entity.triangles.add(pose=pose, indices=indices, color=colour)
-        triangles.MergeFromString(points)
+def _add_shape(body: SceneEntity, shape: VisualShape) -> None:
+    pose = _pose(shape.position, shape.quat_wxyz)
+    colour = Color(**dict(zip("rgba", shape.rgba, strict=True)))
+    size = Vector3(**dict(zip("xyz", shape.size, strict=True)))
+    if shape.triangles is not None:
+        vertices, faces = shape.triangles
+        triangles = body.triangles.add(pose=pose, indices=faces.ravel().tolist(), color=colour)
+        triangles.MergeFromString(serialized_points(vertices))
+    elif shape.kind == "box":
+        body.cubes.add(pose=pose, size=size, color=colour)
+    elif shape.kind == "ellipsoid":
+        body.spheres.add(pose=pose, size=size, color=colour)
+    else:
+        body.cylinders.add(pose=pose, size=size, bottom_scale=1.0, top_scale=1.0, color=colour)
 
-    def _colour(self, geom: int) -> tuple[float, ...]:
-        model = self._model
-        colour = tuple(model.geom_rgba[geom].tolist())
-        material = int(model.geom_matid[geom])
-        if material >= 0 and colour == DEFAULT_COLOUR:
-            colour = tuple(model.mat_rgba[material].tolist())
-        return colour
+
+def shapes_of(update: SceneUpdate) -> dict[str, list[VisualShape]]:
+    """Return the shapes of a SceneUpdate, by the frame of their body."""
+    found: dict[str, list[VisualShape]] = {}
+    for body in update.entities:
+        shapes = found.setdefault(body.frame_id, [])
+        kinds = {"box": body.cubes, "ellipsoid": body.spheres, "cylinder": body.cylinders}
+        for kind, primitives in kinds.items():
+            shapes += [_shape(kind, one, one.size) for one in primitives]
+        for one in body.triangles:
+            vertices = np.array([(p.x, p.y, p.z) for p in one.points], dtype=np.float32)
+            faces = np.array(one.indices, dtype=np.int32).reshape(-1, 3)
+            shapes.append(_shape("mesh", one, None, Triangles(vertices.reshape(-1, 3), faces)))
+    return found
+
+
+def _shape(kind: Any, primitive: Any, size: Any, triangles: Triangles | None = None) -> VisualShape:
+    p, q, c = primitive.pose.position, primitive.pose.orientation, primitive.color
+    return VisualShape(
+        kind,
+        np.array([p.x, p.y, p.z]),
+        np.array([q.w, q.x, q.y, q.z]),
+        (c.r, c.g, c.b, c.a),
+        (1.0, 1.0, 1.0) if size is None else (size.x, size.y, size.z),
+        triangles,
+    )
 
 
 def serialized_points(points: np.ndarray) -> bytes:
@@ -231,8 +219,3 @@ def _pose(position: np.ndarray, quat_wxyz: np.ndarray) -> Pose:
     x, y, z = position.tolist()
     w, i, j, k = quat_wxyz.tolist()
     return Pose(position=Vector3(x=x, y=y, z=z), orientation=Quaternion(x=i, y=j, z=k, w=w))
-
-
-def _frame_name(model: mujoco.MjModel, body: int) -> str:
-    name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body) or f"body{body}"
-    return name.rstrip("/")

@@ -33,6 +33,9 @@ TOPICS = {
 }
 """Topics of the recorded events, by their kind."""
 
+CAMERAS = "/cameras"
+"""Topic of the cameras."""
+
 STATE = (
     '{"force":[%.6g,%.6g,%.6g],"torque":[%.6g,%.6g,%.6g],"grip_forces":[%s],"held":%s,'
     '"saturated_steps":%d,"speed_scale":%.6g}'
@@ -77,7 +80,7 @@ class McapRecorder(EventStream):
         super().run_started(run)
         self._station = run.station
         self._scene: SceneMessages | None = None
-        self._shown: dict[str, tuple[Any, bytes]] = {}  # entities and their colours, by name
+        self._shown: dict[str, Any] = {}  # the looks of the entities, by name
         self._layout: dict[str, Any] | None = None
         self._poses: list[tuple[float, bytes]] = []
         self._robots: list[RobotChannel] = []
@@ -102,12 +105,13 @@ class McapRecorder(EventStream):
         assert self._file is not None
         with self._file.lock:
             self._encode()
-            self._scene = SceneMessages(self._cell.model, self._cell.data)
+            self._scene = SceneMessages(self._cell.model, self._cell.data, self._cell.entities)
             for robot in self._robots:
                 robot.bind()
         super().after_compile()
         self._write_scene()
         self._add("/tf_static", self._scene.fixed_frames(self._now))
+        self._file.add_json(CAMERAS, self._now, self._scene.cameras())
 
     def cycle_started(self, cycle: int) -> None:
         """Write what was randomized, and in the first cycle the layout."""
@@ -204,17 +208,15 @@ class McapRecorder(EventStream):
         from bt_manip.recording.foxglove import removal
 
         assert self._file is not None and self._scene is not None
-        scene = self._scene
-        present = {name: self._cell.entities.get(name) for name in scene.entities}
+        present = self._scene.scene.entities()
         for name in [name for name in self._shown if name not in present]:
             del self._shown[name]
             self._add(f"/scene/{name}", removal())
-        for name, entity in present.items():
-            looks = (entity, scene.colours(name))
+        for name, looks in present.items():
             if self._shown.get(name) != looks:
                 self._shown[name] = looks
                 self._file.add_topic(f"/scene/{name}", SceneUpdate)
-                self._add(f"/scene/{name}", scene.geometry(name, self._now))
+                self._add(f"/scene/{name}", self._scene.geometry(name, self._now))
 
 
 class RobotChannel:

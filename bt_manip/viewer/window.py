@@ -8,6 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from bt_manip.cell import OVERVIEW
 from bt_manip.runner import RunObserver
 from bt_manip.viewer.display import require_display
 
@@ -16,9 +17,6 @@ FRAME_PERIOD = 1.0 / 60.0
 
 CLOSING = 5.0
 """Longest wall time to wait for the viewer's thread [s]; drawing in software takes seconds."""
-
-OVERVIEW = "overview"
-"""Name of the camera that gives the first viewpoint, where a cell has one."""
 
 FREE_CAMERA = (-125.0, -20.0)
 """Azimuth and elevation of the first viewpoint where there is no such camera [deg]."""

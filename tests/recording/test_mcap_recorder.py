@@ -450,7 +450,7 @@ def test_mesh_and_primitive_geoms_keep_their_sizes(parts):
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     scene = SceneMessages(model, data)
-    assert scene.entities == ["world", "thing"]
+    assert list(scene.scene.entities()) == ["world", "thing"]
     (thing,) = SceneUpdate.FromString(scene.geometry("thing", 0)).entities
     (box,) = thing.cubes
     assert (box.size.x, box.size.y, box.size.z) == (0.2, 0.4, 0.6)

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+from bt_manip.cell import CellScene
 from bt_manip.runner import EventStream, RunEvent
 
 from .controls import Controls
@@ -78,12 +79,14 @@ class Page(EventStream):
     def after_compile(self) -> None:
         """Add and remove the nodes of entities that came and went."""
         super().after_compile()
-        self._scene.bind(self._cell)
+        cell = self._cell
+        self._source = CellScene(cell.model, cell.data, cell.entities)
+        self._scene.bind(self._source)
 
     def cycle_started(self, cycle: int) -> None:
         """Show what was randomized."""
         super().cycle_started(cycle)
-        self._scene.bind(self._cell)
+        self._scene.bind(self._source)
 
     def before_tick(self) -> None:
         """Wait while the run is paused."""

@@ -1,0 +1,226 @@
+"""The visible geometry of a cell, for whoever draws, records or exports it."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, NamedTuple, Protocol
+
+import mujoco
+import numpy as np
+
+from .naming import WORLD, entity_of
+
+PLANE_SIZE = 10.0
+"""Edge length of the square that stands for an infinite plane [m]."""
+
+PLANE_THICKNESS = 1e-4
+"""Thickness of the box that stands for a plane [m]."""
+
+VISIBLE_GROUPS = 3
+"""Geoms of the groups below this number are visible, as in MuJoCo's viewers."""
+
+DEFAULT_COLOUR = (0.5, 0.5, 0.5, 1.0)
+"""MuJoCo's colour of a geom that has none: its material's colour is used instead."""
+
+TEXTURE_SAMPLES = 5_000
+"""Number of pixels whose mean is the colour of a texture; all would take milliseconds."""
+
+_Geom = mujoco.mjtGeom
+
+
+class Triangles(NamedTuple):
+    """A triangle mesh; a vertex at a sharp edge is there once for each side."""
+
+    vertices: np.ndarray  # (n, 3) [m]
+    faces: np.ndarray  # (m, 3)
+
+
+class VisualShape(NamedTuple):
+    """A visible shape in the frame of its body.
+
+    A capsule is a cylinder and two ellipsoids, a plane is a thin box.
+    """
+
+    kind: Literal["box", "ellipsoid", "cylinder", "mesh"]
+    position: np.ndarray  # (3,) [m]
+    quat_wxyz: np.ndarray  # (4,)
+    rgba: tuple[float, ...]
+    """Red, green, blue and opacity, from 0 to 1; a texture is its mean colour."""
+    size: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    """Full lengths along the axes of the shape [m]; the axis of a cylinder is z."""
+    triangles: Triangles | None = None
+    """Of a mesh."""
+
+
+class SceneCamera(NamedTuple):
+    """A camera of a cell; it looks along its -z axis, with y up, as in MuJoCo."""
+
+    name: str
+    frame: str
+    """Name of the body to which it is fixed."""
+    position: np.ndarray  # (3,) [m] in that frame
+    quat_wxyz: np.ndarray  # (4,)
+    fovy: float
+    """Vertical field of view [deg]."""
+
+
+class SceneSource(Protocol):
+    """What a viewer needs of a cell, live (`CellScene`) or recorded (`RecordedScene`).
+
+    Entities have bodies, bodies have frames and shapes. Geometry changes seldom: whoever shows it
+    compares `entities` with what is shown, asks for the `shapes` of those that are new or look
+    different, and then reads `poses` as often as needed. After objects have come or gone, a live
+    cell is another source, with other frames; a recording is one source at all times.
+
+    Attributes:
+        frames: Names of the frames of the bodies, in the order of `poses`; no name occurs twice.
+        cameras: The cameras.
+        centre: Centre of the cell [m], to which a viewer without a camera `OVERVIEW` looks.  # (3,)
+        extent: Size of the cell [m].
+    """
+
+    @property
+    def frames(self) -> Sequence[str]: ...  # noqa: D102
+    @property
+    def cameras(self) -> Sequence[SceneCamera]: ...  # noqa: D102
+    @property
+    def centre(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def extent(self) -> float: ...  # noqa: D102
+
+    def entities(self) -> Mapping[str, Any]:
+        """Return the present entities by name, with a value that differs when their looks do.
+
+        The entity ``world`` has what belongs to no other.
+        """
+
+    def shapes(self, entity: str) -> Mapping[str, Sequence[VisualShape]]:
+        """Return the visible shapes of a present entity, by the frame of their body."""
+
+    def poses(self) -> np.ndarray:
+        """Return position [m] and quaternion (wxyz) of the frames in the world.
+
+        Those of bodies that are not present mean nothing.
+        """  # (n, 7)
+
+
+class CellScene:
+    """The scene of a compiled model and its present state, as a `SceneSource`."""
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        entities: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Read the names.
+
+        Args:
+            model: The compiled model.
+            data: Its data.
+            entities: The entities by name; another one of the same name looks different.
+        """
+        self._model, self._data, self._known = model, data, dict(entities or {})
+        self.frames = [_frame_name(model, i) for i in range(model.nbody)]
+        names = [entity_of(name) for name in self.frames]
+        order = list(dict.fromkeys(names))
+        of_body = np.array([order.index(name) for name in names])
+        visible = np.where(model.geom_group < VISIBLE_GROUPS, of_body[model.geom_bodyid], -1)
+        self._geoms = {name: np.flatnonzero(visible == i) for i, name in enumerate(order)}
+        self.cameras = [
+            SceneCamera(
+                mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_CAMERA, i) or f"camera{i}",
+                self.frames[model.cam_bodyid[i]],
+                model.cam_pos[i].copy(),
+                model.cam_quat[i].copy(),
+                float(model.cam_fovy[i]),
+            )
+            for i in range(model.ncam)
+        ]
+        self.centre, self.extent = model.stat.center.copy(), float(model.stat.extent)
+
+    def entities(self) -> dict[str, Any]:
+        """Return all entities, with the object of the cell and its colours."""
+        rgba, material = self._model.geom_rgba, self._model.geom_matid
+        return {
+            name: (self._known.get(name), rgba[ids].tobytes() + material[ids].tobytes())
+            for name, ids in self._geoms.items()
+        }
+
+    def shapes(self, entity: str) -> dict[str, list[VisualShape]]:
+        """Return the visible shapes of an entity, by the frame of their body."""
+        found: dict[str, list[VisualShape]] = {}
+        for geom in self._geoms[entity].tolist():
+            frame = self.frames[self._model.geom_bodyid[geom]]
+            found.setdefault(frame, []).extend(_shapes_of(self._model, geom))
+        return found
+
+    def poses(self) -> np.ndarray:
+        """Return the present poses of all bodies."""
+        return np.hstack([self._data.xpos, self._data.xquat])
+
+
+def _frame_name(model: mujoco.MjModel, body: int) -> str:
+    if body == 0:
+        return WORLD
+    name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body) or f"body{body}"
+    return name.rstrip("/")
+
+
+def _shapes_of(model: mujoco.MjModel, geom: int) -> list[VisualShape]:
+    """Return the shapes of a geom: none for kinds that are not drawn (height fields)."""
+    x, y, z = model.geom_size[geom].tolist()
+    position, quat_wxyz = model.geom_pos[geom].copy(), model.geom_quat[geom].copy()
+    rgba = _colour_of(model, geom)
+    kind = _Geom(int(model.geom_type[geom]))
+    if kind in (_Geom.mjGEOM_MESH, _Geom.mjGEOM_SDF):
+        triangles = _triangles_of(model, int(model.geom_dataid[geom]))
+        return [VisualShape("mesh", position, quat_wxyz, rgba, triangles=triangles)]
+    if kind == _Geom.mjGEOM_BOX:
+        return [VisualShape("box", position, quat_wxyz, rgba, (2 * x, 2 * y, 2 * z))]
+    if kind == _Geom.mjGEOM_PLANE:
+        size = (2 * x or PLANE_SIZE, 2 * y or PLANE_SIZE, PLANE_THICKNESS)
+        return [VisualShape("box", position, quat_wxyz, rgba, size)]
+    if kind == _Geom.mjGEOM_ELLIPSOID:
+        return [VisualShape("ellipsoid", position, quat_wxyz, rgba, (2 * x, 2 * y, 2 * z))]
+    ball = 2 * x, 2 * x, 2 * x
+    if kind == _Geom.mjGEOM_SPHERE:
+        return [VisualShape("ellipsoid", position, quat_wxyz, rgba, ball)]
+    if kind not in (_Geom.mjGEOM_CYLINDER, _Geom.mjGEOM_CAPSULE):
+        return []
+    found = [VisualShape("cylinder", position, quat_wxyz, rgba, (2 * x, 2 * x, 2 * y))]
+    if kind == _Geom.mjGEOM_CAPSULE:
+        axes = np.zeros(9)
+        mujoco.mju_quat2Mat(axes, quat_wxyz)
+        for end in (-y, y):
+            found.append(
+                VisualShape("ellipsoid", position + end * axes[2::3], quat_wxyz, rgba, ball)
+            )
+    return found
+
+
+def _triangles_of(model: mujoco.MjModel, mesh: int) -> Triangles:
+    first, count = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+    corners = slice(first, first + count)
+    # A vertex with several normals is at a sharp edge: it becomes several vertices.
+    faces, normals = model.mesh_face[corners], model.mesh_facenormal[corners]
+    pairs = np.stack([faces.ravel(), normals.ravel()], axis=1)
+    unique, indices = np.unique(pairs, axis=0, return_inverse=True)
+    vertices = model.mesh_vert[model.mesh_vertadr[mesh] + unique[:, 0]]
+    return Triangles(vertices, indices.reshape(-1, 3))
+
+
+def _colour_of(model: mujoco.MjModel, geom: int) -> tuple[float, ...]:
+    colour = tuple(model.geom_rgba[geom].tolist())
+    material = int(model.geom_matid[geom])
+    if material < 0:
+        return colour
+    if colour == DEFAULT_COLOUR:
+        colour = tuple(model.mat_rgba[material].tolist())
+    texture = int(model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB])
+    if texture < 0:
+        return colour
+    first, channels = int(model.tex_adr[texture]), int(model.tex_nchannel[texture])
+    size = int(model.tex_height[texture]) * int(model.tex_width[texture]) * channels
+    pixels = model.tex_data[first : first + size].reshape(-1, channels)
+    sample = pixels[:: max(1, len(pixels) // TEXTURE_SAMPLES), :3]
+    mean = sample.mean(axis=0) / 255.0
+    return (*(np.broadcast_to(mean, 3) * colour[:3]).tolist(), colour[3])
