@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from bt_manip.recording.files import RecordingError as RecordingError
     from bt_manip.recording.files import check_writable as check_writable
     from bt_manip.recording.mcap_recorder import McapRecorder as McapRecorder
+    from bt_manip.recording.recorded_scene import RecordedScene as RecordedScene
     from bt_manip.recording.recorder import Recorder as Recorder
     from bt_manip.recording.recording import Recording as Recording
     from bt_manip.recording.report import CycleReport as CycleReport

@@ -62,13 +62,20 @@ class BlockWriter(Writer):
     would take a tenth of the time of the simulation.
     """
 
-    def add_block(self, channel: int, times: np.ndarray, data: Sequence[bytes]) -> None:
+    def add_block(
+        self,
+        channel: int,
+        times: np.ndarray,
+        data: Sequence[bytes],
+        sequences: np.ndarray | int = 0,
+    ) -> None:
         """Add messages of a channel, as `add_message` would one by one.
 
         Args:
             channel: Its number.
             times: Times of the messages, whole numbers [ns].  # (n,)
             data: Their contents, all of the same length.
+            sequences: Their sequence numbers.
         """
         n = len(times)
         chunk, statistics = self._Writer__chunk_builder, self._Writer__statistics  # type: ignore
@@ -76,6 +83,7 @@ class BlockWriter(Writer):
         block["opcode"], block["channel"] = Opcode.MESSAGE, channel
         block["length"] = block.itemsize - 9  # without opcode and length
         block["log_time"] = block["publish_time"] = times
+        block["sequence"] = sequences
         block["data"] = np.frombuffer(b"".join(data), dtype=block.dtype["data"])
         index = chunk.message_indices.get(channel)
         if not isinstance(index, BlockIndex):  # none, or one of single messages
@@ -104,6 +112,7 @@ class McapFile:
 
     Attributes:
         lock: Held while something is added or written.
+        sequence: Sequence number of the messages that `add` adds: the number of ticks begun before.
     """
 
     def __init__(self, path: Path, encode: Callable[[], None]) -> None:
@@ -132,6 +141,7 @@ class McapFile:
         self._flushed = time.monotonic()
         self._error: OSError | None = None
         self._encode = encode
+        self.sequence = 0
         self.lock = threading.RLock()
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._flush_when_due, daemon=True)
@@ -189,25 +199,37 @@ class McapFile:
         if self._error is not None:
             return
         with self.lock:
-            self._writer.add_message(self._channels[topic], nanoseconds, data, nanoseconds)
+            self._writer.add_message(
+                self._channels[topic], nanoseconds, data, nanoseconds, self.sequence
+            )
 
-    def add_all(self, topic: str, times: np.ndarray, data: Sequence[bytes]) -> None:
+    def add_all(
+        self,
+        topic: str,
+        times: np.ndarray,
+        data: Sequence[bytes],
+        sequences: np.ndarray | int = 0,
+    ) -> None:
         """Add serialized messages of a topic.
 
         Args:
             topic: A registered topic.
             times: Simulated times [s].  # (n,)
             data: Their contents.
+            sequences: Their sequence numbers.
         """
         if not data or self._error is not None:
             return
         ticks = np.rint(times * 1e9).astype(np.int64)
-        if len(set(map(len, data))) == 1:
-            with self.lock:
-                self._writer.add_block(self._channels[topic], ticks, data)
-        else:
-            for nanoseconds, content in zip(ticks.tolist(), data, strict=True):
-                self.add(topic, nanoseconds, content)
+        sequences = np.broadcast_to(sequences, ticks.shape)
+        channel = self._channels[topic]
+        with self.lock:
+            if len(set(map(len, data))) == 1:
+                self._writer.add_block(channel, ticks, data, sequences)
+                return
+            columns = zip(ticks.tolist(), data, sequences.tolist(), strict=True)
+            for nanoseconds, content, number in columns:
+                self._writer.add_message(channel, nanoseconds, content, nanoseconds, number)
 
     def end_tick(self, nanoseconds: int) -> None:
         """Write the chunk if it is full.

@@ -82,7 +82,7 @@ class McapRecorder(EventStream):
         self._scene: SceneMessages | None = None
         self._shown: dict[str, Any] = {}  # the looks of the entities, by name
         self._layout: dict[str, Any] | None = None
-        self._poses: list[tuple[float, bytes]] = []
+        self._poses: list[tuple[float, int, bytes]] = []  # time, number of ticks, poses
         self._robots: list[RobotChannel] = []
         file = self._file = McapFile(self._path, self._encode)
         request = run.request
@@ -103,6 +103,7 @@ class McapRecorder(EventStream):
         from bt_manip.recording.foxglove import SceneMessages
 
         assert self._file is not None
+        first = self._scene is None
         with self._file.lock:
             self._encode()
             self._scene = SceneMessages(self._cell.model, self._cell.data, self._cell.entities)
@@ -113,12 +114,20 @@ class McapRecorder(EventStream):
         self._add("/tf_static", self._scene.fixed_frames(self._now))
         self._file.add_json(CAMERAS, self._now, self._scene.cameras())
 
+        if first:
+            self._copy_poses()
+
     def cycle_started(self, cycle: int) -> None:
         """Write what was randomized, and in the first cycle the layout."""
         self._write_scene()
         super().cycle_started(cycle)
         if self._layout is None:
             self._write_layout()
+
+    def before_tick(self) -> None:
+        """Count the ticks: messages have the number of ticks so far as their sequence number."""
+        assert self._file is not None
+        self._file.sequence += 1
 
     def after_step(self) -> None:
         """Copy the state of the robots."""
@@ -127,9 +136,9 @@ class McapRecorder(EventStream):
 
     def after_tick(self) -> None:
         """Copy the poses and the states of the robots; write a chunk if it is full."""
-        assert self._file is not None and self._scene is not None
+        assert self._file is not None
         time = self._cell.time
-        self._poses.append((time, self._scene.copy_poses()))
+        self._copy_poses()
         for robot in self._robots:
             robot.end_tick(time)
         super().after_tick()
@@ -148,6 +157,10 @@ class McapRecorder(EventStream):
 
     # Internal
 
+    def _copy_poses(self) -> None:
+        assert self._file is not None and self._scene is not None
+        self._poses.append((self._cell.time, self._file.sequence, self._scene.copy_poses()))
+
     def _encode(self) -> None:
         """Add the messages of the copied states; called under the lock of the file.
 
@@ -159,8 +172,9 @@ class McapRecorder(EventStream):
         poses, self._poses = self._poses, []
         if poses and self._scene is not None:
             frames = self._scene.movable_frames
-            messages = [frames(nanoseconds(time), copy) for time, copy in poses]
-            self._file.add_all("/tf", np.array([time for time, _ in poses]), messages)
+            messages = [frames(nanoseconds(time), copy) for time, _, copy in poses]
+            times, numbers = np.array([(time, number) for time, number, _ in poses]).T
+            self._file.add_all("/tf", times, messages, numbers.astype(int))
         for robot in self._robots:
             robot.encode()
 

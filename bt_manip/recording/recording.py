@@ -76,6 +76,14 @@ class Recording:
         Raises:
             BtManipError: If there is no such topic.
         """
+        for _, time, topic, data in self.numbered_messages(*topics):
+            yield time, topic, data
+
+    def numbered_messages(self, *topics: str) -> Iterator[tuple[int, float, str, Any]]:
+        """Iterate as `messages` does, with the number of ticks that had begun before each message.
+
+        Within a topic that is neither joints nor states of robots, this number never decreases.
+        """
         for topic in topics:
             if topic not in self.topics:
                 hint = did_you_mean(topic, self.topics)
@@ -89,7 +97,7 @@ class Recording:
                 if not topics or channel.topic in topics:
                     is_json = channel.message_encoding == "json"
                     data = json.loads(record.data) if is_json else record.data
-                    yield record.log_time / 1e9, channel.topic, data
+                    yield record.sequence, record.log_time / 1e9, channel.topic, data
 
     def events(self) -> Iterator[RunEvent]:
         """Iterate over the events of the run, as an `EventStream` reported them."""

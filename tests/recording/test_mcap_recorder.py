@@ -136,8 +136,10 @@ def test_limits_and_steps_without_foreign_contacts_are_recorded(recorded):
 
 def test_frames_are_those_of_the_physics_at_each_tick(recorded):
     path, watch, _ = recorded
-    found = list(read(path, "/tf"))
+    first, *found = list(read(path, "/tf"))
+    assert first[2].log_time == 0  # where the run starts
     assert len(found) == len(watch.poses)
+    assert [message.sequence for _, _, message in found] == list(range(1, len(found) + 1))
     for (schema, _, message), (time, xpos, xquat) in zip(found, watch.poses, strict=True):
         assert schema.name == "foxglove.FrameTransforms"
         frames = {t.child_frame_id: t for t in FrameTransforms.FromString(message.data).transforms}
