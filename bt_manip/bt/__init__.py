@@ -83,6 +83,7 @@ from .nodes.declared import declare as declare
 from .port_types import DOUBLE_LIST as DOUBLE_LIST
 from .port_types import STRING as STRING
 from .ports import is_pointer as is_pointer
+from .ports import pointed_key as pointed_key
 from .stubs import Stubs as Stubs
 from .substitution import Rule as Rule
 from .substitution import Substitutions as Substitutions

@@ -123,6 +123,17 @@ class Blackboard:
                 return parent.entry(key)
         return None
 
+    def place(self, key: str) -> tuple["Blackboard", str]:
+        """Return the scope in which the entry behind a key is or would be, and its key there."""
+        if key[:1] == "@":
+            return self.root.place(key[1:])
+        if key not in self.entries and self.parent is not None:
+            if key in self.remapped:
+                return self.parent.place(self.remapped[key])
+            if self.autoremap and key[:1] != "_":
+                return self.parent.place(key)
+        return self, key
+
     def declare(self, key: str, type: PortType = UNTYPED) -> Entry:
         """Find or create the entry behind a key, where the key leads.
 

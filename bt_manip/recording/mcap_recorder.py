@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 TOPICS = {
     "tree": "/tree/nodes",
     "status": "/tree/status",
+    "edit": "/tree/edits",
     "blackboard": "/blackboard",
     "entity": "/entities",
     "contact": "/contacts",

@@ -2,10 +2,10 @@
 
 import math
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
-from bt_manip.bt import NodeStatus
+from bt_manip.bt import NodeStatus, pointed_key
 from bt_manip.cell import ContactEventDetector, as_object
 
 from .observer import RunObserver
@@ -17,7 +17,11 @@ class RunEvent(NamedTuple):
     ======================  ====================================================================
     kind                    keys of `data`
     ======================  ====================================================================
-    ``tree``                ``nodes``: uid, path, name, kind, registration and parent of each node
+    ``tree``                ``nodes``: uid, path, name, kind, registration, parent and ``ports`` of
+                            each node; of a port: name, direction, text as in a document, and the
+                            ``key`` of the blackboard that it points to, if any
+    ``edit``                ``problems`` of the edited file of the tree, a line for each; none when
+                            the tree has been replaced
     ``cycle``               ``cycle``; ``status`` (``RUNNING`` when it starts), ``reason``
     ``status``              ``uid``, ``path``, ``old``, ``status``, ``reason`` of a failure
     ``blackboard``          ``key`` with its sub-tree's path, ``value`` (None if unset), ``type``
@@ -69,6 +73,7 @@ class EventStream(RunObserver):
         self._tick_time = self._cell.time
         self._tree.observers.append(self._status_changed)
         run.interventions.observers.append(self._intervened)
+        run.reporters.append(self._report)
 
     def after_compile(self) -> None:
         """Report entities that were added or removed."""
@@ -101,6 +106,7 @@ class EventStream(RunObserver):
         if self._status_changed in self._tree.observers:
             self._tree.observers.remove(self._status_changed)
             self._run.interventions.observers.remove(self._intervened)
+            self._run.reporters.remove(self._report)
 
     # Internal
 
@@ -108,6 +114,10 @@ class EventStream(RunObserver):
         event = RunEvent(self._cell.time if time is None else time, kind, data)
         for listener in self.listeners:
             listener(event)
+
+    def _report(self, kind: str, data: dict[str, Any]) -> None:
+        if self.listeners:
+            self._emit(kind, data)
 
     def _status_changed(self, node: Any, old: Any, new: Any) -> None:
         if not self.listeners:
@@ -138,6 +148,7 @@ class EventStream(RunObserver):
         if self._tree.nodes is self._nodes:
             return
         self._nodes = self._tree.nodes
+        paths = {id(scope): path for path, scope in self._tree.scopes.items()}
         parents = {id(child): link.uid for link in self._nodes for child in link.children}
         nodes = [
             {
@@ -147,6 +158,7 @@ class EventStream(RunObserver):
                 "kind": str(link.kind),
                 "registration": link.registration,
                 "parent": parents.get(id(getattr(link, "behaviour", link)), 0),
+                "ports": list(_ports(link, paths)),
             }
             for link in self._nodes
         ]
@@ -244,6 +256,25 @@ class EventQueue:
         return taken
 
 
+def _ports(link: Any, paths: Mapping[int, str]) -> Iterator[dict[str, str]]:
+    """Yield the ports and scripts of a node, and the remaps of a sub-tree.
+
+    Args:
+        link: The node.
+        paths: Paths of the blackboard scopes by their id.
+    """
+    texts = {name: ("script", text) for name, text in link.conditions.items()}
+    texts |= {name: ("remap", text) for name, text in getattr(link, "remaps", {}).items()}
+    for name, port in link.ports.items():
+        texts[name] = port.direction, link.port_text(name) or ""
+    for name, (direction, text) in texts.items():
+        pointed, key = pointed_key(name, text), ""
+        if pointed is not None and direction != "script":
+            scope, entry = link.scope.place(pointed)
+            key = "/".join(filter(None, (paths.get(id(scope)), entry)))
+        yield {"name": name, "direction": direction, "text": text, "key": key}
+
+
 def _plain_value(entry: Any) -> bool | int | float | str | None | list[Any]:
     """Return the value of a blackboard entry as JSON can hold it; other types become text."""
     value = entry.value
@@ -269,6 +300,10 @@ def log_line(event: RunEvent) -> tuple[str, str] | None:
         return "WARNING", f"{data['path']}: {data['reason']}"
     if event.kind == "motion" and data["fault"]:
         return "WARNING", f"{data['robot']} stopped: {data['fault']}"
+    if event.kind == "edit":
+        if data["problems"]:
+            return "ERROR", "; ".join(data["problems"])
+        return "INFO", "the edited tree begins anew"
     if event.kind == "entity":
         return "INFO", f"{data['name']} {'added' if data['present'] else 'removed'}"
     if event.kind == "intervention" and data["kind"] == "override":

@@ -56,12 +56,19 @@ class Reloader(RunObserver):
                 self._tell(str(problem))
             if reading.tree is None or reading.errors:
                 self._tell(f"{self._source.path} has errors; the tree goes on as it was")
+                self._report(*map(str, reading.errors))
                 return
             set_keys(self._source, tree, self._settings(), only_new=True)
         except (BtManipError, NodeError) as error:
             self._tell(str(error))
+            self._report(str(error))
         else:
             self._tell(f"{self._source.path} was edited; the tree begins anew")
+            self._report()
+
+    def _report(self, *problems: str) -> None:
+        """Report the problems of the edited file."""
+        self._run.report("edit", {"problems": list(problems)})
 
     def _settings(self) -> dict[str, str]:
         """Give the settings that are for the tree, and not for what stands in the scene."""

@@ -30,6 +30,7 @@ class Run:
         goal: Judges the tree's goal; it has judged a cycle when `cycle_ended` is called.
         interventions: Takes requests to pull bodies and to set the statuses of nodes.
         stop: Returns whether the run has to end; whoever pauses it checks this often.
+        reporters: Called with kind and data of each event that an observer adds by `report`.
     """
 
     request: RunRequest
@@ -42,6 +43,7 @@ class Run:
         self.goal = GoalJudge(self.tree, self.station.cell)
         self.interventions = Interventions(self.tree, self.station)
         self.stop: Stop = lambda: False
+        self.reporters: list[Callable[[str, dict[str, Any]], None]] = []
 
     def execute(self, observers: Sequence[RunObserver] = (), *, stop: Stop = lambda: False) -> None:
         """Run the requested cycles.
@@ -57,6 +59,11 @@ class Run:
         """
         self.stop = stop
         _Loop(self, observers).run()
+
+    def report(self, kind: str, data: dict[str, Any]) -> None:
+        """Add an event to all event streams; `RunEvent` documents kinds and data."""
+        for reporter in tuple(self.reporters):
+            reporter(kind, data)
 
     def get_state(self) -> dict[str, Any]:
         """Return the state of the run as plain data.

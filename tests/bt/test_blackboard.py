@@ -127,6 +127,16 @@ class TestScopes:
 
         assert outer["new"] == "made" and middle.entries == {}
 
+    def test_the_place_of_a_key_is_known_before_it_is_written(self, outer):
+        inner = Blackboard(outer)
+        inner.remap("p", "new")
+        assert inner.place("p") == (outer, "new")
+        assert inner.place("@p") == (outer, "p")
+        assert inner.place("other") == (inner, "other")
+        inner.autoremap = True
+        assert inner.place("other") == (outer, "other")
+        assert inner.place("_own") == (inner, "_own")
+
     def test_autoremap_leads_to_the_same_key_but_not_for_private_ones(self, outer):
         inner = Blackboard(outer)
         inner.autoremap = True

@@ -14,6 +14,7 @@ from bt_manip.bt import (
     Script,
     Sequence,
     Sleep,
+    SubTree,
     UnsetBlackboard,
 )
 from bt_manip.recording import Recorder
@@ -22,6 +23,7 @@ from bt_manip.runner import (
     EventStream,
     RunEvent,
     RunObserver,
+    log_line,
 )
 
 
@@ -55,6 +57,39 @@ def test_the_tree_comes_first_with_the_parent_of_each_node(events_of):
     assert [(n["uid"], n["name"], n["parent"]) for n in nodes] == [
         (1, "root", 0), (2, "rest", 1), (3, "never", 1)
     ]  # fmt: skip
+
+
+def test_the_ports_of_a_node_tell_their_key_of_the_blackboard(events_of):
+    inner = Sequence("inner", SpawnObject("spawn", object="{target}"), Sleep("rest", msec=5))
+    root = Sequence("root", SubTree("sub", inner, remap={"target": "{cube}"}, skip_if="false"))
+    nodes = {node["name"]: node for node in events_of(root)[0].data["nodes"]}
+    ports = {port["name"]: port for port in nodes["spawn"]["ports"]}
+    assert ports["object"] == {
+        "name": "object", "direction": "output", "text": "{target}", "key": "cube"
+    }  # fmt: skip
+    assert nodes["rest"]["ports"] == [
+        {"name": "msec", "direction": "input", "text": "5", "key": ""}
+    ]
+    assert [(p["name"], p["direction"], p["key"]) for p in nodes["sub"]["ports"]] == [
+        ("_skipIf", "script", ""), ("target", "remap", "cube")
+    ]  # fmt: skip
+
+
+def test_an_event_of_another_observer_is_in_the_stream(make_run):
+    events: list[RunEvent] = []
+
+    class Other(RunObserver):
+        def run_started(self, run):
+            self.run = run
+
+        def before_tick(self):
+            self.run.report("edit", {"problems": ["a.xml:3:1: error: no"]})
+
+    run = make_run(Sleep("rest", msec=5))
+    run.execute([EventStream(events.append), Other()])
+    edit, *_ = [event for event in events if event.kind == "edit"]
+    assert log_line(edit) == ("ERROR", "a.xml:3:1: error: no")
+    assert not run.reporters
 
 
 def test_blackboard_changes_are_reported_once_in_the_tick_that_made_them(events_of):
