@@ -131,12 +131,13 @@ def register_faults(register: Callable[[str, type], None]) -> None:
 
 @hookimpl
 def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
-    """Bring the trace of the joints, the recording of everything, and logs for Groot2."""
+    """Bring the trace of the joints, the recording of everything, videos, and logs for Groot2."""
     from bt_manip.groot import BtlogRecorder, SqliteRecorder
-    from bt_manip.recording import McapRecorder, TraceRecorder
+    from bt_manip.recording import McapRecorder, TraceRecorder, VideoRecorder
 
     register("trace", TraceRecorder)
     register("mcap", McapRecorder)
+    register("video", VideoRecorder)
     register("btlog", BtlogRecorder)
     register("db3", SqliteRecorder)
 

@@ -86,7 +86,8 @@ EXPERIMENTAL = {
     "bt_manip.robots": "GraspGenerator GraspCandidates",
     "bt_manip.control": "ControllerManager",
     "bt_manip.recording": (
-        "Recorder RunReport Trace read_report read_trace McapRecorder Recording RecordingError"
+        "Recorder RunReport Trace read_report read_trace McapRecorder Recording RecordingError "
+        "VideoRecorder"
     ),
     "bt_manip.runner": "EventStream EventQueue RunEvent TreeSource Interventions",
     "bt_manip.faults": "Fault FaultContext FaultError FaultInjector parameter parse_fault",

@@ -1,6 +1,8 @@
 """Offscreen rendering of a model."""
 
 import os
+from contextlib import suppress
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -21,7 +23,8 @@ class FrameRenderer(mujoco.Renderer):
         model: The compiled model.
     """
 
-    _gl_context = _mjr_context = None  # of one that could not be opened
+    _gl_context: Any = None  # of one that could not be opened
+    _mjr_context: Any = None
 
     def __init__(
         self,
@@ -106,6 +109,13 @@ class FrameRenderer(mujoco.Renderer):
             mujoco.mjr_readPixels(pixels, None, self._rect, self._mjr_context)
             pixels = pixels[::-1]
         return pixels
+
+    def close(self) -> None:
+        """Free the context; the base class frees objects of the one that is current."""
+        if self._gl_context is not None:
+            with suppress(Exception):  # at the end of Python, or current in another thread
+                self._gl_context.make_current()
+        super().close()
 
 
 def camera_number(model: mujoco.MjModel, name: str) -> int:

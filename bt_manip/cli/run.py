@@ -66,10 +66,10 @@ EXIT_CODES = (
     help="Write t, q, v, q_ref, v_ref, a_ref and tau of every control step.",
 )  # fmt: skip
 @click.option(
-    "--record", "records", multiple=True, metavar="NAME[=FILE]",
+    "--record", "records", multiple=True, metavar="\"[NAME=]FILE KEY=VALUE ...\"",
     shell_complete=complete_part("recorders"),
     help="Add a recorder (see: bt-manip list recorders); FILE alone chooses the recorder of its "
-    "suffix, as in run.mcap.  May be given more than once.",
+    "suffix, as in run.mcap or run.mp4; KEY=VALUE are its options.  May be given more than once.",
 )  # fmt: skip
 @click.option(
     "--fault", "faults", multiple=True, metavar="\"NAME at=NODE KEY=VALUE ...\"",

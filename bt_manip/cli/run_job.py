@@ -1,6 +1,7 @@
 """One run of the command line, from its options to its report."""
 
 import os
+import re
 import sys
 import traceback
 from dataclasses import dataclass, field
@@ -198,6 +199,8 @@ class _Job:
             observers.append(guarded(self._page, "the page", print_warning))
         if options.faults:
             observers.append(self._fault_injector(prepared, parts))
+        for observer in observers:
+            observer.check(prepared)
         return prepared, observers
 
     def _fault_injector(self, run: "Run", parts: "Parts") -> "RunObserver":
@@ -340,16 +343,23 @@ class _Job:
 
     def _can_open_window(self) -> bool:
         """Whether there will be a window; without one, mujoco is imported without OpenGL."""
-        if self._options.window:
-            from bt_manip.viewer import NoDisplayError, require_display
+        from bt_manip.viewer import NoDisplayError, require_display, use_offscreen_opengl
 
+        if self._options.window:
             try:
                 require_display()
                 return True
             except NoDisplayError as error:
                 print_warning(f"--window: {error}; the run has no window")
+        if any(map(is_rendered, self._options.records)):
+            use_offscreen_opengl()
         os.environ.setdefault("MUJOCO_GL", "disable")
         return False
+
+
+def is_rendered(record: str) -> bool:
+    """Return whether a value of ``--record`` asks for images of a camera."""
+    return re.search(r"^video\b|\.(mp4|gif)\b|\scameras=", record) is not None
 
 
 def _require_viser() -> None:

@@ -1,11 +1,14 @@
 """Observers of a run from plugins and options."""
 
+import inspect
+import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 from bt_manip.cli.plugin_options import print_warning
 from bt_manip.exceptions import BtManipError
+from bt_manip.key_values import parse_key_values
 from bt_manip.plugins import BUILTIN, Plugin, Plugins, guarded, plugin_observers
 from bt_manip.recording import check_writable
 from bt_manip.registry import Registry
@@ -64,14 +67,23 @@ def _panel_maker(plugins: Plugins, name: str) -> Callable[[Any], Any]:
 
 def _recorder(plugins: Plugins, text: str) -> RunObserver:
     recorders = plugins.parts.recorders
-    name, equals, file = text.partition("=")
-    if not equals and (suffix := Path(text).suffix):
-        name, file = _recorder_of(suffix, recorders), text
+    found = re.fullmatch(r"(.*?)((?:\s+[a-z_]+=\S*)*)\s*", text)
+    assert found is not None
+    target, words = found.groups()
+    name, equals, file = target.partition("=")
+    if not equals and (suffix := Path(target).suffix):
+        name, file = _recorder_of(suffix, recorders), target
     path = Path(file) if file else None
     owner = _owner(plugins, recorders.owner(name))
     if path is not None:
         check_writable(path, f"--record {name}")
-    recorder = recorders.create(name, path)
+    defaults = {
+        one.name: one.default
+        for one in inspect.signature(recorders.get(name)).parameters.values()
+        if one.kind is one.KEYWORD_ONLY
+    }
+    values = parse_key_values(words.split(), defaults, f"recorder '{name}'")
+    recorder = recorders.create(name, path, **values)
     if not isinstance(recorder, RunObserver):
         raise BtManipError(
             f"recorder '{name}' of plugin '{recorders.owner(name)}' makes no RunObserver, "
@@ -88,9 +100,12 @@ def _recorder_of(suffix: str, recorders: Registry[Any]) -> str:
     Raises:
         BtManipError: If there is none.
     """
-    suffixes = {getattr(recorders.get(name), "suffix", None): name for name in recorders}
+    suffixes: dict[str, str] = {}
+    for name in recorders:
+        known = getattr(recorders.get(name), "suffix", ())
+        suffixes |= dict.fromkeys([known] if isinstance(known, str) else known, name)
     if suffix not in suffixes:
-        known = ", ".join(sorted(filter(None, suffixes)))
+        known = ", ".join(sorted(suffixes))
         raise BtManipError(
             f"--record: no recorder writes '{suffix}' files, known are {known}; --record NAME=FILE "
             "names the recorder"

@@ -24,5 +24,6 @@ if TYPE_CHECKING:
     from bt_manip.recording.trace import Trace as Trace
     from bt_manip.recording.trace import TraceRecorder as TraceRecorder
     from bt_manip.recording.trace import read_trace as read_trace
+    from bt_manip.recording.video import VideoRecorder as VideoRecorder
 
 __getattr__ = lazy_exports(__name__)

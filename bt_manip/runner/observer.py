@@ -8,6 +8,7 @@ class RunObserver:
 
     The runner calls, in this order::
 
+      check(run)
       run_started(run)
         cycle_started(cycle)
           [ before_tick(), tree tick, tick/dt x { control step, after_step() }, after_tick() ] ...
@@ -20,6 +21,13 @@ class RunObserver:
     interrupted or an exception is raised, moving arms are stopped first (`after_step` and
     `after_tick` continue, without ticks) and `run_ended` is called, but `cycle_ended` is not.
     """
+
+    def check(self, run: Any) -> None:
+        """Check that the run can be observed; it may be called before `Run.execute`, too.
+
+        Raises:
+            BtManipError: If not.
+        """
 
     def run_started(self, run: Any) -> None:
         """Prepare for a run; it has `.request`, `.station` and `.tree`."""

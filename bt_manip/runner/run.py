@@ -110,6 +110,8 @@ class _Loop:
         started: list[RunObserver] = []
         try:
             for observer in self._observers:
+                observer.check(self._run)
+            for observer in self._observers:
                 started.append(observer)
                 observer.run_started(self._run)
             self._note_model()

@@ -10,6 +10,7 @@ from bt_manip.lazy_exports import lazy_exports
 if TYPE_CHECKING:
     from bt_manip.viewer.display import NoDisplayError as NoDisplayError
     from bt_manip.viewer.display import require_display as require_display
+    from bt_manip.viewer.display import use_offscreen_opengl as use_offscreen_opengl
     from bt_manip.viewer.page import Page as Page
     from bt_manip.viewer.page import Panel as Panel
     from bt_manip.viewer.picture import NoOpenGLError as NoOpenGLError

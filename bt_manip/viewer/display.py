@@ -1,10 +1,19 @@
 """Check for a display, before mujoco is imported: MUJOCO_GL is read at its import."""
 
+import ctypes.util
 import os
 import sys
 import warnings
 
 from bt_manip.exceptions import BtManipError
+
+
+def use_offscreen_opengl() -> None:
+    """Let MuJoCo draw without a display, where MUJOCO_GL does not say what to draw with."""
+    if sys.platform.startswith("linux"):
+        for backend, library in (("egl", "EGL"), ("osmesa", "OSMesa")):
+            if ctypes.util.find_library(library):
+                os.environ.setdefault("MUJOCO_GL", backend)
 
 
 class NoDisplayError(BtManipError):

@@ -2,7 +2,9 @@
 
 import json
 
+import av
 import numpy as np
+import pytest
 
 from bt_manip.recording import Recording
 
@@ -33,3 +35,30 @@ def test_a_run_that_ends_with_a_fault_leaves_a_complete_recording(bt_manip, tree
     assert bt_manip("run", f"{trees}:loud", "--record", path).code == 3
     recording = Recording(path)
     assert recording.complete and recording.end >= 0.02
+
+
+def test_words_after_the_file_are_options_of_the_recorder(opengl, bt_manip, trees, tmp_path):
+    path = tmp_path / "a run.mp4"
+    options = "camera=panda/wrist size=64x48 fps=100"
+    code, _, err = bt_manip("run", f"{trees}:quick", "--record", f"{path} {options}")
+    assert (code, err) == (0, "")
+    with av.open(path) as video:
+        assert len(list(video.decode(video=0))) >= 3
+        assert video.streams.video[0].width == 64
+
+
+@pytest.mark.parametrize(
+    ("record", "message"),
+    [
+        ("run.mp4 camera=overveiw", "there is no camera 'overveiw'; did you mean 'overview'?"),
+        ("run.mp4 size=65x48", "width and height of a .mp4 video are even, got 65x48"),
+        ("run.mp4 sise=64x48", "recorder 'video' has no parameter 'sise'; did you mean 'size'?"),
+        ("video", "a video needs a file to be written to"),
+        ("run.npz fps=3", "recorder 'trace' has no parameter 'fps'"),
+    ],
+)
+def test_bad_options_of_a_recorder_are_bad_input(bt_manip, trees, tmp_path, record, message):
+    text = record.replace("run.", f"{tmp_path}/run.")
+    code, _, err = bt_manip("run", f"{trees}:quick", "--record", text)
+    assert code == 2 and message in err
+    assert not [path for path in tmp_path.iterdir() if path.stem == "run"]
