@@ -2,13 +2,17 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from bt_manip.bt.nodes.link import Link, NodeKind, behaviour_of
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.nodes.parent import Parent
 from bt_manip.bt.nodes.subtree import SubTree
-from bt_manip.bt.tree import Tree
+from bt_manip.bt.status import NodeStatus
 from bt_manip.bt.xml.writer import escape
+
+if TYPE_CHECKING:
+    from bt_manip.bt.tree import Tree
 
 MARKS = {
     "Sequence": "→",
@@ -32,8 +36,17 @@ _STYLES = {
 }
 """Shape in Graphviz and fill colour of a node, by its kind."""
 
+_COLOURS = {
+    NodeStatus.RUNNING: "#e67700",
+    NodeStatus.SUCCESS: "#2b8a3e",
+    NodeStatus.FAILURE: "#c92a2a",
+}
+"""Colour of a status that is not idle."""
+
 _CHARACTER = 6.6  # [px], mean width of one at the font size of the SVG
 _LINE = 15.0  # [px]
+_ROW = 19.0  # [px] of an outline
+_INDENT = 18.0  # [px] of a level of an outline
 _PADDING = 8.0  # [px]
 _GAP_X = 14.0  # [px]
 _GAP_Y = 34.0  # [px]
@@ -86,7 +99,7 @@ class _Box:
             yield from child.iterate()
 
 
-def draw_text(tree: Tree, *, ports: bool = True, docs: bool = False) -> str:
+def draw_text(tree: "Tree", *, ports: bool = True, docs: bool = False) -> str:
     """Draw a tree for a terminal.
 
     Args:
@@ -112,7 +125,7 @@ def _draw_lines(box: _Box, indent: str, last: bool, lines: list[str], docs: bool
         _draw_lines(child, indent, child is box.children[-1], lines, docs)
 
 
-def draw_dot(tree: Tree, *, ports: bool = True, docs: bool = False) -> str:
+def draw_dot(tree: "Tree", *, ports: bool = True, docs: bool = False) -> str:
     """Write a tree as a directed graph.
 
     Args:
@@ -149,7 +162,7 @@ def _quoted(text: str) -> str:
     return f'"{escaped}"'
 
 
-def draw_svg(tree: Tree, *, ports: bool = True, docs: bool = False) -> str:
+def draw_svg(tree: "Tree", *, ports: bool = True, docs: bool = False) -> str:
     """Draw a tree as a picture, laid out from the root down.
 
     Args:
@@ -165,13 +178,54 @@ def draw_svg(tree: Tree, *, ports: bool = True, docs: bool = False) -> str:
     body: list[str] = []
     for box in root.iterate():
         _draw_box(box, body, docs)
-    width, height = root.span + 2 * _GAP_X, bottom + _GAP_X
+    return _svg(root.span + 2 * _GAP_X, bottom + _GAP_X, body)
+
+
+def _svg(width: float, height: float, body: list[str]) -> str:
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
-        f'viewBox="0 0 {width:.0f} {height:.0f}" font-family="sans-serif" font-size="12">\n'
-        + "\n".join(body)
-        + "\n</svg>\n"
+        f'viewBox="0 0 {width:.0f} {height:.0f}" font-family="sans-serif" font-size="12" '
+        'style="background:white">\n' + "\n".join(body) + "\n</svg>\n"
     )
+
+
+def draw_outline(tree: "Tree") -> str:
+    """Draw a tree as a picture with a line for each node: its kind, name, status and reason.
+
+    Args:
+        tree: The tree.
+
+    Returns:
+        The picture as SVG.
+    """
+    root, body = _layout(tree, ports=False), list[str]()
+    rows = _draw_rows(root, _PADDING, 0, body)
+    width = max(box.x + box.span for box in root.iterate())
+    return _svg(width + 2 * _PADDING, rows * _ROW + 2 * _PADDING, body)
+
+
+def _draw_rows(box: _Box, x: float, row: int, body: list[str]) -> int:
+    """Draw a node and all below, a row each; return the number of the next row."""
+    y = _PADDING + (row + 0.5) * _ROW
+    status = box.link.engine_status
+    colour, state, reason = _COLOURS.get(status, "#333"), "", ""
+    if status in _COLOURS:
+        state, reason = status.name, getattr(behaviour_of(box.link), "feedback_message", "")
+    body.append(
+        f'<rect x="{x:.0f}" y="{y - 5:.1f}" width="10" height="10" rx="2" '
+        f'fill="{_STYLES[box.link.kind][1]}" stroke="{colour}"/>'
+        f'<text x="{x + 16:.0f}" y="{y + 4:.1f}" fill="{colour}">{escape(box.title)} '
+        f'<tspan font-weight="bold">{state}</tspan> {escape(reason)}</text>'
+    )
+    box.x, box.span = x, len(f"{box.title} {state} {reason}") * _CHARACTER + 16
+    row += 1
+    for child in box.children:
+        end = _PADDING + (row + 0.5) * _ROW
+        body.append(f'<path d="M{x + 5:.0f},{end:.1f} h{_INDENT - 5:.0f}" stroke="#aaa"/>')
+        row = _draw_rows(child, x + _INDENT, row, body)
+    if box.children:
+        body.append(f'<path d="M{x + 5:.0f},{y + 5:.1f} V{end:.1f}" stroke="#aaa"/>')
+    return row
 
 
 def _place(box: _Box, left: float, top: float) -> float:
@@ -210,7 +264,7 @@ def _draw_box(box: _Box, body: list[str], docs: bool) -> None:
     body.append("</g>")
 
 
-def _layout(tree: Tree, ports: bool) -> _Box:
+def _layout(tree: "Tree", ports: bool) -> _Box:
     links = {id(behaviour_of(link)): link for link in tree.nodes}
     return _box(tree.nodes[0], links, ports)
 

@@ -268,6 +268,12 @@ class Tree:
         """Show the tree's ID and size."""
         return f"Tree({self.tree_id!r}, {len(self.nodes)} nodes)"
 
+    def _repr_svg_(self) -> str:
+        """Show the nodes with their statuses in a notebook."""
+        from bt_manip.bt.drawing import draw_outline
+
+        return draw_outline(self)
+
 
 def _make_room(root: Behaviour) -> None:
     """Raise the interpreter's recursion limit where a tree is deeper than it allows."""

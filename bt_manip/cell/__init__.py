@@ -44,6 +44,7 @@ from .region import Region as Region
 from .rendering import FrameRenderer as FrameRenderer
 from .rendering import NoOpenGLError as NoOpenGLError
 from .rendering import camera_number as camera_number
+from .rendering import render as render
 from .visuals import CellScene as CellScene
 from .visuals import SceneCamera as SceneCamera
 from .visuals import SceneSource as SceneSource

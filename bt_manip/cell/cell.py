@@ -11,6 +11,7 @@ import pinocchio as pin
 from dm_control import composer, mjcf
 
 from bt_manip.exceptions import did_you_mean
+from bt_manip.png import png
 from bt_manip.spatial import pose as make_pose
 
 from .arena import Arena
@@ -26,6 +27,7 @@ from .physics.overrides import nominal_value
 from .physics.placement_search import FREE_OVERLAP
 from .physics.state import integration_state
 from .region import Region
+from .rendering import render
 
 
 class Cell:
@@ -62,6 +64,12 @@ class Cell:
     def __repr__(self) -> str:
         """Show the time and the names of the entities."""
         return f"Cell({self.time:.3f} s; {', '.join(self.entities) or 'empty'})"
+
+    def _repr_png_(self) -> bytes | None:
+        """Show the overview in a notebook; None, for text instead, where nothing can be drawn."""
+        with contextlib.suppress(CellError):  # no OpenGL, or no such camera
+            return png(render(self, width=640, height=400))
+        return None
 
     @property
     def compiles_kept(self) -> int:

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 from bt_manip.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
+    from bt_manip.cell import NoOpenGLError as NoOpenGLError
+    from bt_manip.cell import render as render
+    from bt_manip.png import write_png as write_png
     from bt_manip.viewer.display import NoDisplayError as NoDisplayError
     from bt_manip.viewer.display import require_display as require_display
     from bt_manip.viewer.display import use_offscreen_opengl as use_offscreen_opengl
     from bt_manip.viewer.page import Page as Page
     from bt_manip.viewer.page import Panel as Panel
-    from bt_manip.viewer.picture import NoOpenGLError as NoOpenGLError
-    from bt_manip.viewer.picture import render as render
     from bt_manip.viewer.plain_view import PlainView as PlainView
-    from bt_manip.viewer.png import write_png as write_png
     from bt_manip.viewer.terminal_view import TerminalView as TerminalView
     from bt_manip.viewer.window import Window as Window
     from bt_manip.viewer.wrapping import print_wrapped as print_wrapped

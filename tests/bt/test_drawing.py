@@ -6,15 +6,18 @@ from lxml import etree
 
 from bt_manip.bt import (
     Action,
+    AlwaysFailure,
     AlwaysSuccess,
     Fallback,
     Input,
     Inverter,
     Sequence,
+    Sleep,
     Status,
     SubTree,
     Tree,
     draw_dot,
+    draw_outline,
     draw_svg,
     draw_text,
 )
@@ -84,3 +87,26 @@ def test_a_tree_as_svg(tree):
     for spans in rows.values():
         spans.sort()
         assert all(left[1] <= right[0] for left, right in zip(spans, spans[1:], strict=False))
+
+
+def test_an_outline_has_a_line_for_each_node_with_its_status_and_reason():
+    tree = Tree(Fallback("try", AlwaysFailure("not today"), Sleep("<rest>", msec=5)))
+    tree.tick()
+    picture = etree.fromstring(draw_outline(tree).encode())
+    lines = ["".join(text.itertext()).split() for text in picture.iterfind(".//{*}text")]
+    assert [" ".join(words) for words in lines] == [
+        '? Fallback "try" RUNNING',
+        'AlwaysFailure "not today" FAILURE always fails',
+        'Sleep "<rest>" RUNNING',
+    ]
+    assert tree._repr_svg_() == draw_outline(tree)
+
+
+def test_a_line_of_an_outline_is_below_and_right_of_that_of_its_parent(tree):
+    picture = etree.fromstring(draw_outline(tree).encode())
+    places = [(float(r.get("x")), float(r.get("y"))) for r in picture.iterfind(".//{*}rect")]
+    assert len(places) == len(tree.nodes)
+    assert [y for _, y in places] == sorted(y for _, y in places)
+    root, *others = places
+    assert all(x > root[0] for x, _ in others)
+    assert all(x < float(picture.get("width")) for x, _ in places)

@@ -11,7 +11,7 @@ import pytest
 
 from bt_manip.cli.app import run_app
 from bt_manip.cli.interrupt import Interrupt
-from bt_manip.viewer.picture import render
+from bt_manip.viewer import render
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text()

@@ -3,11 +3,12 @@
 import mujoco
 import numpy as np
 import pytest
+from dm_control import composer
 
 from bt_manip import spatial
 from bt_manip.cell import Cell, Cube, Table
 from bt_manip.exceptions import BtManipError
-from bt_manip.viewer.picture import NoOpenGLError, render
+from bt_manip.viewer import NoOpenGLError, render
 
 WIDTH, HEIGHT = 160, 100
 BLUE = (0.05, 0.15, 0.9)
@@ -82,3 +83,18 @@ def test_without_opengl_it_says_what_would_help(monkeypatch):
     monkeypatch.setattr(mujoco.Renderer, "__init__", fail)
     with pytest.raises(NoOpenGLError, match=r"\(no context\).*MUJOCO_GL=egl"):
         render(Cell())
+
+
+def test_a_notebook_shows_the_picture_of_a_cell(opengl):
+    shown = Cell()._repr_png_()
+    assert shown is not None and shown.startswith(b"\x89PNG")
+
+
+def test_a_notebook_shows_a_cell_as_text_without_opengl_or_an_overview(monkeypatch):
+    assert Cell(composer.Arena())._repr_png_() is None
+
+    def fail(*_):
+        raise mujoco.FatalError("no context")
+
+    monkeypatch.setattr(mujoco.Renderer, "__init__", fail)
+    assert Cell()._repr_png_() is None

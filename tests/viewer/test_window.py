@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from bt_manip.runner import Station, build_station
-from bt_manip.viewer.picture import render
+from bt_manip.viewer import render
 from bt_manip.viewer.window import aim
 
 TREE = """
