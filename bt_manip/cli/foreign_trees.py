@@ -55,6 +55,29 @@ class ForeignTrees:
         mapping = None if self.mapping is None else LeafMapping.read(self.mapping)
         return {"stubs": stubs, "libraries": libraries, "mapping": mapping}
 
+    def fields(self) -> dict[str, Any]:
+        """Return the options that were given, as plain data."""
+        given = {
+            "libraries": list(map(str, self.libraries)),
+            "models": list(map(str, self.models)),
+            "stub_unknown": self.stub_unknown,
+            "stubs": list(self.stubs),
+            "mapping": None if self.mapping is None else str(self.mapping),
+        }
+        return {name: value for name, value in given.items() if value}
+
+    @classmethod
+    def of(cls, fields: Mapping[str, Any]) -> "ForeignTrees":
+        """Return the options of some `fields`."""
+        mapping = fields.get("mapping")
+        return cls(
+            tuple(map(Path, fields.get("libraries", ()))),
+            tuple(map(Path, fields.get("models", ()))),
+            fields.get("stub_unknown", False),
+            tuple(fields.get("stubs", ())),
+            Path(mapping) if mapping else None,
+        )
+
     def note(self, stubbed: Mapping[str, int]) -> None:
         """Remember what was stubbed in one more tree."""
         for text, count in stubbed.items():

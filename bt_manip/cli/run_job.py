@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from bt_manip.plugins import Plugins
-    from bt_manip.recording import Recorder, ReportFile, RunReport, Trace
+    from bt_manip.recording import Continuation, Recorder, ReportFile, RunReport, Trace
     from bt_manip.registry import Parts
     from bt_manip.robots import Configuration
     from bt_manip.runner import Run, RunObserver
@@ -59,6 +59,8 @@ class RunOptions:
     view: bool = False
     configurations: Path | None = None
     foreign: ForeignTrees = field(default_factory=ForeignTrees)
+    continued: "Continuation | None" = None
+    """The recorded run to go on with; then the options of the request are those of this run."""
 
 
 def execute(options: RunOptions, interrupt: Interrupt) -> int:
@@ -135,20 +137,27 @@ class _Job:
             from bt_manip.cli.run_snapshots import load_run
 
             resumed = load_run(options.resume)
-        request = RunRequest(
-            tree=find_tree(options.tree, {name: parts.trees.get(name) for name in parts.trees}),
-            robot=options.robot,
-            controller=options.controller or wants.controller or CONTROLLER,
-            scene=scene,
-            planner=options.planner,
-            cycles=options.cycles,
-            seed=self._seed(resumed, seed_of(scene, parts)),
-            tick=options.tick_ms / 1e3,
-            settings=options.settings,
-            configurations=_configurations(options.configurations),
-            real_time=None if options.view else speed or None,  # the page has a control for it
-            reading=options.foreign.reading(),
-        )
+        trees = {name: parts.trees.get(name) for name in parts.trees}
+        watched: dict[str, Any] = {
+            "real_time": None if options.view else speed or None,  # the page has a control for it
+            "reading": options.foreign.reading(),
+        }
+        if options.continued is not None:
+            request = options.continued.request(trees, **watched)
+        else:
+            request = RunRequest(
+                tree=find_tree(options.tree, trees),
+                robot=options.robot,
+                controller=options.controller or wants.controller or CONTROLLER,
+                scene=scene,
+                planner=options.planner,
+                cycles=options.cycles,
+                seed=self._seed(resumed, seed_of(scene, parts)),
+                tick=options.tick_ms / 1e3,
+                settings=options.settings,
+                configurations=_configurations(options.configurations),
+                **watched,
+            )
         # Slow imports come last: the errors above are reported at once.
         from bt_manip.cli.run_observers import extra_observers, page_panels
         from bt_manip.plugins import guarded
@@ -156,6 +165,9 @@ class _Job:
         from bt_manip.runner import prepare
 
         prepared = prepare(request, parts, print_warning)
+        prepared.identity.update(
+            plugins=plugins.versions, faults=options.faults, foreign=options.foreign.fields()
+        )
         self._console = Console(quiet=options.quiet)
         self._trace = Trace(options.trace) if options.trace else None
         self._recorder = Recorder(
@@ -163,15 +175,17 @@ class _Job:
             request.seed,
             self._trace,
             file=self._open_report(),
-            identity={"plugins": plugins.versions, "faults": options.faults},
         )
         observers: list[RunObserver] = [self._recorder]
         if options.snapshots or resumed is not None:
-            from bt_manip.cli.run_snapshots import go_on, takers
+            from bt_manip.cli.run_snapshots import takers
+            from bt_manip.recording import restore_snapshot
 
-            if options.resume is not None and resumed is not None:
-                go_on(options.resume, resumed, prepared, self._recorder)
-            observers += takers(options.snapshots, self._recorder)
+            if resumed is not None:
+                restore_snapshot(options.resume, resumed, prepared, self._recorder)
+            observers += takers(options.snapshots)
+        if options.continued is not None:
+            observers += self._continue(options.continued, prepared, self._recorder)
         observers += extra_observers(plugins, options.records)
         if options.watch:
             from bt_manip.runner import Reloader, known_behaviours
@@ -215,6 +229,23 @@ class _Job:
         for one in planned:
             one.nodes(run.tree)
         return FaultInjector(planned, parts.faults, run.request.seed, warn=print_warning)
+
+    @staticmethod
+    def _continue(
+        continued: "Continuation", run: "Run", recorder: "Recorder"
+    ) -> list["RunObserver"]:
+        """Restore the moment of a recorded run; return what repeats its interventions.
+
+        Raises:
+            BtManipError: If the run is not the recorded one.
+        """
+        from bt_manip.recording import RecordedInterventions, restore_snapshot
+
+        for warning in continued.differences(run):
+            print_warning(warning)
+        path = continued.recording.path
+        restore_snapshot(path, continued.simulate(run), run, recorder)
+        return [RecordedInterventions(continued.recording)]
 
     def _seed(self, resumed: "Mapping[str, Any] | None", default: int) -> int:
         """Return the seed: the option's, that of the resumed run, or the scene's."""

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 from bt_manip.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
+    from bt_manip.recording.continuation import Continuation as Continuation
+    from bt_manip.recording.continuation import RecordedInterventions as RecordedInterventions
     from bt_manip.recording.files import RecordingError as RecordingError
     from bt_manip.recording.files import check_writable as check_writable
     from bt_manip.recording.mcap_recorder import McapRecorder as McapRecorder
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
     from bt_manip.recording.report_file import ReportFile as ReportFile
     from bt_manip.recording.report_file import open_report_file as open_report_file
     from bt_manip.recording.report_file import read_report as read_report
+    from bt_manip.recording.run_snapshot import SnapshotAt as SnapshotAt
+    from bt_manip.recording.run_snapshot import restore_snapshot as restore_snapshot
     from bt_manip.recording.trace import Trace as Trace
     from bt_manip.recording.trace import TraceRecorder as TraceRecorder
     from bt_manip.recording.trace import read_trace as read_trace

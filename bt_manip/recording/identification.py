@@ -18,6 +18,7 @@ def identify(run: "Run") -> dict[str, Any]:
     for kind, names in (("scene", [request.scene]), ("robot", robots)):
         files[kind] = [Path(name) for name in names if name.endswith(".toml")]
     return {
+        **run.identity,
         "robot": ", ".join(robots),
         "scene": request.scene,
         "controller": ", ".join(dict.fromkeys(str(one.controller) for one in chosen)),

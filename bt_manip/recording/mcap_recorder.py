@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import mujoco
 import numpy as np
 
+from bt_manip.bt import NodeStatus
 from bt_manip.exceptions import BtManipError
 from bt_manip.recording.files import is_special, whole_file
 from bt_manip.recording.identification import identify
 from bt_manip.recording.report import versions
+from bt_manip.recording.run_snapshot import request_fields, take_snapshot
 from bt_manip.robots import reader
 from bt_manip.runner import EventStream, RunEvent, log_line
 
@@ -36,6 +38,12 @@ TOPICS = {
 
 CAMERAS = "/cameras"
 """Topic of the cameras."""
+
+SNAPSHOTS = "/snapshots"
+"""Topic of the snapshots from which `Continuation` goes on."""
+
+SNAPSHOT_INTERVAL = 5.0
+"""Longest simulated time between two snapshots in a recording [s]."""
 
 STATE = (
     '{"force":[%.6g,%.6g,%.6g],"torque":[%.6g,%.6g,%.6g],"grip_forces":[%s],"held":%s,'
@@ -88,12 +96,12 @@ class McapRecorder(EventStream):
         file = self._file = McapFile(self._path, self._encode)
         request = run.request
         identity = {"tree": request.tree.name, "seed": request.seed, "versions": versions()}
-        identity |= identify(run)
+        identity |= identify(run) | {"request": request_fields(request)}
         file.add_metadata("run", {key: json.dumps(value) for key, value in identity.items()})
         for topic in ("/tf", "/tf_static"):
             file.add_topic(topic, FrameTransforms)
         file.add_topic("/log", Log)
-        for topic in TOPICS.values():
+        for topic in (*TOPICS.values(), SNAPSHOTS):
             file.add_topic(topic)
         self._robots = [
             RobotChannel(file, self._cell, one) for one in self._station.robots.values()
@@ -124,6 +132,7 @@ class McapRecorder(EventStream):
         super().cycle_started(cycle)
         if self._layout is None:
             self._write_layout()
+            self._write_snapshot()
 
     def before_tick(self) -> None:
         """Count the ticks: messages have the number of ticks so far as their sequence number."""
@@ -143,6 +152,12 @@ class McapRecorder(EventStream):
         for robot in self._robots:
             robot.end_tick(time)
         super().after_tick()
+        if self._run.cycle != self._snapshot_cycle:
+            self._write_snapshot()
+        elif time - self._snapshot_time >= SNAPSHOT_INTERVAL - 0.5 * self._cell.dt:
+            # A run that is interrupted goes on without ticks.
+            if self._tree.nodes[0].engine_status is NodeStatus.RUNNING:
+                self._write_snapshot()
         self._file.end_tick(nanoseconds(time))
 
     def cycle_ended(self, status: str, reason: str) -> None:
@@ -197,6 +212,11 @@ class McapRecorder(EventStream):
                 from bt_manip.recording.foxglove import log_message
 
                 self._file.add("/log", time, log_message(time, line[0], event.kind, line[1]))
+
+    def _write_snapshot(self) -> None:
+        assert self._file is not None
+        self._snapshot_cycle, self._snapshot_time = self._run.cycle, self._cell.time
+        self._file.add_json(SNAPSHOTS, self._now, take_snapshot(self._run))
 
     def _write_layout(self) -> None:
         """Write the layout beside the recording if it has changed."""

@@ -108,7 +108,6 @@ class Recorder(RunObserver):
         trace: Trace | None = None,
         *,
         file: ReportFile | None = None,
-        identity: Mapping[str, Any] | None = None,
     ) -> None:
         """Initialise without records.
 
@@ -117,13 +116,12 @@ class Recorder(RunObserver):
             seed: Seed of the run.
             trace: Receives every control step, if given.
             file: Receives the report after each cycle, if given.
-            identity: Fields of the report that the run itself does not know, such as ``plugins``.
         """
         self._tree_name = tree
         self._seed = seed
         self._trace = trace
         self._file = file
-        self._identity = dict(identity or {})
+        self._identity: dict[str, Any] = {}
         self._digest = b""
         self._cycles: list[CycleReport] = []
         self._unfinished = False
@@ -146,7 +144,7 @@ class Recorder(RunObserver):
         run.tree.observers.append(self._phases)
         self._cell.before_remove.append(self._judge)
         self._begin_cycle()
-        self._identity.update(identify(run))
+        self._identity = identify(run)
         self._wall_start = time.perf_counter()
         self._write()
 

@@ -99,10 +99,11 @@ class Recording:
                     data = json.loads(record.data) if is_json else record.data
                     yield record.sequence, record.log_time / 1e9, channel.topic, data
 
-    def events(self) -> Iterator[RunEvent]:
-        """Iterate over the events of the run, as an `EventStream` reported them."""
-        kinds = {topic: kind for kind, topic in TOPICS.items()}
-        for time, topic, data in self.messages(*(set(kinds) & set(self.topics))):
+    def events(self, *only: str) -> Iterator[RunEvent]:
+        """Iterate over the events of some kinds, or of all, as an `EventStream` reported them."""
+        wanted = {topic: kind for kind, topic in TOPICS.items() if not only or kind in only}
+        kinds = {topic: kind for topic, kind in wanted.items() if topic in self.topics}
+        for time, topic, data in self.messages(*kinds) if kinds else ():
             yield RunEvent(time, kinds[topic], data)
 
     def control_steps(self, robot: str | None = None) -> dict[str, np.ndarray]:

@@ -166,6 +166,7 @@ class RunReport:
         time_step_s: Time between two control steps [s].
         faults: Injected faults, as given after ``--fault``.
         plugins: Version of each loaded plugin, by name.
+        foreign: Options for trees of others, where any were given.
         sha256: SHA-256 of the files of the ``tree`` (one after the other, if it includes others),
             and of ``scene`` and ``robot`` where these are files.
     """
@@ -189,6 +190,7 @@ class RunReport:
     time_step_s: float | None = None
     faults: tuple[str, ...] = ()
     plugins: dict[str, str] = field(default_factory=dict)
+    foreign: dict[str, Any] = field(default_factory=dict)
     sha256: dict[str, str] = field(default_factory=dict)
 
     def to_json(self) -> str:

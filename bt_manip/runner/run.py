@@ -4,7 +4,7 @@ import contextlib
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from bt_manip.bt import NodeStatus, Tree
@@ -28,7 +28,10 @@ class Run:
     Attributes:
         cycle: The present cycle, or the next one.
         goal: Judges the tree's goal; it has judged a cycle when `cycle_ended` is called.
+        identity: What identifies the run besides its request, by the fields of its report:
+            ``plugins``, ``faults``, ``foreign``.
         interventions: Takes requests to pull bodies and to set the statuses of nodes.
+        observers: Those of the present or last execution.
         stop: Returns whether the run has to end; whoever pauses it checks this often.
         reporters: Called with kind and data of each event that an observer adds by `report`.
     """
@@ -37,11 +40,13 @@ class Run:
     tree: Tree
     station: Station
     cycle: int = 0
+    identity: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Prepare to judge the tree's goal."""
         self.goal = GoalJudge(self.tree, self.station.cell)
         self.interventions = Interventions(self.tree, self.station)
+        self.observers: Sequence[RunObserver] = ()
         self.stop: Stop = lambda: False
         self.reporters: list[Callable[[str, dict[str, Any]], None]] = []
 
@@ -57,7 +62,7 @@ class Run:
             Exception: Any exception of a behaviour, a controller or an observer, after `run_ended`
                 has been called for all observers.
         """
-        self.stop = stop
+        self.stop, self.observers = stop, observers
         _Loop(self, observers).run()
 
     def report(self, kind: str, data: dict[str, Any]) -> None:

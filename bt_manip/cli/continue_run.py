@@ -1,0 +1,46 @@
+"""``bt-manip replay --continue``: simulate on from a moment of a recorded run."""
+
+from pathlib import Path
+from typing import Any
+
+from bt_manip.cli.foreign_trees import ForeignTrees
+from bt_manip.cli.interrupt import Interrupt
+from bt_manip.cli.run_job import RunOptions, execute
+
+REQUEST = ("tree", "cycles", "seed", "robot", "controller", "scene", "planner", "settings")
+"""Fields of a recorded request that are options, too."""
+
+
+def continue_run(path: Path, time: float, interrupt: Interrupt, **watched: Any) -> int:
+    """Simulate a recorded run again up to a time, then run on as ``bt-manip run`` does.
+
+    Args:
+        path: The recording.
+        time: Simulated time [s].
+        interrupt: Ctrl-C.
+        **watched: ``window``, ``view``, ``records``, ``report``, ``real_time`` and ``quiet`` of
+            `RunOptions`.
+
+    Returns:
+        The exit code.
+
+    Raises:
+        BtManipError: If the run cannot be continued from there.
+    """
+    from bt_manip.recording import Continuation, Recording
+
+    continued = Continuation(Recording(path), time)
+    identity = continued.recording.identity
+    fields = identity["request"]
+    options = RunOptions(
+        **{key: fields[key] for key in REQUEST},
+        tick_ms=1e3 * fields["tick"],
+        trace=None,
+        snapshots=(),
+        resume=None,
+        watch=False,
+        foreign=ForeignTrees.of(identity.get("foreign", {})),
+        continued=continued,
+        **watched,
+    )
+    return execute(options, interrupt)
