@@ -1,14 +1,17 @@
 """Snapshots of a run with its request and the digest of its report."""
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bt_manip.exceptions import BtManipError, shown
 from bt_manip.recording.recorder import Recorder
-from bt_manip.runner import Run, RunObserver, RunRequest, is_scene_file
+from bt_manip.runner import RunObserver, is_scene_file
+
+if TYPE_CHECKING:
+    from bt_manip.runner import Run, RunRequest
 
 
-def request_fields(request: RunRequest) -> dict[str, Any]:
+def request_fields(request: "RunRequest") -> dict[str, Any]:
     """Return the request of a run as plain data; the options of reading its tree are left out."""
     return {
         "tree": request.tree.name,
@@ -24,7 +27,7 @@ def request_fields(request: RunRequest) -> dict[str, Any]:
     }
 
 
-def take_snapshot(run: Run) -> dict[str, Any]:
+def take_snapshot(run: "Run") -> dict[str, Any]:
     """Return request, state and digest of a run between two ticks, as plain data.
 
     The digest is that of the run's recorder, which must have observed the last tick before.
@@ -52,7 +55,7 @@ class SnapshotAt(RunObserver):
         self.time, self._use = time, use
         self.taken = False
 
-    def run_started(self, run: Run) -> None:
+    def run_started(self, run: "Run") -> None:
         """Keep the run."""
         self._run, self._cell = run, run.station.cell
         self.taken = False
@@ -65,7 +68,7 @@ class SnapshotAt(RunObserver):
 
 
 def restore_snapshot(
-    where: object, snapshot: Mapping[str, Any], run: Run, recorder: Recorder
+    where: object, snapshot: Mapping[str, Any], run: "Run", recorder: Recorder
 ) -> None:
     """Restore a run from a snapshot.
 
