@@ -30,8 +30,7 @@ def continue_run(path: Path, time: float, interrupt: Interrupt, **watched: Any) 
     from bt_manip.recording import Continuation, Recording
 
     continued = Continuation(Recording(path), time)
-    identity = continued.recording.identity
-    fields = identity["request"]
+    fields, identity = continued.fields, continued.recording.identity
     options = RunOptions(
         **{key: fields[key] for key in REQUEST},
         tick_ms=1e3 * fields["tick"],

@@ -39,6 +39,7 @@ class Continuation:
     Attributes:
         recording: The recording.
         time: Simulated time of the moment [s].
+        fields: The request of the run, as plain data.
     """
 
     def __init__(self, recording: Recording, time: float) -> None:
@@ -60,11 +61,12 @@ class Continuation:
             )
         snapshots = recording.messages("/snapshots") if "/snapshots" in recording.topics else ()
         found = [data for at, _, data in snapshots if at <= time + 1e-6]
-        if not found or "request" not in recording.identity:
+        if not found:
             raise BtManipError(f"{where} has no snapshot at or before {time:g} s to continue from")
         if time > recording.end:
             raise BtManipError(f"{where} ends at {recording.end:.3f} s, before {time:g} s")
         self._snapshot: Mapping[str, Any] = found[-1]
+        self.fields: Mapping[str, Any] = self._snapshot["request"]
 
     def request(self, trees: Mapping[str, str], **others: Any) -> RunRequest:
         """Return the request of the recorded run.
@@ -76,7 +78,7 @@ class Continuation:
         Raises:
             BtManipError: If the tree is not there.
         """
-        fields = dict(self.recording.identity["request"])
+        fields = dict(self.fields)
         return RunRequest(find_tree(fields.pop("tree"), trees), **fields, **others)
 
     def differences(self, run: Run) -> list[str]:

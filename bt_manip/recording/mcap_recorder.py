@@ -14,7 +14,7 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.recording.files import is_special, whole_file
 from bt_manip.recording.identification import identify
 from bt_manip.recording.report import versions
-from bt_manip.recording.run_snapshot import request_fields, take_snapshot
+from bt_manip.recording.run_snapshot import take_snapshot
 from bt_manip.robots import reader
 from bt_manip.runner import EventStream, RunEvent, log_line
 
@@ -96,7 +96,7 @@ class McapRecorder(EventStream):
         file = self._file = McapFile(self._path, self._encode)
         request = run.request
         identity = {"tree": request.tree.name, "seed": request.seed, "versions": versions()}
-        identity |= identify(run) | {"request": request_fields(request)}
+        identity |= identify(run)
         file.add_metadata("run", {key: json.dumps(value) for key, value in identity.items()})
         for topic in ("/tf", "/tf_static"):
             file.add_topic(topic, FrameTransforms)
