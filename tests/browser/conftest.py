@@ -1,0 +1,240 @@
+"""The page of a run in Chromium, without a display and with WebGL in software."""
+
+import io
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("viser", reason="the extra [view] is not installed")
+playwright_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+
+from PIL import Image  # noqa: E402, of the extra [view]
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+
+ARTEFACTS = Path(os.environ.get("BT_MANIP_ARTEFACTS", REPOSITORY / ".ci" / "artefacts"))
+"""Where the screenshots are kept."""
+
+PATIENCE = 90.0
+"""Longest wait for anything, on a loaded computer [s]: not that of a passing test."""
+
+CHROMIUM_OPTIONS = (
+    "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--disable-quic",
+    "--no-first-run", "--disable-background-networking", "--disable-component-update",
+    "--disable-sync", "--force-device-scale-factor=1",
+)  # fmt: skip
+
+DRAW_ON_REQUEST = """
+    window.drawing = true;
+    const names = ["drawElements", "drawArrays", "drawElementsInstanced", "drawArraysInstanced"];
+    for (const name of names) {
+        const draw = WebGL2RenderingContext.prototype[name];
+        WebGL2RenderingContext.prototype[name] = function (...options) {
+            if (window.drawing) draw.apply(this, options);
+        };
+    }
+"""
+"""Lets a page draw its scene only where a test wants its pixels: in software that takes seconds."""
+
+SIZE = {"width": 1000, "height": 620}
+"""Size of the window [pixels]; the panels take 420 of the width."""
+
+
+class Program:
+    """``bt-manip`` in a process of its own, which serves pages."""
+
+    def __init__(self, folder: Path, *arguments: object) -> None:
+        self.errors = folder / "stderr.txt"
+        with self.errors.open("wb") as errors:
+            self.process = subprocess.Popen(
+                [sys.executable, "-u", "-m", "bt_manip", *map(str, arguments)],
+                stdout=subprocess.PIPE, stderr=errors, text=True, cwd=folder,
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            )  # fmt: skip
+        self.shown = ""
+        self.url = self.wait_for(r"http://127\.0\.0\.1:\d+")
+
+    def wait_for(self, pattern: str) -> str:
+        """Return the first text on standard output that matches, waiting for it."""
+        assert self.process.stdout is not None
+        while (found := re.search(pattern, self.shown)) is None:
+            line = self.process.stdout.readline()
+            assert line, f"{self.shown}\n{self.errors.read_text()}"
+            self.shown += line
+        return found[0]
+
+    def interrupt(self) -> int:
+        """Press Ctrl-C and return the exit code."""
+        self.process.send_signal(signal.SIGINT)
+        return self.process.wait(PATIENCE)
+
+    def close(self) -> None:
+        self.process.kill()
+        self.process.wait()
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+
+
+class Window:
+    """A page in the browser, with what a person does there."""
+
+    def __init__(self, page: Any, url: str) -> None:
+        self.page = page
+        self.log: list[str] = []
+        page.on("pageerror", lambda error: self.log.append(str(error)))
+        page.goto(url)
+
+    def button(self, name: str) -> Any:
+        return self.page.get_by_role("button", name=name, exact=True)
+
+    def press(self, name: str) -> None:
+        """Press a button, without waiting for the frames of a slow scene."""
+        self.button(name).dispatch_event("click")
+
+    def choose(self, label: str, option: str) -> None:
+        """Choose an option of a drop-down list."""
+        self.page.get_by_label(label, exact=True).first.dispatch_event("click")
+        self.page.get_by_role("option", name=option, exact=True).dispatch_event("click")
+
+    def open_tab(self, name: str) -> None:
+        """Bring a tab to the front."""
+        self.page.get_by_role("tab", name=name, exact=True).click(force=True)
+
+    def wait_for_text(self, pattern: str) -> str:
+        """Return the first text of the page that matches, waiting for it."""
+        found: list[str] = []
+
+        def matches() -> bool:
+            if (match := re.search(pattern, self.text())) is not None:
+                found.append(match[0])
+            return bool(found)
+
+        wait_until(matches, lambda: f"no {pattern!r} in:\n{self.text()}")
+        return found[0]
+
+    def text(self) -> str:
+        return str(self.page.locator("body").inner_text())
+
+    def time(self) -> float:
+        """Return the simulated time that is shown [s]."""
+        return float(self.wait_for_text(r"[\d.]+ s: ").split()[0])
+
+    def evaluate(self, script: str, argument: Any = None) -> Any:
+        return self.page.evaluate(script, argument)
+
+    def wait_for_scene(self) -> None:
+        """Wait until the scene is there and has been drawn once; then stop drawing."""
+        wait_until(
+            lambda: self.evaluate(
+                "() => window.__viserTestpoints?.rendererInfo.render.triangles > 1000"
+                " && __viserMutable.messageQueue.length == 0"
+            )
+        )
+        self.evaluate("() => { window.drawing = false; }")
+        close = self.page.locator(".mantine-Notification-closeButton")  # of: drawn in software
+        if close.count():
+            close.first.dispatch_event("click")
+
+    def scene_without(self, node: str) -> np.ndarray:
+        """Return the pixels of the scene without one of its nodes."""
+        self.evaluate(
+            "name => { const node = __viserMutable.nodeRefFromName[name];"
+            " window.put_back = () => window.parent_of_node.add(node);"
+            " window.parent_of_node = node.parent; node.removeFromParent(); }",
+            node,
+        )
+        pixels = self.scene()
+        self.evaluate("() => put_back()")
+        return pixels
+
+    def scene(self, name: str | None = None) -> np.ndarray:
+        """Draw the scene and return its pixels, without the panels.
+
+        Args:
+            name: Of the artefact that keeps the whole picture.
+        """  # (height, width, 3)
+        frame = "() => __viserTestpoints.rendererInfo.render.frame"
+        self.evaluate("() => { window.drawing = true; __viserMutable.requestRender(); }")
+        first = self.evaluate(frame)
+        wait_until(lambda: self.evaluate(frame) > first + 1)
+        data = self.page.screenshot()
+        self.evaluate("() => { window.drawing = false; }")
+        if name is not None:
+            _keep(name, data)
+        box = self.page.locator("canvas[data-engine]").bounding_box()
+        left, top, width, height = (int(box[key]) for key in ("x", "y", "width", "height"))
+        pixels = np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(int)
+        return pixels[top : top + height, left : left + width]
+
+    def keep(self, name: str) -> None:
+        """Keep a screenshot as an artefact, where the scene is empty."""
+        _keep(name, self.page.screenshot())
+
+
+def _keep(name: str, data: bytes) -> None:
+    ARTEFACTS.mkdir(parents=True, exist_ok=True)
+    (ARTEFACTS / f"{name}.png").write_bytes(data)
+
+
+def wait_until(
+    condition: Callable[[], bool], explain: Callable[[], str] = lambda: "it did not happen"
+) -> None:
+    """Wait for a condition, which is checked often."""
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end, explain()
+        time.sleep(0.05)
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    """Start Chromium, or skip the tests where there is none."""
+    executable = shutil.which("chromium")
+    if executable is None:
+        pytest.skip("no chromium here: the Debian package has it")
+    with playwright_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=executable, args=[*CHROMIUM_OPTIONS], timeout=1e3 * PATIENCE
+        )
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def open_window(chromium) -> Iterator[Callable[..., Window]]:
+    """Give a function that opens an address in a window with an empty profile."""
+    contexts = []
+
+    def open_window(url: str, **options: Any) -> Window:
+        contexts.append(chromium.new_context(**{"viewport": SIZE, **options}))
+        contexts[-1].set_default_timeout(1e3 * PATIENCE)
+        contexts[-1].add_init_script(DRAW_ON_REQUEST)
+        return Window(contexts[-1].new_page(), url)
+
+    yield open_window
+    for context in contexts:
+        context.close()
+
+
+@pytest.fixture(scope="module")
+def start(tmp_path_factory) -> Iterator[Callable[..., Program]]:
+    """Give a function that starts ``bt-manip`` with some arguments."""
+    programs: list[Program] = []
+
+    def start(*arguments: object) -> Program:
+        programs.append(Program(tmp_path_factory.mktemp("program"), *arguments))
+        return programs[-1]
+
+    yield start
+    for program in programs:
+        program.close()
