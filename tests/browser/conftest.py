@@ -103,8 +103,16 @@ class Window:
 
     def choose(self, label: str, option: str) -> None:
         """Choose an option of a drop-down list."""
-        self.page.get_by_label(label, exact=True).first.dispatch_event("click")
-        self.page.get_by_role("option", name=option, exact=True).dispatch_event("click")
+        choice = self.page.get_by_role("option", name=option, exact=True)
+
+        def is_open() -> bool:
+            if not choice.count():  # a click opens or closes the list
+                self.page.get_by_label(label, exact=True).first.dispatch_event("click")
+                self.page.wait_for_timeout(500)
+            return bool(choice.count())
+
+        wait_until(is_open)
+        choice.dispatch_event("click")
 
     def open_tab(self, name: str) -> None:
         """Bring a tab to the front."""
