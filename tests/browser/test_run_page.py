@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import pytest
 
 from bt_manip.runner import build_station
-from bt_manip.viewer.picture import render
+from bt_manip.viewer import render
 from tests.browser.conftest import Program, Window, wait_until
 
 
