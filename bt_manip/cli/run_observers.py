@@ -12,7 +12,7 @@ from bt_manip.key_values import parse_key_values
 from bt_manip.plugins import BUILTIN, Plugin, Plugins, guarded, plugin_observers
 from bt_manip.recording import check_writable
 from bt_manip.registry import Registry
-from bt_manip.runner import RunObserver, Stopwatch
+from bt_manip.runner import RunObserver, Stopwatch, recorder_suffixes
 
 
 def extra_observers(plugins: Plugins, records: Iterable[str]) -> list[RunObserver]:
@@ -100,10 +100,7 @@ def _recorder_of(suffix: str, recorders: Registry[Any]) -> str:
     Raises:
         BtManipError: If there is none.
     """
-    suffixes: dict[str, str] = {}
-    for name in recorders:
-        known = getattr(recorders.get(name), "suffix", ())
-        suffixes |= dict.fromkeys([known] if isinstance(known, str) else known, name)
+    suffixes = recorder_suffixes(recorders)
     if suffix not in suffixes:
         known = ", ".join(sorted(suffixes))
         raise BtManipError(

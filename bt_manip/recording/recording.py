@@ -16,6 +16,7 @@ from mcap.stream_reader import MAGIC_SIZE, StreamReader
 from mcap.writer import MCAP0_MAGIC
 
 from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.notebook import html_table
 from bt_manip.recording.mcap_recorder import TOPICS
 from bt_manip.recording.protobuf import STEP_FIELDS, control_step_class
 from bt_manip.robots import JointLimits
@@ -66,6 +67,12 @@ class Recording:
                     self.limits[robot] = JointLimits(**limits)
             elif isinstance(record, Message):
                 self.end = max(self.end, record.log_time / 1e9)
+
+    def _repr_html_(self) -> str:
+        """Show what identifies the run in a notebook."""
+        rows = {key: self.identity.get(key) for key in ("tree", "robot", "scene", "seed")}
+        end = f"{self.end:.2f} s" + ("" if self.complete else ", not closed")
+        return html_table(f"Recording {self.path.name}", rows | {"end": end})
 
     def messages(self, *topics: str) -> Iterator[tuple[float, str, Any]]:
         """Iterate over the messages of some topics, or of all.

@@ -9,6 +9,7 @@ from .fixtures import naming_file as naming_file
 from .goal import GoalJudge as GoalJudge
 from .interventions import Interventions as Interventions
 from .observer import RunObserver as RunObserver
+from .observer import recorder_suffixes as recorder_suffixes
 from .prepare import prepare as prepare
 from .prepare import prepare_station as prepare_station
 from .python_tree import as_tree as as_tree

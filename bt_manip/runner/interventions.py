@@ -4,7 +4,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
@@ -13,7 +13,9 @@ from bt_manip.bt import Node, NodeStatus, Tree
 from bt_manip.cell import entity_of
 from bt_manip.exceptions import BtManipError
 
-from .station import Station
+if TYPE_CHECKING:
+    from .station import Station
+
 
 MAX_FORCE = 50.0
 """Default limit of the force of a pull [N]: ten times the weight of an object of 0.5 kg."""
@@ -52,7 +54,7 @@ class Interventions:
         observers: Called by the thread of the run with the data of each intervention.
     """
 
-    def __init__(self, tree: Tree, station: Station) -> None:
+    def __init__(self, tree: Tree, station: "Station") -> None:
         """Begin without interventions."""
         self._tree, self._cell, self._robots = tree, station.cell, station.robots
         self.observers: list[Callable[[dict[str, Any]], None]] = []

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+from bt_manip.registry import Registry
+
 
 class RunObserver:
     """Observes a run without changing it; the methods of this base class do nothing.
@@ -57,3 +59,12 @@ class RunObserver:
 
     def run_ended(self) -> None:
         """Close files and windows; called once, however the run ends."""
+
+
+def recorder_suffixes(recorders: Registry[Any]) -> dict[str, str]:
+    """Return the names of recorders by the suffixes of the files that they write."""
+    names: dict[str, str] = {}
+    for name in recorders:
+        known = getattr(recorders.get(name), "suffix", ())
+        names |= dict.fromkeys([known] if isinstance(known, str) else known, name)
+    return names

@@ -5,15 +5,18 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bt_manip.bt import NodeStatus, Tree
+from bt_manip.notebook import html_table
 
 from .goal import GoalJudge
 from .interventions import Interventions
 from .observer import RunObserver
 from .request import RunRequest
-from .station import Station
+
+if TYPE_CHECKING:
+    from .station import Station
 
 Stop = Callable[[], bool]
 
@@ -38,7 +41,7 @@ class Run:
 
     request: RunRequest
     tree: Tree
-    station: Station
+    station: "Station"
     cycle: int = 0
     identity: dict[str, Any] = field(default_factory=dict)
 
@@ -49,6 +52,19 @@ class Run:
         self.observers: Sequence[RunObserver] = ()
         self.stop: Stop = lambda: False
         self.reporters: list[Callable[[str, dict[str, Any]], None]] = []
+
+    def _repr_html_(self) -> str:
+        """Show the request, the present cycle and the tree in a notebook."""
+        request, cell = self.request, self.station.cell
+        rows = {
+            "tree": request.tree.name,
+            "robots": ", ".join(self.station.robots),
+            "scene": request.scene,
+            "seed": request.seed,
+            "cycle": f"{self.cycle + 1} of {request.cycles or 'any number'}",
+            "time": f"{cell.time:.2f} s",
+        }
+        return html_table("Run", rows) + self.tree._repr_svg_()
 
     def execute(self, observers: Sequence[RunObserver] = (), *, stop: Stop = lambda: False) -> None:
         """Run the requested cycles.

@@ -1,8 +1,10 @@
 """A station: a cell with its robots under control, for trees and scripts."""
 
+import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,14 +17,18 @@ from bt_manip.cell import Cell
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomizer, SceneObject
 from bt_manip.control import Controller, ControllerManager
+from bt_manip.exceptions import BtManipError
+from bt_manip.notebook import html_image, html_table
 from bt_manip.registry import Parts, Registry
 from bt_manip.robots import Gripper, Robot
 
 from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities
 from .fixtures import add_fixture, naming_file, sampled_fixtures
-from .goal import GoalJudge
-from .request import CONTROLLER, PLANNER
+from .observer import RunObserver, recorder_suffixes
+from .request import CONTROL_STEP, CONTROLLER, PLANNER, RunRequest
+from .run import Run
 from .scene import Scene, table_and_basket
+from .tree_source import TreeSource
 
 
 @dataclass(frozen=True)
@@ -33,10 +39,20 @@ class TreeResult:
         status: ``SUCCESS``, ``FAILURE``, or ``SKIPPED`` if its precondition skipped it. A tree
             whose goal does not hold has failed.
         reason: The node that failed, and why, or why the goal does not hold; empty on success.
+        duration: Simulated time that it took [s].
+        recording: The file that it was recorded to, if any.
     """
 
     status: NodeStatus
     reason: str = ""
+    duration: float = 0.0
+    recording: Path | None = None
+
+    def _repr_html_(self) -> str:
+        """Show all this in a notebook."""
+        duration = f"{self.duration:.2f} s"
+        rows = {"reason": self.reason, "duration": duration, "recording": self.recording}
+        return html_table(self.status.name, rows)
 
     def __str__(self) -> str:
         """Return the status, with the reason of a failure."""
@@ -140,7 +156,12 @@ class Station:
             raise TimeoutError(f"the condition was not met within {timeout:g} s")
 
     def run(
-        self, tree: Tree | Behaviour, *, tick: float = 0.010, timeout: float = 60.0
+        self,
+        tree: Tree | Behaviour,
+        *,
+        tick: float = 0.010,
+        timeout: float = 60.0,
+        record: str | os.PathLike[str] | None = None,
     ) -> TreeResult:
         """Run a tree once and return its status, and why it failed.
 
@@ -149,38 +170,68 @@ class Station:
                 station.
             tick: Simulated time between two ticks [s].
             timeout: Longest simulated time [s].
+            record: File to record it to; its suffix chooses the recorder, as in ``run.mcap``.
 
         Raises:
             TimeoutError: If it takes longer; the tree is halted.
+            BtManipError: If no recorder writes such files, or it cannot write this one.
         """
         if not isinstance(tree, Tree):
             tree = Tree(tree, clock=self.clock)
         elif tree.clock is time.monotonic:  # the default
             tree.clock = self.clock
+        path = None if record is None else Path(record)
+        recorder = RunObserver() if path is None else _recorder(path)
         tree.setup(**self.infrastructure)
-        steps = max(1, round(tick / self.cell.dt))
-        end = self.cell.time + timeout
-        goal = GoalJudge(tree, self.cell)
-        goal.begin()
+        cell, steps = self.cell, max(1, round(tick / self.cell.dt))
+        then = () if path is None else (recorder.after_step,)
+        start, generation = cell.time, cell.generation
+        source = TreeSource(tree.tree_id, "python")
+        run = Run(RunRequest(source, scene="", tick=steps * CONTROL_STEP), tree, self)
         try:
-            while (status := tree.tick()) is NodeStatus.RUNNING:
-                if self.cell.time >= end:
-                    running = [n.path for n in tree.nodes if n.engine_status is NodeStatus.RUNNING]
-                    tree.halt()
-                    raise TimeoutError(f"after {timeout:g} s the tree is still at '{running[-1]}'")
-                self.cell.step(steps)
+            recorder.run_started(run)
+            recorder.after_compile()
+            recorder.cycle_started(0)
+            run.goal.begin()
+            status = NodeStatus.RUNNING
+            while status is NodeStatus.RUNNING:
+                recorder.before_tick()
+                status = tree.tick()
+                if cell.generation != generation:
+                    generation = cell.generation
+                    recorder.after_compile()
+                if status is NodeStatus.RUNNING:
+                    if cell.time >= start + timeout:
+                        running = [n.path for n in tree if n.engine_status is NodeStatus.RUNNING]
+                        tree.halt()
+                        raise TimeoutError(
+                            f"after {timeout:g} s the tree is still at '{running[-1]}'"
+                        )
+                    cell.step(steps, then=then)
+                recorder.after_tick()
             failed = status is NodeStatus.FAILURE
             reason = tree.failure_reason() if failed else ""
-            succeeded, reason = goal.end(status is NodeStatus.SUCCESS, reason)
+            succeeded, reason = run.goal.end(status is NodeStatus.SUCCESS, reason)
+            if status is NodeStatus.SUCCESS and not succeeded:
+                status = NodeStatus.FAILURE
+            recorder.cycle_ended("SUCCESS" if succeeded else "FAILURE", reason)
         finally:
-            goal.stop()
-        if status is NodeStatus.SUCCESS and not succeeded:
-            status = NodeStatus.FAILURE
-        return TreeResult(status, reason)
+            run.goal.stop()
+            recorder.run_ended()
+        return TreeResult(status, reason, cell.time - start, path)
 
     def __repr__(self) -> str:
         """Show the robots and the cell."""
         return f"Station(robots: {', '.join(self.robots)}; {self.cell!r})"
+
+    def _repr_html_(self) -> str:
+        """Show the robots, the objects and a picture in a notebook."""
+        robots = {
+            name: f"{one.chosen.description}, {one.chosen.controller}"
+            for name, one in self.robots.items()
+        }
+        rows = robots | {"objects": ", ".join(self.cell.objects), "time": f"{self.cell.time:.2f} s"}
+        return html_table("Station", rows) + html_image(self.cell._repr_png_())
 
     def get_state(self) -> dict[str, Any]:
         """Return the state of the station as plain data."""
@@ -207,6 +258,22 @@ class Station:
             robot.set_state(state["robots"][name])
         self.rng.bit_generator.state = state["rng"]
         self.randomizer.set_state(state["randomizer"])
+
+
+def _recorder(path: Path) -> RunObserver:
+    """Return the recorder of the file's suffix.
+
+    Raises:
+        BtManipError: If there is none, or it cannot write the file.
+    """
+    from bt_manip.plugins import load_plugins
+
+    recorders = load_plugins().parts.recorders
+    names = recorder_suffixes(recorders)
+    if path.suffix not in names:
+        known = ", ".join(sorted(names))
+        raise BtManipError(f"no recorder writes '{path.suffix}' files, known are {known}")
+    return recorders.create(names[path.suffix], path)
 
 
 def build_station(

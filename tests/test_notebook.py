@@ -1,0 +1,102 @@
+"""Notebooks show stations, runs, results and recordings by what they are."""
+
+import re
+from html import unescape
+
+import pytest
+
+from bt_manip.behaviours import ObjectExists, RemoveObject, SpawnObject
+from bt_manip.bt import NodeStatus, Sequence, Sleep
+from bt_manip.cell import CellError, NoOpenGLError
+from bt_manip.cell import cell as cell_module
+from bt_manip.exceptions import BtManipError
+from bt_manip.notebook import html_table
+from bt_manip.runner import build_station
+
+pytest.importorskip("mcap", reason="the extra [record] is not installed")
+
+from bt_manip.recording import Recording  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def built(parts):
+    station = build_station(parts)
+    return station, station.get_state()
+
+
+@pytest.fixture
+def station(built):
+    station, start = built
+    station.set_state(start)
+    return station
+
+
+def words(html):
+    return " ".join(unescape(re.sub(r"<[^>]*>", " ", html)).split())
+
+
+def visit():
+    return Sequence("visit", SpawnObject(object="{o}"), Sleep(msec=30), RemoveObject(object="{o}"))
+
+
+def test_names_and_values_are_escaped_and_empty_ones_left_out():
+    assert words(html_table("A & B", {"x": "<1>", "none": None})) == "A & B x <1>"
+
+
+def test_a_station_shows_robots_objects_and_a_picture(opengl, station):
+    html = station._repr_html_()
+    assert words(html) == "Station panda panda, computed_torque objects table, basket time 0.00 s"
+    assert '<img src="data:image/png;base64,' in html
+
+
+def test_a_station_is_text_without_opengl(station, monkeypatch):
+    def fail(*_, **__):
+        raise NoOpenGLError("nothing can be drawn")
+
+    monkeypatch.setattr(cell_module, "render", fail)
+    assert issubclass(NoOpenGLError, CellError)
+    assert "<img" not in station._repr_html_() and "table" in station._repr_html_()
+
+
+def test_a_run_shows_its_request_and_its_tree(make_run):
+    html = make_run(Sleep("rest", msec=30), seed=3)._repr_html_()
+    assert words(html.partition("<svg")[0]) == (
+        "Run tree test robots panda scene table_and_basket seed 3 cycle 1 of 1 time 0.00 s"
+    )
+    assert "Sleep &quot;rest&quot;" in html
+
+
+def test_a_result_shows_status_reason_and_duration(station):
+    result = station.run(Sequence(Sleep(msec=30), ObjectExists("check", object="cup")))
+    assert result.duration == pytest.approx(0.030) and result.recording is None
+    assert words(result._repr_html_()) == f"FAILURE reason {result.reason} duration 0.03 s"
+
+
+def test_a_station_records_a_tree_which_runs_as_without_a_recording(station, built, tmp_path):
+    plain = station.run(visit())
+    state = station.cell.state_bytes()
+    station.set_state(built[1])
+    result = station.run(visit(), record=tmp_path / "run.mcap")
+    assert result.status is plain.status is NodeStatus.SUCCESS
+    assert station.cell.state_bytes() == state
+    assert str(result.recording) in result._repr_html_()
+    recording = Recording(tmp_path / "run.mcap")
+    assert recording.complete and recording.end == pytest.approx(result.duration)
+    objects = [
+        (e.data["name"], e.data["present"]) for e in recording.events() if e.kind == "entity"
+    ]
+    assert objects[-2:] == [("cube", True), ("cube", False)]
+    statuses = [e.data for e in recording.events() if e.kind == "status"]
+    assert [d["status"] for d in statuses if d["path"] == "visit"] == ["RUNNING", "SUCCESS", "IDLE"]
+    assert words(recording._repr_html_()).startswith("Recording run.mcap tree visit robot panda")
+
+
+def test_a_recording_is_closed_when_a_tree_takes_too_long(station, tmp_path):
+    with pytest.raises(TimeoutError):
+        station.run(Sleep("rest", msec=100), timeout=0.02, record=str(tmp_path / "run.mcap"))
+    assert Recording(tmp_path / "run.mcap").complete
+
+
+def test_a_file_that_no_recorder_writes_is_refused(station, tmp_path):
+    with pytest.raises(BtManipError, match=r"no recorder writes '\.txt' files, known are .*\.mcap"):
+        station.run(Sleep(msec=10), record=tmp_path / "run.txt")
