@@ -18,7 +18,7 @@ PACKAGE = REPOSITORY / "bt_manip"
 LAYERS = (
     {
         "bt", "models",
-        "checks", "exceptions", "hookspecs", "input_files", "key_values", "notebook", "png",
+        "checks", "exceptions", "extras", "hookspecs", "input_files", "key_values", "notebook", "png",
         "registry", "spatial", "toml_lines", "toml_tables", "lazy_exports", "version",
     },
     {"robots", "cell"},
@@ -37,6 +37,7 @@ WITHIN_LAYER = {
     ("models", "exceptions"),
     ("models", "spatial"),
     ("checks", "exceptions"),
+    ("extras", "exceptions"),
     ("key_values", "exceptions"),
     ("exceptions"),
     ("registry", "exceptions"),
@@ -51,6 +52,7 @@ WITHIN_LAYER = {
     ("grasping", "arm"),
     ("testing", "faults"),
     ("groot", "recording"),
+    ("viewer", "recording"),
 }
 """Imports inside a layer: which package, and what it may import."""
 

@@ -28,6 +28,7 @@ COMMANDS = {
     "models": "bt_manip.cli.models:models",
     "new": "bt_manip.cli.new:new",
     "plugins": "bt_manip.cli.plugins:show_plugins",
+    "replay": "bt_manip.cli.replay:replay",
     "run": "bt_manip.cli.run:run",
     "scene": "bt_manip.cli.scene:scene",
     "stress": "bt_manip.cli.stress:stress",

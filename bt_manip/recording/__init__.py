@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from bt_manip.recording.report_file import read_report as read_report
     from bt_manip.recording.run_snapshot import SnapshotAt as SnapshotAt
     from bt_manip.recording.run_snapshot import restore_snapshot as restore_snapshot
+    from bt_manip.recording.timeline import Timeline as Timeline
     from bt_manip.recording.trace import Trace as Trace
     from bt_manip.recording.trace import TraceRecorder as TraceRecorder
     from bt_manip.recording.trace import read_trace as read_trace

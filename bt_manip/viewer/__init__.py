@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from bt_manip.viewer.display import use_offscreen_opengl as use_offscreen_opengl
     from bt_manip.viewer.page import Page as Page
     from bt_manip.viewer.page import Panel as Panel
+    from bt_manip.viewer.page import ReplayPage as ReplayPage
     from bt_manip.viewer.plain_view import PlainView as PlainView
     from bt_manip.viewer.terminal_view import TerminalView as TerminalView
     from bt_manip.viewer.window import Window as Window

@@ -31,6 +31,9 @@ class Controls(Panel):
         breakpoints: Paths of the nodes at whose start the run pauses.
     """
 
+    texts = ("running", "Continue")
+    """The state that is shown while time goes on, and the label of the button when it is paused."""
+
     def __init__(self, gui: Any, speed: float | None) -> None:
         """Add the inputs to the current container.
 
@@ -45,6 +48,7 @@ class Controls(Panel):
         self._changed = threading.Event()
         self._state = self._cycle = ""
         self._run: Any = None
+        self._cell: Any = None  # has the time
         self._text = ""
         speeds = dict(SPEEDS)
         if speed is not None and speed not in speeds.values():
@@ -68,7 +72,7 @@ class Controls(Panel):
 
     def start(self, run: Any) -> None:
         """Let the run end when it is stopped here."""
-        self._run = run
+        self._run, self._cell = run, run.station.cell
         stop = run.stop
         run.stop = lambda: self.stopped or stop()
         self._pacing.start(run.station.cell.time)
@@ -91,6 +95,10 @@ class Controls(Panel):
         if waited:
             self._broken = ""
             self._pacing.start(self._run.station.cell.time)
+
+    def reset(self) -> None:
+        """Forget the cycle."""
+        self._state = self._cycle = ""
 
     def handle(self, event: RunEvent) -> None:
         """Pause at a breakpoint; keep the cycle."""
@@ -119,14 +127,15 @@ class Controls(Panel):
 
     def draw(self) -> None:
         """Send the state of the run if it has changed."""
-        state = self._state or ("paused" if self.paused else "running")
+        running, go_on = self.texts
+        state = self._state or ("paused" if self.paused else running)
         if self._broken and self.paused:
             state += f" at {self._broken}"
-        text = f"{escape(self._cycle)}, {self._run.station.cell.time:.2f} s: {escape(state)}"
+        text = f"{escape(self._cycle)}, {self._cell.time:.2f} s: {escape(state)}"
         if text != self._text:
             self._text = text
             self._html.content = f'<div style="font-weight:bold;padding:0 0.8em">{text}</div>'
-            self._pause.label = "Continue" if self.paused else "Pause"
+            self._pause.label = go_on if self.paused else "Pause"
 
     # Callbacks
 

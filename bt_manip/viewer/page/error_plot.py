@@ -2,6 +2,7 @@
 
 import time
 from collections import deque
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -30,15 +31,39 @@ class ErrorPlot(Panel):
         self._gui = page.server.gui
         self._container = self._gui.add_folder("Tracking error [mrad]")
         self._plot: Any = None
-        self._samples: deque[tuple[float, ...]] = deque(maxlen=SAMPLES)
-        self._next = 0.0
+        self._names: list[str] = []
+        self.reset()
 
-    def start(self, run: Any) -> None:
-        """Add the plot."""
-        self._cell, self._robots = run.station.cell, list(run.station.robots.values())
+    def reset(self) -> None:
+        """Forget the samples."""
+        self._samples: deque[tuple[float, ...]] = deque(maxlen=SAMPLES)
+        self._changed, self._next = True, 0.0
+
+    def sample(self, time: float, joints: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> None:
+        """Sample the errors; the first sample of other robots makes another plot."""
+        if list(joints) != self._names and joints:
+            self._names = list(joints)
+            self._samples.clear()
+            self._add_plot()
+        if joints:
+            errors = [float(np.abs(q - q_ref).max()) * 1e3 for q, q_ref in joints.values()]
+            self._samples.append((time, *errors))
+            self._changed = True
+
+    def draw(self) -> None:
+        """Send the plot if it has changed and the last one is old enough."""
+        now = time.perf_counter()
+        if self._plot is not None and self._changed and now >= self._next:
+            self._changed, self._next = False, now + PLOT_PERIOD
+            samples = np.array(self._samples).reshape(-1, 1 + len(self._names))
+            self._plot.data = tuple(samples.T.copy())
+
+    def _add_plot(self) -> None:
+        if self._plot is not None:
+            self._plot.remove()
         series = [
-            {"label": robot.name, "stroke": LINE_COLOURS[i % len(LINE_COLOURS)], "width": 1.5}
-            for i, robot in enumerate(self._robots)
+            {"label": name, "stroke": LINE_COLOURS[i % len(LINE_COLOURS)], "width": 1.5}
+            for i, name in enumerate(self._names)
         ]
         with self._container:
             self._plot = self._gui.add_uplot(
@@ -47,15 +72,3 @@ class ErrorPlot(Panel):
                 scales={"x": {"time": False}},
                 height=180,
             )
-
-    def end_tick(self) -> None:
-        """Sample the errors."""
-        errors = [float(np.abs(one.robot.q - one.arm.q).max()) * 1e3 for one in self._robots]
-        self._samples.append((self._cell.time, *errors))
-
-    def draw(self) -> None:
-        """Send the plot if the last one is old enough."""
-        now = time.perf_counter()
-        if self._samples and now >= self._next:
-            self._next = now + PLOT_PERIOD
-            self._plot.data = tuple(np.array(self._samples).T.copy())

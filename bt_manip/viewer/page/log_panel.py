@@ -34,6 +34,11 @@ class LogPanel(Panel):
         self._lines: deque[str] = deque(maxlen=LINES)
         self._changed = False
 
+    def reset(self) -> None:
+        """Forget the lines."""
+        self._lines.clear()
+        self._changed = True
+
     def handle(self, event: RunEvent) -> None:
         """Keep a line for people."""
         if (line := log_line(event)) is not None:
@@ -61,6 +66,11 @@ class BlackboardPanel(Panel):
         self._html = page.server.gui.add_html("")
         self._entries: dict[str, str] = {}
         self._changed = False
+
+    def reset(self) -> None:
+        """Forget the entries."""
+        self._entries.clear()
+        self._changed = True
 
     def handle(self, event: RunEvent) -> None:
         """Keep the value."""

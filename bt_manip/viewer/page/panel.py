@@ -1,6 +1,9 @@
 """The interface of the panels of the page."""
 
+from collections.abc import Mapping
 from typing import Any
+
+import numpy as np
 
 from bt_manip.runner import RunEvent
 
@@ -8,14 +11,20 @@ from bt_manip.runner import RunEvent
 class Panel:
     """A part of the page; its methods are called by the thread of the run.
 
+    It shows events and samples, which are those of a run or of a recording. Where a recording goes
+    back to an earlier time, `reset` is called, and all events up to that time follow again.
+
     Callbacks of its inputs are called by threads of viser: they should only set what the thread of
     the run reads. A panel that raises is not called again; the page and the run go on.
 
     Attributes:
         in_tab: Whether it has a tab of its own; otherwise it is above the tabs.
+        needs_run: Whether it is left out on the page of a recording, where `start` and `end_tick`
+            are not called.
     """
 
     in_tab = True
+    needs_run = False
 
     def __init__(self, page: Any) -> None:
         """Add the inputs to the current container of viser.
@@ -27,11 +36,22 @@ class Panel:
     def start(self, run: Any) -> None:
         """Prepare for a run, with `.request`, `.station` and `.tree`."""
 
+    def reset(self) -> None:
+        """Forget all events and samples: those that follow begin at the start of a run."""
+
     def handle(self, event: RunEvent) -> None:
         """Note an event; drawing comes later."""
 
+    def sample(self, time: float, joints: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> None:
+        """Note the state after a tick, in some microseconds.
+
+        Args:
+            time: Simulated time [s].
+            joints: Positions and references of the joints of each robot [rad].  # (nq,) each
+        """
+
     def end_tick(self) -> None:
-        """Sample the state after a tick, in some microseconds."""
+        """Act after a tick of a run."""
 
     def draw(self) -> None:
         """Send what has changed to the open pages; called at most ten times a second."""

@@ -55,15 +55,20 @@ class TreePanel(Panel):
         self._choice.on_update(self._set_breakpoint)
         self._html = gui.add_html("")
 
+    def reset(self) -> None:
+        """Forget the statuses; the tree follows as an event."""
+        self._statuses.clear()
+        self._reasons.clear()
+        self._lines.clear()
+        self._changed = True
+
     def handle(self, event: RunEvent) -> None:
         """Keep statuses and reasons."""
         data = event.data
         if event.kind == "tree":
             self._replace(data["nodes"])
         elif event.kind == "cycle" and data["status"] == "RUNNING":
-            self._statuses.clear()
-            self._reasons.clear()
-            self._lines.clear()
+            self.reset()
         elif event.kind == "status":
             # A parent resets its children as soon as it ends: their last status is kept.
             if data["status"] == "IDLE" and data["old"] != "RUNNING":

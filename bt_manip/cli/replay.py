@@ -1,0 +1,50 @@
+"""``bt-manip replay``: show a recorded run on a page in the browser."""
+
+import os
+from pathlib import Path
+
+import click
+
+from bt_manip.cli.interrupt import Interrupt
+from bt_manip.cli.plugin_options import load_chosen_plugins
+from bt_manip.extras import require_extra
+
+
+@click.command(epilog="Exit codes: 0 after Ctrl-C, which ends it; 2 bad input.")
+@click.argument("recording", type=click.Path(path_type=Path), metavar="FILE.mcap")
+@click.option(
+    "--from", "start", type=float, metavar="T",
+    help="Simulated time that is shown at first [s].  [default: the start of the run]",
+)  # fmt: skip
+@click.option(
+    "--speed", type=click.FloatRange(min=0.0, min_open=True), default=1.0, show_default=True,
+    metavar="X", help="Simulated seconds per second of wall time at first.",
+)  # fmt: skip
+@click.option(
+    "--port", type=click.IntRange(0, 65535), default=8080, show_default=True, metavar="PORT",
+    help="The first port that is tried; 0 lets the system choose.",
+)  # fmt: skip
+@click.pass_obj
+def replay(
+    interrupt: Interrupt, recording: Path, start: float | None, speed: float, port: int
+) -> int:
+    """Show a recorded run on a page in the browser, at any of its times."""
+    require_extra("record", "replay", "mcap", "foxglove_schemas_protobuf")
+    require_extra("view", "replay", "viser")
+    os.environ.setdefault("MUJOCO_GL", "disable")  # nothing is drawn here
+    from bt_manip.recording import Recording
+
+    opened = Recording(recording)
+    from bt_manip.cli.run_observers import page_panels
+    from bt_manip.viewer import ReplayPage
+
+    panels = page_panels(load_chosen_plugins())
+    page = ReplayPage(opened, panels, port=port, start=start, speed=speed)
+    try:
+        click.echo(f"The page of the recording: {page.url}; press Ctrl-C to leave.")
+        with interrupt.held():
+            page.serve(lambda: interrupt.requested)
+    finally:
+        page.close()
+    interrupt.exit_code = 0  # it is how this command ends
+    return 0

@@ -1,0 +1,195 @@
+"""The page of a recording."""
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from html import escape
+from typing import Any
+
+from bt_manip.recording import RecordedScene, Recording, Timeline
+from bt_manip.runner import RunEvent
+
+from .controls import UNLIMITED, Controls
+from .error_plot import SAMPLES
+from .scene_page import POSE_PERIOD, MakePanel, ScenePage
+from .server import PORT
+
+LONGEST_ADVANCE = 0.5
+"""Longest wall time that playing catches up with at once [s]."""
+
+
+class ReplayControls(Controls):
+    """Plays a recording: a time line, play and pause, single ticks, speed."""
+
+    texts = ("playing", "Play")
+
+    def __init__(self, gui: Any, speed: float, scene: RecordedScene, note: str) -> None:
+        """Add the inputs to the current container; nothing is played at first.
+
+        Args:
+            gui: viser's ``GuiApi``.
+            speed: Simulated seconds per second of wall time at first.
+            scene: The recorded scene, which has the times.
+            note: A line above the inputs.
+        """
+        style = "color:#c92a2a;padding:0 0.8em"
+        self._note = gui.add_html(f'<div style="{style}">{escape(note)}</div>' if note else "")
+        super().__init__(gui, speed)
+        self.paused, self._cell = True, scene
+        self._held = False
+        self._wanted: float | None = None
+        self._choice.options = tuple(name for name in self._speeds if name != UNLIMITED)
+        self._stop.visible = False
+        start, step = float(scene.times[0]), 0.01
+        if len(scene.times) > 1:
+            step = round(float(scene.times[1]) - start, 6)
+        end = max(float(scene.times[-1]), start + step)
+        self._line = gui.add_slider("Time [s]", start, end, step, start)
+        self._line.on_update(self._want)
+
+    @property
+    def speed(self) -> float:
+        """Simulated seconds per second of wall time."""
+        assert self._speed is not None
+        return self._speed
+
+    @contextmanager
+    def holding(self) -> Iterator[None]:
+        """Ignore breakpoints: the events are those of another time."""
+        self._held = True
+        try:
+            yield
+        finally:
+            self._held = False
+
+    def take_time(self) -> float | None:
+        """Return the time that was chosen on the time line, once."""
+        wanted, self._wanted = self._wanted, None
+        return wanted
+
+    def take_step(self) -> bool:
+        """Return whether a single tick was asked for, once for each."""
+        self._steps, wanted = max(self._steps - 1, 0), self._steps > 0
+        return wanted
+
+    def handle(self, event: RunEvent) -> None:
+        """Pause at a breakpoint while playing; keep the cycle."""
+        paused = self.paused
+        super().handle(event)
+        if self._held or paused:
+            self.paused, self._broken = paused, ""
+
+    def draw(self) -> None:
+        """Send time and state if they have changed."""
+        super().draw()
+        now = round(self._cell.time, 6)
+        if self._line.value != now and self._wanted is None:
+            self._line.value = now
+
+    def _want(self, event: Any) -> None:
+        if event.client_id is not None:  # it was not set above
+            self._wanted = float(self._line.value)
+
+
+class ReplayPage(ScenePage):
+    """Shows a recording in the browser, at any of its times, as the page of the run did.
+
+    The panels get the events of the recording; those that need a run are left out.
+    """
+
+    controls: ReplayControls
+
+    def __init__(
+        self,
+        recording: Recording,
+        panels: Mapping[str, MakePanel] | None = None,
+        *,
+        port: int = PORT,
+        start: float | None = None,
+        speed: float = 1.0,
+    ) -> None:
+        """Read the recording and start the server.
+
+        Args:
+            recording: The recording.
+            panels: Makers of the panels by name, as hooks ``register_panels`` register them.
+            port: The first port that is tried; 0 lets the system choose.
+            start: The simulated time that is shown at first [s]; None is the start of the run.
+            speed: Simulated seconds per second of wall time at first.
+
+        Raises:
+            BtManipError: If the recording has no complete chunk.
+        """
+        self._timeline, self._index = Timeline(recording), -1
+        self._entities: dict[str, int] = {}
+        scene = self._timeline.scene
+        shown = {n: make for n, make in (panels or {}).items() if not getattr(make, "needs_run", 0)}
+        end = f"The recording is incomplete: it was cut off after {scene.times[-1]:.2f} s."
+        note = "" if recording.complete else end
+        super().__init__(lambda gui: ReplayControls(gui, speed, scene, note), shown, port)
+        self._show_tree(recording.identity["tree"])
+        self.seek(float(scene.times[0]) if start is None else start)
+
+    def seek(self, time: float) -> None:
+        """Show the state after the last tick that ended at or before a time [s]."""
+        scene = self._timeline.scene
+        scene.seek(time)
+        with self.controls.holding():
+            self._go_to(scene.index)
+        self._refresh(now=True)
+
+    def serve(self, stop: Callable[[], bool]) -> None:
+        """Play as the controls say, until ``stop`` returns True."""
+        before = time.perf_counter()
+        position = self._timeline.scene.time
+        while not stop():
+            now = time.perf_counter()
+            position = self._act(position, min(now - before, LONGEST_ADVANCE))
+            before = now
+            self._refresh()
+            time.sleep(POSE_PERIOD)
+
+    # Internal
+
+    def _act(self, position: float, elapsed: float) -> float:
+        """Do what the controls ask for, or play on; return the simulated time to play on from.
+
+        Args:
+            position: The simulated time up to which has been played [s].
+            elapsed: Wall time since then [s].
+        """
+        controls, times = self.controls, self._timeline.scene.times
+        last = len(times) - 1
+        if (wanted := controls.take_time()) is not None:
+            self.seek(wanted)
+        elif controls.take_step():
+            self._go_to(min(self._index + 1, last))
+        elif not controls.paused:
+            if self._index == last:  # once more
+                self.seek(times[0])
+                position = times[0]
+            position += elapsed * controls.speed
+            while not controls.paused and self._index < last and times[self._index + 1] <= position:
+                self._go_to(self._index + 1)
+            controls.paused |= self._index == last
+            if not controls.paused:
+                return position
+        return float(times[self._index])
+
+    def _go_to(self, index: int) -> None:
+        """Let scene and panels have another state."""
+        timeline, before = self._timeline, self._index
+        if index < before:
+            before = -1
+            for panel in self._panels:
+                panel.reset()
+        for event in timeline.events(before, index):
+            self._handle(event)
+        for i in range(max(before + 1, index + 1 - SAMPLES, 1), index + 1):  # none in state 0
+            joints = timeline.joints(i)
+            for panel in self._panels:
+                panel.sample(float(timeline.scene.times[i]), joints)
+        self._index = timeline.scene.index = index
+        if self._entities != (present := timeline.scene.entities()):
+            self._entities = present
+            self._scene.bind(timeline.scene)
