@@ -18,8 +18,8 @@ PACKAGE = REPOSITORY / "bt_manip"
 LAYERS = (
     {
         "bt", "models",
-        "checks", "exceptions", "extras", "hookspecs", "input_files", "key_values", "notebook", "png",
-        "registry", "spatial", "toml_lines", "toml_tables", "lazy_exports", "version",
+        "checks", "exceptions", "extras", "hookspecs", "input_files", "key_values", "notebook",
+        "png", "registry", "spatial", "toml_lines", "toml_tables", "lazy_exports", "version",
     },
     {"robots", "cell"},
     {"kinematics", "collision", "trajectories"},

@@ -14,6 +14,7 @@ from bt_manip.cli.foreign_trees import ForeignTrees
 from bt_manip.cli.interrupt import INTERRUPTED, Interrupt
 from bt_manip.cli.plugin_options import load_chosen_plugins, print_warning
 from bt_manip.exceptions import BtManipError, NodeError
+from bt_manip.extras import require_extra
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -120,7 +121,7 @@ class _Job:
         options = self._options
         window = self._can_open_window()
         if options.view:
-            _require_viser()
+            require_extra("view", "--view", "viser")
         shown = window or options.view or options.groot
         speed = float(shown) if options.real_time is None else options.real_time
         from rich.console import Console
@@ -391,14 +392,6 @@ class _Job:
 def is_rendered(record: str) -> bool:
     """Return whether a value of ``--record`` asks for images of a camera."""
     return re.search(r"^video\b|\.(mp4|gif)\b|\scameras=", record) is not None
-
-
-def _require_viser() -> None:
-    """Check that the packages of the page are installed."""
-    import importlib.util
-
-    if importlib.util.find_spec("viser") is None:
-        raise BtManipError("--view needs viser: pip install 'bt-manip[view]'")
 
 
 def _configurations(path: Path | None) -> "Mapping[str, Configuration]":
