@@ -1,7 +1,7 @@
 """The controls of a run: pause, step, speed, stop."""
 
 import threading
-from collections.abc import Callable, Set
+from collections.abc import Callable
 from html import escape
 from typing import Any
 
@@ -42,7 +42,7 @@ class Controls(Panel):
             speed: Simulated seconds per second of wall time at first; None is without limit.
         """
         self.paused = self.stopped = False
-        self.breakpoints: Set[str] = frozenset()
+        self.breakpoints: frozenset[str] = frozenset()
         self._broken = ""  # path of the node at which the run has paused
         self._steps = 0
         self._changed = threading.Event()

@@ -6,13 +6,11 @@ from typing import Any
 
 from bt_manip.runner import RunEvent, log_line
 
+from .node_details import short
 from .panel import Panel
 
 LINES = 100
 """Number of lines of the log that are kept."""
-
-LONGEST_VALUE = 200
-"""Number of characters of a value that are shown."""
 
 COLOURS_OF_LEVELS = {"INFO": "inherit", "WARNING": "#e67700", "ERROR": "#c92a2a"}
 """Colour of a line by its level."""
@@ -81,9 +79,7 @@ class BlackboardPanel(Panel):
         if value is None:
             self._entries.pop(key, None)
             return
-        text = str(value)
-        short = text if len(text) <= LONGEST_VALUE else f"{text[:LONGEST_VALUE]}…"
-        self._entries[key] = f"<div><b>{escape(key)}</b> {escape(short)}</div>"
+        self._entries[key] = f"<div><b>{escape(key)}</b> {short(value)}</div>"
 
     def draw(self) -> None:
         """Send the entries if they have changed."""

@@ -20,8 +20,8 @@ PANEL_PERIOD = 1.0 / 10.0
 BRIGHTNESS = 0.4
 """Intensity of the environment's light: with viser's 1, light colours of cells look white."""
 
-WIDTH = 420
-"""Width of the panels [pixels]."""
+WIDTH = 380
+"""Width of the panels on the left and on the right [pixels]."""
 
 MakePanel = Callable[[Any], Panel]
 """Makes a panel of a page; see the hook ``register_panels``."""
@@ -75,7 +75,8 @@ class ScenePage:
                 continue
             if tabs is None:
                 tabs = gui.add_panel()
-                tabs.dock_below(gui.main_panel)
+                tabs.dock_left()
+                tabs.set_width(WIDTH)
             with tabs.add_tab(label):
                 yield make(self)
 

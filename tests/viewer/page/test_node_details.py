@@ -1,0 +1,44 @@
+"""The details of a node: its ports with their present values."""
+
+from bt_manip.runner import RunEvent
+from bt_manip.viewer.page.node_details import LONGEST_VALUE, NodeDetails
+
+NODE = {
+    "path": "pick/<lift>", "kind": "Action", "registration": "Lift",
+    "ports": [
+        {"name": "object", "direction": "input", "text": "{target}", "key": "pick/target"},
+        {"name": "height", "direction": "input", "text": "0.1", "key": ""},
+    ],
+}  # fmt: skip
+
+
+def write(details, key, value):
+    data = {"key": key, "value": value, "type": "string"}
+    return details.handle(RunEvent(0.0, "blackboard", data))
+
+
+def test_path_kind_status_and_reason_are_escaped():
+    html = NodeDetails().html(NODE, "FAILURE", "x < y")
+    assert "pick/&lt;lift&gt;" in html and "Action Lift, failure" in html and "x &lt; y" in html
+
+
+def test_a_port_has_its_text_and_the_value_behind_its_key():
+    details = NodeDetails()
+    assert "pick/target = (not set)" in details.html(NODE, "IDLE", "")
+    assert write(details, "pick/target", "<cube>")
+    html = details.html(NODE, "IDLE", "")
+    assert "<td>{target}</td><td>pick/target = &lt;cube&gt;</td>" in html
+    assert "<td>0.1</td><td></td>" in html
+    write(details, "pick/target", None)
+    assert "(not set)" in details.html(NODE, "IDLE", "")
+
+
+def test_a_long_value_is_cut():
+    details = NodeDetails()
+    write(details, "pick/target", "a" * 10_000)
+    assert "a" * LONGEST_VALUE + "…" in details.html(NODE, "IDLE", "")
+    assert len(details.html(NODE, "IDLE", "")) < 2_000
+
+
+def test_other_events_change_nothing():
+    assert not NodeDetails().handle(RunEvent(0.0, "tick", {"tick": 1}))
