@@ -87,7 +87,7 @@ EXPERIMENTAL = {
     "bt_manip.control": "ControllerManager",
     "bt_manip.recording": (
         "Recorder RunReport Trace read_report read_trace McapRecorder Recording RecordingError "
-        "VideoRecorder"
+        "VideoRecorder write_csv write_parquet write_mcap write_video"
     ),
     "bt_manip.runner": "EventStream EventQueue RunEvent TreeSource Interventions",
     "bt_manip.faults": "Fault FaultContext FaultError FaultInjector parameter parse_fault",

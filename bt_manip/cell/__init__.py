@@ -18,6 +18,7 @@ from .exceptions import PhysicsDiverged as PhysicsDiverged
 from .geometry import collision_geoms as collision_geoms
 from .geometry import extent as extent
 from .geometry import nearest_free as nearest_free
+from .naming import WORLD as WORLD
 from .naming import BodyNames as BodyNames
 from .naming import entity_of as entity_of
 from .naming import unique_name as unique_name
@@ -45,6 +46,7 @@ from .rendering import FrameRenderer as FrameRenderer
 from .rendering import NoOpenGLError as NoOpenGLError
 from .rendering import camera_number as camera_number
 from .rendering import render as render
+from .visuals import PLANE_THICKNESS as PLANE_THICKNESS
 from .visuals import CellScene as CellScene
 from .visuals import SceneCamera as SceneCamera
 from .visuals import SceneSource as SceneSource

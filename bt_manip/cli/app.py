@@ -24,6 +24,7 @@ FAULT = 3
 _FOUND = "bt_manip.commands"
 
 COMMANDS = {
+    "export": "bt_manip.cli.export:export",
     "list": "bt_manip.cli.listing:list_parts",
     "models": "bt_manip.cli.models:models",
     "new": "bt_manip.cli.new:new",

@@ -9,9 +9,9 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, BinaryIO, ClassVar
 
-from bt_manip.bt import NodeStatus, Tree, instance_to_xml
+from bt_manip.bt import NodeStatus, instance_to_xml
 from bt_manip.exceptions import BtManipError
-from bt_manip.recording import RecordingError
+from bt_manip.recording import Recording, RecordingError
 from bt_manip.runner import EventStream, RunEvent
 
 from .messages import HIGHEST_UID, transition
@@ -65,7 +65,8 @@ class TransitionLog(EventStream):
         self._start = self._cell.time
         self._flushed = time.monotonic()
         with self._errors_named():
-            self._open(run.tree, time.time_ns() // 1000)
+            nodes = [(node.path, node.uid) for node in run.tree.nodes]
+            self._open(instance_to_xml(run.tree), nodes, time.time_ns() // 1000)
             self._is_open = True
 
     def after_tick(self) -> None:
@@ -74,9 +75,30 @@ class TransitionLog(EventStream):
         if time.monotonic() - self._flushed > FLUSH:
             self._flush()
 
+    def write_recording(self, recording: Recording) -> None:
+        """Write the statuses of a recording; the file's time of its start is the present time.
+
+        Raises:
+            BtManipError: If the recording has no tree, or the log cannot be written.
+        """
+        events = [event for event in recording.events() if event.kind in ("tree", "status")]
+        if not events or not recording.tree_xml:
+            raise BtManipError(f"{recording.path} has no tree")
+        self._start = events[0].time
+        nodes = [(node["path"], node["uid"]) for node in events[0].data["nodes"]]
+        with self._errors_named():
+            self._open(recording.tree_xml, nodes, time.time_ns() // 1000)
+            self._is_open = True
+        for event in events:
+            self._receive(event)
+        self._end()
+
     def run_ended(self) -> None:
         """Write what is left, and close the file."""
         super().run_ended()
+        self._end()
+
+    def _end(self) -> None:
         if self._is_open:
             self._flush()
             with suppress(OSError, sqlite3.Error):  # again of data that an error has left
@@ -115,8 +137,14 @@ class TransitionLog(EventStream):
             raise RecordingError(f"log '{self._path}' cannot be written: {text}") from error
 
     @abstractmethod
-    def _open(self, tree: Tree, now: int) -> None:
-        """Open the file and write what it begins with; `now` is in microseconds since 1970."""
+    def _open(self, xml: str, nodes: Sequence[tuple[str, int]], now: int) -> None:
+        """Open the file and write what it begins with.
+
+        Args:
+            xml: The tree.
+            nodes: Path and uid of each node.
+            now: Microseconds since 1970.
+        """
 
     @abstractmethod
     def _write(self, rows: Sequence[tuple[int, int, NodeStatus]]) -> None:
@@ -132,11 +160,11 @@ class BtlogRecorder(TransitionLog):
 
     suffix: ClassVar[str] = ".btlog"
 
-    def _open(self, tree: Tree, now: int) -> None:
-        xml = instance_to_xml(tree).encode(errors="replace")
+    def _open(self, xml: str, nodes: Sequence[tuple[str, int]], now: int) -> None:
+        text = xml.encode(errors="replace")
         self._file: BinaryIO = self._path.open("wb")
-        lengths = len(xml).to_bytes(4, "little"), now.to_bytes(8, "little")
-        self._file.write(MAGIC + lengths[0] + xml + lengths[1])
+        lengths = len(text).to_bytes(4, "little"), now.to_bytes(8, "little")
+        self._file.write(MAGIC + lengths[0] + text + lengths[1])
         self._file.flush()
 
     def _write(self, rows: Sequence[tuple[int, int, NodeStatus]]) -> None:
@@ -152,7 +180,7 @@ class SqliteRecorder(TransitionLog):
 
     suffix: ClassVar[str] = ".db3"
 
-    def _open(self, tree: Tree, now: int) -> None:
+    def _open(self, xml: str, nodes: Sequence[tuple[str, int]], now: int) -> None:
         target = self._path.resolve()
         if target.exists() and not target.is_file():
             raise RecordingError(f"log '{self._path}' cannot be written: it is no regular file")
@@ -162,11 +190,10 @@ class SqliteRecorder(TransitionLog):
         self._database.executescript(SCHEMA)
         self._now = self._last = now
         date = datetime.now().strftime("%Y-%m-%d %H:%M:%S")
-        xml = instance_to_xml(tree).encode(errors="replace").decode()
+        text = xml.encode(errors="replace").decode()
         self._database.execute(
-            "INSERT INTO Definitions (date, xml_tree) VALUES (?, ?)", (date, xml)
+            "INSERT INTO Definitions (date, xml_tree) VALUES (?, ?)", (date, text)
         )
-        nodes = [(node.path, node.uid) for node in tree.nodes]
         self._database.executemany("INSERT INTO Nodes VALUES (1, ?, ?)", nodes)
         self._database.commit()
         self._running_since: dict[int, int] = {}

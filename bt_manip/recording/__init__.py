@@ -10,6 +10,10 @@ from bt_manip.lazy_exports import lazy_exports
 if TYPE_CHECKING:
     from bt_manip.recording.continuation import Continuation as Continuation
     from bt_manip.recording.continuation import RecordedInterventions as RecordedInterventions
+    from bt_manip.recording.export_mcap import write_mcap as write_mcap
+    from bt_manip.recording.export_table import write_csv as write_csv
+    from bt_manip.recording.export_table import write_parquet as write_parquet
+    from bt_manip.recording.export_video import write_video as write_video
     from bt_manip.recording.files import RecordingError as RecordingError
     from bt_manip.recording.files import check_writable as check_writable
     from bt_manip.recording.mcap_recorder import McapRecorder as McapRecorder

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import mujoco
 import numpy as np
 
-from bt_manip.bt import NodeStatus
+from bt_manip.bt import NodeStatus, instance_to_xml
 from bt_manip.exceptions import BtManipError
 from bt_manip.recording.files import is_special, whole_file
 from bt_manip.recording.identification import identify
@@ -98,6 +98,7 @@ class McapRecorder(EventStream):
         identity = {"tree": request.tree.name, "seed": request.seed, "versions": versions()}
         identity |= identify(run)
         file.add_metadata("run", {key: json.dumps(value) for key, value in identity.items()})
+        file.add_metadata("tree", {"xml": instance_to_xml(run.tree)})
         for topic in ("/tf", "/tf_static"):
             file.add_topic(topic, FrameTransforms)
         file.add_topic("/log", Log)

@@ -140,6 +140,8 @@ class Recorder(RunObserver):
         self._cell = station.cell
         self._time_start = self._time_now = self._cell.time
         self._logs = [RobotLog(self._cell, robot) for robot in station.robots.values()]
+        if self._trace is not None:
+            self._trace.name_joints(station)
         self._phases = PhaseLog(lambda: self._cell.time, self._phase_ended)
         run.tree.observers.append(self._phases)
         self._cell.before_remove.append(self._judge)

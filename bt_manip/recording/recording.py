@@ -35,6 +35,7 @@ class Recording:
     Attributes:
         path: The file.
         identity: What identifies the run: tree, seed, robot, scene, versions, ...
+        tree_xml: The tree at the start, as `bt_manip.bt.instance_to_xml` writes it.
         complete: Whether the recording was closed at the end of its run.
         topics: The topics, with their encoding (``"json"`` or ``"protobuf"``).
         joints: Names of the joints, by robot.
@@ -50,13 +51,16 @@ class Recording:
         """
         self.path = Path(path)
         self.identity: dict[str, Any] = {}
+        self.tree_xml = ""
         self.complete = False
         self.topics: dict[str, str] = {}
         self.joints: dict[str, list[str]] = {}
         self.limits: dict[str, JointLimits] = {}
         self.end = 0.0
-        for record in self._records():
-            if isinstance(record, Metadata) and record.name == "run":
+        for record in self.records():
+            if isinstance(record, Metadata) and record.name == "tree":
+                self.tree_xml = record.metadata["xml"]
+            elif isinstance(record, Metadata) and record.name == "run":
                 self.identity = {k: json.loads(text) for k, text in record.metadata.items()}
             elif isinstance(record, Channel):
                 self.topics[record.topic] = record.message_encoding
@@ -96,7 +100,7 @@ class Recording:
                 hint = did_you_mean(topic, self.topics)
                 raise BtManipError(f"{self.path} has no topic '{topic}'{hint}")
         channels: dict[int, Channel] = {}
-        for record in self._records():
+        for record in self.records():
             if isinstance(record, Channel):
                 channels[record.id] = record
             elif isinstance(record, Message):
@@ -142,7 +146,7 @@ class Recording:
         steps = {"t": np.array(times)} | {n: columns[:, i] for i, n in enumerate(STEP_FIELDS)}
         return steps | {"free": np.array(free, dtype=bool)}
 
-    def _records(self) -> Iterator[McapRecord]:
+    def records(self) -> Iterator[McapRecord]:
         """Iterate over the records of the complete chunks."""
         try:
             with self.path.open("rb") as file:

@@ -43,7 +43,8 @@ class Trace:
     With several robots in a cell the file has ``left/q`` and so on, by their names.
 
     While the run goes on, the file is a structured array in NumPy's NPY format with the same names,
-    which grows; `read_trace` and ``np.load`` read both. At the end it is replaced by the archive.
+    which grows; `read_trace` and ``np.load`` read both. At the end it is replaced by the archive,
+    which has the names of the joints, too: ``joints``.
     """
 
     def __init__(self, path: Path) -> None:
@@ -64,6 +65,14 @@ class Trace:
         self._dtype = np.dtype([("t", float), *((name, float, (0,)) for name in COLUMNS)])
         self._rows = 0
         self._problem = ""
+        self._joints: dict[str, list[str]] = {}  # by name in the archive
+
+    def name_joints(self, station: Any) -> None:
+        """Take over the names of the joints of the robots of a `bt_manip.runner.Station`."""
+        robots = station.robots
+        for name, one in robots.items():
+            prefix = f"{name}/" if len(robots) > 1 else ""
+            self._joints[f"{prefix}joints"] = list(one.robot.description.arm_joints)
 
     def append(
         self, t: np.ndarray, columns: Sequence[np.ndarray], names: Sequence[str] = COLUMNS
@@ -118,6 +127,8 @@ class Trace:
         with whole_file(self.path) as target, zipfile.ZipFile(target, "w") as archive:
             for name in self._dtype.names or ():
                 _write(archive, name, table[name])
+            for name, joints in self._joints.items():
+                _write(archive, name, np.array(joints))
 
     def _header(self) -> bytes:
         """Return the header of an NPY file, whose length does not depend on the number of rows."""
@@ -149,7 +160,10 @@ def read_trace(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
 
 
 class TraceRecorder(RunObserver):
-    """Write t, q, v, q_ref, v_ref, a_ref and tau of every control step to an .npz file."""
+    """Write t, q, v, q_ref, v_ref, a_ref and tau of every control step to an .npz file.
+
+    It is the small file of the joints; ``bt-manip export`` makes tables of everything recorded.
+    """
 
     suffix = ".npz"
 
@@ -170,6 +184,7 @@ class TraceRecorder(RunObserver):
     def run_started(self, run: Any) -> None:
         """Bind to the station."""
         station = run.station
+        self._trace.name_joints(station)
         self._logs = {name: StepLog(station.cell, one) for name, one in station.robots.items()}
 
     def after_compile(self) -> None:

@@ -286,6 +286,7 @@ def test_the_trace_has_every_control_step(record, tmp_path):
     with closing(Trace(path)) as trace:
         report = record(hover(), trace, cycles=2)
     with np.load(path) as read:
+        assert read["joints"].tolist() == [f"joint{i}" for i in range(1, 8)]
         steps = round(report.simulated_s * 1000)
         np.testing.assert_allclose(read["t"], np.arange(1, steps + 1) / 1000.0, atol=1e-9)
         for name in ("q", "v", "q_ref", "v_ref", "a_ref", "tau"):

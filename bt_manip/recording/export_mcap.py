@@ -1,0 +1,46 @@
+"""Rewriting of a recording that was cut."""
+
+from pathlib import Path
+
+from mcap.records import Channel, Message, Metadata, Schema
+from mcap.writer import CompressionType, Writer
+
+from bt_manip.recording.files import whole_file
+from bt_manip.recording.recording import Recording
+
+CHUNK_SIZE = 1 << 20
+"""Size of a chunk before compression [bytes], as the library's default."""
+
+
+def write_mcap(recording: Recording, path: Path) -> None:
+    """Write what can be read of a recording as a complete MCAP file, with an index.
+
+    Each message keeps its time, its sequence number and its bytes.
+    """
+    with whole_file(path) as file:
+        writer = Writer(file, CHUNK_SIZE, CompressionType.ZSTD)
+        writer.start("", "bt-manip")
+        schemas, channels = {0: 0}, {}
+        for record in recording.records():
+            if isinstance(record, Schema) and record.id not in schemas:
+                schemas[record.id] = writer.register_schema(
+                    record.name, record.encoding, record.data
+                )
+            elif isinstance(record, Channel) and record.id not in channels:
+                channels[record.id] = writer.register_channel(
+                    record.topic,
+                    record.message_encoding,
+                    schemas[record.schema_id],
+                    record.metadata,
+                )
+            elif isinstance(record, Message):
+                writer.add_message(
+                    channels[record.channel_id],
+                    record.log_time,
+                    record.data,
+                    record.publish_time,
+                    record.sequence,
+                )
+            elif isinstance(record, Metadata):
+                writer.add_metadata(record.name, record.metadata)
+        writer.finish()

@@ -1,0 +1,164 @@
+"""Videos rendered from a recording."""
+
+import itertools
+from collections.abc import Iterator
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from bt_manip.cell import PLANE_THICKNESS, WORLD, Arena, FrameRenderer, camera_number
+from bt_manip.recording.export_table import running_leaves
+from bt_manip.recording.recorded_scene import RecordedScene
+from bt_manip.recording.recording import Recording
+from bt_manip.recording.video import (
+    SAMPLES,
+    SHADOW_SIZE,
+    VideoFile,
+    check_video,
+    overlay_text,
+    parse_size,
+)
+
+KINDS = {
+    "box": mujoco.mjtGeom.mjGEOM_BOX,
+    "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+    "mesh": mujoco.mjtGeom.mjGEOM_MESH,
+}
+
+
+class SceneModel:
+    """A model of MuJoCo that shows a recorded scene; floor, sky and lights are the arena's.
+
+    Each frame is a mocap body. Shapes of entities that are not there, or look different now, are
+    transparent.
+
+    Attributes:
+        model: The compiled model.
+        data: Its state.
+    """
+
+    def __init__(self, scene: RecordedScene) -> None:
+        """Compile all shapes and cameras that ever occur.
+
+        Args:
+            scene: The scene.
+        """
+        self._scene = scene
+        spec = mujoco.MjSpec.from_string(Arena().mjcf_model.to_xml_string())
+        for camera in spec.cameras:
+            spec.delete(camera)
+        # Without their names, since one of them is "world", too.
+        bodies = {name: spec.worldbody.add_body(mocap=True) for name in scene.frames}
+        looks: list[tuple[str, int]] = []
+        for time in (*scene.times[[0, -1]], *scene.times[1:-1]):
+            scene.seek(time)
+            for one in scene.cameras:
+                if spec.camera(one.name) is None:
+                    bodies[one.frame].add_camera(
+                        name=one.name, pos=one.position, quat=one.quat_wxyz, fovy=one.fovy
+                    )
+            for entity, number in scene.entities().items():
+                if (entity, number) not in looks:
+                    looks.append((entity, number))
+                    self._add(spec, bodies, entity, len(looks) - 1)
+        self.model = spec.compile()
+        self.data = mujoco.MjData(self.model)
+        names = [self.model.geom(i).name for i in range(self.model.ngeom)]
+        self._geoms = {
+            look: [i for i, name in enumerate(names) if name.startswith(f"look{number}/")]
+            for number, look in enumerate(looks)
+        }
+        self._alpha = self.model.geom_rgba[:, 3].copy()
+
+    def update(self) -> None:
+        """Take over the present state of the scene."""
+        poses, present = self._scene.poses(), self._scene.entities()
+        self.data.mocap_pos[:], self.data.mocap_quat[:] = poses[:, :3], poses[:, 3:]
+        for (entity, number), geoms in self._geoms.items():
+            shown = present.get(entity) == number
+            self.model.geom_rgba[geoms, 3] = self._alpha[geoms] if shown else 0.0
+
+    def _add(
+        self, spec: mujoco.MjSpec, bodies: dict[str, mujoco.MjsBody], entity: str, look: int
+    ) -> None:
+        """Add the present shapes of an entity."""
+        number = itertools.count()
+        for frame, shapes in self._scene.shapes(entity).items():
+            for shape in shapes:
+                if entity == WORLD and shape.size[2] == PLANE_THICKNESS:
+                    continue  # the arena has a floor, with its texture
+                name = f"look{look}/{next(number)}"
+                geom = bodies[frame].add_geom(
+                    name=name,
+                    type=KINDS[shape.kind],
+                    pos=shape.position,
+                    quat=shape.quat_wxyz,
+                    rgba=shape.rgba,
+                    contype=0,
+                    conaffinity=0,
+                )
+                if shape.triangles is None:
+                    x, y, z = np.array(shape.size) / 2.0
+                    geom.size = (x, z, 0.0) if shape.kind == "cylinder" else (x, y, z)
+                else:
+                    spec.add_mesh(
+                        name=name,
+                        uservert=shape.triangles.vertices.ravel(),
+                        userface=shape.triangles.faces.ravel(),
+                        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,  # they may be flat
+                    )
+                    geom.meshname = name
+
+
+def write_video(
+    recording: Recording,
+    path: Path,
+    *,
+    camera: str = "overview",
+    size: str = "640x400",
+    fps: float = 25.0,
+    overlay: bool = False,
+) -> None:
+    """Render a recording to a video; each frame is the state after a tick, at its time.
+
+    Args:
+        recording: The recording.
+        path: The file: ``.mp4`` or ``.gif``.
+        camera: Full name of a recorded camera.
+        size: Width and height [pixels], both even in a ``.mp4``.
+        fps: Frames per simulated second; at most one for each tick is written.
+        overlay: Whether to show the time and the running leaves.
+
+    Raises:
+        BtManipError: If something of this is impossible, or the video cannot be written.
+    """
+    check_video(path, fps)
+    width, height = parse_size(size, step=1 if path.suffix == ".gif" else 2)
+    scene = RecordedScene(recording)
+    shown = SceneModel(scene)
+    number = camera_number(shown.model, camera)
+    running = running_leaves(recording)
+    renderer = FrameRenderer(shown.model, width, height, shadow_size=SHADOW_SIZE, samples=SAMPLES)
+    video = VideoFile(path, width, height, fps)
+    try:
+        for time in frame_times(scene, fps):
+            shown.update()
+            (leaves,) = running.at(np.array([time]))
+            text = overlay_text(time, [one["name"] for one in leaves]) if overlay else ""
+            video.add(time - scene.times[0], renderer.frame(shown.data, number, text))
+    finally:
+        renderer.close()
+        video.close()
+
+
+def frame_times(scene: RecordedScene, fps: float) -> Iterator[float]:
+    """Move a scene from frame to frame, and yield the time of its state."""
+    start, last = scene.times[0], -np.inf
+    count = int((scene.times[-1] - start) * fps + 1e-6) + 1
+    for time in start + np.arange(count) / fps:
+        scene.seek(time)
+        if scene.time > last:
+            last = scene.time
+            yield last

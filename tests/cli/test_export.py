@@ -1,0 +1,71 @@
+"""bt-manip export: a recording becomes other files."""
+
+import importlib.util
+
+import pytest
+
+from bt_manip.recording import Recording
+
+
+@pytest.fixture
+def recording(bt_manip, trees, tmp_path):
+    path = tmp_path / "run.mcap"
+    assert bt_manip("run", f"{trees}:quick", "--record", path).code == 0
+    return path
+
+
+def test_each_format_has_its_suffix(bt_manip, recording):
+    for form in ("csv", "parquet", "btlog", "db3"):
+        code, out, err = bt_manip("export", recording, "--to", form)
+        file = recording.with_suffix(f".{form}")
+        assert (code, err) == (0, "") and out.startswith(f"{file}: ") and file.stat().st_size > 100
+
+
+def test_the_name_of_the_file_chooses_the_format(bt_manip, recording, tmp_path):
+    assert bt_manip("export", recording, "-o", tmp_path / "table.csv").code == 0
+    assert (tmp_path / "table.csv").read_text().startswith('"t","panda/joint1/q"')
+
+
+def test_a_complete_recording_is_a_file_of_its_own(bt_manip, recording):
+    recording.write_bytes(recording.read_bytes()[:-100])
+    assert bt_manip("export", recording, "--to", "mcap").code == 0
+    assert not Recording(recording).complete
+    assert Recording(recording.with_suffix(".complete.mcap")).complete
+
+
+def test_a_video_has_the_options_of_its_recorder(opengl, bt_manip, recording):
+    options = ("--size", "64x48", "--fps", "10", "--camera", "panda/wrist", "--overlay")
+    assert bt_manip("export", recording, "--to", "mp4", *options).code == 0
+    assert recording.with_suffix(".mp4").stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "--to or the suffix of --out is one of csv, parquet, mcap, btlog, db3, mp4, gif"),
+        (("-o", "run.txt"), "--to or the suffix of --out is one of csv"),
+        (("--to", "csv", "--fps", "3"), "--fps is an option of mp4 and gif"),
+        (("--to", "csv", "-o", "missing/run.csv"), "there is no folder 'missing'"),
+        (("--to", "mp4", "--size", "63x48"), "width and height of a .mp4 video are even, got 63"),
+        (("--to", "mp4", "--camera", "overveiw"), "no camera 'overveiw'; did you mean 'overview'?"),
+    ],
+)
+def test_bad_input_is_said(bt_manip, recording, arguments, message):
+    code, _, err = bt_manip("export", recording, *arguments)
+    assert code == 2 and message in " ".join(err.split())
+
+
+def test_what_is_no_recording_is_said(bt_manip, tmp_path):
+    assert "No such file" in bt_manip("export", tmp_path / "no.mcap", "--to", "csv").err
+    (tmp_path / "a.mcap").write_text("a")
+    code, _, err = bt_manip("export", tmp_path / "a.mcap", "--to", "csv")
+    assert code == 2 and "is no MCAP file" in err
+
+
+def test_without_the_package_the_message_names_the_extra(bt_manip, tmp_path, monkeypatch):
+    find = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "pyarrow" else find(name)
+    )
+    code, _, err = bt_manip("export", tmp_path / "a.mcap", "--to", "csv")
+    assert code == 2 and "export needs pyarrow: pip install 'bt-manip[record]'" in err
