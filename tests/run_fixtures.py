@@ -1,11 +1,14 @@
 """The built-in parts, and runs of trees in stations of their own."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from bt_manip.bt import Node, Tree
+from bt_manip.cli.app import run_app
+from bt_manip.cli.interrupt import Interrupt
 from bt_manip.plugins import load_plugins
 from bt_manip.registry import Parts
 from bt_manip.runner import Run, RunRequest, Scene, TreeSource, build_station
@@ -35,3 +38,12 @@ def make_run(parts: Parts) -> Callable[..., Run]:
         return Run(RunRequest(source, seed=seed, **request), tree, station)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def picked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Record two cycles of pick_place once, with the report beside the recording."""
+    path = tmp_path_factory.mktemp("picked") / "run.mcap"
+    command = ["run", "pick_place", "--cycles", "2", "--quiet", "--record", str(path)]
+    assert run_app(Interrupt(), [*command, "--report", str(path.with_suffix(".json"))]) == 0
+    return path

@@ -30,6 +30,7 @@ COMMANDS = {
     "new": "bt_manip.cli.new:new",
     "plugins": "bt_manip.cli.plugins:show_plugins",
     "replay": "bt_manip.cli.replay:replay",
+    "report": "bt_manip.cli.report:report",
     "run": "bt_manip.cli.run:run",
     "scene": "bt_manip.cli.scene:scene",
     "stress": "bt_manip.cli.stress:stress",

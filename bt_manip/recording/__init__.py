@@ -16,7 +16,12 @@ if TYPE_CHECKING:
     from bt_manip.recording.export_video import write_video as write_video
     from bt_manip.recording.files import RecordingError as RecordingError
     from bt_manip.recording.files import check_writable as check_writable
+    from bt_manip.recording.files import whole_file as whole_file
     from bt_manip.recording.mcap_recorder import McapRecorder as McapRecorder
+    from bt_manip.recording.recorded_run import Interval as Interval
+    from bt_manip.recording.recorded_run import RecordedCycle as RecordedCycle
+    from bt_manip.recording.recorded_run import RecordedRun as RecordedRun
+    from bt_manip.recording.recorded_run import RobotSeries as RobotSeries
     from bt_manip.recording.recorded_scene import RecordedScene as RecordedScene
     from bt_manip.recording.recorder import Recorder as Recorder
     from bt_manip.recording.recording import Recording as Recording

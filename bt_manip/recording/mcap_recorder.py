@@ -1,6 +1,5 @@
 """Record everything in a run to an MCAP file."""
 
-import importlib.util
 import json
 from contextlib import suppress
 from pathlib import Path
@@ -11,6 +10,7 @@ import numpy as np
 
 from bt_manip.bt import NodeStatus, instance_to_xml
 from bt_manip.exceptions import BtManipError
+from bt_manip.extras import require_extra
 from bt_manip.recording.files import is_special, whole_file
 from bt_manip.recording.identification import identify
 from bt_manip.recording.report import versions
@@ -73,9 +73,7 @@ class McapRecorder(EventStream):
         super().__init__(self._write_event)
         if path is None:
             raise BtManipError("a recording needs a file to be written to: --record FILE.mcap")
-        for package in ("mcap", "foxglove_schemas_protobuf"):
-            if importlib.util.find_spec(package) is None:
-                raise BtManipError(f"--record mcap needs {package}: pip install 'bt-manip[record]'")
+        require_extra("record", "--record mcap", "mcap", "foxglove_schemas_protobuf")
         self._path = path
         self._file: McapFile | None = None
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
-from mcap.exceptions import EndOfFile
+from mcap.exceptions import EndOfFile, McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, McapRecord, Message, Metadata
 from mcap.stream_reader import MAGIC_SIZE, StreamReader
@@ -39,7 +39,7 @@ class Recording:
         complete: Whether the recording was closed at the end of its run.
         topics: The topics, with their encoding (``"json"`` or ``"protobuf"``).
         joints: Names of the joints, by robot.
-        limits: Their limits, by robot.
+        limits: Their limits, by robot; older recordings have none.
         end: Simulated time of the last message [s].
     """
 
@@ -68,7 +68,8 @@ class Recording:
                     robot = record.topic.split("/")[2]
                     limits = {key: json.loads(text) for key, text in record.metadata.items()}
                     self.joints[robot] = limits.pop("joints")
-                    self.limits[robot] = JointLimits(**limits)
+                    if limits:
+                        self.limits[robot] = JointLimits(**limits)
             elif isinstance(record, Message):
                 self.end = max(self.end, record.log_time / 1e9)
 
@@ -174,3 +175,5 @@ class Recording:
                 yield from StreamReader(record, skip_magic=True, validate_crcs=True).records
             except EndOfFile:  # this record was the only one
                 pass
+            except (McapError, ValueError, RuntimeError, struct.error) as error:
+                raise BtManipError(f"{self.path} is damaged: {error}") from error

@@ -11,6 +11,41 @@ from bt_manip.recording.step_log import StepBlock, StepLog
 from bt_manip.robots import JointLimits
 
 
+def limit_use(
+    limits: JointLimits,
+    q_ref: np.ndarray,
+    v_ref: np.ndarray,
+    a_ref: np.ndarray,
+    jerk: np.ndarray,
+    tau: np.ndarray,
+) -> np.ndarray:
+    """Return the largest fraction of each kind of limit that a joint uses in each control step.
+
+    Args:
+        limits: Limits that the fractions refer to.
+        q_ref: Reference position [rad].  # (n, nq), as all others
+        v_ref: Reference velocity [rad/s].
+        a_ref: Reference acceleration [rad/s2].
+        jerk: Reference jerk [rad/s3].
+        tau: Torque [N m].
+
+    Returns:
+        A column for each field of `CycleLimitUse`.  # (n, 5)
+    """
+    # A joint without bounds has no use of its range.
+    half_range = (limits.upper - limits.lower) / 2.0
+    bounded = np.isfinite(half_range)
+    centre = np.add(limits.upper, limits.lower, where=bounded, out=np.zeros_like(limits.upper))
+    used = (
+        (q_ref - centre / 2.0, np.where(bounded, half_range, np.inf)),
+        (v_ref, limits.velocity),
+        (a_ref, limits.acceleration),
+        (jerk, limits.jerk),
+        (tau, limits.effort),
+    )
+    return np.stack([np.abs(x / most).max(axis=1) for x, most in used], axis=1)
+
+
 class MotionStatistics:
     """Maxima over control steps, updated in blocks of steps.
 
@@ -27,12 +62,6 @@ class MotionStatistics:
         """
         self._limits = limits
         self._dt = dt
-        # A joint without bounds has no use of its range.
-        half_range = (limits.upper - limits.lower) / 2.0
-        bounded = np.isfinite(half_range)
-        centre = np.add(limits.upper, limits.lower, where=bounded, out=np.zeros_like(limits.upper))
-        self._middle = centre / 2.0
-        self._half_range = np.where(bounded, half_range, np.inf)
         self._last: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
         self.begin()
 
@@ -55,15 +84,8 @@ class MotionStatistics:
             for rows, last in zip((a_ref, tau, tool), self._last, strict=True)
         )
         self._last = (a_ref[-1].copy(), tau[-1].copy(), tool[-1].copy())
-        limits = self._limits
-        used = (
-            (block.q_ref - self._middle, self._half_range),
-            (block.v_ref, limits.velocity),
-            (a_ref, limits.acceleration),
-            (jerk, limits.jerk),
-            (tau, limits.effort),
-        )
-        self._use = np.maximum(self._use, [float(np.max(np.abs(x) / most)) for x, most in used])
+        use = limit_use(self._limits, block.q_ref, block.v_ref, a_ref, jerk, tau)
+        self._use = np.maximum(self._use, use.max(axis=0))
         self.torque_rate = max(self.torque_rate, float(np.abs(torque_rate).max()))
         self.tool_speed = max(self.tool_speed, float(np.linalg.norm(velocity, axis=1).max()))
         free = np.array([touch.free for touch in block.touches])

@@ -14,7 +14,10 @@ if TYPE_CHECKING:
     from bt_manip.viewer.page.page import Page as Page
     from bt_manip.viewer.page.panel import Panel as Panel
     from bt_manip.viewer.page.replay_page import ReplayPage as ReplayPage
+    from bt_manip.viewer.page.scene import SceneView as SceneView
     from bt_manip.viewer.page.server import PORT as PORT
+    from bt_manip.viewer.page.server import close_server as close_server
+    from bt_manip.viewer.page.server import open_server as open_server
     from bt_manip.viewer.page.tree_panel import TreePanel as TreePanel
 
 __getattr__ = lazy_exports(__name__)

@@ -10,6 +10,9 @@ import trimesh
 from bt_manip.cell import OVERVIEW, SceneCamera, SceneSource, Triangles, VisualShape
 from bt_manip.viewer.window import FREE_CAMERA
 
+BRIGHTNESS = 0.4
+"""Intensity of the environment's light: with viser's 1, light colours of cells look white."""
+
 SMALLEST_MOTION = 1e-5
 """Smallest change of a pose that is sent, in position [m] and quaternion."""
 
@@ -28,6 +31,7 @@ class SceneView:
             server: The ``viser.ViserServer``.
         """
         self._server = server
+        server.scene.configure_environment_map(environment_intensity=BRIGHTNESS)
         self._shown: dict[str, Any] = {}  # the looks of the entities, by name
         self._nodes: dict[str, Any] = {}  # by entity
         self._frames: dict[str, dict[str, Any]] = {}  # by entity and body

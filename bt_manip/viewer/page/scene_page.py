@@ -17,9 +17,6 @@ POSE_PERIOD = 1.0 / 20.0
 PANEL_PERIOD = 1.0 / 10.0
 """Wall time between two updates of the panels [s]."""
 
-BRIGHTNESS = 0.4
-"""Intensity of the environment's light: with viser's 1, light colours of cells look white."""
-
 WIDTH = 380
 """Width of the panels on the left and on the right [pixels]."""
 
@@ -50,7 +47,6 @@ class ScenePage:
         self.url = f"http://{HOST}:{server.get_port()}"
         server.gui.configure_theme(show_logo=False, show_share_button=False)
         server.gui.set_panel_label("bt-manip")
-        server.scene.configure_environment_map(environment_intensity=BRIGHTNESS)
         self._scene = SceneView(server)
         server.gui.main_panel.dock_right()
         server.gui.main_panel.set_width(WIDTH)
