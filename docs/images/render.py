@@ -1,8 +1,9 @@
-"""Draw the picture of the README anew.
+"""Draw the picture and the animation of pick_place anew.
 
-    python docs/images/render.py [FILE.png]
+    python docs/images/render.py [FOLDER]
 
-Where there is no display, MUJOCO_GL=egl or MUJOCO_GL=osmesa says what to draw with.
+The animation alone is ``bt-manip run pick_place --seed 3 --record "pick_place.gif ..."``. Where
+there is no display, MUJOCO_GL=egl or MUJOCO_GL=osmesa says what to draw with.
 """
 
 import sys
@@ -10,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from bt_manip.cli.app import run_app
+from bt_manip.cli.interrupt import Interrupt
 from bt_manip.models import bundled_path
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import RunRequest, Station, find_tree, prepare
@@ -17,6 +20,7 @@ from bt_manip.viewer import NoOpenGLError, render, write_png
 
 HERE = Path(__file__).resolve().parent
 SEED = 3  # the cube lies on the near side, and its shadow falls on the table
+ANIMATION = "size=800x500 fps=12.5 overlay=yes"
 
 
 def pick_place_in_the_middle(seed: int = SEED) -> Station:
@@ -36,14 +40,18 @@ def pick_place_in_the_middle(seed: int = SEED) -> Station:
 
 
 def main() -> None:
-    """Draw it."""
-    file = Path(sys.argv[1]) if len(sys.argv) > 1 else HERE / "pick_place.png"
+    """Draw both."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else HERE
+    file, animation = folder / "pick_place.png", folder / "pick_place.gif"
     try:
         picture = render(pick_place_in_the_middle().cell)
     except NoOpenGLError as error:
         sys.exit(f"Error: {error}")
     write_png(file, picture)
-    print(f"{file}: {file.stat().st_size / 1000:.0f} kB")
+    record = f"{animation} {ANIMATION}"
+    run_app(Interrupt(), ["run", "pick_place", "--seed", str(SEED), "--quiet", "--record", record])
+    for one in (file, animation):
+        print(f"{one}: {one.stat().st_size / 1000:.0f} kB")
 
 
 if __name__ == "__main__":

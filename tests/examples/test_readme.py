@@ -5,6 +5,7 @@ import re
 import runpy
 from pathlib import Path
 
+import av
 import mujoco
 import numpy as np
 import pytest
@@ -67,10 +68,24 @@ def test_its_picture_is_what_the_project_draws(opengl):
     assert spec is not None and spec.loader is not None
     script = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(script)
-    drawn = render(script.pick_place_in_the_middle().cell).astype(int)
+    cell = script.pick_place_in_the_middle().cell
+    drawn = render(cell).astype(int)
     shown = read_png(path.with_name("pick_place.png"))
     differs = np.abs(drawn - shown).max(axis=2) > 40
     assert differs.mean() < 0.02, f"draw it anew: python {path.relative_to(ROOT)}"
+    # In the animation the arm does not stop there, and an overlay covers the upper left corner.
+    time, frame = frame_of(path.with_name("pick_place.gif"), cell.time)
+    drawn = render(cell, width=frame.shape[1], height=frame.shape[0]).astype(int)
+    differs = (np.abs(drawn - frame).max(axis=2) > 40)[100:]
+    assert abs(time - cell.time) < 0.05 and differs.mean() < 0.1, "render it anew"
+
+
+def frame_of(path: Path, time: float) -> tuple[float, np.ndarray]:
+    """Give the frame of a video that is nearest to a time, and its time."""
+    with av.open(path) as video:
+        frames = {float(one.time): one.to_ndarray(format="rgb24") for one in video.decode(video=0)}
+    nearest = min(frames, key=lambda one: abs(one - time))
+    return nearest, frames[nearest].astype(int)
 
 
 def read_png(path: Path) -> np.ndarray:
