@@ -90,6 +90,7 @@ class Window:
 
     def __init__(self, page: Any, url: str) -> None:
         self.page = page
+        self.frame = page.main_frame  # which has the scene
         self.log: list[str] = []
         page.on("pageerror", lambda error: self.log.append(str(error)))
         page.goto(url)
@@ -138,7 +139,7 @@ class Window:
         return float(self.wait_for_text(r"[\d.]+ s: ").split()[0])
 
     def evaluate(self, script: str, argument: Any = None) -> Any:
-        return self.page.evaluate(script, argument)
+        return self.frame.evaluate(script, argument)
 
     def wait_for_scene(self) -> None:
         """Wait until the scene is there and has been drawn once; then stop drawing."""
@@ -149,7 +150,7 @@ class Window:
             )
         )
         self.evaluate("() => { window.drawing = false; }")
-        close = self.page.locator(".mantine-Notification-closeButton")  # of: drawn in software
+        close = self.frame.locator(".mantine-Notification-closeButton")  # of: drawn in software
         if close.count():
             close.first.dispatch_event("click")
 
@@ -179,14 +180,22 @@ class Window:
         self.evaluate("() => { window.drawing = false; }")
         if name is not None:
             _keep(name, data)
-        box = self.page.locator("canvas[data-engine]").bounding_box()
-        left, top, width, height = (int(box[key]) for key in ("x", "y", "width", "height"))
-        pixels = np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(int)
-        return pixels[top : top + height, left : left + width]
+        return _cut(data, self.frame.locator("canvas[data-engine]").bounding_box())
+
+    def pixels(self, element: Any) -> np.ndarray:
+        """Return the pixels of the visible part of an element."""  # (height, width, 3)
+        return _cut(self.page.screenshot(), element.bounding_box())
 
     def keep(self, name: str) -> None:
         """Keep a screenshot as an artefact, where the scene is empty."""
         _keep(name, self.page.screenshot())
+
+
+def _cut(data: bytes, box: dict[str, float]) -> np.ndarray:
+    """Return the pixels of a screenshot inside a box."""
+    left, top, width, height = (int(box[key]) for key in ("x", "y", "width", "height"))
+    pixels = np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(int)
+    return pixels[max(top, 0) : top + height, left : left + width]
 
 
 def _keep(name: str, data: bytes) -> None:

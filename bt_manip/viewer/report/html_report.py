@@ -22,6 +22,12 @@ REASONS = 50
 CYCLE_ROWS = 200
 """Number of cycles that are listed: the failed ones first."""
 
+POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob:; worker-src blob:; "
+    "style-src 'unsafe-inline'; img-src data: blob:; font-src data:; connect-src data: blob:"
+)
+"""What the page may load, for browsers: nothing but what is in the file."""
+
 REPORT_STYLE = """
 :root{color-scheme:light}
 body{font:15px/1.5 system-ui,sans-serif;color:#212529;background:#f1f3f5;margin:0}
@@ -124,6 +130,7 @@ def html_report(recording: Recording) -> str:
     style = REPORT_STYLE + f".names{{width:{LABEL_WIDTH}px}}.names div{{height:{ROW_HEIGHT}px}}"
     return (
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<style>{style}</style>\n{library}</head><body><main>{''.join(parts)}</main>{script}"
         "</body></html>\n"
