@@ -2,6 +2,7 @@
 
 import os
 import re
+import shlex
 import sys
 import traceback
 from dataclasses import dataclass, field
@@ -361,17 +362,31 @@ class _Job:
         from bt_manip.cli.cycle_table import print_cycles
 
         print_cycles(self._console, report)
+        if next_step := self._next_step(report):
+            self._tell(next_step)
+
+    def _next_step(self, report: "RunReport") -> str:
+        """Return a line that says what to do next, or an empty text."""
+        from bt_manip.cli.run_observers import record_target
+
         options = self._options
+        files = [record_target(text)[1] for text in options.records]
+        recordings = [file for file in files if file.endswith(".mcap") and Path(file).exists()]
+        if recordings:
+            return f"To watch the recording: bt-manip replay {shlex.quote(recordings[0])}"
+        if report.status == "FAILURE" and not files:
+            view = "" if options.view else " --view"
+            return f"To watch the failure: the same command with --record run.mcap{view}"
         untried = {
             "--window": not options.window,
             "--view": not options.view,
             "--cycles 10": options.cycles == 1,
             "--real-time 1": options.real_time is None and not (options.window or options.view),
         }
-        ended = report.status in ("SUCCESS", "FAILURE")
-        if ended and self._console.is_terminal and any(untried.values()):
-            wanted = ", ".join(option for option, is_new in untried.items() if is_new)
-            self._tell(f"Options to try next: {wanted}")
+        wanted = ", ".join(option for option, is_new in untried.items() if is_new)
+        if wanted and report.status == "SUCCESS" and self._console.is_terminal:
+            return f"Options to try next: {wanted}"
+        return ""
 
     def _can_open_window(self) -> bool:
         """Whether there will be a window; without one, mujoco is imported without OpenGL."""

@@ -67,14 +67,22 @@ def _panel_maker(plugins: Plugins, name: str) -> Callable[[Any], Any]:
     return make
 
 
-def _recorder(plugins: Plugins, text: str) -> RunObserver:
-    recorders = plugins.parts.recorders
+def record_target(text: str) -> tuple[str, str, str]:
+    """Return recorder, file and options of a value of ``--record``.
+
+    The recorder is empty for a bare file, the file for a bare recorder.
+    """
     found = re.fullmatch(r"(.*?)((?:\s+[a-z_]+=\S*)*)\s*", text)
     assert found is not None
     target, words = found.groups()
     name, equals, file = target.partition("=")
-    if not equals and (suffix := Path(target).suffix):
-        name, file = _recorder_of(suffix, recorders), target
+    return ("", target, words) if not equals and Path(target).suffix else (name, file, words)
+
+
+def _recorder(plugins: Plugins, text: str) -> RunObserver:
+    recorders = plugins.parts.recorders
+    name, file, words = record_target(text)
+    name = name or _recorder_of(Path(file).suffix, recorders)
     path = Path(file) if file else None
     owner = _owner(plugins, recorders.owner(name))
     if path is not None:

@@ -5,6 +5,7 @@ from typing import Any
 from rich.console import Console
 
 from bt_manip.runner import RunObserver
+from bt_manip.viewer.progress import Progress
 from bt_manip.viewer.wrapping import print_wrapped
 
 
@@ -28,6 +29,7 @@ class PlainView(RunObserver):
         self._run = run
         self._cell = run.station.cell
         self._start = self._cell.time
+        self._progress = Progress(self._cycles)
         if self._cycles == 1:
             run.tree.observers.append(self._node_changed)
 
@@ -43,9 +45,12 @@ class PlainView(RunObserver):
             print_wrapped(self._console, line, indent=20)
 
     def cycle_ended(self, status: str, reason: str) -> None:
-        """Print its status and duration."""
+        """Print its status and duration, and the progress of the run."""
+        self._progress.count(self._cycle, status)
         total = f"/{self._cycles}" if self._cycles else ""
         line = f"cycle {self._cycle + 1}{total}: {status} after {self._elapsed:.2f} s"
+        if progress := str(self._progress):
+            line += f" ({progress})"
         print_wrapped(self._console, f"{line}: {reason}" if reason else line)
 
     def run_ended(self) -> None:

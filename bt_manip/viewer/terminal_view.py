@@ -8,6 +8,7 @@ from rich.live import Live
 from rich.text import Text
 
 from bt_manip.runner import RunObserver
+from bt_manip.viewer.progress import Progress
 from bt_manip.viewer.tree_text import running_leaves, tree_lines
 from bt_manip.viewer.wrapping import print_wrapped
 
@@ -17,6 +18,8 @@ REDRAW = 0.125
 
 class TerminalView(RunObserver):
     """Shows the tree with statuses and reasons, the cycle, the phase and the real-time factor.
+
+    In a run of several cycles also the success rate and the wall time that is left.
 
     It is drawn between ticks, at most every `REDRAW` seconds of wall time, and never from a
     thread of its own: so it sees a tree at rest and costs the run a few percent.
@@ -40,7 +43,7 @@ class TerminalView(RunObserver):
         self._run = run
         run.tree.observers.append(self._node_changed)
         self._cycle = 0
-        self._ended = {"SUCCESS": 0, "FAILURE": 0}
+        self._progress = Progress(self._cycles)
         self._wall_start = time.perf_counter()
         self._next = 0.0
         self._time_start = run.station.cell.time
@@ -63,7 +66,7 @@ class TerminalView(RunObserver):
 
     def cycle_ended(self, status: str, reason: str) -> None:
         """Count, and print the reason of a failure above the live view."""
-        self._ended[status] = self._ended.get(status, 0) + 1
+        self._progress.count(self._cycle, status)
         if status != "SUCCESS" and self._live is not None:
             line = f"cycle {self._cycle + 1} failed: {reason}"
             print_wrapped(self._console, line, style="red")
@@ -88,10 +91,13 @@ class TerminalView(RunObserver):
     def _picture(self, now: float) -> Group:
         run = self._run
         lines = list(tree_lines(run.tree.root, self._status_of, ascii_only=self._ascii))
-        room = max(3, self._console.size.height - 3)
+        head = [self._headline(now)]
+        if progress := str(self._progress):
+            head.append(Text(progress, style="cyan", no_wrap=True, overflow="ellipsis"))
+        room = max(3, self._console.size.height - 2 - len(head))
         if len(lines) > room:
             lines = _around_running(lines, room)
-        return Group(self._headline(now), *lines)
+        return Group(*head, *lines)
 
     def _headline(self, now: float) -> Text:
         simulated = self._run.station.cell.time - self._time_start
@@ -102,8 +108,6 @@ class TerminalView(RunObserver):
         name = self._run.request.tree.name.rpartition("/")[2]
         line = Text(name, style="bold", no_wrap=True, overflow="ellipsis")
         line.append(f"  cycle {self._cycle + 1}{total}", style="not bold")
-        if self._ended["FAILURE"]:
-            line.append(f"  {self._ended['FAILURE']} failed", style="not bold red")
         line.append(f"  {phase or '-'}", style="not bold yellow")
         line.append(f"  {simulated:.2f} s  {factor:.1f} x real time", style="not bold")
         return line

@@ -128,6 +128,25 @@ def test_options_that_were_used_are_not_offered(terminal, trees):
     assert shell.shown.decode().splitlines()[-1] == "Options to try next: --window, --view"
 
 
+@pytest.mark.parametrize("width", [60, 80])
+def test_after_a_failure_the_last_line_says_how_to_watch_it(bt_manip, trees, monkeypatch, width):
+    monkeypatch.setenv("COLUMNS", str(width))
+    code, out, _ = bt_manip("run", f"{trees}:failing")
+    hint = "To watch the failure: the same command with --record run.mcap --view"
+    assert code == 1 and " ".join(out.split()).endswith(hint)
+    assert bt_manip("run", f"{trees}:failing", "--quiet")[1] == ""
+
+
+def test_after_a_recording_the_last_line_is_the_command_that_opens_it(bt_manip, trees, tmp_path):
+    pytest.importorskip("mcap", reason="the extra [record] is not installed")
+    file = tmp_path / "a run.mcap"
+    for tree in ("quick", "failing"):
+        _, out, _ = bt_manip("run", f"{trees}:{tree}", "--record", str(file))
+        hint = f"To watch the recording: bt-manip replay '{file}'"
+        assert " ".join(out.split()).endswith(hint)
+    assert bt_manip("run", f"{trees}:quick", "--record", str(file), "--quiet") == (0, "", "")
+
+
 def test_quiet_prints_nothing(bt_manip, trees):
     assert bt_manip("run", f"{trees}:quick", "--quiet") == (0, "", "")
 

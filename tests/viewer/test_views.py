@@ -78,6 +78,19 @@ def test_the_terminal_shows_tree_cycle_phase_and_pace(watch):
         assert text in shown
 
 
+@pytest.mark.parametrize("width", [60, 80])
+@pytest.mark.parametrize(("view", "terminal"), [(PlainView, False), (TerminalView, True)])
+def test_several_cycles_show_success_rate_and_time_left(watch, monkeypatch, view, terminal, width):
+    monkeypatch.setenv("NO_COLOR", "1")
+    shown = watch(view, Step("reach"), terminal=terminal, cycles=3, width=width)
+    words = " ".join(shown.split())
+    assert "1 of 1 cycles succeeded, about 0 s left" in words
+    assert "2 of 2 cycles succeeded, about 0 s left" in words
+    assert not re.search(r"\x1b\[[0-9;]*3\dm", shown)
+    assert max(map(len, re.sub(r"\x1b\[[0-9;?]*\w", "", shown).splitlines())) <= width
+    assert "succeeded" not in watch(view, Step("reach"), terminal=terminal, width=width)
+
+
 def test_the_cursor_is_shown_again(watch):
     shown = watch(TerminalView, Step("reach"), terminal=True)
     assert HIDE in shown
