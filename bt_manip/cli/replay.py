@@ -1,16 +1,26 @@
-"""``bt-manip replay``: show a recorded run on a page in the browser."""
+"""``bt-manip replay``: show a recorded run on a page, or simulate on from one of its moments."""
 
 import os
 from pathlib import Path
+from typing import Any
 
 import click
 
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.plugin_options import load_chosen_plugins
+from bt_manip.cli.run import run
+from bt_manip.cli.streams import unfailing
+from bt_manip.exceptions import BtManipError
 from bt_manip.extras import require_extra
 
+WATCHING = ("real_time", "window", "view", "report", "records", "quiet")
+"""Options of ``bt-manip run`` that ``--continue`` takes, too."""
 
-@click.command(epilog="Exit codes: 0 after Ctrl-C, which ends it; 2 bad input.")
+
+@click.command(
+    epilog="Exit codes: 0 after Ctrl-C, which ends it; 2 bad input; with --continue those of "
+    "bt-manip run."
+)
 @click.argument("recording", type=click.Path(path_type=Path), metavar="FILE.mcap")
 @click.option(
     "--from", "start", type=float, metavar="T",
@@ -24,12 +34,31 @@ from bt_manip.extras import require_extra
     "--port", type=click.IntRange(0, 65535), default=8080, show_default=True, metavar="PORT",
     help="The first port that is tried; 0 lets the system choose.",
 )  # fmt: skip
+@click.option(
+    "--continue", "moment", type=float, metavar="T",
+    help="Simulate on from this simulated time [s], with the recorded interventions; the options "
+    "below are those of bt-manip run.",
+)  # fmt: skip
 @click.pass_obj
 def replay(
-    interrupt: Interrupt, recording: Path, start: float | None, speed: float, port: int
+    interrupt: Interrupt,
+    recording: Path,
+    start: float | None,
+    speed: float,
+    port: int,
+    moment: float | None,
+    **watching: Any,
 ) -> int:
     """Show a recorded run on a page in the browser, at any of its times."""
     require_extra("record", "replay", "mcap", "foxglove_schemas_protobuf")
+    if moment is not None:
+        from bt_manip.cli.continue_run import continue_run
+
+        with unfailing("stdout"):
+            return continue_run(recording, moment, interrupt, **watching)
+    for option in replay.params:
+        if option.name in WATCHING and watching[option.name] and option.name != "view":
+            raise BtManipError(f"{option.opts[0]} needs --continue T")
     require_extra("view", "replay", "viser")
     os.environ.setdefault("MUJOCO_GL", "disable")  # nothing is drawn here
     from bt_manip.recording import Recording
@@ -48,3 +77,6 @@ def replay(
         page.close()
     interrupt.exit_code = 0  # it is how this command ends
     return 0
+
+
+replay.params += [option for option in run.params if option.name in WATCHING]

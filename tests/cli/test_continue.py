@@ -1,0 +1,88 @@
+"""bt-manip replay --continue: a recorded run goes on in another process, to the same end."""
+
+import json
+import re
+import subprocess
+import sys
+
+import pytest
+
+from bt_manip.bt import NodeStatus
+from bt_manip.plugins import load_plugins
+from bt_manip.recording import McapRecorder, Recorder, Recording
+from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
+
+
+class Intervene(RunObserver):
+    """Pulls the cube while the arm approaches it, and lets a leaf fail once."""
+
+    def run_started(self, run):
+        self.run, self.failed = run, False
+
+    def before_tick(self):
+        requests, cell = self.run.interventions, self.run.station.cell
+        if 0.3 < cell.time < 0.6:
+            requests.pull("cube", [0.45, 0.1, 1.1], point=(0.0, 0.0, 0.02))
+        elif 0.6 < cell.time < 0.61:
+            requests.pull("cube", None)
+        grasp = next(node for node in self.run.tree.nodes if node.registration == "Grasp")
+        if not self.failed and grasp.engine_status is NodeStatus.RUNNING:
+            self.failed = True
+            requests.override(grasp.path, NodeStatus.FAILURE)
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """Record two cycles of a randomized pick with interventions, as the command line would."""
+    path = tmp_path_factory.mktemp("recorded") / "run.mcap"
+    parts = load_plugins().parts
+    tree = find_tree("pick_place", {name: parts.trees.get(name) for name in parts.trees})
+    run = prepare(RunRequest(tree, scene="varied_pick", seed=3, cycles=2), parts)
+    recorder = Recorder("pick_place", 3)
+    run.execute([recorder, McapRecorder(path), Intervene()])
+    kinds = {event.data["kind"] for event in Recording(path).events("intervention")}
+    assert kinds == {"pull", "override"}
+    return path, recorder.report()
+
+
+def digest_of(path, *options) -> str:
+    report = path.with_suffix(".json")
+    command = [sys.executable, "-m", "bt_manip", "replay", path, "--quiet", "--report", report]
+    done = subprocess.run([*command, *options], capture_output=True, text=True, check=False)
+    assert done.returncode in (0, 1) and done.stderr == ""
+    return json.loads(report.read_text())["state_digest"]
+
+
+@pytest.mark.parametrize("share", [0.3, 0.8])
+def test_another_process_ends_in_the_recorded_state(recorded, share, tmp_path):
+    path, report = recorded
+    again = tmp_path / "again.mcap"
+    moment = share * report.simulated_s
+    options = ("--record", again) if share == 0.8 else ()
+    assert digest_of(path, "--continue", str(moment), *options) == report.state_digest
+    if options:  # what was recorded of the rest can be continued itself
+        assert digest_of(again, "--continue", str(moment + 0.5)) == report.state_digest
+
+
+def test_bad_input_is_one_line(bt_manip, trees, tmp_path):
+    path = tmp_path / "run.mcap"
+    assert bt_manip("run", f"{trees}:quick", "--record", path).code == 0
+    for options, message in (
+        (("--continue", 9.0), "run.mcap ends at 0.0.* s, before 9 s"),
+        (("--continue", -1), "run.mcap has no snapshot at or before -1 s to continue from"),
+        (("--report", "report.json"), "--report needs --continue T"),
+    ):
+        code, out, err = bt_manip("replay", path, *options)
+        assert (code, out) == (2, "")
+        assert re.fullmatch(f"Error: .*{message}\n", err)
+    trees.write_text(trees.read_text() + "\n# edited\n")
+    code, _, err = bt_manip("replay", path, "--continue", 0.01)
+    assert code == 2
+    assert "cannot be continued: the tree changed since it was recorded (SHA-256)" in err
+
+
+def test_a_run_with_faults_is_refused(bt_manip, trees, tmp_path):
+    path = tmp_path / "run.mcap"
+    bt_manip("run", f"{trees}:quick", "--fault", "push at=rest", "--record", path)
+    code, _, err = bt_manip("replay", path, "--continue", 0.01)
+    assert code == 2 and "a run with --fault, which cannot be continued" in err
