@@ -145,9 +145,18 @@ def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], N
 @hookimpl
 def register_panels(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
     """Bring the tree, and below it the tabs."""
-    from bt_manip.viewer.page import BlackboardPanel, ErrorPlot, LogPanel, TreePanel
+    from bt_manip.viewer.page import (
+        BlackboardPanel,
+        ErrorPlot,
+        LogPanel,
+        PathPanel,
+        PullPanel,
+        TreePanel,
+    )
 
     register("tree", TreePanel)
     register("log", LogPanel)
     register("blackboard", BlackboardPanel)
     register("tracking_error", ErrorPlot)
+    register("paths", PathPanel)
+    register("pull", PullPanel)

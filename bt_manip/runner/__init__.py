@@ -7,6 +7,7 @@ from .events import RunEvent as RunEvent
 from .events import log_line as log_line
 from .fixtures import naming_file as naming_file
 from .goal import GoalJudge as GoalJudge
+from .interventions import MAX_FORCE as MAX_FORCE
 from .interventions import Interventions as Interventions
 from .observer import RunObserver as RunObserver
 from .observer import recorder_suffixes as recorder_suffixes

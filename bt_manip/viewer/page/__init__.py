@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from bt_manip.viewer.page.log_panel import LogPanel as LogPanel
     from bt_manip.viewer.page.page import Page as Page
     from bt_manip.viewer.page.panel import Panel as Panel
+    from bt_manip.viewer.page.path_panel import PathPanel as PathPanel
+    from bt_manip.viewer.page.pull_panel import PullPanel as PullPanel
     from bt_manip.viewer.page.replay_page import ReplayPage as ReplayPage
     from bt_manip.viewer.page.scene import SceneView as SceneView
     from bt_manip.viewer.page.server import PORT as PORT

@@ -1,0 +1,93 @@
+"""The planned paths of the tools, as lines in the scene."""
+
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from .error_plot import LINE_COLOURS
+from .panel import Panel
+
+PATH_SAMPLES = 50
+"""Number of points of a drawn path."""
+
+PATH_THICKNESS = 4.0
+"""Thickness of the line [pixels]."""
+
+
+class PathPanel(Panel):
+    """Draws the path of each arm's tool while the arm moves or its motion is paused.
+
+    A path is computed when the motion begins, if the page is open anywhere.
+    """
+
+    needs_run = True
+
+    def __init__(self, page: Any) -> None:
+        """Add its inputs to the current container.
+
+        Args:
+            page: The page.
+        """
+        self._server = page.server
+        self._checkbox = page.server.gui.add_checkbox(
+            "Planned paths", True, hint="Draw the path of the tool during each motion"
+        )
+        self._html = page.server.gui.add_html("")
+        self._lines: dict[str, Any] = {}  # by robot
+        self._texts: dict[str, str] = {}
+        self._drawn: dict[str, Any] = {}  # trajectories
+        self._robots: dict[str, Any] = {}
+
+    def start(self, run: Any) -> None:
+        """Copy the models of the arms."""
+        self._robots = dict(run.station.robots)
+        self._models = {name: robot.arm.model.copy() for name, robot in self._robots.items()}
+
+    def reset(self) -> None:
+        """Remove the lines."""
+        for name in list(self._drawn):
+            self._remove(name)
+
+    def draw(self) -> None:
+        """Draw the paths of motions that have begun, remove those of motions that have ended."""
+        shown = self._checkbox.value and bool(self._server.get_clients())
+        for name, robot in self._robots.items():
+            trajectory = robot.arm.trajectory
+            if not shown or not robot.arm.busy:
+                self._remove(name)
+            elif trajectory is not None and trajectory is not self._drawn.get(name):
+                self._add(name, trajectory)
+        html = "".join(f"<div>{escape(self._texts[name])}</div>" for name in sorted(self._texts))
+        if html != self._html.content:
+            self._html.content = html and f'<div style="padding:0 0.8em">{html}</div>'
+
+    def path(self, name: str, trajectory: Any) -> np.ndarray:
+        """Return positions of the tool of a robot along a trajectory [m]."""  # (n, 3)
+        model = self._models[name]
+        positions, _, _ = trajectory.sample(np.linspace(0.0, trajectory.duration, PATH_SAMPLES))
+        return np.array([model.pose(q).translation for q in positions])
+
+    # Internal
+
+    def _add(self, name: str, trajectory: Any) -> None:
+        points = self.path(name, trajectory)
+        segments = np.stack([points[:-1], points[1:]], axis=1)
+        length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+        self._texts[name] = f"{name}: {length:.2f} m in {trajectory.duration:.2f} s"
+        self._drawn[name] = trajectory
+        if name in self._lines:
+            self._lines[name].points = segments
+            return
+        index = list(self._robots).index(name) % len(LINE_COLOURS)
+        colour = tuple(bytes.fromhex(LINE_COLOURS[index][1:]))
+        self._lines[name] = self._server.scene.add_line_segments(
+            f"/planned path of {name}", segments, colour,
+            thickness=PATH_THICKNESS, thickness_units="screen",
+        )  # fmt: skip
+
+    def _remove(self, name: str) -> None:
+        self._drawn.pop(name, None)
+        self._texts.pop(name, None)
+        if line := self._lines.pop(name, None):
+            line.remove()

@@ -1,0 +1,144 @@
+"""Pulling an object by a handle in the scene."""
+
+from typing import Any
+
+import numpy as np
+
+from bt_manip.exceptions import BtManipError
+from bt_manip.runner import MAX_FORCE, RunEvent
+
+from .panel import Panel
+
+NO_OBJECT = "none"
+"""Choice of no object."""
+
+HANDLE_SIZE = 0.15
+"""Length of the arrows of the handle [m]."""
+
+FORCES = (1.0, 100.0)
+"""Least and greatest choice of the maximum force [N]."""
+
+PULL_COLOUR = (230, 119, 0)
+"""Colour of the line from the object to the handle."""
+
+
+class PullPanel(Panel):
+    """Pulls the chosen object towards its handle by a limited spring force, while it is dragged.
+
+    Callbacks only set the target, which the thread of the run requests as an intervention.
+    """
+
+    needs_run = True
+
+    def __init__(self, page: Any) -> None:
+        """Add its inputs to the current container.
+
+        Args:
+            page: The page.
+        """
+        gui, self._scene = page.server.gui, page.server.scene
+        self._choice = gui.add_dropdown(
+            "Object", (NO_OBJECT,), hint="Drag its handle in the scene to pull it"
+        )
+        self._force = gui.add_slider(
+            "Maximum force [N]", *FORCES, 1.0, MAX_FORCE, hint="Limit of the spring force"
+        )
+        self._run: Any = None
+        self._handle: Any = None
+        self._line: Any = None
+        self._client: int | None = None  # that drags the handle
+        self._target: list[float] | None = None  # to which it is dragged
+        self._pulled: tuple[str, list[float]] | None = None  # what was requested last
+        self._has_new_objects = False
+        page.server.on_client_disconnect(self._disconnected)
+
+    def start(self, run: Any) -> None:
+        """Prepare to pull objects of the run's cell."""
+        self._run, self._pulled = run, None
+
+    def reset(self) -> None:
+        """Let go and remove the handle."""
+        self._target, self._has_new_objects = None, True
+
+    def handle(self, event: RunEvent) -> None:
+        """Notice objects that come and go."""
+        self._has_new_objects |= event.kind == "entity"
+
+    def end_tick(self) -> None:
+        """Request the pull if the handle was moved, or let go."""
+        target, name = self._target, self._choice.value
+        wanted = None if target is None or name == NO_OBJECT else (name, target)
+        if wanted == self._pulled:
+            return
+        pull, before, self._pulled = self._run.interventions.pull, self._pulled, wanted
+        try:
+            if before is not None and (wanted is None or before[0] != name):
+                pull(before[0], None)
+            if wanted is not None:
+                pull(name, target, max_force=float(self._force.value))
+        except BtManipError:  # it was removed, or the message of the page was malformed
+            self._target = None
+
+    def draw(self) -> None:
+        """Move handle and line to the chosen object."""
+        if self._run is None:
+            return
+        if self._has_new_objects:
+            self._has_new_objects = False
+            self._choice.options = (NO_OBJECT, *filter(self._is_movable, self._cell.entities))
+        name = self._choice.value
+        if name == NO_OBJECT or name not in self._cell.entities:
+            self._remove()
+            return
+        position = self._cell.data.xpos[self._cell.body_id(name)].copy()
+        if self._handle is None:
+            self._handle = self._scene.add_transform_controls(
+                "/handle", HANDLE_SIZE, disable_rotations=True, depth_test=False, position=position
+            )
+            self._handle.on_update(self._dragged)
+        target = self._target
+        if target is not None:
+            self._draw_line(np.array([[position, target]]))
+        else:
+            self._draw_line(None)
+            if np.abs(self._handle.position - position).max() > 1e-4:
+                self._handle.position = position
+
+    # Internal
+
+    @property
+    def _cell(self) -> Any:
+        return self._run.station.cell
+
+    def _is_movable(self, name: str) -> bool:
+        cell = self._cell
+        fixed = cell.model.body_weldid[cell.body_id(name)] == 0
+        return not fixed and name not in self._run.station.robots
+
+    def _remove(self) -> None:
+        self._target = None
+        self._draw_line(None)
+        if self._handle is not None:
+            self._handle.remove()
+            self._handle = None
+
+    def _draw_line(self, points: np.ndarray | None) -> None:
+        if points is not None and self._line is not None:
+            self._line.points = points
+        elif points is not None:
+            self._line = self._scene.add_line_segments(
+                "/pull", points, PULL_COLOUR, thickness=4.0, thickness_units="screen"
+            )
+        elif self._line is not None:
+            self._line.remove()
+            self._line = None
+
+    # Callbacks; viser calls those that are async in the order of the messages
+
+    async def _dragged(self, event: Any) -> None:
+        self._client = event.client_id
+        self._target = None if event.phase == "end" else event.target.position.tolist()
+
+    async def _disconnected(self, client: Any) -> None:
+        if client.client_id == self._client:
+            self._target = None

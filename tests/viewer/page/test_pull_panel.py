@@ -1,0 +1,114 @@
+"""An object is pulled by its handle, and let go with it."""
+
+import asyncio
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bt_manip.behaviours import RemoveObject, SpawnObject
+from bt_manip.bt import Sequence, Sleep
+from bt_manip.recording import Recorder
+from bt_manip.runner import RunObserver
+
+
+@pytest.fixture
+def panel(page):
+    (panel,) = [panel for panel in page._panels if type(panel).__name__ == "PullPanel"]
+    return panel
+
+
+def drag(panel, phase, position=(0.0, 0.0, 0.0), client=1):
+    target = SimpleNamespace(position=np.array(position, dtype=float))
+    event = SimpleNamespace(phase=phase, client_id=client, target=target)
+    asyncio.run(panel._dragged(event))
+
+
+class Hand(RunObserver):
+    """Calls functions at ticks; keeps the height of the cube."""
+
+    def __init__(self, panel, actions):
+        self.panel, self.actions, self.heights, self.lines = panel, actions, [], []
+
+    def run_started(self, run):
+        self.run = run
+        self.events = []
+        run.interventions.observers.append(lambda data: self.events.append(dict(data)))
+
+    def before_tick(self):
+        self.panel.draw()
+        self.lines.append(self.panel._line is not None)
+        if action := self.actions.get(len(self.lines)):
+            action()
+        if "cube" in self.run.station.cell.entities:
+            cell = self.run.station.cell
+            self.heights.append(cell.data.xpos[cell.body_id("cube")][2])
+
+
+def tree(*more):
+    return Sequence("root", SpawnObject(object="{cube}"), Sleep(msec=1500), *more)
+
+
+def choose(panel):
+    panel._choice.value = "cube"
+
+
+def test_a_dragged_object_follows_and_falls_when_it_is_let_go(make_run, page, panel):
+    hand = Hand(panel, {
+        5: lambda: choose(panel),
+        10: lambda: drag(panel, "start", (0.3, 0.0, 1.2)),
+        20: lambda: drag(panel, "update", (0.3, 0.0, 1.4)),
+        100: lambda: drag(panel, "end"),
+    })  # fmt: skip
+    make_run(tree()).execute([page, hand])
+    assert [event["target"] for event in hand.events] == [[0.3, 0.0, 1.2], [0.3, 0.0, 1.4], None]
+    assert hand.events[0]["max_force"] == 50.0
+    assert max(hand.heights) > hand.heights[9] + 0.1
+    assert hand.heights[-1] == pytest.approx(hand.heights[9], abs=0.01)
+    assert not any(hand.lines[:10]) and all(hand.lines[12:95]) and not any(hand.lines[105:])
+    assert np.abs(panel._handle.position[2] - hand.heights[-1]) < 0.01
+
+
+def test_only_objects_that_can_move_are_offered(make_run, page, panel):
+    hand = Hand(panel, {})
+    options = []
+    hand.actions[10] = lambda: options.extend(panel._choice.options)
+    make_run(tree(RemoveObject(object="{cube}"), Sleep(msec=20))).execute([page, hand])
+    assert "cube" in options and "panda" not in options and "table" not in options
+    assert "cube" not in panel._choice.options
+
+
+def test_a_page_that_is_closed_lets_go(make_run, page, panel):
+    hand = Hand(panel, {
+        5: lambda: choose(panel),
+        10: lambda: drag(panel, "update", (0.3, 0.0, 1.2), client=7),
+        15: lambda: asyncio.run(panel._disconnected(SimpleNamespace(client_id=8))),
+        20: lambda: asyncio.run(panel._disconnected(SimpleNamespace(client_id=7))),
+    })  # fmt: skip
+    make_run(tree()).execute([page, hand])
+    assert [event["target"] for event in hand.events] == [[0.3, 0.0, 1.2], None]
+
+
+def test_an_object_that_vanishes_while_it_is_pulled_ends_the_pull(make_run, page, panel):
+    hand = Hand(panel, {
+        5: lambda: choose(panel),
+        140: lambda: drag(panel, "update", (0.3, 0.0, 1.2)),
+    })  # fmt: skip
+    run = make_run(tree(RemoveObject(object="{cube}"), Sleep(msec=50)))
+    run.execute([page, hand])
+    assert hand.events[-1]["target"] is None
+    assert panel._handle is None and panel._line is None
+
+
+@pytest.mark.parametrize("position", [(np.nan, 0, 0), (0, 0), (np.inf, 0, 0)], ids=str)
+def test_a_malformed_position_is_ignored(make_run, page, panel, position):
+    def digest(*observers):
+        recorder = Recorder("test", 0)
+        make_run(tree()).execute([recorder, *observers])
+        return recorder.report().state_digest
+
+    hand = Hand(panel, {
+        5: lambda: choose(panel), 10: lambda: drag(panel, "update", position)
+    })  # fmt: skip
+    assert digest(page, hand) == digest()
+    assert not hand.events
