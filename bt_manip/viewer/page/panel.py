@@ -18,7 +18,7 @@ class Panel:
     the run reads. A panel that raises is not called again; the page and the run go on.
 
     Attributes:
-        in_tab: Whether it has a tab of its own; otherwise it is above the tabs.
+        in_tab: Whether it has a tab of its own; otherwise it is a folder on the right.
         needs_run: Whether it is left out on the page of a recording, where `start` and `end_tick`
             are not called.
     """

@@ -61,7 +61,7 @@ class ScenePage:
     # For subclasses
 
     def _make(self, panels: Mapping[str, MakePanel]) -> Iterator[Panel]:
-        """Yield new panels, each in a tab or in a folder above the tabs."""
+        """Yield new panels, each in a tab on the left or in a folder on the right."""
         gui, tabs = self.server.gui, None
         for name, make in panels.items():
             label = name.replace("_", " ").capitalize()
