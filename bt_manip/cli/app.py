@@ -35,6 +35,7 @@ COMMANDS = {
     "scene": "bt_manip.cli.scene:scene",
     "stress": "bt_manip.cli.stress:stress",
     "tree": "bt_manip.cli.tree:tree",
+    "view": "bt_manip.cli.view:view",
 }
 """Module and attribute of each sub-command; it is imported when it is needed."""
 

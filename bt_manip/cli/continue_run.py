@@ -5,7 +5,8 @@ from typing import Any
 
 from bt_manip.cli.foreign_trees import ForeignTrees
 from bt_manip.cli.interrupt import Interrupt
-from bt_manip.cli.run_job import RunOptions, execute
+from bt_manip.cli.page_session import execute_run
+from bt_manip.cli.run_job import RunOptions
 
 REQUEST = ("tree", "cycles", "seed", "robot", "controller", "scene", "planner", "settings")
 """Fields of a recorded request that are options, too."""
@@ -42,4 +43,4 @@ def continue_run(path: Path, time: float, interrupt: Interrupt, **watched: Any) 
         continued=continued,
         **watched,
     )
-    return execute(options, interrupt)
+    return execute_run(options, interrupt)

@@ -95,7 +95,8 @@ def run(interrupt: Interrupt, settings: tuple[str, ...], **options: Any) -> int:
     TREE is a registered name (see: bt-manip list trees), path.xml, path.py:NAME or
     package.module:NAME, where NAME is a tree or a function that returns one.
     """
-    from bt_manip.cli.run_job import RunOptions, execute
+    from bt_manip.cli.page_session import execute_run
+    from bt_manip.cli.run_job import RunOptions
 
     with unfailing("stdout"):
-        return execute(RunOptions(settings=parse_settings(settings), **options), interrupt)
+        return execute_run(RunOptions(settings=parse_settings(settings), **options), interrupt)

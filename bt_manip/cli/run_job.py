@@ -5,7 +5,7 @@ import re
 import shlex
 import sys
 import traceback
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,6 @@ from bt_manip.cli.foreign_trees import ForeignTrees
 from bt_manip.cli.interrupt import INTERRUPTED, Interrupt
 from bt_manip.cli.plugin_options import load_chosen_plugins, print_warning
 from bt_manip.exceptions import BtManipError, NodeError
-from bt_manip.extras import require_extra
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
     from bt_manip.recording import Continuation, Recorder, ReportFile, RunReport, Trace
     from bt_manip.registry import Parts
     from bt_manip.robots import Configuration
-    from bt_manip.runner import Run, RunObserver
+    from bt_manip.runner import Run, RunObserver, RunRequest, Station
     from bt_manip.viewer import Page, Window
 
 CYCLE_FAILED = 1
@@ -64,109 +63,104 @@ class RunOptions:
     continued: "Continuation | None" = None
     """The recorded run to go on with; then the options of the request are those of this run."""
 
+    @property
+    def speed(self) -> float:
+        """Simulated seconds per second of wall time at first; 0 is as fast as possible."""
+        shown = self.window or self.view or self.groot
+        return float(shown) if self.real_time is None else self.real_time
 
-def execute(options: RunOptions, interrupt: Interrupt) -> int:
-    """Run a tree and write the requested files.
 
-    Returns:
-        The exit code.
+class RunJob:
+    """One run from its options to its report.
 
-    Raises:
-        BtManipError: For bad input; nothing is simulated or written then.
+    Attributes:
+        run: The run, once it is prepared.
+        report: Its report, once it has ended.
+        error: The internal fault that ended it; empty without one.
     """
-    _check_files(options)
-    job = _Job(options, interrupt)
-    # From here on, finish() is called whatever happens.
-    with interrupt.held():
-        try:
-            code = job.run()
-        except KeyboardInterrupt:
-            code = INTERRUPTED
-        except (Exception, SystemExit) as error:
-            # An import can turn the interrupt into another exception.
-            if interrupt.requested:
-                code = INTERRUPTED
-            elif job.started or not isinstance(error, BtManipError):
-                code = job.fault(error)
-            else:
-                raise
-        return job.finish(INTERRUPTED if interrupt.requested else code)
 
+    def __init__(
+        self,
+        options: RunOptions,
+        interrupt: Interrupt,
+        *,
+        open_page: "Callable[[RunRequest, Plugins], Page] | None" = None,
+        station: "Station | None" = None,
+    ) -> None:
+        """Keep the options.
 
-class _Job:
-    """One run from its options to its report."""
-
-    def __init__(self, options: RunOptions, interrupt: Interrupt) -> None:
+        Args:
+            options: The options.
+            interrupt: The handler of Ctrl-C.
+            open_page: Returns the page on which the run is shown; None for none.
+            station: As for `bt_manip.runner.prepare`.
+        """
         self._options = options
         self._interrupt = interrupt
+        self._open_page, self._station = open_page, station
+        self.run: Run | None = None
+        self.report: RunReport | None = None
+        self.error = ""
         self._plugins: Plugins | None = None
         self._recorder: Recorder | None = None
         self._report_file: ReportFile | None = None
         self._trace: Trace | None = None
         self._window: Window | None = None
         self._page: Page | None = None
-        self._error = ""
-        self.started = False
+        self._started = False
 
-    def run(self) -> int:
+    def execute(self) -> int:
+        """Prepare and execute the run, write and print its results; return the exit code.
+
+        Raises:
+            BtManipError: For bad input; nothing is simulated or written then.
+        """
+        _check_files(self._options)
+        # From here on, finish() is called whatever happens.
+        with self._interrupt.held():
+            try:
+                code = self._execute()
+            except KeyboardInterrupt:
+                code = INTERRUPTED
+            except (Exception, SystemExit) as error:
+                # An import can turn the interrupt into another exception.
+                if self._interrupt.requested:
+                    code = INTERRUPTED
+                elif self._started or not isinstance(error, BtManipError):
+                    code = self._fault(error)
+                else:
+                    raise
+            return self._finish(INTERRUPTED if self._interrupt.requested else code)
+
+    def _execute(self) -> int:
         """Prepare and execute the run; return the exit code of one that was not interrupted."""
         with self._interrupt.raised():
-            prepared, observers = self._prepare()
-        self.started = True
+            self.run, observers = self._prepare()
+        self._started = True
         with self._interrupt.patient():
-            prepared.execute(observers, stop=lambda: self._interrupt.requested)
+            self.run.execute(observers, stop=lambda: self._interrupt.requested)
         return INTERRUPTED if self._page is not None and self._page.stopped else 0
 
-    def _prepare(self) -> tuple[Any, list["RunObserver"]]:
+    def _prepare(self) -> tuple["Run", list["RunObserver"]]:
         """Return the run and its observers; all bad input is found here."""
-        options = self._options
-        window = self._can_open_window()
-        if options.view:
-            require_extra("view", "--view", "viser")
-        shown = window or options.view or options.groot
-        speed = float(shown) if options.real_time is None else options.real_time
+        options = replace(self._options, window=self._can_open_window())
         from rich.console import Console
-
-        from bt_manip.registry import Surroundings
-        from bt_manip.runner import CONTROLLER, SCENE, RunRequest, find_tree, seed_of
 
         self._plugins = plugins = load_chosen_plugins()
         parts = plugins.parts
-        wants = parts.surroundings.get(options.tree, Surroundings())
-        scene = options.scene or wants.scene or SCENE
         resumed = None
         if options.resume is not None:
             from bt_manip.cli.run_snapshots import load_run
 
             resumed = load_run(options.resume)
-        trees = {name: parts.trees.get(name) for name in parts.trees}
-        watched: dict[str, Any] = {
-            "real_time": None if options.view else speed or None,  # the page has a control for it
-            "reading": options.foreign.reading(),
-        }
-        if options.continued is not None:
-            request = options.continued.request(trees, **watched)
-        else:
-            request = RunRequest(
-                tree=find_tree(options.tree, trees),
-                robot=options.robot,
-                controller=options.controller or wants.controller or CONTROLLER,
-                scene=scene,
-                planner=options.planner,
-                cycles=options.cycles,
-                seed=self._seed(resumed, seed_of(scene, parts)),
-                tick=options.tick_ms / 1e3,
-                settings=options.settings,
-                configurations=_configurations(options.configurations),
-                **watched,
-            )
+        request = make_request(options, parts, resumed)
         # Slow imports come last: the errors above are reported at once.
-        from bt_manip.cli.run_observers import extra_observers, page_panels
+        from bt_manip.cli.run_observers import extra_observers
         from bt_manip.plugins import guarded
         from bt_manip.recording import Recorder, Trace
         from bt_manip.runner import prepare
 
-        prepared = prepare(request, parts, print_warning)
+        prepared = prepare(request, parts, print_warning, self._station)
         prepared.identity.update(
             plugins=plugins.versions, faults=options.faults, foreign=options.foreign.fields()
         )
@@ -196,7 +190,7 @@ class _Job:
         if not options.quiet:
             view = _terminal(self._console, options.cycles)
             observers.append(guarded(view, "the view in the terminal", print_warning))
-        if window:
+        if options.window:
             from bt_manip.viewer import Window
 
             self._window = Window()
@@ -207,11 +201,8 @@ class _Job:
             publisher = GrootPublisher(options.groot_port, self._tell)
             observers.append(guarded(publisher, "the publisher for Groot2", print_warning))
             self._tell(f"Groot2 can connect to 127.0.0.1, port {options.groot_port}.")
-        if options.view:
-            from bt_manip.viewer import Page
-
-            self._page = Page(page_panels(plugins), speed=speed or None)
-            self._tell(f"The page of the run: {self._page.url}")
+        if self._open_page is not None:
+            self._page = self._open_page(request, plugins)
             observers.append(guarded(self._page, "the page", print_warning))
         if options.faults:
             observers.append(self._fault_injector(prepared, parts))
@@ -249,12 +240,6 @@ class _Job:
         restore_snapshot(path, continued.simulate(run), run, recorder)
         return [RecordedInterventions(continued.recording)]
 
-    def _seed(self, resumed: "Mapping[str, Any] | None", default: int) -> int:
-        """Return the seed: the option's, that of the resumed run, or the scene's."""
-        if self._options.seed is not None:
-            return self._options.seed
-        return default if resumed is None else int(resumed["request"].get("seed", default))
-
     def _tell(self, message: str) -> None:
         """Print a line; also during the run, where a view may draw on the terminal."""
         from bt_manip.viewer import print_wrapped
@@ -262,7 +247,7 @@ class _Job:
         print_wrapped(self._console, message)
         sys.stdout.flush()  # a pipe has it at once too
 
-    def fault(self, error: BaseException) -> int:
+    def _fault(self, error: BaseException) -> int:
         """Print an exception with the plugin that it came from; return the exit code."""
         owner = self._plugins.blame(error) if self._plugins else None
         by = f"plugin '{owner.name}' {owner.version}".rstrip() + ": " if owner else ""
@@ -272,19 +257,19 @@ class _Job:
             traceback.print_exception(error.__cause__ or error)
             if not isinstance(error, NodeError) and not hasattr(error, "culprit"):
                 text = f"{type(error).__name__}: {text}"
-        self._error = f"{by}{text}"
+        self.error = f"{by}{text}"
         from bt_manip.recording import RecordingError
 
         what = "the run ended with an internal fault: "
         click.echo(
-            f"Error: {'' if isinstance(error, RecordingError) else what}{self._error}", err=True
+            f"Error: {'' if isinstance(error, RecordingError) else what}{self.error}", err=True
         )
         return FAULT
 
-    def finish(self, code: int) -> int:
+    def _finish(self, code: int) -> int:
         """Write and print the results, then wait for the window; return the exit code."""
         status = {FAULT: "ERROR", 0: None}.get(code, "INTERRUPTED")
-        report = self._report(status)
+        self.report = report = self._report(status)
         if code == 0 and report.status != "SUCCESS":
             code = CYCLE_FAILED
         closing: list[Callable[[], None]] = []
@@ -298,7 +283,7 @@ class _Job:
             except BtManipError as error:  # a full disk, a deleted folder
                 click.echo(f"Error: {error}", err=True)
                 code = FAULT
-        for show in (lambda: self._print_cycles(report), self._keep_window, self._keep_page):
+        for show in (lambda: self._print_cycles(report), self._keep_window):
             try:
                 show()
             except Exception as error:
@@ -322,19 +307,9 @@ class _Job:
             self._interrupt.exit_code = 0  # the run itself was over
         self._window.close()
 
-    def _keep_page(self) -> None:
-        """Serve the page until Ctrl-C."""
-        if self._page is None:
-            return
-        if not self._interrupt.requested:
-            self._tell(f"The page stays up at {self._page.url}; press Ctrl-C to leave.")
-            self._page.wait(lambda: self._interrupt.requested)
-            self._interrupt.exit_code = 0  # the run itself was over
-        self._page.close()
-
     def _report(self, status: str | None) -> "RunReport":
         if self._recorder is not None:
-            return self._recorder.report(status, self._error)
+            return self._recorder.report(status, self.error)
         import hashlib
 
         from bt_manip.recording import RunReport, versions
@@ -346,7 +321,7 @@ class _Job:
             status=status or "INTERRUPTED",
             state_digest=hashlib.sha256().hexdigest(),
             versions=versions(),
-            error=self._error,
+            error=self.error,
             robot=options.robot,
             scene=options.scene or "",
             controller=options.controller or "",
@@ -407,6 +382,50 @@ class _Job:
 def is_rendered(record: str) -> bool:
     """Return whether a value of ``--record`` asks for images of a camera."""
     return re.search(r"^video\b|\.(mp4|gif)\b|\scameras=", record) is not None
+
+
+def make_request(
+    options: RunOptions, parts: "Parts", resumed: "Mapping[str, Any] | None" = None
+) -> "RunRequest":
+    """Return the run that options ask for.
+
+    Args:
+        options: The options.
+        parts: The registered parts.
+        resumed: The snapshot that it continues from.
+
+    Raises:
+        BtManipError: If there is no such tree, or an option is out of range.
+    """
+    from bt_manip.registry import Surroundings
+    from bt_manip.runner import CONTROLLER, SCENE, RunRequest, find_tree, seed_of
+
+    trees = {name: parts.trees.get(name) for name in parts.trees}
+    watched: dict[str, Any] = {
+        "real_time": None if options.view else options.speed or None,  # the page has a control
+        "reading": options.foreign.reading(),
+    }
+    if options.continued is not None:
+        return options.continued.request(trees, **watched)
+    wants = parts.surroundings.get(options.tree, Surroundings())
+    scene = options.scene or wants.scene or SCENE
+    seed = options.seed
+    if seed is None:
+        seed = seed_of(scene, parts)
+        seed = seed if resumed is None else int(resumed["request"].get("seed", seed))
+    return RunRequest(
+        tree=find_tree(options.tree, trees),
+        robot=options.robot,
+        controller=options.controller or wants.controller or CONTROLLER,
+        scene=scene,
+        planner=options.planner,
+        cycles=options.cycles,
+        seed=seed,
+        tick=options.tick_ms / 1e3,
+        settings=options.settings,
+        configurations=_configurations(options.configurations),
+        **watched,
+    )
 
 
 def _configurations(path: Path | None) -> "Mapping[str, Configuration]":

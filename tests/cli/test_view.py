@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 import urllib.request
 
 import pytest
@@ -66,3 +67,26 @@ def test_the_address_is_printed_when_the_usual_port_is_taken(trees):
         finally:
             process.kill()
             process.wait()
+
+
+@pytest.mark.parametrize("until", ["", "stays up"], ids=["while preparing", "later"])
+def test_ctrl_c_ends_the_page_without_a_run(until):
+    process = subprocess.Popen(
+        [sys.executable, "-u", "-m", "bt_manip", "view"], stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    try:
+        if until:
+            assert re.search(r"http://127\.0\.0\.1:\d+", process.stdout.readline())
+            assert until in process.stdout.readline()
+        else:
+            time.sleep(1.0)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(30) == 130
+    finally:
+        process.kill()
+
+
+def test_a_mistyped_tree_is_bad_input(bt_manip):
+    done = bt_manip("view", "pick_plaze")
+    assert done.code == 2 and "did you mean 'pick_place'" in done.err

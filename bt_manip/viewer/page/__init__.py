@@ -9,6 +9,7 @@ from bt_manip.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
     from bt_manip.viewer.page.error_plot import ErrorPlot as ErrorPlot
+    from bt_manip.viewer.page.jog_panel import JogPanel as JogPanel
     from bt_manip.viewer.page.log_panel import BlackboardPanel as BlackboardPanel
     from bt_manip.viewer.page.log_panel import LogPanel as LogPanel
     from bt_manip.viewer.page.page import Page as Page
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from bt_manip.viewer.page.server import PORT as PORT
     from bt_manip.viewer.page.server import close_server as close_server
     from bt_manip.viewer.page.server import open_server as open_server
+    from bt_manip.viewer.page.session_panel import RunChoice as RunChoice
+    from bt_manip.viewer.page.session_panel import SessionPanel as SessionPanel
     from bt_manip.viewer.page.tree_panel import TreePanel as TreePanel
 
 __getattr__ = lazy_exports(__name__)

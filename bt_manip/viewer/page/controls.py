@@ -69,10 +69,13 @@ class Controls(Panel):
         self._choice.on_update(self._set_speed)
         self._stop = gui.add_button("Stop", color="red", hint="Stop the arms and end the run")
         self._stop.on_click(self._end)
+        self._in_run = (self._pause, self._step, self._stop)
 
     def start(self, run: Any) -> None:
         """Let the run end when it is stopped here."""
         self._run, self._cell = run, run.station.cell
+        for control in self._in_run:
+            control.disabled, control.visible = False, True
         stop = run.stop
         run.stop = lambda: self.stopped or stop()
         self._pacing.start(run.station.cell.time)
@@ -122,16 +125,26 @@ class Controls(Panel):
         """Show that the run has ended."""
         self._state = f"{'stopped' if self.stopped else 'ended'} {self._state}".rstrip()
         self.paused = False
-        for control in (self._pause, self._step, self._stop, self._choice):
+        for control in self._in_run:
             control.disabled = True
+
+    def begin_idle(self, station: Any) -> None:
+        """Show the time of the cell, and no controls that are for a run."""
+        if station.cell is not self._cell:
+            self._cell, self._cycle, self._state = station.cell, "", "ready"
+        for control in self._in_run:
+            control.visible = False
 
     def draw(self) -> None:
         """Send the state of the run if it has changed."""
+        if self._cell is None:
+            return
         running, go_on = self.texts
         state = self._state or ("paused" if self.paused else running)
         if self._broken and self.paused:
             state += f" at {self._broken}"
-        text = f"{escape(self._cycle)}, {self._cell.time:.2f} s: {escape(state)}"
+        cycle = f"{escape(self._cycle)}, " if self._cycle else ""
+        text = f"{cycle}{self._cell.time:.2f} s: {escape(state)}"
         if text != self._text:
             self._text = text
             self._html.content = f'<div style="font-weight:bold;padding:0 0.8em">{text}</div>'

@@ -1,14 +1,13 @@
 """The page of a run: scene, tree and controls in the browser."""
 
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from bt_manip.cell import CellScene
 from bt_manip.runner import EventStream
 
 from .controls import Controls
-from .scene_page import POSE_PERIOD, MakePanel, ScenePage
+from .scene_page import MakePanel, ScenePage
 from .server import PORT
 
 
@@ -51,9 +50,7 @@ class Page(ScenePage, EventStream):
     def after_compile(self) -> None:
         """Add and remove the nodes of entities that came and went."""
         super().after_compile()
-        cell = self._cell
-        self._source = CellScene(cell.model, cell.data, cell.entities)
-        self._scene.bind(self._source)
+        self._bind(self._cell)
 
     def cycle_started(self, cycle: int) -> None:
         """Show what was randomized."""
@@ -82,13 +79,24 @@ class Page(ScenePage, EventStream):
         self.controls.end()
         self._refresh(now=True)
 
-    def wait(self, stop: Callable[[], bool]) -> None:
-        """Serve the page until ``stop`` returns True."""
-        while not stop():
-            self._refresh()
-            time.sleep(POSE_PERIOD)
+    def begin_idle(self, station: Any) -> None:
+        """Show a cell in which no tree runs."""
+        self._bind(station.cell)
+        for panel in self._panels:
+            panel.begin_idle(station)
+        self._refresh(now=True)
+
+    def idle_tick(self) -> None:
+        """Let panels act before a tick between runs, and update the page."""
+        for panel in self._panels:
+            panel.idle_tick()
+        self._refresh()
 
     # Internal
 
     def _compare_contacts(self) -> None:
         """Save the time: no panel shows contacts."""
+
+    def _bind(self, cell: Any) -> None:
+        self._source = CellScene(cell.model, cell.data, cell.entities)
+        self._scene.bind(self._source)

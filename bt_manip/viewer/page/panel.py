@@ -39,6 +39,12 @@ class Panel:
     def reset(self) -> None:
         """Forget all events and samples: those that follow begin at the start of a run."""
 
+    def begin_idle(self, station: Any) -> None:
+        """Prepare for the time until the next run, in a cell that may be another one."""
+
+    def idle_tick(self) -> None:
+        """Act on requests before a tick between runs."""
+
     def handle(self, event: RunEvent) -> None:
         """Note an event; drawing comes later."""
 

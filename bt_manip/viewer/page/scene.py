@@ -1,5 +1,6 @@
 """The scene of the page: the visible geometry of a cell, and the poses of its bodies."""
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -33,6 +34,7 @@ class SceneView:
         self._server = server
         server.scene.configure_environment_map(environment_intensity=BRIGHTNESS)
         self._shown: dict[str, Any] = {}  # the looks of the entities, by name
+        self._digests: dict[str, str] = {}  # of their shapes: those of another cell may be equal
         self._nodes: dict[str, Any] = {}  # by entity
         self._frames: dict[str, dict[str, Any]] = {}  # by entity and body
         self._roots: dict[str, str] = {}  # names of the nodes of entities
@@ -47,9 +49,12 @@ class SceneView:
                 self._remove(name)
             for name, looks in present.items():
                 if self._shown.get(name) != looks:
-                    self._remove(name)
-                    self._shown[name] = looks
-                    self._add(name, source.shapes(name))
+                    shapes = source.shapes(name)
+                    digest = _digest(shapes)
+                    if self._digests.get(name) != digest:
+                        self._remove(name)
+                        self._add(name, shapes)
+                    self._shown[name], self._digests[name] = looks, digest
         self._source = source
         index = {name: i for i, name in enumerate(source.frames)}
         frames = {body: node for bodies in self._frames.values() for body, node in bodies.items()}
@@ -79,7 +84,7 @@ class SceneView:
     def _remove(self, name: str) -> None:
         if self._shown.pop(name, None) is not None:
             self._nodes.pop(name).remove()
-            del self._frames[name]
+            del self._frames[name], self._digests[name]
 
     def _add(self, name: str, bodies: Mapping[str, Sequence[VisualShape]]) -> None:
         scene = self._server.scene
@@ -147,3 +152,14 @@ def triangles_of(shape: VisualShape) -> Triangles:
         mesh = make.icosphere(3, 0.5)
         mesh.apply_scale((x, y, z))
     return Triangles(np.asarray(mesh.vertices), np.asarray(mesh.faces))
+
+
+def _digest(bodies: Mapping[str, Sequence[VisualShape]]) -> str:
+    """Return a digest of shapes; equal shapes have equal ones."""
+    digest = hashlib.sha256()
+    for body, shapes in bodies.items():
+        for kind, *numbers, triangles in shapes:
+            digest.update(f"{body} {kind} ".encode())
+            for part in (*numbers, *(triangles or ())):
+                digest.update(np.ascontiguousarray(part).tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,276 @@
+"""The page of the command line: runs that are chosen on it, and the cell between them."""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bt_manip.cli.interrupt import INTERRUPTED, Interrupt
+from bt_manip.cli.plugin_options import load_chosen_plugins
+from bt_manip.cli.run_job import RunJob, RunOptions, make_request
+from bt_manip.exceptions import BtManipError
+from bt_manip.extras import require_extra
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from bt_manip.plugins import Plugins
+    from bt_manip.runner import RunRequest, Station
+    from bt_manip.viewer import Page
+    from bt_manip.viewer.page import RunChoice
+
+SAVED = Path("configurations.toml")
+"""File of the configurations that are saved on the page, unless an option names one."""
+
+
+def execute_run(options: RunOptions, interrupt: Interrupt) -> int:
+    """Run a tree, on a page if the options ask for one; return the exit code.
+
+    Raises:
+        BtManipError: For bad input; nothing is simulated or written then.
+    """
+    if options.view:
+        return execute_on_page(options, interrupt, run=True)
+    return RunJob(options, interrupt).execute()
+
+
+def execute_on_page(options: RunOptions, interrupt: Interrupt, *, run: bool) -> int:
+    """Serve a page until Ctrl-C.
+
+    Args:
+        options: The options of the first run, and of the runs that are chosen on the page: those
+            of files are for the first run only, settings and faults only for its tree.
+        interrupt: The handler of Ctrl-C.
+        run: Whether the tree runs at once.
+
+    Returns:
+        The exit code of the first run; 130 where there is none.
+
+    Raises:
+        BtManipError: For bad input, before the page is served.
+    """
+    require_extra("view", "--view" if run else "view", "viser")
+    with interrupt.held():
+        session = PageSession(options, interrupt)
+        code = INTERRUPTED
+        try:
+            if run:
+                code = session.run(options, None)
+            else:
+                session.prepare()
+            if not interrupt.requested:
+                session.serve()
+                if run:
+                    interrupt.exit_code = 0  # the run itself was over
+        except KeyboardInterrupt:
+            pass
+        finally:
+            session.close()
+        return code
+
+
+class PageSession:
+    """Runs trees that are chosen on a page, one after the other; between them the cell lives.
+
+    A run continues in the cell as it is. After a reset, and where scene, robot or seed are others,
+    it begins as from the command line: with a new cell.
+
+    Attributes:
+        last: The last run.
+    """
+
+    def __init__(self, options: RunOptions, interrupt: Interrupt) -> None:
+        """Keep the options; the page is opened when a run has been prepared."""
+        self._options, self._interrupt = options, interrupt
+        self._page: Page | None = None
+        self._plugins: Plugins | None = None
+        self._station: Station | None = None
+        self._built: tuple[Any, ...] = ()
+        self._stands = False  # still, after an exception
+        self._is_new = False  # nothing has moved in the station since it was built
+        self.last: RunJob | None = None
+
+    def prepare(self) -> None:
+        """Build the cell of the options, and open the page.
+
+        Raises:
+            BtManipError: For bad input.
+            KeyboardInterrupt: When interrupted.
+        """
+        with self._interrupt.raised():
+            os.environ.setdefault("MUJOCO_GL", "disable")  # mujoco is imported without OpenGL
+            self._plugins = plugins = load_chosen_plugins()
+            tree = self._options.tree or next(iter(plugins.parts.trees.in_order()), "")
+            self._options = replace(self._options, tree=tree)
+            request = make_request(self._options, plugins.parts)
+            self._build(request)
+            self._open_page(request, plugins)
+
+    def run(self, options: RunOptions, station: "Station | None") -> int:
+        """Run a tree, in a station as it is or in a new one; return the exit code.
+
+        Raises:
+            BtManipError: For bad input.
+        """
+        job = self.last = RunJob(
+            options, self._interrupt, open_page=self._open_page, station=station
+        )
+        code = job.execute()
+        if job.run is not None:
+            self._station, self._built = job.run.station, _cell_of(job.run.request)
+            self._is_new = False
+        return code
+
+    def serve(self) -> None:
+        """Serve the page until Ctrl-C.
+
+        Raises:
+            KeyboardInterrupt: When interrupted while a cell is built.
+        """
+        from bt_manip.runner import Pacing
+
+        assert self._page is not None
+        self._tell(f"The page stays up at {self._page.url}; press Ctrl-C to leave.")
+        self._rest()
+        pacing = Pacing(1.0)
+        while not self._interrupt.requested:
+            if (asked := self._panel.take()) is not None:
+                self._obey(*asked)
+                pacing.start(self._time)
+            self._idle_tick()
+            pacing.wait(self._time)
+
+    def close(self) -> None:
+        """Stop the server."""
+        if self._page is not None:
+            self._page.close()
+
+    # Internal
+
+    def _open_page(self, request: "RunRequest", plugins: "Plugins") -> "Page":
+        if self._page is not None:
+            return self._page
+        from bt_manip.cli.run_observers import page_panels
+        from bt_manip.registry import Surroundings
+        from bt_manip.runner import SCENE, seed_of
+        from bt_manip.viewer import Page
+        from bt_manip.viewer.page import JogPanel, RunChoice, SessionPanel
+
+        parts, self._plugins = plugins.parts, plugins
+        first = RunChoice(
+            self._options.tree, request.scene, request.robot, request.seed, request.cycles
+        )
+        known = {
+            "tree": parts.trees.names(), "scene": parts.scenes.names(),
+            "robot": parts.robots.names(),
+        }  # fmt: skip
+        names = {
+            kind: tuple(dict.fromkeys([getattr(first, kind), *registered]))
+            for kind, registered in known.items()
+        }
+
+        def scene_of(tree: str) -> str:
+            wanted = parts.surroundings.get(tree, Surroundings()).scene
+            return self._options.scene or wanted or SCENE
+
+        def make_session(page: Any) -> SessionPanel:
+            self._panel = SessionPanel(page, names, first, scene_of, lambda s: seed_of(s, parts))
+            return self._panel
+
+        def make_jog(page: Any) -> JogPanel:
+            self._jog = JogPanel(page, self._save)
+            return self._jog
+
+        make_session.in_tab = False  # type: ignore[attr-defined]
+        panels = {"run": make_session, **page_panels(plugins), "jog": make_jog}
+        self._page = Page(panels, speed=self._options.speed or None)
+        self._tell(f"The page of the run: {self._page.url}")
+        return self._page
+
+    def _tell(self, message: str) -> None:
+        if not self._options.quiet:
+            click.echo(message)
+
+    def _obey(self, action: str, choice: "RunChoice") -> None:
+        """Do what was asked for on the page; errors are shown there."""
+        assert self._plugins is not None and self._page is not None
+        options = self._options_of(choice)
+        try:
+            request = make_request(options, self._plugins.parts)
+            same = _cell_of(request) == self._built
+            if action == "run":
+                self._panel.tell("preparing the run")
+                self._page.controls.stopped = False
+                self.run(options, self._station if same and not self._is_new else None)
+                self._rest()
+            elif action == "reset" or not same:
+                self._panel.tell("building the cell")
+                with self._interrupt.raised():
+                    self._build(request)
+                self._rest()
+            self._panel.tell(self.last.error if action == "run" and self.last else "", error=True)
+        except BtManipError as error:
+            self._panel.tell(str(error), error=True)
+        except Exception as error:  # of a plugin
+            self._panel.tell(f"{type(error).__name__}: {error}", error=True)
+
+    def _options_of(self, choice: "RunChoice") -> RunOptions:
+        """Return the options of a run that was chosen on the page."""
+        first, same = self._options, choice.tree == self._options.tree
+        return replace(
+            first, **choice._asdict(), window=False, report=None, trace=None, records=(),
+            snapshots=(), resume=None, continued=None, settings=first.settings if same else {},
+            faults=first.faults if same else (),
+        )  # fmt: skip
+
+    def _build(self, request: "RunRequest") -> None:
+        from bt_manip.runner import prepare_station
+
+        assert self._plugins is not None
+        self._station = prepare_station(request, self._plugins.parts)
+        self._built, self._is_new = _cell_of(request), True
+
+    def _rest(self) -> None:
+        """Show the station in which no tree runs."""
+        assert self._page is not None
+        if self._station is not None:
+            self._page.begin_idle(self._station)
+            self._stands = False
+
+    @property
+    def _time(self) -> float:
+        return 0.0 if self._station is None else self._station.cell.time
+
+    def _idle_tick(self) -> None:
+        """Step the cell by a tick; it stands still after an exception, until the next request."""
+        assert self._page is not None
+        try:
+            self._page.idle_tick()
+            self._is_new &= not self._jog.moved
+            if self._station is not None and not self._stands:
+                self._station.cell.step(round(self._options.tick_ms * 1e-3 / self._station.cell.dt))
+        except Exception as error:
+            self._stands = True
+            self._panel.tell(f"the cell stands still: {error}; Reset builds it anew", error=True)
+
+    def _save(self, name: str, q: "Sequence[float]") -> str:
+        """Save a configuration for the runs of this page and of others."""
+        from bt_manip.robots import save_configuration
+
+        path = self._options.configurations or SAVED
+        save_configuration(path, name, q)
+        self._options = replace(self._options, configurations=path)
+        return (
+            f"'{name}' is saved in {path.absolute()}; MoveToConfiguration finds it on this page, "
+            f"and after bt-manip run TREE --configurations {path}"
+        )
+
+
+def _cell_of(request: "RunRequest") -> tuple[Any, ...]:
+    """Return what decides which station a request gets."""
+    return (
+        request.scene, request.robot, request.controller, request.planner, request.seed,
+        tuple(request.settings.items()),
+    )  # fmt: skip

@@ -1,0 +1,249 @@
+"""Jogging: joint sliders, a handle at the tool, the gripper, and saved configurations."""
+
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from bt_manip import spatial
+from bt_manip.exceptions import BtManipError, MotionError
+from bt_manip.planning import PlanningProblem, PlanningResult
+
+from .panel import Panel
+
+JOG_SPEED = 0.25
+"""Speed of jogging, as a fraction of what the limits allow."""
+
+GRIP_FORCE = 50.0
+"""Largest force with which Close grips [N]: the default of CloseGripper."""
+
+STEP = 1e-3
+"""Step of the joint sliders [rad]."""
+
+EDITING = 1.0
+"""Wall time after its last change in which a slider does not follow the joint [s]."""
+
+HANDLE_SIZE = 0.15
+"""Size of the handle at the tool [m]."""
+
+Save = Callable[[str, Sequence[float]], str]
+
+
+class JogPanel(Panel):
+    """Moves the arms when no tree runs, and shows their joints at all times.
+
+    The callbacks of its inputs only leave requests, of which the thread of the cell takes the last
+    one of each input between two ticks.
+
+    Attributes:
+        moved: Whether an arm or a gripper has been moved here since the last run or reset.
+    """
+
+    def __init__(self, page: Any, save: Save) -> None:
+        """Keep the container.
+
+        Args:
+            page: The page.
+            save: Saves a configuration by its name; returns a line about it.
+        """
+        self.moved = False
+        self._server, self._save = page.server, save
+        self._message = page.server.gui.add_html("")
+        self._container = page.server.gui.add_folder(None)
+        self._robots: list[_RobotJog] = []
+        self._station: Any = None
+
+    def start(self, run: Any) -> None:
+        """Only follow the joints."""
+        self._bind(run.station)
+        self._set_active(False)
+
+    def begin_idle(self, station: Any) -> None:
+        """Let the arms be moved."""
+        self._bind(station)
+        self._set_active(True)
+        self.moved = False
+
+    def idle_tick(self) -> None:
+        """Start the motions that were asked for."""
+        for robot in self._robots:
+            for key in list(robot.requests):
+                try:
+                    self._tell(robot.requests.pop(key)())
+                    self.moved |= key != "save"
+                except (BtManipError, TypeError, ValueError) as error:  # also of no numbers
+                    self._tell(str(error), error=True)
+
+    def draw(self) -> None:
+        """Let sliders and handles follow the arms."""
+        with self._server.atomic():
+            for robot in self._robots:
+                robot.follow()
+
+    # Internal
+
+    def _bind(self, station: Any) -> None:
+        """Show the inputs of other robots."""
+        if station is self._station:
+            return
+        self._station = station
+        for old in self._robots:
+            old.remove()
+        with self._container:
+            self._robots = [
+                _RobotJog(self._server, robot, self._save) for robot in station.robots.values()
+            ]
+
+    def _set_active(self, active: bool) -> None:
+        self._tell("" if active else "A tree is running.")
+        for robot in self._robots:
+            robot.set_active(active)
+
+    def _tell(self, message: str, *, error: bool = False) -> None:
+        colour = "#c92a2a" if error else "inherit"
+        style = f"color:{colour};padding:0 0.8em;overflow-wrap:anywhere"
+        self._message.content = f'<div style="{style}">{escape(message)}</div>' if message else ""
+
+
+class _RobotJog:
+    """The inputs of one robot.
+
+    Attributes:
+        requests: What was asked for since the last tick, by input; each returns a line about it.
+    """
+
+    def __init__(self, server: Any, robot: Any, save: Save) -> None:
+        self.requests: dict[Any, Callable[[], str]] = {}
+        self._robot, self._arm, self._save = robot, robot.arm, save
+        self._edited = np.full(self._arm.model.nq, -np.inf)  # wall time of the last change [s]
+        self._dragging = False
+        gui, limits = server.gui, self._arm.model.limits
+        self._lower = np.maximum(limits.lower, -2.0 * np.pi)
+        self._upper = np.minimum(limits.upper, 2.0 * np.pi)
+        self._folder = gui.add_folder(f"{robot.name} [rad]")
+        with self._folder:
+            self._sliders = [
+                gui.add_slider(name, low, high, STEP, min(max(round(q, 3), low), high))
+                for name, low, high, q in zip(
+                    robot.robot.description.arm_joints,
+                    self._lower.tolist(), self._upper.tolist(), robot.robot.q.tolist(),
+                    strict=True,
+                )
+            ]  # fmt: skip
+            self._others = []
+            if robot.gripper is not None:
+                gripper = gui.add_button_group("Gripper", ("Open", "Close"))
+                gripper.on_click(self._gripper_pressed)
+                self._others.append(gripper)
+            self._name = gui.add_text("Save as", "", hint="Name of the present configuration")
+            button = gui.add_button("Save configuration")
+            button.on_click(self._save_pressed)
+            self._others += [self._name, button]
+        for i, slider in enumerate(self._sliders):
+            slider.on_update(partial(self._slider_moved, i))
+        self._handle = server.scene.add_transform_controls(
+            f"/jog/{robot.name}", HANDLE_SIZE, depth_test=False
+        )
+        self._handle.on_update(self._handle_moved)
+
+    def remove(self) -> None:
+        """Remove the inputs from the page."""
+        self._folder.remove()
+        self._handle.remove()
+
+    def set_active(self, active: bool) -> None:
+        """Allow, or forbid, to move the arm."""
+        self.requests.clear()
+        self._dragging = False
+        self._edited[:] = -np.inf
+        for slider in self._sliders:
+            slider.disabled = not active
+        for one in (self._handle, *self._others):
+            one.visible = active
+
+    def follow(self) -> None:
+        """Show the present configuration, except on what is being edited."""
+        idle = time.monotonic() - self._edited > EDITING
+        if self._arm.busy:
+            idle &= np.isneginf(self._edited)
+        self._edited[idle] = -np.inf
+        q = np.clip(self._robot.robot.q, self._lower, self._upper)
+        for i in np.flatnonzero(idle & np.isfinite(q)).tolist():
+            slider = self._sliders[i]
+            if abs(q[i] - slider.value) > 0.6 * STEP:
+                slider.value = round(float(q[i]), 3)
+        if self._handle.visible and not self._dragging and not self._arm.busy:
+            T_wt = self._arm.model.pose(self._arm.q)
+            position, wxyz = T_wt.translation, spatial.quat_wxyz(T_wt)
+            if np.abs(self._handle.position - position).max() > 1e-4 or (
+                np.abs(self._handle.wxyz - wxyz).max() > 1e-3
+            ):
+                self._handle.position, self._handle.wxyz = position, wxyz
+
+    # The thread of the cell
+
+    def _move_joint(self, i: int, value: float) -> str:
+        q = self._arm.target
+        q[i] = np.clip(value, self._arm.model.limits.lower[i], self._arm.model.limits.upper[i])
+        return self._move(q)
+
+    def _move_tool(self, position: Any, quat_wxyz: Any) -> str:
+        T_wt = spatial.pose(position, quat_wxyz)
+        ik, q = self._arm.ik, self._arm.target
+        found = ik.follow(T_wt, q)
+        if not found.solved:
+            found = ik.nearest(T_wt, q)
+        if not found.solved:
+            raise MotionError(f"the pose is unreachable: {found.reason}", reason="unreachable")
+        return self._move(found.q)
+
+    def _move(self, q: np.ndarray) -> str:
+        self._arm.move_to_configuration(q, JOG_SPEED, planner=_NoDetour())
+        return ""
+
+    def _grip(self, command: str) -> str:
+        gripper = self._robot.gripper
+        if command == "Open":
+            gripper.open()
+            if self._arm.payload is not None:
+                self._arm.payload = None
+        else:
+            gripper.close(min(GRIP_FORCE, gripper.max_force))
+        return ""
+
+    def _save_as(self, name: str) -> str:
+        q = tuple(self._arm.q_ref.tolist())
+        message = self._save(name, q)
+        self._robot.robot.configurations[name] = q
+        return message
+
+    # Callbacks; coroutines keep their order
+
+    async def _slider_moved(self, i: int, event: Any) -> None:
+        if event.client_id is None:  # it follows the joint
+            return
+        self._edited[i] = time.monotonic()
+        self.requests["joint", i] = partial(self._move_joint, i, event.target.value)
+
+    async def _handle_moved(self, event: Any) -> None:
+        self._dragging = event.phase != "end"
+        if event.phase == "update":
+            pose = event.target.position.copy(), event.target.wxyz.copy()
+            self.requests["tool"] = partial(self._move_tool, *pose)
+
+    async def _gripper_pressed(self, event: Any) -> None:
+        self.requests["gripper"] = partial(self._grip, event.target.value)
+
+    async def _save_pressed(self, _: Any) -> None:
+        self.requests["save"] = partial(self._save_as, self._name.value)
+
+
+class _NoDetour:
+    """A planner without paths: jogging follows the straight joint-space segment or is refused."""
+
+    def plan(self, problem: PlanningProblem) -> PlanningResult:
+        """Return no path."""
+        return PlanningResult(np.empty((0, len(problem.start))), 0, "jogging takes no detours")

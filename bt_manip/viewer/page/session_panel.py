@@ -1,0 +1,115 @@
+"""The choice of the next run, and what happens between runs."""
+
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from html import escape
+from typing import Any, NamedTuple
+
+from .panel import Panel
+
+
+class RunChoice(NamedTuple):
+    """A run as it is chosen on the page."""
+
+    tree: str
+    scene: str
+    robot: str
+    seed: int
+    cycles: int
+    """Runs of the tree; 0 is without end."""
+
+
+class SessionPanel(Panel):
+    """Chooses tree, scene, robot, seed and cycles; asks to run the tree, or to reset the scene.
+
+    It is hidden while a tree runs.
+    """
+
+    in_tab = False
+
+    def __init__(
+        self,
+        page: Any,
+        names: Mapping[str, Sequence[str]],
+        first: RunChoice,
+        scene_of: Callable[[str], str],
+        seed_of: Callable[[str], int],
+    ) -> None:
+        """Add the inputs to the current container.
+
+        Args:
+            page: The page.
+            names: The trees, scenes and robots to choose from, by ``tree``, ``scene``, ``robot``.
+            first: The first choice.
+            scene_of: Returns the scene in which a tree runs by default.
+            seed_of: Returns the default seed of a scene.
+        """
+        self._scene_of, self._seed_of = scene_of, seed_of
+        self._request: tuple[str, RunChoice] | None = None
+        self._lock = threading.Lock()
+        gui = page.server.gui
+        self._folder = gui.add_folder(None)
+        with self._folder:
+            self._inputs = [
+                gui.add_dropdown(kind.capitalize(), names[kind], initial_value=getattr(first, kind))
+                for kind in ("tree", "scene", "robot")
+            ]
+            self._seed = gui.add_number("Seed", first.seed, min=0, step=1)
+            self._cycles = gui.add_number(
+                "Cycles", first.cycles, min=0, step=1, hint="Runs of the tree; 0 is without end"
+            )
+            self._buttons = gui.add_button_group(
+                "", ("Run", "Reset"), hint="Reset builds the scene anew, as at the start"
+            )
+        self._message = gui.add_html("")
+        for one in self._inputs:
+            one.on_update(self._chosen)
+        self._buttons.on_click(self._pressed)
+
+    def take(self) -> tuple[str, RunChoice] | None:
+        """Return what was asked for last, and forget it: ``show``, ``reset`` or ``run``.
+
+        ``show`` asks for the cell of another tree, scene or robot.
+        """
+        with self._lock:
+            request, self._request = self._request, None
+        return request
+
+    def tell(self, message: str, *, error: bool = False) -> None:
+        """Show one message below the choice; an empty one removes it."""
+        colour = "#c92a2a" if error else "inherit"
+        style = f"color:{colour};padding:0 0.8em;overflow-wrap:anywhere;white-space:pre-wrap"
+        self._message.content = f'<div style="{style}">{escape(message)}</div>' if message else ""
+
+    def start(self, run: Any) -> None:
+        """Hide the choice."""
+        self._folder.visible = False
+        self.tell("")
+
+    def begin_idle(self, station: Any) -> None:
+        """Show the choice."""
+        self._folder.visible = True
+
+    # Callbacks
+
+    def _choice(self) -> RunChoice:
+        tree, scene, robot = (one.value for one in self._inputs)
+        return RunChoice(tree, scene, robot, int(self._seed.value), int(self._cycles.value))
+
+    def _chosen(self, event: Any) -> None:
+        if event.client_id is None:  # set below
+            return
+        tree, scene, _ = self._inputs
+        before = scene.value
+        if event.target is tree and self._scene_of(tree.value) in scene.options:
+            scene.value = self._scene_of(tree.value)
+        if event.target is scene or scene.value != before:
+            self._seed.value = self._seed_of(scene.value)
+        self._ask("show")
+
+    def _pressed(self, event: Any) -> None:
+        self._ask(event.target.value.lower())
+
+    def _ask(self, action: str) -> None:
+        with self._lock:
+            self._request = action, self._choice()
