@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from bt_manip.exceptions import BtManipError
+from bt_manip.extras import require_extra
 
 VIDEOS = ("mp4", "gif")
 FORMATS = ("csv", "parquet", "mcap", "btlog", "db3", *VIDEOS)
@@ -47,7 +47,9 @@ def export(
         raise click.UsageError(f"--{next(iter(given))} is an option of {' and '.join(VIDEOS)}")
     if out is None:
         out = file.with_suffix(".complete.mcap" if form == "mcap" else f".{form}")
-    _require_packages(form)
+    packages = ["mcap", "foxglove_schemas_protobuf"]
+    packages += ["av"] * (form in VIDEOS) + ["pyarrow"] * (form in ("csv", "parquet"))
+    require_extra("record", "export", *packages)
     from bt_manip.viewer import use_offscreen_opengl
 
     use_offscreen_opengl()
@@ -73,18 +75,3 @@ def export(
         recorder = BtlogRecorder(out) if form == "btlog" else SqliteRecorder(out)
         recorder.write_recording(recording)
     click.echo(f"{out}: {out.stat().st_size / 1e6:.2f} MB")
-
-
-def _require_packages(form: str) -> None:
-    """Check that the packages of a format are installed.
-
-    Raises:
-        BtManipError: If not; the message names the extra.
-    """
-    import importlib.util
-
-    wanted = ["mcap", "foxglove_schemas_protobuf"]
-    wanted += ["av"] * (form in VIDEOS) + ["pyarrow"] * (form in ("csv", "parquet"))
-    for package in wanted:
-        if importlib.util.find_spec(package) is None:
-            raise BtManipError(f"export needs {package}: pip install 'bt-manip[record]'")

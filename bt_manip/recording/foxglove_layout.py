@@ -8,7 +8,10 @@ MAX_STATES = 40
 
 
 def foxglove_layout(
-    robots: Mapping[str, Sequence[str]], leaves: Mapping[int, str], scene: Iterable[str]
+    robots: Mapping[str, Sequence[str]],
+    leaves: Mapping[int, str],
+    scene: Iterable[str],
+    images: Iterable[str] = (),
 ) -> dict[str, Any]:
     """Return the layout as Foxglove imports it: scene, tree, plots, blackboard and log.
 
@@ -16,6 +19,7 @@ def foxglove_layout(
         robots: Names of the joints, by robot.
         leaves: Names of the tree's leaves, by uid.
         scene: Topics of the geometry.
+        images: Topics of the images.
     """
     states = [
         _series(f"/tree/status{{uid=={uid}}}.status", name)
@@ -49,7 +53,12 @@ def foxglove_layout(
     }  # fmt: skip
     tree = _split("column", "StateTransitions!tree", "RosOut!log", 70)
     plots = _split("row", "Plot!positions", _split("row", "Plot!torques", "Plot!wrist", 50), 34)
-    above = _split("row", "3D!scene", _split("column", tree, "RawMessages!blackboard", 75), 55)
+    view: Any = "3D!scene"
+    for topic in images:
+        panel = f"Image!{topic}"
+        panels[panel] = {"imageMode": {"imageTopic": topic}}
+        view = _split("column", view, panel, 60)
+    above = _split("row", view, _split("column", tree, "RawMessages!blackboard", 75), 55)
     return {
         "configById": panels,
         "globalVariables": {},

@@ -19,6 +19,7 @@ from bt_manip.robots import reader
 from bt_manip.runner import EventStream, RunEvent, log_line
 
 if TYPE_CHECKING:
+    from bt_manip.recording.camera_images import CameraImages
     from bt_manip.recording.foxglove import SceneMessages
     from bt_manip.recording.mcap_file import McapFile
 
@@ -61,11 +62,21 @@ class McapRecorder(EventStream):
 
     suffix: ClassVar[str] = ".mcap"
 
-    def __init__(self, path: Path | None) -> None:
+    def __init__(
+        self,
+        path: Path | None,
+        *,
+        cameras: str = "",
+        image_size: str = "640x400",
+        image_fps: float = 5.0,
+    ) -> None:
         """Check that there is a path, and the packages that are needed.
 
         Args:
             path: The file to write.
+            cameras: Full names of the cameras whose images are recorded, separated by commas.
+            image_size: Their width and height [pixels].
+            image_fps: Images per simulated second.
 
         Raises:
             BtManipError: If one of them is missing.
@@ -76,6 +87,18 @@ class McapRecorder(EventStream):
         require_extra("record", "--record mcap", "mcap", "foxglove_schemas_protobuf")
         self._path = path
         self._file: McapFile | None = None
+        self._images: CameraImages | None = None
+        if cameras:
+            from bt_manip.recording import camera_images, video
+
+            require_extra("record", "images in a recording", "av")
+            names, size = cameras.split(","), video.parse_size(image_size)
+            self._images = camera_images.CameraImages(names, size, image_fps)
+
+    def check(self, run: Any) -> None:
+        """Check that the cameras can be rendered."""
+        if self._images is not None:
+            self._images.bind(run.station.cell, first=True)
 
     def run_started(self, run: Any) -> None:
         """Open the file and identify the run."""
@@ -114,6 +137,8 @@ class McapRecorder(EventStream):
         first = self._scene is None
         with self._file.lock:
             self._encode()
+            if self._images is not None:
+                self._images.bind(self._cell)
             self._scene = SceneMessages(self._cell.model, self._cell.data, self._cell.entities)
             for robot in self._robots:
                 robot.bind()
@@ -128,6 +153,7 @@ class McapRecorder(EventStream):
     def cycle_started(self, cycle: int) -> None:
         """Write what was randomized, and in the first cycle the layout."""
         self._write_scene()
+        self._write_images()
         super().cycle_started(cycle)
         if self._layout is None:
             self._write_layout()
@@ -150,6 +176,7 @@ class McapRecorder(EventStream):
         self._copy_poses()
         for robot in self._robots:
             robot.end_tick(time)
+        self._write_images()
         super().after_tick()
         if self._run.cycle != self._snapshot_cycle:
             self._write_snapshot()
@@ -167,6 +194,8 @@ class McapRecorder(EventStream):
     def run_ended(self) -> None:
         """Close the file."""
         super().run_ended()
+        if self._images is not None:
+            self._images.close()
         if self._file is not None:
             self._file.close()
 
@@ -212,6 +241,10 @@ class McapRecorder(EventStream):
 
                 self._file.add("/log", time, log_message(time, line[0], event.kind, line[1]))
 
+    def _write_images(self) -> None:
+        if self._images is not None and self._file is not None:
+            self._images.write(self._file, self._now)
+
     def _write_snapshot(self) -> None:
         assert self._file is not None
         self._snapshot_cycle, self._snapshot_time = self._run.cycle, self._cell.time
@@ -228,7 +261,8 @@ class McapRecorder(EventStream):
         }
         leaves = {link.uid: link.name for link in self._tree.nodes if not link.children}
         scene = [topic for topic in self._file.topics if topic.startswith("/scene/")]
-        layout = foxglove_layout(robots, leaves, scene)
+        images = [topic for topic in self._file.topics if topic.startswith("/images/")]
+        layout = foxglove_layout(robots, leaves, scene, images)
         if layout != self._layout and not is_special(self._path):
             self._layout = layout
             path = self._path.with_suffix(".layout.json")

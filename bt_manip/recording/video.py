@@ -1,6 +1,5 @@
 """Videos of a run: H.264 in MP4, or animated GIFs."""
 
-import importlib.util
 import re
 from collections.abc import Callable, Iterable
 from fractions import Fraction
@@ -12,6 +11,7 @@ import numpy as np
 from bt_manip.bt import NodeStatus
 from bt_manip.cell import FrameRenderer, camera_number
 from bt_manip.exceptions import BtManipError
+from bt_manip.extras import require_extra
 from bt_manip.recording.files import RecordingError
 from bt_manip.runner import RunObserver
 
@@ -263,8 +263,7 @@ def check_video(path: Path | None, fps: float) -> Path:
     most = 50 if path.suffix == ".gif" else 1000
     if not 0 < fps <= most:
         raise BtManipError(f"a {path.suffix} has up to {most} frames per second, got {fps:g}")
-    if importlib.util.find_spec("av") is None:
-        raise BtManipError("a video needs av: pip install 'bt-manip[record]'")
+    require_extra("record", "a video", "av")
     return path
 
 
