@@ -180,7 +180,10 @@ class McapFile:
     def add_metadata(self, name: str, texts: Mapping[str, str]) -> None:
         """Add texts about the whole file."""
         with self.lock:
-            self._writer.add_metadata(name, dict(texts))
+            try:
+                self._writer.add_metadata(name, dict(texts))
+            except OSError as error:
+                self._error = error
 
     def add_json(self, topic: str, nanoseconds: int, data: Mapping[str, Any]) -> None:
         """Add a JSON message; an unknown topic is registered."""
