@@ -36,10 +36,10 @@ h1{margin:0;font-size:1.7rem;overflow-wrap:anywhere}
 h2{font-size:1.1rem;margin:0 0 .5rem}
 section{background:#fff;border-radius:8px;padding:1rem 1.25rem;margin:1rem 0;
 box-shadow:0 1px 3px #0002}
-.tiles{display:flex;flex-wrap:wrap;gap:1rem;margin:1rem 0}
+.tiles{display:flex;flex-wrap:wrap;gap:.8rem;margin:1rem 0}
 .tiles div{background:#fff;border-radius:8px;padding:.6rem 1.1rem;box-shadow:0 1px 3px #0002;
-flex:1;min-width:9rem}
-.tiles b{display:block;font-size:1.5rem;font-weight:600;line-height:1.3}
+flex:1 1 7rem;font-size:.85rem}
+.tiles b{display:block;font-size:1.4rem;white-space:nowrap;font-weight:600;line-height:1.3}
 .badge{color:#fff;border-radius:4px;padding:.1rem .5rem;font-size:.8rem;font-weight:600;
 white-space:nowrap;background:#868e96}
 .SUCCESS{background:#2b8a3e}.FAILURE{background:#c92a2a}
@@ -47,7 +47,7 @@ white-space:nowrap;background:#868e96}
 table{border-collapse:collapse;width:100%;font-size:.9rem}
 th{text-align:left;color:#868e96;font-weight:500}
 td,th{padding:.25rem .8rem .25rem 0;border-bottom:1px solid #f1f3f5;vertical-align:top;
-overflow-wrap:anywhere}
+overflow-wrap:break-word}
 .narrow{color:#868e96;font-size:.85rem}
 .rows{max-height:520px;overflow:auto}
 .plot{display:flex}.plot>div:last-child{flex:1;min-width:0}
@@ -184,7 +184,7 @@ def _tiles(run: RecordedRun) -> str:
         spread = f", {shortest:.2f} to {longest:.2f} s" if len(durations) > 1 else ""
         tiles.append((f"mean cycle time{spread}", f"{mean:.2f} s"))
     if errors:
-        tiles.append(("largest tracking error, free of contacts", f"{max(errors) * 1e3:.2f} mrad"))
+        tiles.append(("tracking error, at most, free of contacts", f"{max(errors) * 1e3:.2f} mrad"))
     for name in ("velocity", "acceleration", "effort"):
         most = max((getattr(cycle.limits, name) for cycle in run.cycles), default=0.0)
         tiles.append((f"of the {'torque' if name == 'effort' else name} limits", f"{most:.0%}"))
@@ -249,7 +249,9 @@ def _identity(recording: Recording) -> str:
     for key, value in recording.identity.items():
         if isinstance(value, dict):
             lines |= {f"{key}: {name}": str(one) for name, one in value.items()}
-        elif value not in ("", None):
+        elif isinstance(value, list) and value:
+            lines[key] = ", ".join(map(str, value))
+        elif value not in ("", None, []):
             lines[names.get(key, key)] = str(value)
     items = (f"<dt>{escape(key)}</dt><dd>{escape(text)}</dd>" for key, text in lines.items())
     return f"<dl>{''.join(items)}</dl>"

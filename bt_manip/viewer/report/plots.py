@@ -74,7 +74,8 @@ class Plots:
     def tree(self) -> tuple[Any, str]:
         """Return the time line of the nodes that ran, and the names of its rows as HTML."""
         nodes = [node for node in self._run.nodes.values() if node.intervals]
-        plot = self._bars([node.path for node in nodes], [node.intervals for node in nodes])
+        rows, faint = [n.intervals for n in nodes], [not n.is_leaf for n in nodes]
+        plot = self._bars([node.path for node in nodes], rows, faint)
         return plot, _names((node.depth, node.name, node.path) for node in nodes)
 
     def contacts(self) -> tuple[Any, str]:
@@ -163,8 +164,10 @@ class Plots:
             HoverTool(tooltips=[("", "$name"), ("t", "$x{0.000} s"), ("value", "$y{0.000}")])
         )
 
-    def _bars(self, titles: Sequence[str], rows: Iterable[list[Interval]]) -> Any:
-        """Return a time line with a row for each title."""
+    def _bars(
+        self, titles: Sequence[str], rows: Iterable[list[Interval]], faint: Sequence[bool] = ()
+    ) -> Any:
+        """Return a time line with a row for each title, some of them fainter."""
         merged, gap = merge(rows)
         self.gap = max(self.gap, gap)
         count = len(merged)
@@ -183,12 +186,13 @@ class Plots:
             "duration": [round(one.end - one.start, 6) for _, one in bars],
             "status": [one.status for _, one in bars],
             "reason": [one.reason[:LONGEST_REASON] for _, one in bars],
+            "alpha": [0.4 if faint and faint[i] else 1.0 for i, _ in bars],
             "colour": [BAR_COLOURS.get(one.status, "#adb5bd") for _, one in bars],
         }
         # What took no time is shown by the outline.
         drawn = plot.hbar(
             y="row", left="start", right="end", height=0.7, source=ColumnDataSource(data),
-            fill_color="colour", line_color="colour", line_width=2,
+            fill_color="colour", line_color="colour", line_width=2, alpha="alpha",
         )  # fmt: skip
         tips = [("", "@title"), ("status", "@status"), ("from", "@start{0.000} s")]
         tips += [("for", "@duration{0.000} s"), ("reason", "@reason")]
@@ -199,7 +203,7 @@ class Plots:
 def _names(rows: Iterable[tuple[int, str, str]]) -> str:
     """Return the names beside the rows of a time line: depth, name and hint of each."""
     lines = (
-        f'<div title="{escape(hint)}" style="padding-left:{depth}em">{escape(name)}</div>'
+        f'<div title="{escape(hint)}" style="padding-left:{0.7 * depth:.1f}em">{escape(name)}</div>'
         for depth, name, hint in rows
     )
     return f'<div class="names">{"".join(lines)}</div>'

@@ -2,11 +2,15 @@
 
 import json
 import re
+from base64 import b64decode
 
 import pytest
 from lxml import html
 
 pytest.importorskip("viser", reason="the extra [view] is not installed")
+
+import msgspec  # noqa: E402
+import zstandard  # noqa: E402
 
 from bt_manip.bt import AlwaysFailure, Fallback, Sequence, Sleep  # noqa: E402
 from bt_manip.cli.app import run_app  # noqa: E402
@@ -71,6 +75,22 @@ def test_nothing_is_loaded_from_elsewhere(page):
             for name in ("src", "href", "action", "data"):
                 assert (element.get(name) or "data:").startswith("data:"), element.tag
     assert "__VISER_EMBED_DATA__" in player.get("srcdoc")
+
+
+def test_the_label_of_the_replay_names_time_and_running_leaf(page):
+    player = page.find(".//iframe").get("srcdoc")
+    (data,) = re.findall(r'__VISER_EMBED_DATA__="([^"]+)"', player)
+    unpacked = zstandard.ZstdDecompressor().decompressobj().decompress(b64decode(data)[8:])
+    length = int.from_bytes(unpacked[:8], "little")
+    messages = msgspec.msgpack.decode(unpacked[8 : 8 + length])["messages"]
+    labels = {
+        round(time, 2): message["updates"]["text"]
+        for time, message in messages
+        if message.get("name") == "/running" and "text" in message.get("updates", {})
+    }
+    assert labels[0.25] == "0.25 s  Hover"
+    assert labels[1.0] == "1.00 s  Reach"
+    assert labels[3.0] == "3.00 s  Drop"
 
 
 def test_lines_reach_the_largest_tracking_error(picked):
