@@ -3,16 +3,16 @@
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from html import escape
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from bokeh.embed import components
+from bokeh.models import Range1d
 from bokeh.resources import Resources
 
-from bt_manip.recording import RecordedCycle, RecordedRun, Recording, whole_file
+from bt_manip.recording import RecordedCycle, RecordedRun, Recording
 
-from .plots import LABEL_WIDTH, LONGEST_REASON, ROW_HEIGHT, Plots
+from .plots import LABEL_WIDTH, LONGEST_REASON, ROW_HEIGHT, BarRow, Plots
 from .replay import replay_html
 from .thinning import LINE_SAMPLES
 
@@ -27,6 +27,9 @@ POLICY = (
     "style-src 'unsafe-inline'; img-src data: blob:; font-src data:; connect-src data: blob:"
 )
 """What the page may load, for browsers: nothing but what is in the file."""
+
+USED_LIMITS = ("position", "velocity", "acceleration", "torque")
+"""Limits whose use is plotted; that of jerk is at its limit in most motions."""
 
 REPORT_STYLE = """
 :root{color-scheme:light}
@@ -60,22 +63,6 @@ dt{color:#868e96}dd{margin:0;overflow-wrap:anywhere}
 """
 
 
-def write_html_report(recording: Recording, path: Path) -> None:
-    """Write the report of a recorded run, atomically.
-
-    Args:
-        recording: The recording.
-        path: The HTML file.
-
-    Raises:
-        BtManipError: If it is not the recording of a run.
-        OSError: If the file cannot be written.
-    """
-    page = html_report(recording)
-    with whole_file(path) as file:
-        file.write(page.encode())
-
-
 def html_report(recording: Recording) -> str:
     """Return the report of a recorded run as one HTML page that loads nothing.
 
@@ -90,18 +77,28 @@ def html_report(recording: Recording) -> str:
     run = RecordedRun(recording)
     replay, rate = replay_html(run)
     plots = Plots(run)
-    tree, names = plots.tree()
-    drawn: list[tuple[str, Any, str]] = [("Time line of the tree", tree, names)]
+    nodes = [node for node in run.nodes.values() if node.intervals]
+    tree = [BarRow(n.name, n.path, n.intervals, n.depth, not n.is_leaf) for n in nodes]
+    drawn: list[tuple[str, Any, str]] = [("Time line of the tree", *plots.bars(tree))]
     for name, robot in run.robots.items():
         of = f" of {name}" if len(run.robots) > 1 else ""
-        drawn.append((f"Tracking error{of}", plots.error(robot), ""))
-        drawn.append((f"Use of limits{of}, largest of all joints", plots.limits(robot), ""))
-        if robot.grip_forces.size:
-            drawn.append((f"Grip force{of}", plots.grip(robot), ""))
+        fingers = [f"finger {i + 1}" for i in range(robot.grip_forces.shape[1])]
+        shares = 1e2 * robot.use[:, [0, 1, 2, 4]]
+        full = Range1d(start=0.0, end=max(105.0, shares.max(initial=0.0)))
+        limits = plots.lines("[%]", robot.t, shares, USED_LIMITS, y_range=full)
+        limits.hspan(y=100.0, line_color="#c92a2a", line_dash="dashed")
+        error = plots.lines("[mrad]", robot.t, 1e3 * robot.error, robot.joints)
+        drawn.append((f"Tracking error{of}", error, ""))
+        drawn.append((f"Use of limits{of}, largest of all joints", limits, ""))
+        if fingers:
+            grip = plots.lines("[N]", robot.tick_t, robot.grip_forces, fingers)
+            drawn.append((f"Grip force{of}", grip, ""))
+        scale = plots.lines("", robot.tick_t, robot.speed_scale[:, None], ["speed"], height=120)
+        drawn.append((f"Speed scaling{of}", scale, ""))
     if run.contacts:
-        drawn.append(("Contacts", *plots.contacts()))
-    if run.robots:
-        drawn.append(("Speed scaling", plots.speed(run.robots), ""))
+        pairs = {f"{first} – {second}": one for (first, second), one in run.contacts.items()}
+        contacts = plots.bars([BarRow(name, name, pairs[name]) for name in sorted(pairs)])
+        drawn.append(("Contacts", *contacts))
     script, divs = components([plot for _, plot, _ in drawn])
     sections = [
         _section(title, f'<div class="rows plot">{names}<div>{div}</div></div>')

@@ -9,7 +9,7 @@ from bt_manip.recording import Interval
 LINE_SAMPLES = 4000
 """Number of samples of a line that are kept: several for each pixel of a wide screen."""
 
-BARS = 6000
+BARS = 4000
 """Number of bars of a time line that are kept."""
 
 
