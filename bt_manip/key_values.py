@@ -1,7 +1,8 @@
 """Parameters as text: ``KEY=VALUE KEY=VALUE ...``."""
 
+import inspect
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from bt_manip.exceptions import BtManipError, did_you_mean
@@ -43,6 +44,12 @@ def parse_key_values(
             raise error(f"{owner}: {key} is {what}, got '{value}'")
         values[key] = number
     return values
+
+
+def keyword_defaults(factory: Callable[..., Any]) -> dict[str, Any]:
+    """Return the keyword-only parameters of a factory with their defaults."""
+    parameters = inspect.signature(factory).parameters.values()
+    return {one.name: one.default for one in parameters if one.kind is one.KEYWORD_ONLY}
 
 
 def _value(kind: type, text: str) -> Any:

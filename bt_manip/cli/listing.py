@@ -11,6 +11,7 @@ import click
 from bt_manip.cli.completion import complete_listed
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.key_values import keyword_defaults
 
 if TYPE_CHECKING:
     from bt_manip.plugins import Plugins
@@ -66,6 +67,10 @@ def _describe(plugins: "Plugins", kind: str, name: str) -> None:
         for field in dataclasses.fields(part):
             doc = field.metadata.get("doc", "")
             click.echo(f"  {field.name} (default {field.default!r}): {doc}")
+    if kind == "recorders":
+        for option, value in keyword_defaults(part).items():
+            text = ("no", "yes")[value] if isinstance(value, bool) else value
+            click.echo(f"  {option}={text}")
     for port in getattr(part, "ports", {}).values():
         default = f", default {port.default_text}" if port.default_text else ""
         click.echo(f"  {port.name} ({port.direction}, {port.type.name}{default}): {port.doc}")

@@ -1,6 +1,5 @@
 """Observers of a run from plugins and options."""
 
-import inspect
 import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -8,7 +7,7 @@ from typing import Any
 
 from bt_manip.cli.plugin_options import print_warning
 from bt_manip.exceptions import BtManipError
-from bt_manip.key_values import parse_key_values
+from bt_manip.key_values import keyword_defaults, parse_key_values
 from bt_manip.plugins import BUILTIN, Plugin, Plugins, guarded, plugin_observers
 from bt_manip.recording import check_writable
 from bt_manip.registry import Registry
@@ -87,12 +86,8 @@ def _recorder(plugins: Plugins, text: str) -> RunObserver:
     owner = _owner(plugins, recorders.owner(name))
     if path is not None:
         check_writable(path, f"--record {name}")
-    defaults = {
-        one.name: one.default
-        for one in inspect.signature(recorders.get(name)).parameters.values()
-        if one.kind is one.KEYWORD_ONLY
-    }
-    values = parse_key_values(words.split(), defaults, f"recorder '{name}'")
+    options = keyword_defaults(recorders.get(name))
+    values = parse_key_values(words.split(), options, f"recorder '{name}'")
     recorder = recorders.create(name, path, **values)
     if not isinstance(recorder, RunObserver):
         raise BtManipError(

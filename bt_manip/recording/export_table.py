@@ -63,22 +63,9 @@ def running_leaves(recording: Recording) -> RunningLeaves:
 def control_step_table(recording: Recording) -> dict[str, Any]:
     """Return the control steps of a recording, one row each, as columns by name.
 
-    The state of grippers and objects is that after the last tick so far; NaN where there is none.
-
-    ==============================================  ============================================
-    column                                          content
-    ==============================================  ============================================
-    ``t``                                           simulated time [s]
-    ``ROBOT/JOINT/q``, ``v``, ``q_ref``, ``v_ref``, position, velocity, reference, torque
-    ``a_ref``, ``tau``                              [rad, s, N m]
-    ``ROBOT/force_x`` to ``torque_z``               wrench on the gripper, tool frame [N, N m]
-    ``ROBOT/grip_force1``, ...                      of each finger [N]
-    ``ROBOT/held``                                  names of the held objects
-    ``ROBOT/saturated_steps``, ``speed_scale``      as the recording has them
-    ``OBJECT/x`` to ``OBJECT/qz``                   pose in the world, while it is there [m]
-    ``node``                                        paths of the running leaves
-    ``phase``                                       names of those that are actions
-    ==============================================  ============================================
+    They are those of ``docs/recordings.md``: time, joints of each robot, wrench and grip, poses
+    of objects, running leaves. The state of grippers and objects is that after the last tick so
+    far; NaN where there is none.
 
     Raises:
         BtManipError: If the recording has no control steps.

@@ -49,3 +49,9 @@ def test_an_unknown_part_is_bad_input_with_the_nearest_name(bt_manip):
     code, _, err = bt_manip("list", "behaviours", "Graps")
     assert code == 2
     assert "there is no 'Graps'; did you mean 'Grasp'" in err
+
+
+def test_the_options_of_a_recorder_are_listed_with_their_defaults(bt_manip):
+    out = bt_manip("list", "recorders", "video").out
+    assert out.startswith("video (builtin)") and "  size=640x400\n" in out
+    assert "  overlay=no\n" in out

@@ -1,6 +1,9 @@
 """bt-manip run --record: recordings from the command line."""
 
 import json
+import os
+import subprocess
+import sys
 
 import av
 import numpy as np
@@ -15,8 +18,8 @@ def test_a_bare_file_name_chooses_the_recorder_of_its_suffix(bt_manip, trees, tm
     assert (code, err) == (0, "")
     steps = Recording(recording).control_steps()
     with np.load(trace) as read:
-        assert steps.keys() == {*read.files, "free"}
-        for name in read.files:
+        assert {*steps, "joints"} == {*read.files, "free"}
+        for name in set(read.files) - {"joints"}:
             column = steps[name]
             np.testing.assert_allclose(read[name], column, rtol=0.0, atol=1e-9)
 
@@ -45,6 +48,17 @@ def test_words_after_the_file_are_options_of_the_recorder(opengl, bt_manip, tree
     with av.open(path) as video:
         assert len(list(video.decode(video=0))) >= 3
         assert video.streams.video[0].width == 64
+
+
+def test_without_a_choice_of_opengl_a_video_is_rendered_offscreen(opengl, trees, tmp_path):
+    path = tmp_path / "run.mp4"
+    unset = {k: v for k, v in os.environ.items() if k not in ("MUJOCO_GL", "DISPLAY")}
+    arguments = ["run", f"{trees}:quick", "--record", f"{path} size=64x48"]
+    done = subprocess.run(
+        [sys.executable, "-m", "bt_manip", *arguments], env=unset, capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert path.stat().st_size > 1000
 
 
 @pytest.mark.parametrize(

@@ -76,7 +76,8 @@ def test_a_tree_in_a_scene_with_other_robots_is_refused(parts, tree, scene, mess
 
 def test_the_trace_has_the_course_of_each_of_them(traced):
     _, trace = traced
-    names = [f"{robot}/{column}" for robot in ("left", "right") for column in COLUMNS]
+    columns = (*COLUMNS, "joints")
+    names = [f"{robot}/{column}" for robot in ("left", "right") for column in columns]
     assert sorted(trace) == sorted([*names, "t"])
     for robot in ("left", "right"):
         assert trace[f"{robot}/q"].shape == (len(trace["t"]), 7)
