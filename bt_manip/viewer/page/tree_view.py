@@ -112,9 +112,9 @@ class TreeView:
         shown = self._found() if self.search else self._opened()
         first = self._first(shown)
         part = shown[first : first + SHOWN_NODES]
-        above = self._with_ancestors(part[:1])
+        above = self._with_ancestors(map(abs, part[:1]))
         kept = [uid for uid in shown[:first] if uid in above]
-        lines = [self._lines.get(key) or self._line(key) for key in map(self._key, kept + part)]
+        lines = [self._lines.get(key) or self._line(key) for key in kept + part]
         if first > len(kept):
             lines.insert(len(kept), f"<div>⋮ {first - len(kept)} lines</div>")
         if below := len(shown) - first - len(part):
@@ -168,27 +168,30 @@ class TreeView:
         return [uid for uid in self.nodes if uid in shown]
 
     def _opened(self) -> list[int]:
-        """Return the nodes that are not in a folded sub-tree; takes no time for the others."""
+        """Return the nodes that are not in a folded sub-tree, the folded ones negative.
+
+        Takes no time for the others.
+        """
         if self.follow:
             self._followed = self._with_ancestors(self._active)
         shown, stack = [], list(reversed(self._children.get(0, [])))
         while stack:
             uid = stack.pop()
+            children = self._children.get(uid)
+            if children and not self.is_open(uid):
+                uid = -uid
+            elif children:
+                stack.extend(reversed(children))
             shown.append(uid)
-            if uid in self._children and self.is_open(uid):
-                stack.extend(reversed(self._children[uid]))
         return shown
 
     def _first(self, shown: list[int]) -> int:
         """Return the index of the first line below the ancestors."""
         if len(shown) <= (FOLDED_ABOVE if self.follow and not self.search else SHOWN_NODES):
             return 0
-        paths = [self.nodes[uid]["path"] for uid in shown]
+        paths = [self.nodes[abs(key)]["path"] for key in shown]
         wanted = self.latest("RUNNING") if self.follow else self.chosen
         return max(0, paths.index(wanted) - LINES_ABOVE) if wanted in paths else 0
-
-    def _key(self, uid: int) -> int:
-        return -uid if uid in self._children and not self.is_open(uid) else uid
 
     def _line(self, key: int) -> str:
         uid = abs(key)
