@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -46,8 +46,8 @@ DRAW_ON_REQUEST = """
 """
 """Lets a page draw its scene only where a test wants its pixels: in software that takes seconds."""
 
-SIZE = {"width": 1000, "height": 620}
-"""Size of the window [pixels]; the panels take 420 of the width."""
+SIZE = {"width": 1340, "height": 620}
+"""Size of the window [pixels]; the panels take 760 of the width."""
 
 
 class Program:
@@ -189,6 +189,26 @@ class Window:
     def keep(self, name: str) -> None:
         """Keep a screenshot as an artefact, where the scene is empty."""
         _keep(name, self.page.screenshot())
+
+    def pixel(self, node: str, offset: Sequence[float] = (0.0, 0.0, 0.0)) -> tuple[float, float]:
+        """Return where a point of the scene is on the page [pixels].
+
+        Args:
+            node: Name of a node of the scene.
+            offset: From its origin to the point, in the frame of the world [m].
+        """
+        x, y = self.evaluate(
+            "([name, [x, y, z]]) => {"
+            " const { nodeRefFromName, camera } = __viserMutable;"
+            " const world = nodeRefFromName[''];"
+            " const v = nodeRefFromName[name].getWorldPosition(camera.position.clone());"
+            " world.worldToLocal(v); v.set(v.x + x, v.y + y, v.z + z); world.localToWorld(v);"
+            " v.project(camera); return [v.x, v.y]; }",
+            [node, list(offset)],
+        )
+        box = self.frame.locator("canvas[data-engine]").bounding_box()
+        half_width, half_height = box["width"] / 2, box["height"] / 2
+        return box["x"] + half_width * (1 + x), box["y"] + half_height * (1 - y)
 
 
 def _cut(data: bytes, box: dict[str, float]) -> np.ndarray:

@@ -85,12 +85,14 @@ def test_the_speed_can_be_changed(window):
 
 
 def test_a_breakpoint_pauses_where_its_node_starts(window):
-    window.choose("Breakpoint", "attempt/pick/Lift::20")
+    window.choose("Node", "attempt/pick/Lift::20")
+    window.wait_for_text("Action Lift, ")
+    window.press("Breakpoint")
     try:
         window.wait_for_text("s: paused at attempt/pick/Lift::20")
         assert "▶ Lift" in window.text()
     finally:
-        window.choose("Breakpoint", "none")
+        window.press("✕ attempt/pick/Lift::20")
 
 
 def test_log_blackboard_and_plot_are_in_tabs(window):

@@ -1,0 +1,114 @@
+"""Ports, breakpoints, the planned path, a pull and an edit with an error, as a person sees them."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.browser.conftest import Window, wait_until
+
+TREE = """<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence name="task">
+  <SpawnObject name="spawn" region="0.3;0.3;-0.2;-0.2" object="{cube}"/>
+  <Repeat num_cycles="-1"><Sequence name="there and back">
+    <MoveToConfiguration name="away" configuration="0;0.3;0;-1.8;0;2.1;0.8" speed="0.2"/>
+    <MoveHome name="home" speed="0.2"/>
+  </Sequence></Repeat>
+</Sequence></BehaviorTree></root>
+"""
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("tree") / "task.xml"
+    path.write_text(TREE)
+    return path
+
+
+@pytest.fixture(scope="module")
+def shared_window(tree, start, open_window) -> Window:
+    program = start("run", tree, "--view", "--watch", "--real-time", "1")
+    window = open_window(program.url)
+    window.wait_for_scene()
+    return window
+
+
+@pytest.fixture
+def window(shared_window) -> Iterator[Window]:
+    """Give the page of a run that goes on in real time."""
+    if shared_window.button("Continue").count():
+        shared_window.press("Continue")
+    shared_window.button("Pause").wait_for()
+    yield shared_window
+    assert not shared_window.log
+
+
+def test_a_chosen_node_shows_its_ports_with_present_values(window):
+    window.choose("Node", "spawn")
+    window.wait_for_text("Action SpawnObject, success")
+    window.wait_for_text(r"object\s+output\s+\{cube\}\s+cube = cube")
+    window.press("Running")
+    window.wait_for_text("Action (MoveToConfiguration|MoveHome), running")
+    window.keep("chosen_node")
+
+
+def test_several_breakpoints_are_listed_and_removed(window):
+    for node in ("home", "away"):
+        window.choose("Node", node)
+        window.wait_for_text(f"{node}\nAction Move")
+        window.press("Breakpoint")
+        window.button(f"✕ {node}").wait_for()
+    first = window.wait_for_text("s: paused at (home|away)").split()[-1]
+    window.press("Continue")
+    other = {"home": "away", "away": "home"}[first]
+    window.wait_for_text(f"s: paused at {other}")
+    for node in ("home", "away"):
+        window.press(f"✕ {node}")
+        window.button(f"✕ {node}").wait_for(state="detached")
+    window.press("Continue")
+
+
+def test_the_planned_path_is_drawn(opengl, window):
+    window.open_tab("Paths")
+    window.wait_for_text(r"panda: 0\.\d+ m in \d+")
+    window.press("Pause")
+    window.wait_for_text("s: paused")
+    shown = window.scene("planned_path")
+    changed = abs(shown - window.scene_without("/planned path of panda")).max(axis=2) > 20
+    assert changed.sum() > 100
+
+
+def test_an_object_is_pulled_by_its_handle_and_falls_when_it_is_let_go(window):
+    window.open_tab("Pull")
+    window.choose("Object", "cube")
+    wait_until(lambda: window.evaluate("() => !!__viserMutable.nodeRefFromName['/handle']"))
+
+    def height() -> float:
+        return window.pixel("/cube/cube")[1]
+
+    before = height()
+    mouse = window.page.mouse
+    tip = window.pixel("/handle", (0.0, 0.0, 0.11))
+    mouse.move(*tip)
+    window.page.wait_for_timeout(500)
+    mouse.down()
+    mouse.move(*window.pixel("/handle", (0.0, 0.0, 0.35)), steps=10)
+    wait_until(lambda: height() < before - 30)  # pixels upwards
+    window.keep("pull")
+    mouse.up()
+    wait_until(lambda: abs(height() - before) < 5)
+    window.open_tab("Log")
+    window.wait_for_text("cube is let go")
+
+
+def test_an_edit_with_an_error_is_shown_at_its_line_until_it_is_right(window, tree):
+    def write(text: str, time: int) -> None:
+        tree.write_text(text)
+        os.utime(tree, (time, time))  # another time, however coarse the clock
+
+    write(TREE.replace("<MoveHome", "<MoveHme"), 1)
+    window.wait_for_text("The edited file has errors, the tree goes on as it was")
+    window.wait_for_text(r"task\.xml:5:5: error: .*'MoveHome'")
+    window.keep("edit_with_error")
+    write(TREE, 2)
+    wait_until(lambda: "The edited file has errors" not in window.text())
