@@ -84,7 +84,7 @@ def test_an_object_is_pulled_by_its_handle_and_falls_when_it_is_let_go(window):
     wait_until(lambda: window.evaluate("() => !!__viserMutable.nodeRefFromName['/handle']"))
 
     def height() -> float:
-        return window.pixel("/cube/cube")[1]
+        return window.pixel("/cube/cube:cube")[1]
 
     before = height()
     mouse = window.page.mouse

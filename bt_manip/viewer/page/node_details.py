@@ -55,18 +55,18 @@ class NodeDetails:
             lines.append(f"<i>{escape(reason)}</i>")
         rows = [
             f"<tr><td>{escape(port['name'])}</td><td>{escape(port['direction'])}</td>"
-            f"<td>{short(port['text'])}</td><td>{self._value(port['key'])}</td></tr>"
+            f"<td>{short(port['text'])}{self._entry(port['key'])}</td></tr>"
             for port in node.get("ports", ())
         ]
         if rows:
-            head = "<tr><th>port</th><th></th><th>in the tree</th><th>blackboard</th></tr>"
-            style = "border-collapse:separate;border-spacing:0.8em 0;text-align:left"
-            lines.append(f'<table style="margin-left:-0.8em;{style}">{head}{"".join(rows)}</table>')
+            style = "border-collapse:separate;border-spacing:0.8em 0;margin-left:-0.8em"
+            style += ";overflow-wrap:anywhere;vertical-align:top"
+            lines.append(f'<table style="{style}">{"".join(rows)}</table>')
         return "".join(line if line[:2] == "<t" else f"<div>{line}</div>" for line in lines)
 
-    def _value(self, key: str) -> str:
-        """Return key and value of an entry; empty for a port without a key."""
+    def _entry(self, key: str) -> str:
+        """Return key and value of an entry of the blackboard; empty for a port without a key."""
         if not key:
             return ""
         value = short(self._values[key]) if key in self._values else "(not set)"
-        return f"{escape(key)} = {value}"
+        return f"<div>{escape(key)} = {value}</div>"

@@ -27,8 +27,8 @@ def test_a_port_has_its_text_and_the_value_behind_its_key():
     assert "pick/target = (not set)" in details.html(NODE, "IDLE", "")
     assert write(details, "pick/target", "<cube>")
     html = details.html(NODE, "IDLE", "")
-    assert "<td>{target}</td><td>pick/target = &lt;cube&gt;</td>" in html
-    assert "<td>0.1</td><td></td>" in html
+    assert "<td>{target}<div>pick/target = &lt;cube&gt;</div></td>" in html
+    assert "<td>0.1</td>" in html
     write(details, "pick/target", None)
     assert "(not set)" in details.html(NODE, "IDLE", "")
 
