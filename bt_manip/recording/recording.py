@@ -3,16 +3,17 @@
 import json
 import os
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
+from mcap.data_stream import ReadDataStream
 from mcap.exceptions import EndOfFile, McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, McapRecord, Message, Metadata
-from mcap.stream_reader import MAGIC_SIZE, StreamReader
+from mcap.records import Channel, Chunk, McapRecord, Metadata
+from mcap.stream_reader import MAGIC_SIZE, StreamReader, get_chunk_data_stream
 from mcap.writer import MCAP0_MAGIC
 
 from bt_manip.exceptions import BtManipError, did_you_mean
@@ -23,6 +24,7 @@ from bt_manip.robots import JointLimits
 from bt_manip.runner import RunEvent
 
 _RECORD_HEAD = struct.Struct("<BQ")  # opcode and length
+_MESSAGE_HEAD = struct.Struct("<HIQQ")  # channel, sequence number, two times
 _READ = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA, Opcode.CHUNK)
 
 
@@ -57,7 +59,7 @@ class Recording:
         self.joints: dict[str, list[str]] = {}
         self.limits: dict[str, JointLimits] = {}
         self.end = 0.0
-        for record in self.records():
+        for record in self._read(emit_chunks=True):
             if isinstance(record, Metadata) and record.name == "tree":
                 self.tree_xml = record.metadata["xml"]
             elif isinstance(record, Metadata) and record.name == "run":
@@ -70,8 +72,8 @@ class Recording:
                     self.joints[robot] = limits.pop("joints")
                     if limits:
                         self.limits[robot] = JointLimits(**limits)
-            elif isinstance(record, Message):
-                self.end = max(self.end, record.log_time / 1e9)
+            elif isinstance(record, Chunk):
+                self.end = max(self.end, record.message_end_time / 1e9)
 
     def _repr_html_(self) -> str:
         """Show what identifies the run in a notebook."""
@@ -100,16 +102,12 @@ class Recording:
             if topic not in self.topics:
                 hint = did_you_mean(topic, self.topics)
                 raise BtManipError(f"{self.path} has no topic '{topic}'{hint}")
-        channels: dict[int, Channel] = {}
-        for record in self.records():
-            if isinstance(record, Channel):
-                channels[record.id] = record
-            elif isinstance(record, Message):
-                channel = channels[record.channel_id]
-                if not topics or channel.topic in topics:
-                    is_json = channel.message_encoding == "json"
-                    data = json.loads(record.data) if is_json else record.data
-                    yield record.sequence, record.log_time / 1e9, channel.topic, data
+        channels: dict[int, tuple[str, bool]] = {}  # wanted ones: topic, and whether it is JSON
+        for record in self._read(emit_chunks=True):
+            if isinstance(record, Channel) and (not topics or record.topic in topics):
+                channels[record.id] = record.topic, record.message_encoding == "json"
+            elif isinstance(record, Chunk):
+                yield from _messages_in(record, channels)
 
     def events(self, *only: str) -> Iterator[RunEvent]:
         """Iterate over the events of some kinds, or of all, as an `EventStream` reported them."""
@@ -148,16 +146,20 @@ class Recording:
         return steps | {"free": np.array(free, dtype=bool)}
 
     def records(self) -> Iterator[McapRecord]:
-        """Iterate over the records of the complete chunks."""
+        """Iterate over the library's records of the complete chunks."""
+        return self._read(emit_chunks=False)
+
+    def _read(self, *, emit_chunks: bool) -> Iterator[McapRecord]:
+        """Iterate over the records of complete chunks, or only channels and unpacked chunks."""
         try:
             with self.path.open("rb") as file:
                 if file.read(MAGIC_SIZE) != MCAP0_MAGIC:
                     raise BtManipError(f"{self.path} is no MCAP file")
-                yield from self._scan(file)
+                yield from self._scan(file, emit_chunks)
         except OSError as error:
             raise BtManipError(f"cannot read {self.path}: {error.strerror}") from error
 
-    def _scan(self, file: BinaryIO) -> Iterator[McapRecord]:
+    def _scan(self, file: BinaryIO, emit_chunks: bool) -> Iterator[McapRecord]:
         size = os.fstat(file.fileno()).st_size
         while len(head := file.read(_RECORD_HEAD.size)) == _RECORD_HEAD.size:
             opcode, length = _RECORD_HEAD.unpack(head)
@@ -170,10 +172,48 @@ class Recording:
             if opcode not in _READ:
                 file.seek(length, os.SEEK_CUR)
                 continue
-            record = BytesIO(head + file.read(length))
+            stream = BytesIO(head + file.read(length))
             try:
-                yield from StreamReader(record, skip_magic=True, validate_crcs=True).records
+                reader = StreamReader(
+                    stream, skip_magic=True, emit_chunks=emit_chunks, validate_crcs=True
+                )
+                for record in reader.records:
+                    if isinstance(record, Chunk):
+                        yield from _unpack(record)
+                    yield record
             except EndOfFile:  # this record was the only one
                 pass
             except (McapError, ValueError, RuntimeError, struct.error) as error:
                 raise BtManipError(f"{self.path} is damaged: {error}") from error
+
+
+def _unpack(chunk: Chunk) -> Iterator[Channel]:
+    """Decompress a chunk in place; yield its channels."""
+    stream, size = get_chunk_data_stream(chunk, validate_crc=True)
+    chunk.data, chunk.compression = stream.read(size), ""
+    for opcode, start, end in _records_in(chunk.data):
+        if opcode == Opcode.CHANNEL:
+            yield Channel.read(ReadDataStream(BytesIO(chunk.data[start:end])))
+
+
+def _messages_in(
+    chunk: Chunk, channels: Mapping[int, tuple[str, bool]]
+) -> Iterator[tuple[int, float, str, Any]]:
+    """Iterate over the messages of some channels; a library's object for each takes ten times."""
+    for opcode, start, end in _records_in(chunk.data):
+        if opcode == Opcode.MESSAGE:
+            number, sequence, log_time, _ = _MESSAGE_HEAD.unpack_from(chunk.data, start)
+            if number in channels:
+                topic, is_json = channels[number]
+                data = chunk.data[start + _MESSAGE_HEAD.size : end]
+                yield sequence, log_time / 1e9, topic, json.loads(data) if is_json else data
+
+
+def _records_in(data: bytes) -> Iterator[tuple[int, int, int]]:
+    """Iterate over opcode, start and end of the records of a chunk."""
+    end = 0
+    while end < len(data):
+        opcode, length = _RECORD_HEAD.unpack_from(data, end)
+        start = end + _RECORD_HEAD.size
+        end = start + length
+        yield opcode, start, end

@@ -65,9 +65,19 @@ class Timeline:
         """
         return self._events[self._ends[before] if before >= 0 else 0 : self._ends[index]]
 
-    def joints(self, index: int) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Return positions and references of the joints of each robot in a state [rad].
+    def joints(
+        self, first: int, end: int
+    ) -> tuple[np.ndarray, dict[str, tuple[np.ndarray, np.ndarray]]]:
+        """Return the joints of each robot in the states from one number to another.
 
         In state 0 they are NaN: joints are recorded after control steps.
-        """  # (nq,) each
-        return {robot: (rows[index, 0], rows[index, 1]) for robot, rows in self._joints.items()}
+
+        Args:
+            first: Number of the first state.
+            end: Number of the state after the last one.
+
+        Returns:
+            Simulated times [s], and positions and references by robot [rad].
+        """  # (n,), (n, nq) each
+        rows = {robot: table[first:end] for robot, table in self._joints.items()}
+        return self.scene.times[first:end], {n: (r[:, 0], r[:, 1]) for n, r in rows.items()}

@@ -69,10 +69,12 @@ def test_the_events_between_two_states_lead_from_one_to_the_other(timeline):
 
 def test_joints_are_those_at_the_end_of_each_tick(recorded, timeline):
     _, states = recorded
-    for i, (q, q_ref) in enumerate(states.joints, 1):
-        found = timeline.joints(i)["panda"]
-        np.testing.assert_array_equal(found, (q, q_ref))
-    assert np.isnan(timeline.joints(0)["panda"]).all()
+    times, joints = timeline.joints(1, len(states.joints) + 1)
+    np.testing.assert_array_equal(times, timeline.scene.times[1:])
+    expected = np.array(states.joints)
+    np.testing.assert_array_equal(joints["panda"][0], expected[:, 0])
+    np.testing.assert_array_equal(joints["panda"][1], expected[:, 1])
+    assert np.isnan(timeline.joints(0, 1)[1]["panda"]).all()
 
 
 def test_a_cut_recording_has_the_states_up_to_its_last_complete_chunk(recorded, tmp_path):

@@ -36,19 +36,20 @@ class ErrorPlot(Panel):
 
     def reset(self) -> None:
         """Forget the samples."""
-        self._samples: deque[tuple[float, ...]] = deque(maxlen=SAMPLES)
+        self._samples: deque[tuple[Any, ...]] = deque(maxlen=SAMPLES)
         self._changed, self._next = True, 0.0
 
-    def sample(self, time: float, joints: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> None:
+    def sample(
+        self, times: np.ndarray, joints: Mapping[str, tuple[np.ndarray, np.ndarray]]
+    ) -> None:
         """Sample the errors; the first sample of other robots makes another plot."""
-        if list(joints) != self._names and joints:
+        if list(joints) != self._names:
             self._names = list(joints)
             self._samples.clear()
             self._add_plot()
-        if joints:
-            errors = [float(np.abs(q - q_ref).max()) * 1e3 for q, q_ref in joints.values()]
-            self._samples.append((time, *errors))
-            self._changed = True
+        errors = [1e3 * np.abs(q - q_ref).max(axis=1) for q, q_ref in joints.values()]
+        self._samples.extend(zip(times, *errors, strict=True))
+        self._changed = True
 
     def draw(self) -> None:
         """Send the plot if it has changed and the last one is old enough."""

@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from bt_manip.cell import CellScene
 from bt_manip.runner import EventStream
 
@@ -67,9 +69,10 @@ class Page(ScenePage, EventStream):
         """Update the page if the last update is old enough."""
         super().after_tick()
         robots = self._run.station.robots.values()
-        joints = {one.name: (one.robot.q, one.arm.q) for one in robots}
+        joints = {one.name: (one.robot.q[None], one.arm.q[None]) for one in robots}
+        times = np.array([self._cell.time])
         for panel in self._panels:
-            panel.sample(self._cell.time, joints)
+            panel.sample(times, joints)
             panel.end_tick()
         self._refresh()
 

@@ -48,12 +48,14 @@ class Panel:
     def handle(self, event: RunEvent) -> None:
         """Note an event; drawing comes later."""
 
-    def sample(self, time: float, joints: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> None:
-        """Note the state after a tick, in some microseconds.
+    def sample(
+        self, times: np.ndarray, joints: Mapping[str, tuple[np.ndarray, np.ndarray]]
+    ) -> None:
+        """Note the states after one or several ticks, in some microseconds.
 
         Args:
-            time: Simulated time [s].
-            joints: Positions and references of the joints of each robot [rad].  # (nq,) each
+            times: Simulated times [s].  # (n,)
+            joints: Positions and references of the joints of each robot [rad].  # (n, nq) each
         """
 
     def end_tick(self) -> None:

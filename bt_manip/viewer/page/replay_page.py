@@ -185,10 +185,11 @@ class ReplayPage(ScenePage):
                 panel.reset()
         for event in timeline.events(before, index):
             self._handle(event)
-        for i in range(max(before + 1, index + 1 - SAMPLES, 1), index + 1):  # none in state 0
-            joints = timeline.joints(i)
+        first = max(before + 1, index + 1 - SAMPLES, 1)  # there are no joints in state 0
+        if first <= index:
+            times, joints = timeline.joints(first, index + 1)
             for panel in self._panels:
-                panel.sample(float(timeline.scene.times[i]), joints)
+                panel.sample(times, joints)
         self._index = timeline.scene.index = index
         if self._entities != (present := timeline.scene.entities()):
             self._entities = present
