@@ -37,7 +37,6 @@ class SceneView:
         self._digests: dict[str, str] = {}  # of their shapes: those of another cell may be equal
         self._nodes: dict[str, Any] = {}  # by entity
         self._frames: dict[str, dict[str, Any]] = {}  # by entity and body
-        self._roots: dict[str, str] = {}  # names of the nodes of entities
         self._bound: list[Any] = []
         self._has_camera = False
 
@@ -87,29 +86,26 @@ class SceneView:
             del self._frames[name], self._digests[name]
 
     def _add(self, name: str, bodies: Mapping[str, Sequence[VisualShape]]) -> None:
-        scene = self._server.scene
-        # A new name: one that replaces another at once has been drawn at the old pose.
-        root = self._roots[name] = (
-            f"/{name}" if self._roots.get(name) != f"/{name}" else f"/{name}:"
-        )
+        scene, root = self._server.scene, f"/{name}"
         self._nodes[name] = scene.add_frame(root, show_axes=False)
         frames = self._frames[name] = {}
         for body, shapes in bodies.items():
             # Poses are those in the world: bodies are no children of each other.
             path = f"{root}/{body.replace('/', ':')}"
-            frames[body] = scene.add_frame(path, show_axes=False)
+            # viser unites a removal and a new node of the same name; a page then keeps the old pose
+            # in place of the default one, which is only sent for a node that replaces another.
+            for _ in range(2):
+                frames[body] = scene.add_frame(path, show_axes=False)
             for i, shape in enumerate(shapes):
-                triangles = triangles_of(shape)
+                vertices, faces = triangles_of(shape)
                 *rgb, alpha = shape.rgba
                 scene.add_mesh_simple(
                     f"{path}/shape{i}",
-                    triangles.vertices,
-                    triangles.faces,
+                    _transformed(vertices, shape),
+                    faces,
                     color=tuple(round(255 * part) for part in rgb),
                     opacity=None if alpha >= 1.0 else alpha,
                     flat_shading=shape.kind in ("box", "cylinder"),
-                    position=shape.position,
-                    wxyz=shape.quat_wxyz,
                 )
 
     def _aim(self, source: SceneSource) -> None:
@@ -136,6 +132,13 @@ def _line_of_sight(camera: SceneCamera, source: SceneSource) -> tuple[np.ndarray
     mujoco.mju_rotVecQuat(forward, np.array([0.0, 0.0, -1.0]), quat)
     depth = float(forward @ (source.centre - position))
     return position, position + (depth if depth > 0.0 else 1.0) * forward
+
+
+def _transformed(vertices: np.ndarray, shape: VisualShape) -> np.ndarray:
+    """Return vertices of a shape in the frame of its body."""  # (n, 3)
+    R = np.zeros(9)
+    mujoco.mju_quat2Mat(R, shape.quat_wxyz)
+    return vertices @ R.reshape(3, 3).T + shape.position
 
 
 def triangles_of(shape: VisualShape) -> Triangles:

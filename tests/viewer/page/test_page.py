@@ -3,10 +3,12 @@
 import threading
 import time
 
+import mujoco
 import pytest
 
 from bt_manip.behaviours import MoveHome, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
+from bt_manip.cell import CellScene
 from bt_manip.recording import Recorder
 from bt_manip.runner import RunObserver
 
@@ -69,16 +71,25 @@ def test_an_object_adds_and_removes_only_its_own_nodes(make_run, page, connect):
     assert removed and all(name.startswith("/cube") for name in removed)
 
 
-def test_an_object_that_returns_gets_a_new_node(make_run, page):
-    """A node that replaced one of the same name has been drawn at the old pose."""
-    roots = []
+MOVABLE = """
+<mujoco><worldbody>
+  <body name="thing/"><freejoint/><geom type="box" size=".1 .1 .1" pos="0 0 1"/></body>
+</worldbody></mujoco>"""
 
-    class Look(RunObserver):
-        def after_tick(self):
-            roots.append(page._scene._roots.get("cube"))
 
-    make_run(picking(), cycles=2).execute([page, Look()])
-    assert list(dict.fromkeys(roots)) == ["/cube", "/cube:"]
+def test_a_node_that_replaces_another_of_its_name_is_sent_with_its_pose(page, connect):
+    """A page that gets both at once would else keep the old pose where the new one is default."""
+    model = mujoco.MjModel.from_xml_string(MOVABLE)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    client = connect()
+    for number in range(2):
+        page._scene.bind(CellScene(model, data, {"thing": number}))
+    messages = [m for m in client.read() if m.get("name") == "/thing/thing"]
+    (created,) = {m["type"] for m in messages} & {"FrameMessage"}
+    after = messages[max(i for i, m in enumerate(messages) if m["type"] == created) :]
+    assert of_type(after, "SetPositionMessage")[-1]["position"] == [0.0, 0.0, 0.0]
+    assert of_type(after, "SetOrientationMessage")[-1]["wxyz"] == [1.0, 0.0, 0.0, 0.0]
 
 
 def test_log_and_blackboard_are_shown_and_escaped(make_run, page, connect):
