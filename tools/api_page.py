@@ -87,7 +87,7 @@ EXPERIMENTAL = {
     "bt_manip.control": "ControllerManager",
     "bt_manip.recording": (
         "Recorder RunReport Trace read_report read_trace McapRecorder Recording RecordingError "
-        "VideoRecorder write_csv write_parquet write_mcap write_video "
+        "RecordedScene VideoRecorder write_csv write_parquet write_mcap write_video "
         "Continuation RecordedInterventions restore_snapshot"
     ),
     "bt_manip.runner": "EventStream EventQueue RunEvent TreeSource Interventions",

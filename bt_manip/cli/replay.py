@@ -64,6 +64,8 @@ def replay(
     from bt_manip.recording import Recording
 
     opened = Recording(recording)
+    if start is not None and start > opened.end:
+        raise BtManipError(f"{recording} ends at {opened.end:.3f} s, before {start:g} s")
     from bt_manip.cli.run_observers import page_panels
     from bt_manip.viewer import ReplayPage
 

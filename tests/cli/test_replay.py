@@ -53,6 +53,8 @@ def test_bad_input_is_one_line(bt_manip, recording, tmp_path):
         assert (code, out) == (2, "")
         assert re.fullmatch(f"Error: .*{message}\n", err)
     assert bt_manip("replay", recording, "--speed", "0").code == 2
+    late = bt_manip("replay", recording, "--from", "9")
+    assert (late.code, late.err) == (2, f"Error: {recording} ends at 0.060 s, before 9 s\n")
 
 
 def test_the_page_is_served_until_ctrl_c(recording):
