@@ -213,7 +213,8 @@ class McapRecorder(EventStream):
         """
         if self._file is None:
             return
-        poses, self._poses = self._poses, []
+        poses = self._poses[:]  # the thread of the run may add one meanwhile
+        del self._poses[: len(poses)]
         if poses and self._scene is not None:
             frames = self._scene.movable_frames
             messages = [frames(nanoseconds(time), copy) for time, _, copy in poses]
@@ -363,7 +364,8 @@ class RobotChannel:
         n = len(self._times)  # another thread may add a step meanwhile
         self._file.add_all(self._joints, np.array(self._times[:n]), self._steps[:n])
         del self._times[:n], self._steps[:n]
-        ticks, self._ticks = self._ticks, []
+        ticks = self._ticks[:]
+        del self._ticks[: len(ticks)]
         if not ticks:
             return
         wrenches = tool_wrenches(np.frombuffer(b"".join(wrist for _, wrist, _ in ticks)))

@@ -465,3 +465,16 @@ def test_mesh_and_primitive_geoms_keep_their_sizes(parts):
     assert sorted(round(end.pose.position.y, 6) for end in ends) == [-0.2, 0.2]
     (floor,) = SceneUpdate.FromString(scene.geometry("world", 0)).entities
     assert floor.frame_id == "world" and floor.cubes[0].size.x == 10.0
+
+
+def test_no_pose_is_lost_when_a_chunk_is_written_meanwhile(make_run, tmp_path, monkeypatch):
+    copy = SceneMessages.copy_poses
+
+    def copy_while_another_thread_writes(scene):
+        recorder._encode()
+        return copy(scene)
+
+    monkeypatch.setattr(SceneMessages, "copy_poses", copy_while_another_thread_writes)
+    recorder = McapRecorder(tmp_path / "run.mcap")
+    make_run(Sleep(msec=50)).execute([recorder])
+    assert len(list(Recording(tmp_path / "run.mcap").messages("/tf"))) == 7
