@@ -82,13 +82,15 @@ class SessionPanel(Panel):
         self._message.content = f'<div style="{style}">{escape(message)}</div>' if message else ""
 
     def start(self, run: Any) -> None:
-        """Hide the choice."""
+        """Show what runs in place of the choice."""
         self._folder.visible = False
-        self.tell("")
+        request = run.request
+        self.tell(f"{request.robot} in {request.scene}, seed {request.seed}")
 
     def begin_idle(self, station: Any) -> None:
         """Show the choice."""
         self._folder.visible = True
+        self.tell("")
 
     # Callbacks
 
