@@ -60,7 +60,7 @@ def execute_on_page(options: RunOptions, interrupt: Interrupt, *, run: bool) -> 
                 code = session.run(options, None)
             else:
                 session.prepare()
-            if not interrupt.requested:
+            if session.is_open and not interrupt.requested:
                 session.serve()
                 if run:
                     interrupt.exit_code = 0  # the run itself was over
@@ -141,6 +141,11 @@ class PageSession:
                 pacing.start(self._time)
             self._idle_tick()
             pacing.wait(self._time)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether there is a page: a first run that ends before it begins opens none."""
+        return self._page is not None
 
     def close(self) -> None:
         """Stop the server."""

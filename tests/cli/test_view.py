@@ -90,3 +90,14 @@ def test_ctrl_c_ends_the_page_without_a_run(until):
 def test_a_mistyped_tree_is_bad_input(bt_manip):
     done = bt_manip("view", "pick_plaze")
     assert done.code == 2 and "did you mean 'pick_place'" in done.err
+
+
+def test_a_tree_that_raises_at_its_setup_opens_no_page(bt_manip, tmp_path):
+    tree = tmp_path / "unready.py"
+    tree.write_text(
+        "from bt_manip.bt import Sleep\n\n\nclass Unready(Sleep):\n"
+        "    def setup(self, **infrastructure):\n        raise ValueError('not ready')\n\n\n"
+        "def unready():\n    return Unready(msec=10)\n"
+    )
+    done = bt_manip("run", f"{tree}:unready", "--view")
+    assert done.code == 3 and "not ready" in done.err and "http" not in done.out

@@ -104,7 +104,7 @@ class JogPanel(Panel):
 
     def _tell(self, message: str, *, error: bool = False) -> None:
         colour = "#c92a2a" if error else "inherit"
-        style = f"color:{colour};padding:0 0.8em;overflow-wrap:anywhere"
+        style = f"color:{colour};font-size:0.85em;padding:0 0.8em;overflow-wrap:anywhere"
         self._message.content = f'<div style="{style}">{escape(message)}</div>' if message else ""
 
 

@@ -41,7 +41,12 @@ class PathPanel(Panel):
 
     def start(self, run: Any) -> None:
         """Copy the models of the arms."""
-        self._robots = dict(run.station.robots)
+        self.begin_idle(run.station)
+
+    def begin_idle(self, station: Any) -> None:
+        """Draw the paths of jogging, too."""
+        self.reset()
+        self._robots = dict(station.robots)
         self._models = {name: robot.arm.model.copy() for name, robot in self._robots.items()}
 
     def reset(self) -> None:

@@ -56,6 +56,11 @@ class PullPanel(Panel):
         """Prepare to pull objects of the run's cell."""
         self._run, self._pulled = run, None
 
+    def begin_idle(self, station: Any) -> None:
+        """Remove the handle: pulls are interventions in a run."""
+        self._run = None
+        self._remove()
+
     def reset(self) -> None:
         """Let go and remove the handle."""
         self._target, self._has_new_objects = None, True

@@ -78,7 +78,7 @@ class SessionPanel(Panel):
     def tell(self, message: str, *, error: bool = False) -> None:
         """Show one message below the choice; an empty one removes it."""
         colour = "#c92a2a" if error else "inherit"
-        style = f"color:{colour};padding:0 0.8em;overflow-wrap:anywhere;white-space:pre-wrap"
+        style = f"color:{colour};font-size:0.85em;padding:0 0.8em;overflow-wrap:anywhere;white-space:pre-wrap"
         self._message.content = f'<div style="{style}">{escape(message)}</div>' if message else ""
 
     def start(self, run: Any) -> None:
