@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
-from html import escape
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from bt_manip import spatial
 from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.planning import PlanningProblem, PlanningResult
 
-from .panel import Panel
+from .panel import Panel, message_html
 
 JOG_SPEED = 0.25
 """Speed of jogging, as a fraction of what the limits allow."""
@@ -103,9 +102,7 @@ class JogPanel(Panel):
             robot.set_active(active)
 
     def _tell(self, message: str, *, error: bool = False) -> None:
-        colour = "#c92a2a" if error else "inherit"
-        style = f"color:{colour};font-size:0.85em;padding:0 0.8em;overflow-wrap:anywhere"
-        self._message.content = f'<div style="{style}">{escape(message)}</div>' if message else ""
+        self._message.content = message_html(message, error=error)
 
 
 class _RobotJog:

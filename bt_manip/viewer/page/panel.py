@@ -1,6 +1,7 @@
 """The interface of the panels of the page."""
 
 from collections.abc import Mapping
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -63,3 +64,10 @@ class Panel:
 
     def draw(self) -> None:
         """Send what has changed to the open pages; called at most ten times a second."""
+
+
+def message_html(message: str, *, error: bool = False) -> str:
+    """Return a message as HTML; empty where there is none."""
+    colour = "#c92a2a" if error else "inherit"
+    style = f"color:{colour};font-size:0.85em;padding:0 0.8em;overflow-wrap:anywhere"
+    return message and f'<div style="{style};white-space:pre-wrap">{escape(message)}</div>'

@@ -2,10 +2,9 @@
 
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from html import escape
 from typing import Any, NamedTuple
 
-from .panel import Panel
+from .panel import Panel, message_html
 
 
 class RunChoice(NamedTuple):
@@ -77,9 +76,7 @@ class SessionPanel(Panel):
 
     def tell(self, message: str, *, error: bool = False) -> None:
         """Show one message below the choice; an empty one removes it."""
-        colour = "#c92a2a" if error else "inherit"
-        style = f"color:{colour};font-size:0.85em;padding:0 0.8em;overflow-wrap:anywhere;white-space:pre-wrap"
-        self._message.content = f'<div style="{style}">{escape(message)}</div>' if message else ""
+        self._message.content = message_html(message, error=error)
 
     def start(self, run: Any) -> None:
         """Show what runs in place of the choice."""
