@@ -172,7 +172,7 @@ class RecordedRun:
             steps["free"],
             use,
             np.array(ticks),
-            np.array(forces).reshape(len(forces), -1),
+            np.array(forces) if forces else np.zeros((0, 0)),
             np.array(scales),
         )
 

@@ -52,7 +52,7 @@ th{text-align:left;color:#868e96;font-weight:500}
 td,th{padding:.25rem .8rem .25rem 0;border-bottom:1px solid #f1f3f5;vertical-align:top;
 overflow-wrap:break-word}
 .narrow{color:#868e96;font-size:.85rem}
-.rows{max-height:520px;overflow:auto}
+.rows{max-height:900px;overflow:auto}
 .plot{display:flex}.plot>div:last-child{flex:1;min-width:0}
 .names{flex:none;padding-top:5px;font-size:12px}
 .names div{line-height:20px;box-sizing:border-box;white-space:nowrap;overflow:hidden;

@@ -50,10 +50,13 @@ def merge(rows: Iterable[list[Interval]], bars: int = BARS) -> tuple[list[list[I
 
 def _join(row: list[Interval], gap: float) -> list[Interval]:
     joined: list[Interval] = []
+    last: dict[str, int] = {}  # of each status, in `joined`
     for one in row:
-        last = joined[-1] if joined else None
-        if last is not None and last.status == one.status and one.start - last.end <= gap:
-            joined[-1] = last._replace(end=max(last.end, one.end), reason=last.reason or one.reason)
+        i = last.get(one.status)
+        if i is not None and one.start - joined[i].end <= gap:
+            end, reason = max(joined[i].end, one.end), joined[i].reason or one.reason
+            joined[i] = joined[i]._replace(end=end, reason=reason)
         else:
+            last[one.status] = len(joined)
             joined.append(one)
     return joined
