@@ -1,5 +1,6 @@
 """What all tests share: how mujoco draws, and where the models of others are."""
 
+import gc
 import os
 import subprocess
 import sys
@@ -11,6 +12,12 @@ pytest_plugins = ["tests.robot_fixtures", "tests.run_fixtures"]
 
 _REPOSITORY = Path(__file__).resolve().parent.parent
 _PROBE = "import mujoco as m; m.Renderer(m.MjModel.from_xml_string('<mujoco/>'), 16, 16).close()"
+
+
+def pytest_collection_finish() -> None:
+    """Spare the garbage collector the modules and tests: its passes over them take time."""
+    gc.collect()
+    gc.freeze()
 
 
 def _draws(backend: str) -> bool:

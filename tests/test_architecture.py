@@ -136,6 +136,14 @@ def imports_of(path: Path, importer: str) -> Iterator[Import]:
 
 
 @cache
+def imports_by_module() -> dict[str, list[Import]]:
+    found = defaultdict(list)
+    for one in imports():
+        found[one.importer].append(one)
+    return found
+
+
+@cache
 def imports() -> tuple[Import, ...]:
     return tuple(found for name, path in modules().items() for found in imports_of(path, name))
 
@@ -155,8 +163,8 @@ def test_a_module_imports_only_from_layers_below(name):
     top = top_of(name)
     if top in BESIDE:
         return
-    for found in imports():
-        if found.importer != name or (other := top_of(found.module)) == top:
+    for found in imports_by_module().get(name, ()):
+        if (other := top_of(found.module)) == top:
             continue
         if other == "__init__" and found.name in ("hookimpl", "__version__", "lazy_exports"):
             continue

@@ -13,7 +13,7 @@ from bt_manip.cell import Cell, CellError
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomization, Randomizer, SceneObject, parse_variation
 from bt_manip.cell.randomization.variations import sample, stream
-from bt_manip.runner import Fixture, build_station, table_and_basket
+from bt_manip.runner import build_station, table_and_basket
 from bt_manip.spatial import pose
 
 SCENE = {
@@ -26,19 +26,26 @@ SCENE = {
 class Varied:
     """A cell with some things, and what varies them."""
 
-    def __init__(self, parts, seed: int = 0, **lines) -> None:
-        self.cell, self.catalogue = Cell(), Catalogue(parts.objects)
+    def __init__(self, parts, seed: int = 0, scene=SCENE, **lines) -> None:
+        self.cell, self.catalogue, self.scene = Cell(), Catalogue(parts.objects), scene
         with self.cell.editing():
-            for name, stand in SCENE.items():
+            for name, stand in scene.items():
                 entity = self.catalogue.create(stand.model, **stand.parameters)
                 self.cell.add(entity, stand.T_wo, name=name, free=stand.free)
         self.randomizer = Randomizer(
-            Randomization(**lines), self.cell, self.catalogue, seed=seed, scene_objects=SCENE
+            Randomization(**lines), self.cell, self.catalogue, seed=seed, scene_objects=scene
         )
 
     def begin(self, cycle: int) -> dict:
         self.randomizer.begin(cycle)
         return self.randomizer.sampled
+
+
+@pytest.fixture(scope="module", params=["present", "added later"])
+def unvaried(request, parts) -> Varied:
+    """A cell with or without a cube."""
+    left_out = "" if request.param == "present" else "cube"
+    return Varied(parts, scene={name: one for name, one in SCENE.items() if name != left_out})
 
 
 MASS = {"mass": distributions.Uniform(0.05, 0.3)}
@@ -312,14 +319,22 @@ def test_what_is_no_variation_is_refused(data, message):
     ],
     ids=str,
 )
-@pytest.mark.parametrize("present", [True, False], ids=["present", "added later"])
-def test_what_could_be_drawn_is_checked_before_the_first_cycle(parts, varied, message, present):
+def test_what_could_be_drawn_is_checked_before_the_first_cycle(unvaried, varied, message):
     lines = {"cube": {key: parse_variation(data) for key, data in varied.items()}}
-    cube = Fixture("cube", "cube", pose((0.4, 0.0, 1.2)), free=True)
-    scene = table_and_basket()
-    fixtures = (*scene.fixtures, cube) if present else scene.fixtures
-    scene = replace(scene, fixtures=fixtures, randomization=Randomization(objects=lines))
     with pytest.raises(CellError, match=message):
+        Randomizer(
+            Randomization(objects=lines),
+            unvaried.cell,
+            unvaried.catalogue,
+            seed=0,
+            scene_objects=unvaried.scene,
+        )
+
+
+def test_no_station_is_built_where_something_impossible_could_be_drawn(parts):
+    lines = {"cube": {"mass": parse_variation({"uniform": [-1, 1]})}}
+    scene = replace(table_and_basket(), randomization=Randomization(objects=lines))
+    with pytest.raises(CellError, match="mass .* positive number"):
         build_station(parts, scene=scene)
 
 

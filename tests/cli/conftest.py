@@ -1,5 +1,6 @@
 """The command line, run inside the test's own process, and trees that are over at once."""
 
+import importlib
 import os
 import pty
 import select
@@ -16,6 +17,7 @@ import pytest
 
 from bt_manip.cli.app import run_app
 from bt_manip.cli.interrupt import Interrupt
+from tests.cli.station_pool import StationPool
 
 TREES = """
     from bt_manip.behaviours import ObjectExists
@@ -58,6 +60,20 @@ def hang_up_is_not_ignored() -> Iterator[None]:
     before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
     yield
     signal.signal(signal.SIGHUP, before)
+
+
+@pytest.fixture(scope="session")
+def station_pool() -> StationPool:
+    return StationPool()
+
+
+@pytest.fixture(autouse=True)
+def stations_of_before(station_pool: StationPool, monkeypatch) -> Iterator[None]:
+    """Let commands run in the stations of the tests before: building one takes most of the time."""
+    prepare = importlib.import_module("bt_manip.runner.prepare")  # the name is also a function's
+    monkeypatch.setattr(prepare, "build_station", station_pool.build)
+    yield
+    station_pool.release()
 
 
 class Outcome(NamedTuple):

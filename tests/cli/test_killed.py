@@ -94,12 +94,11 @@ def check(lines: Killed, json: Killed) -> None:
         assert t[-1] > each.ended[-1][1] - BUFFERED
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
-def test_a_killed_run_leaves_the_cycles_that_had_ended(killed, seed):
-    check(*killed(seed))
+def test_a_killed_run_leaves_the_cycles_that_had_ended(killed):
+    check(*killed(0))
 
 
 @pytest.mark.soak
-@pytest.mark.parametrize("seed", range(3, 50))
+@pytest.mark.parametrize("seed", range(1, 50))
 def test_a_run_killed_at_any_moment_leaves_the_cycles_that_had_ended(killed, seed):
     check(*killed(seed))

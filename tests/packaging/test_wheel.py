@@ -91,6 +91,7 @@ def test_two_robots_pick_from_the_wheel_too(elsewhere, tmp_path):
     assert cycle["placed"] is True and cycle["unexpected_contacts"] == []
 
 
+@pytest.mark.soak
 def test_the_same_seed_is_the_same_run_in_two_processes(elsewhere, tmp_path):
     """One process runs the wheel, the other the sources."""
     command = ("bt-manip", "run", "pick_place", "--seed", "3", "--quiet", "--report")

@@ -179,12 +179,11 @@ def check(built, seed):
         assert figures.picked == tuple(one[0] for one in expected if one[1] == robot)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_the_report_names_what_was_gripped_and_where_it_ended(built, seed):
-    check(built, seed)
+def test_the_report_names_what_was_gripped_and_where_it_ended(built):
+    check(built, 0)
 
 
 @pytest.mark.soak
-@pytest.mark.parametrize("seed", range(3, 50))
+@pytest.mark.parametrize("seed", range(1, 50))
 def test_the_report_names_what_was_gripped_in_many_arrangements(built, seed):
     check(built, seed)

@@ -94,15 +94,15 @@ def check_snapshots(folder: Path, count: int) -> None:
 
 
 def test_damaged_scenes_are_refused_or_read(parts, tmp_path):
-    check_scenes(parts, tmp_path, 150, built=False)
+    check_scenes(parts, tmp_path, 80, built=False)
 
 
 def test_damaged_robots_are_refused_or_made(tmp_path):
-    check_robots(tmp_path, 100, "post.toml", 4)
+    check_robots(tmp_path, 50, "post.toml", 4)
 
 
 def test_damaged_models_are_refused_or_made(tmp_path):
-    check_robots(tmp_path, 60, "post.xml", 8)
+    check_robots(tmp_path, 30, "post.xml", 8)
 
 
 def test_damaged_snapshots_are_refused(tmp_path):

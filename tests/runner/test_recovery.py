@@ -39,15 +39,20 @@ def disturbed(parts: Parts):
     "fault",
     [
         "move at=Hover after=0.3",
-        "knock at=Reach after=0.3",
         "knock at=Lift after=0.3",
-        "knock at=Drop after=0.3",
-        "move at=Grasp after=0.2",
-        "push at=Hover force=100 duration=2",
         "push at=Drop after=0.2 force=100 duration=2",
-        "obstacle at=Hover",
         "obstacle at=Drop after=0.1",
         "stuck_finger at=Grasp duration=1",
+        *(
+            pytest.param(fault, marks=pytest.mark.soak)  # the same faults in other phases
+            for fault in (
+                "knock at=Reach after=0.3",
+                "knock at=Drop after=0.3",
+                "move at=Grasp after=0.2",
+                "push at=Hover force=100 duration=2",
+                "obstacle at=Hover",
+            )
+        ),
     ],
 )
 def test_the_cube_is_placed_in_spite_of_a_fault(disturbed, fault):

@@ -39,10 +39,14 @@ def place(parts, tmp_path):
     return go
 
 
-@pytest.mark.parametrize(
-    ("mass", "friction"), [(0.057, 0.05), (0.057, 0.2), (0.057, 1.0), (1.0, 0.2), (1.0, 1.0)]
-)
+@pytest.mark.parametrize(("mass", "friction"), [(0.057, 0.05), (1.0, 0.2)])
 def test_cubes_with_enough_friction_are_placed(place, mass, friction):
+    assert place(mass, friction).status == "SUCCESS"
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize(("mass", "friction"), [(0.057, 0.2), (0.057, 1.0), (1.0, 1.0)])
+def test_cubes_with_more_friction_are_placed(place, mass, friction):
     assert place(mass, friction).status == "SUCCESS"
 
 

@@ -1,0 +1,86 @@
+"""Stations of the bundled scenes that the commands of one test after another run in."""
+
+from collections.abc import Callable
+from typing import Any
+
+from bt_manip.cell.randomization import Randomization
+from bt_manip.models import is_address
+from bt_manip.plugins import BUILTIN
+from bt_manip.registry import Parts, Registry
+from bt_manip.runner import Scene, Station, build_station, table_and_basket
+
+KINDS = "objects", "robots", "grippers", "controllers", "planners", "model_sources"
+"""Kinds of parts that a station consists of."""
+
+MOST = 6
+"""Number of stations that are kept."""
+
+
+class StationPool:
+    """Builds stations, and hands them out again as they were built."""
+
+    def __init__(self) -> None:
+        self._kept: list[tuple[Any, Parts, Station, dict[str, Any], Callable[[], None]]] = []
+        self._used: list[Station] = []
+
+    def build(self, parts: Parts, *, scene: Scene | None = None, **options: Any) -> Station:
+        """Return what `build_station` returns, whose arguments these are."""
+        scene = scene or table_and_basket()
+        key = self._key(parts, scene, options)
+        for kept in self._kept:
+            known, _, station, start, reset = kept
+            if known == key and not any(station is one for one in self._used):
+                self._used.append(station)
+                self._kept.remove(kept)
+                self._kept.insert(0, kept)
+                reset()
+                station.set_state(start)
+                return station
+        station = build_station(parts, scene=scene, **options)
+        if key is not None:
+            self._used.append(station)
+            kept = (key, parts, station, station.get_state(), _resetter(station))
+            self._kept = [kept, *self._kept[: MOST - 1]]
+        return station
+
+    def release(self) -> None:
+        """Take all stations back."""
+        self._used.clear()
+
+    def _key(self, parts: Parts, scene: Scene, options: dict[str, Any]) -> Any:
+        """Return what tells stations apart; None for files, which may change."""
+        files = [options["robot"], *(fixture.model for fixture in scene.fixtures)]
+        if scene.source or scene.randomization != Randomization() or any(map(_is_file, files)):
+            return None
+        items = [
+            (kind, name, _identity(getattr(parts, kind), name))
+            for kind in KINDS
+            for name in getattr(parts, kind).names()
+        ]
+        named = {name: value for name, value in options.items() if name != "catalogue"}
+        return items, repr(scene), named
+
+
+def _identity(registry: Registry[Any], name: str) -> Any:
+    """Return what tells a part from others of its name, as long as the parts are kept."""
+    item = registry.get(name)
+    if registry.owner(name) == BUILTIN:
+        return BUILTIN
+    return id(item) if callable(item) else repr(item)
+
+
+def _is_file(name: str) -> bool:
+    return is_address(name) or name.endswith(".toml")
+
+
+def _resetter(station: Station) -> Callable[[], None]:
+    """Return a function that resets what is no part of the station's state."""
+    configurations = {name: dict(one.robot.configurations) for name, one in station.robots.items()}
+
+    def reset() -> None:
+        station.cell.before_remove.clear()
+        station.cell.contact_changed.clear()
+        for name, one in station.robots.items():
+            one.robot.configurations = dict(configurations[name])
+
+    return reset
