@@ -34,6 +34,7 @@ class TreePanel(Panel):
         self._view, self._details = TreeView(), NodeDetails()
         self._changed = self._has_new_tree = False
         self._problems: Iterable[str] = ()
+        self._problem_html = gui.add_html("")
         self._search = gui.add_text("Search", "", hint="Part of a node's name or kind")
         self._follow = gui.add_checkbox(
             "Follow", True, hint="Open the sub-trees of a large tree that run or have failed"
@@ -54,7 +55,6 @@ class TreePanel(Panel):
             group.on_click(lambda event: self._buttons.append(event.target.value))
         self._chosen_html = gui.add_html("")
         self._breakpoints = BreakpointList(gui, page.controls)
-        self._problem_html = gui.add_html("")
         self._html = gui.add_html("")
 
     def reset(self) -> None:
