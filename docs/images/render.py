@@ -2,8 +2,9 @@
 
     python docs/images/render.py [FOLDER]
 
-The animation alone is ``bt-manip run pick_place --seed 3 --record "pick_place.gif ..."``. Where
-there is no display, MUJOCO_GL=egl or MUJOCO_GL=osmesa says what to draw with.
+The animation is that of ``bt-manip run pick_place --seed 3 --record "pick_place.gif size=800x500
+fps=12.5 overlay=yes"``. Where there is no display, MUJOCO_GL=egl or MUJOCO_GL=osmesa says what to
+draw with.
 """
 
 import sys
@@ -11,22 +12,25 @@ from pathlib import Path
 
 import numpy as np
 
-from bt_manip.cli.app import run_app
-from bt_manip.cli.interrupt import Interrupt
 from bt_manip.models import bundled_path
 from bt_manip.plugins import load_plugins
-from bt_manip.runner import RunRequest, Station, find_tree, prepare
+from bt_manip.recording import VideoRecorder
+from bt_manip.runner import Run, RunRequest, Station, find_tree, prepare
 from bt_manip.viewer import NoOpenGLError, render, write_png
 
 HERE = Path(__file__).resolve().parent
 SEED = 3  # the cube lies on the near side, and its shadow falls on the table
-ANIMATION = "size=800x500 fps=12.5 overlay=yes"
+
+
+def pick_place(seed: int = SEED) -> Run:
+    """Prepare a run of the tree."""
+    tree = find_tree(str(bundled_path("pick_place.xml", "trees")), {})
+    return prepare(RunRequest(tree, seed=seed), load_plugins().parts)
 
 
 def pick_place_in_the_middle(seed: int = SEED) -> Station:
     """Run pick_place until the cube is on its way, a hand's breadth from the basket's rim."""
-    tree = find_tree(str(bundled_path("pick_place.xml", "trees")), {})
-    run = prepare(RunRequest(tree, seed=seed), load_plugins().parts)
+    run = pick_place(seed)
     cell, gripper = run.station.cell, run.station.gripper
 
     def on_its_way() -> bool:
@@ -48,8 +52,8 @@ def main() -> None:
     except NoOpenGLError as error:
         sys.exit(f"Error: {error}")
     write_png(file, picture)
-    record = f"{animation} {ANIMATION}"
-    run_app(Interrupt(), ["run", "pick_place", "--seed", str(SEED), "--quiet", "--record", record])
+    recorder = VideoRecorder(animation, size="800x500", fps=12.5, overlay=True)
+    pick_place().execute([recorder])
     for one in (file, animation):
         print(f"{one}: {one.stat().st_size / 1000:.0f} kB")
 
