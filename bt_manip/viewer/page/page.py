@@ -10,7 +10,7 @@ from bt_manip.runner import EventStream
 
 from .controls import Controls
 from .scene_page import MakePanel, ScenePage
-from .server import PORT
+from .server import PORT, is_open
 
 
 class Page(ScenePage, EventStream):
@@ -66,7 +66,7 @@ class Page(ScenePage, EventStream):
             self.controls.wait(self._refresh)
 
     def after_tick(self) -> None:
-        """Update the page if the last update is old enough."""
+        """Update the page if it is open and the last update is old enough."""
         super().after_tick()
         robots = self._run.station.robots.values()
         joints = {one.name: (one.robot.q[None], one.arm.q[None]) for one in robots}
@@ -74,7 +74,8 @@ class Page(ScenePage, EventStream):
         for panel in self._panels:
             panel.sample(times, joints)
             panel.end_tick()
-        self._refresh()
+        if is_open(self.server):
+            self._refresh()
 
     def run_ended(self) -> None:
         """Show the last state."""

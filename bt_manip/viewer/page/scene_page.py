@@ -9,13 +9,19 @@ from bt_manip.runner import RunEvent
 from .controls import Controls
 from .panel import Panel
 from .scene import SceneView
-from .server import HOST, close_server, open_server
+from .server import HOST, close_server, open_server, processor_time
 
 POSE_PERIOD = 1.0 / 20.0
 """Wall time between two updates of the poses [s]."""
 
 PANEL_PERIOD = 1.0 / 10.0
 """Wall time between two updates of the panels [s]."""
+
+SHARE = 0.04
+"""Largest share of wall time that updates take: more pages get fewer of them."""
+
+LONGEST_PERIOD = 2.0
+"""Longest wall time between two updates [s]."""
 
 WIDTH = 380
 """Width of the panels on the left and on the right [pixels]."""
@@ -52,7 +58,7 @@ class ScenePage:
         server.gui.main_panel.set_width(WIDTH)
         self.controls = make_controls(server.gui)
         self._panels: list[Panel] = [self.controls, *self._make(panels)]
-        self._next_poses = self._next_panels = 0.0
+        self._next = self._next_panels = self._served = 0.0
 
     def close(self) -> None:
         """Stop the server."""
@@ -89,10 +95,15 @@ class ScenePage:
     def _refresh(self, *, now: bool = False) -> None:
         """Update scene and panels where the last update is old enough."""
         time_now = time.perf_counter()
-        if now or time_now >= self._next_poses:
-            self._next_poses = time_now + POSE_PERIOD
+        if not now and time_now < self._next:
+            return
+        start = time.thread_time()
+        with self.server.atomic():  # wakes the server's thread once
             self._scene.update()
-        if now or time_now >= self._next_panels:
-            self._next_panels = time_now + PANEL_PERIOD
-            for panel in self._panels:
-                panel.draw()
+            if now or time_now >= self._next_panels:
+                self._next_panels = time_now + PANEL_PERIOD
+                for panel in self._panels:
+                    panel.draw()
+        served, self._served = self._served, processor_time(self.server)
+        used = time.thread_time() - start + self._served - served
+        self._next = time_now + max(POSE_PERIOD, min(used / SHARE, LONGEST_PERIOD))
