@@ -26,6 +26,7 @@ class Client:
             additional_headers=headers,
             max_size=None,
             compression=None,
+            max_queue=None,
         )
 
     def read(self, quiet: float = 0.5) -> list[dict[str, Any]]:
