@@ -1,5 +1,6 @@
 """The page of the command line: runs that are chosen on it, and the cell between them."""
 
+import contextlib
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -61,7 +62,8 @@ def execute_on_page(options: RunOptions, interrupt: Interrupt, *, run: bool) -> 
             else:
                 session.prepare()
             if session.is_open and not interrupt.requested:
-                session.serve()
+                with contextlib.suppress(KeyboardInterrupt):  # while a cell is built
+                    session.serve()
                 if run:
                     interrupt.exit_code = 0  # the run itself was over
         except KeyboardInterrupt:

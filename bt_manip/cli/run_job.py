@@ -423,16 +423,19 @@ def make_request(
         seed=seed,
         tick=options.tick_ms / 1e3,
         settings=options.settings,
-        configurations=_configurations(options.configurations),
+        configurations=_configurations(options),
         **watched,
     )
 
 
-def _configurations(path: Path | None) -> "Mapping[str, Configuration]":
-    """Return the named configurations of ``--configurations``."""
+def _configurations(options: RunOptions) -> "Mapping[str, Configuration]":
+    """Return the named configurations; the page can save some in a file that is not there yet."""
     from bt_manip.robots import load_configurations
 
-    return {} if path is None else load_configurations(path)
+    path = options.configurations
+    if path is None or (options.view and not path.exists()):
+        return {}
+    return load_configurations(path)
 
 
 def _check_files(options: RunOptions) -> None:

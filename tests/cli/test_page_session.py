@@ -1,6 +1,7 @@
 """Runs that are chosen on the page are the runs of the command line."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -161,6 +162,16 @@ def test_a_saved_configuration_can_be_named_by_the_next_tree(session, serve, tmp
     assert session.last.report.status == "SUCCESS"
     assert session._station.robot.q[0] == pytest.approx(0.4, abs=2e-3)
     assert bt_manip("run", tree, "--configurations", SAVED).code == 0
+
+
+def test_configurations_can_be_saved_in_a_new_file(session, serve, tree, tmp_path):
+    file = tmp_path / "new.toml"
+    session._options = replace(session._options, configurations=file)
+    serve(("run", choice(tree)))
+    assert session.last.report.status == "SUCCESS"
+    robot = session._jog._robots[0]
+    serve(lambda: robot.requests.update(save=lambda: robot._save_as("here")))
+    assert "here = [" in file.read_text()
 
 
 def test_a_cell_that_raises_stands_still_until_the_next_request(session, serve, tree, monkeypatch):
