@@ -73,3 +73,13 @@ def test_the_path_can_be_hidden(make_run, page, panel):
     watch = Watch(panel)
     make_run(moves()).execute([page, watch])
     assert all(points is None for _, points, _ in watch.seen)
+
+
+@pytest.mark.usefixtures("browser")
+def test_the_path_of_a_motion_between_runs_is_drawn(make_run, page, panel):
+    station = make_run(moves()).station
+    page.begin_idle(station)
+    (robot,) = station.robots.values()
+    robot.arm.move_to_configuration(np.array([0, 0.3, 0, -1.8, 0, 2.1, 0.8]))
+    panel.draw()
+    assert "panda" in panel._lines

@@ -112,3 +112,12 @@ def test_a_malformed_position_is_ignored(make_run, page, panel, position):
     })  # fmt: skip
     assert digest(page, hand) == digest()
     assert not hand.events
+
+
+def test_there_is_no_handle_without_a_run(make_run, page, panel):
+    hand = Hand(panel, {5: lambda: choose(panel)})
+    run = make_run(tree())
+    run.execute([page, hand])
+    assert panel._handle is not None
+    page.begin_idle(run.station)
+    assert panel._handle is None
