@@ -66,7 +66,7 @@ class BlockWriter(Writer):
         self,
         channel: int,
         times: np.ndarray,
-        data: Sequence[bytes],
+        data: Sequence[bytes] | np.ndarray,
         sequences: np.ndarray | int = 0,
     ) -> None:
         """Add messages of a channel, as `add_message` would one by one.
@@ -74,17 +74,20 @@ class BlockWriter(Writer):
         Args:
             channel: Its number.
             times: Times of the messages, whole numbers [ns].  # (n,)
-            data: Their contents, all of the same length.
+            data: Their contents, all of the same length; also the bytes, one row each.
             sequences: Their sequence numbers.
         """
         n = len(times)
+        if not isinstance(data, np.ndarray):
+            data = np.frombuffer(b"".join(data), dtype=np.uint8).reshape(n, -1)
+        size = data.shape[1]
         chunk, statistics = self._Writer__chunk_builder, self._Writer__statistics  # type: ignore
-        block = np.zeros(n, dtype=[*MESSAGE_HEAD, ("data", f"V{len(data[0])}")])
+        block = np.zeros(n, dtype=[*MESSAGE_HEAD, ("data", f"V{size}")])
         block["opcode"], block["channel"] = Opcode.MESSAGE, channel
         block["length"] = block.itemsize - 9  # without opcode and length
         block["log_time"] = block["publish_time"] = times
         block["sequence"] = sequences
-        block["data"] = np.frombuffer(b"".join(data), dtype=block.dtype["data"])
+        block["data"] = data.view(block.dtype["data"])[:, 0]
         index = chunk.message_indices.get(channel)
         if not isinstance(index, BlockIndex):  # none, or one of single messages
             records = [] if index is None else index.records
@@ -210,7 +213,7 @@ class McapFile:
         self,
         topic: str,
         times: np.ndarray,
-        data: Sequence[bytes],
+        data: Sequence[bytes] | np.ndarray,
         sequences: np.ndarray | int = 0,
     ) -> None:
         """Add serialized messages of a topic.
@@ -218,16 +221,16 @@ class McapFile:
         Args:
             topic: A registered topic.
             times: Simulated times [s].  # (n,)
-            data: Their contents.
+            data: Their contents; also the bytes of contents of the same length, one row each.
             sequences: Their sequence numbers.
         """
-        if not data or self._error is not None:
+        if not len(data) or self._error is not None:
             return
         ticks = np.rint(times * 1e9).astype(np.int64)
         sequences = np.broadcast_to(sequences, ticks.shape)
         channel = self._channels[topic]
         with self.lock:
-            if len(set(map(len, data))) == 1:
+            if isinstance(data, np.ndarray) or len(set(map(len, data))) == 1:
                 self._writer.add_block(channel, ticks, data, sequences)
                 return
             columns = zip(ticks.tolist(), data, sequences.tolist(), strict=True)

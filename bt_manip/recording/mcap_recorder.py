@@ -2,6 +2,7 @@
 
 import json
 from contextlib import suppress
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -13,9 +14,10 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.extras import require_extra
 from bt_manip.recording.files import is_special, whole_file
 from bt_manip.recording.identification import identify
+from bt_manip.recording.recorder import Recorder
 from bt_manip.recording.report import versions
 from bt_manip.recording.run_snapshot import take_snapshot
-from bt_manip.robots import reader
+from bt_manip.recording.step_log import StepLog
 from bt_manip.runner import EventStream, RunEvent, log_line
 
 if TYPE_CHECKING:
@@ -125,8 +127,12 @@ class McapRecorder(EventStream):
         file.add_topic("/log", Log)
         for topic in (*TOPICS.values(), SNAPSHOTS):
             file.add_topic(topic)
+        # Called before this observer, the recorder of the report has copied the steps already.
+        first = run.observers[0]
+        logs = first.step_logs if isinstance(first, Recorder) else {}
         self._robots = [
-            RobotChannel(file, self._cell, one) for one in self._station.robots.values()
+            RobotChannel(file, self._cell, one, logs.get(name))
+            for name, one in self._station.robots.items()
         ]
 
     def after_compile(self) -> None:
@@ -291,15 +297,18 @@ class McapRecorder(EventStream):
 class RobotChannel:
     """Records one robot: joints at every control step, wrist and gripper at every tick."""
 
-    def __init__(self, file: "McapFile", cell: Any, commanded: Any) -> None:
+    def __init__(
+        self, file: "McapFile", cell: Any, commanded: Any, log: StepLog | None = None
+    ) -> None:
         """Register its topics.
 
         Args:
             file: The file.
             cell: The `bt_manip.cell.Cell`.
             commanded: The `bt_manip.runner.CommandedRobot`.
+            log: The log to which another observer appends each step before this one does.
         """
-        from bt_manip.recording.protobuf import FREE, control_step_class, split_control_step
+        from bt_manip.recording.protobuf import ControlStepTemplate, control_step_class
 
         self._file, self._cell, self._commanded = file, cell, commanded
         joints, limits = commanded.robot.description.arm_joints, commanded.robot.limits
@@ -310,18 +319,19 @@ class RobotChannel:
             self._joints, control_step_class(), {k: json.dumps(v) for k, v in about.items()}
         )
         file.add_topic(self._state)
-        self._heads = split_control_step(len(joints))
-        self._free = FREE
-        self._times: list[float] = []  # [s] of the control steps
+        self._owns_log = log is None
+        self._log = StepLog(cell, commanded) if log is None else log
+        self._template = ControlStepTemplate(len(joints))
         self._steps: list[bytes] = []
+        self._free: list[bool] = []
+        self._times: list[float] = []  # [s] of the control steps
         self._ticks: list[tuple[float, bytes, tuple[Any, ...]]] = []
 
     def bind(self) -> None:
         """Bind to the current model of the cell."""
         robot, self._data = self._commanded.robot, self._cell.data
-        self._contacts = self._cell.contact_monitor.summary
-        self._q = reader(self._data.qpos, robot.qpos_adr)
-        self._v = reader(self._data.qvel, robot.dof_adr)
+        if self._owns_log:
+            self._log.bind()
         data, body, site = self._data, robot.wrist_body_id, robot.tool_site_id
         root = self._cell.model.body_rootid[body]
         self._wrist: Any = (
@@ -329,14 +339,12 @@ class RobotChannel:
         )  # fmt: skip
 
     def append(self) -> None:
-        """Copy the state after one control step."""
-        arm, tau = self._commanded.arm, self._commanded.controllers.controller.tau
-        q, v, q_ref, v_ref, a_ref, t = self._heads
-        free = self._free if self._contacts().free else b""
-        parts: Any = (
-            q, self._q(), v, self._v(), q_ref, arm.q, v_ref, arm.v, a_ref, arm.a, t, tau, free
-        )  # fmt: skip
-        self._steps.append(b"".join(parts))
+        """Keep the copy of the state after one control step."""
+        log = self._log
+        if self._owns_log and log.append():
+            log.take()
+        self._steps.append(log.row)
+        self._free.append(log.touch.free)
         self._times.append(self._data.time)
 
     def end_tick(self, time: float) -> None:
@@ -362,19 +370,29 @@ class RobotChannel:
     def encode(self) -> None:
         """Add the messages of the copied states."""
         n = len(self._times)  # another thread may add a step meanwhile
-        self._file.add_all(self._joints, np.array(self._times[:n]), self._steps[:n])
-        del self._times[:n], self._steps[:n]
+        if n:
+            rows = np.frombuffer(b"".join(self._steps[:n])).reshape(n, -1)
+            # The last three columns are the position of the tool.
+            messages = self._template.serialize(rows[:, :-3], self._free[:n])
+            self._file.add_all(self._joints, np.array(self._times[:n]), messages)
+            del self._times[:n], self._steps[:n], self._free[:n]
         ticks = self._ticks[:]
         del self._ticks[: len(ticks)]
         if not ticks:
             return
         wrenches = tool_wrenches(np.frombuffer(b"".join(wrist for _, wrist, _ in ticks)))
-        messages = []
+        texts = []
         for (_, _, (forces, held, *rest)), wrench in zip(ticks, wrenches, strict=True):
             grip = ",".join([f"{force:.6g}" for force in forces])
-            state = STATE % (*wrench, grip, json.dumps(held), *rest)
-            messages.append(state.encode())
-        self._file.add_all(self._state, np.array([time for time, _, _ in ticks]), messages)
+            state = STATE % (*wrench, grip, to_json(held), *rest)
+            texts.append(state.encode())
+        self._file.add_all(self._state, np.array([time for time, _, _ in ticks]), texts)
+
+
+@lru_cache(1000)
+def to_json(names: tuple[str, ...]) -> str:
+    """Return names as JSON; they are the same in most ticks."""
+    return json.dumps(names)
 
 
 def tool_wrenches(wrists: np.ndarray) -> list[list[float]]:

@@ -10,9 +10,6 @@ from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 STEP_FIELDS = ("q", "v", "q_ref", "v_ref", "a_ref", "tau")
 """Fields of a `control_step_class`, each one number per joint [rad, s, N m]."""
 
-FREE = b"\x38\x01"
-"""The field `free` of a `control_step_class` on the wire where it is true; else it is left out."""
-
 
 def file_descriptor_set(message: Any) -> bytes:
     """Return the schema of a message class as MCAP stores it: a FileDescriptorSet."""
@@ -29,25 +26,6 @@ def file_descriptor_set(message: Any) -> bytes:
     for file in files.values():
         file.CopyToProto(found.file.add())
     return found.SerializeToString()
-
-
-def split_control_step(joints: int) -> list[bytes]:
-    """Return what stands on the wire before each array of a serialized control step.
-
-    Arrays of doubles are stored as they are in memory, so joining these parts with the arrays of
-    `STEP_FIELDS`, and `FREE`, gives the message.
-
-    Args:
-        joints: Length of each array.
-    """
-    arrays = [np.full(joints, number, dtype="<f8") for number in range(1, len(STEP_FIELDS) + 1)]
-    fields = {name: a.tolist() for name, a in zip(STEP_FIELDS, arrays, strict=True)}
-    rest = control_step_class()(**fields).SerializeToString()
-    heads = []
-    for array in arrays:
-        head, _, rest = rest.partition(array.tobytes())
-        heads.append(head)
-    return heads
 
 
 def control_step_class() -> Any:
@@ -68,6 +46,38 @@ def control_step_class() -> Any:
     pool = descriptor_pool.DescriptorPool()
     pool.Add(file)
     return message_factory.GetMessageClass(pool.FindMessageTypeByName("bt_manip.ControlStep"))
+
+
+class ControlStepTemplate:
+    """Serializes many control steps at once: their arrays stand on the wire as in memory."""
+
+    def __init__(self, joints: int) -> None:
+        """Find the positions of the arrays.
+
+        Args:
+            joints: Length of each array.
+        """
+        marks = np.arange(1.0, 1.0 + len(STEP_FIELDS) * joints).reshape(-1, joints)
+        fields = dict(zip(STEP_FIELDS, marks.tolist(), strict=True))
+        data = control_step_class()(**fields, free=True).SerializeToString()
+        self._data = np.frombuffer(data, dtype=np.uint8)
+        self._starts = [data.find(mark.tobytes()) for mark in marks]
+        assert -1 not in self._starts
+
+    def serialize(self, steps: np.ndarray, free: Sequence[bool]) -> np.ndarray:
+        """Return the messages, one per row.
+
+        Args:
+            steps: The arrays of `STEP_FIELDS` one after the other.  # (n, fields * joints)
+            free: The field ``free``, which is the last one.  # (n,)
+        """  # (n, bytes)
+        data = np.tile(self._data, (len(steps), 1))
+        arrays = np.split(steps, len(self._starts), axis=1)
+        for start, array in zip(self._starts, arrays, strict=True):
+            numbers = np.ascontiguousarray(array, dtype="<f8").view(np.uint8)
+            data[:, start : start + numbers.shape[1]] = numbers
+        data[:, -1] = free
+        return data
 
 
 class NumberTemplate:

@@ -99,6 +99,9 @@ class Recorder(RunObserver):
     """Collects the report of a run, and optionally its trace.
 
     It changes nothing: a run has the same states with and without a recorder.
+
+    Attributes:
+        step_logs: Copies of the control steps, by robot.
     """
 
     def __init__(
@@ -140,6 +143,7 @@ class Recorder(RunObserver):
         self._cell = station.cell
         self._time_start = self._time_now = self._cell.time
         self._logs = [RobotLog(self._cell, robot) for robot in station.robots.values()]
+        self.step_logs = {log.name: log.steps for log in self._logs}
         if self._trace is not None:
             self._trace.name_joints(station)
         self._phases = PhaseLog(lambda: self._cell.time, self._phase_ended)

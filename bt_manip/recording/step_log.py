@@ -30,6 +30,10 @@ class StepLog:
     It runs in every control step, so it only copies. Quantities of the physics are read through
     views that are bound once per compiled model. A step is joined as bytes, which takes a fifth of
     the time of writing rows of an array.
+
+    Attributes:
+        row: The last step, as bytes: the arrays of `StepBlock` from ``q`` to ``tool``.
+        touch: Its contacts.
     """
 
     def __init__(self, cell: Any, commanded: Any) -> None:
@@ -45,6 +49,8 @@ class StepLog:
         self._times: list[float] = []
         self._rows: list[bytes] = []
         self._touches: list[Any] = []
+        self.row: bytes = b""
+        self.touch: Any = None
         self.bind()
 
     def bind(self) -> None:
@@ -61,9 +67,11 @@ class StepLog:
         """Copy the state after one step; return whether the block is full."""
         arm, tau = self._arm, self._controllers.controller.tau
         parts: Any = (self._q(), self._v(), arm.q, arm.v, arm.a, tau, self._tool)
-        self._rows.append(b"".join(parts))
+        self.row = row = b"".join(parts)
+        self.touch = touch = self._judge()
+        self._rows.append(row)
         self._times.append(self._data.time)
-        self._touches.append(self._judge())
+        self._touches.append(touch)
         return len(self._touches) >= SIZE
 
     def take(self) -> StepBlock:
