@@ -1,11 +1,14 @@
 """The scene of a cell as messages of Foxglove's schemas: geometry, frames and log lines."""
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
 from typing import Any
 
 import mujoco
 import numpy as np
 from foxglove_schemas_protobuf.Color_pb2 import Color
+from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from foxglove_schemas_protobuf.Point3_pb2 import Point3
@@ -75,7 +78,8 @@ class SceneMessages:
         self._movable = slice(int(first), int(last))
         self._fixed = np.setdiff1d(bodies, movable)
         self._xpos, self._xquat = data.xpos[self._movable], data.xquat[self._movable]
-        self._templates: dict[int, tuple[NumberTemplate, bytes]] = {}  # by length of the time stamp
+        # By the length of a serialized time stamp, with the positions of the time stamps.
+        self._templates: dict[int, tuple[NumberTemplate, list[int]]] = {}
 
     def fixed_frames(self, nanoseconds: int) -> bytes:
         """Return a serialized FrameTransforms of the bodies that cannot move."""
@@ -85,29 +89,57 @@ class SceneMessages:
         """Return the present poses of the other bodies, for `movable_frames`."""
         return self._xpos.tobytes() + self._xquat.tobytes()
 
-    def movable_frames(self, nanoseconds: int, poses: bytes) -> bytes:
-        """Return a serialized FrameTransforms of the other bodies, in about 5 us."""
-        time = timestamp_of(nanoseconds).SerializeToString()
-        found = self._templates.get(len(time))
-        if found is None:  # the length of a time stamp on the wire depends on its value
+    def movable_frames(
+        self, times: Sequence[int], poses: Sequence[bytes]
+    ) -> Iterator[tuple[slice, np.ndarray]]:
+        """Yield serialized FrameTransforms of the other bodies, many at once.
 
-            def build(numbers: Sequence[float]) -> FrameTransforms:
-                bodies = np.arange(self._movable.start, self._movable.stop)
-                message = self._transforms(bodies, nanoseconds)
-                positions = np.reshape(numbers[: 3 * len(bodies)], (-1, 3)).tolist()
-                rotations = np.reshape(numbers[3 * len(bodies) :], (-1, 4)).tolist()
-                for transform, (x, y, z), (w, i, j, k) in zip(
-                    message.transforms, positions, rotations, strict=True
-                ):
-                    transform.translation.CopyFrom(Vector3(x=x, y=y, z=z))
-                    transform.rotation.CopyFrom(Quaternion(x=i, y=j, z=k, w=w))
-                return message
+        Args:
+            times: Simulated times [ns].
+            poses: Results of `copy_poses` then.
 
-            template = NumberTemplate(build, 7 * len(self._xpos))
-            found = self._templates[len(time)] = template, time
-        template, time_then = found
-        message = template.serialize(poses)
-        return message.replace(time_then, time) if time else message
+        Returns:
+            Blocks of messages of the same length, one per row: their range, and their bytes.
+        """
+        start = 0
+        stamps = [timestamp_of(time).SerializeToString() for time in times]
+        for length, group in groupby(stamps, len):
+            equal = list(group)
+            end = start + len(equal)
+            template, places = self._template(times[start], length)
+            numbers = np.frombuffer(b"".join(poses[start:end])).reshape(end - start, -1)
+            data = template.serialize(numbers)
+            stamp = np.frombuffer(b"".join(equal), dtype=np.uint8).reshape(end - start, length)
+            for place in places:
+                data[:, place : place + length] = stamp
+            yield slice(start, end), data
+            start = end
+
+    def _template(self, nanoseconds: int, length: int) -> tuple[NumberTemplate, list[int]]:
+        """Return the template of messages whose serialized time stamps have a length."""
+        if length in self._templates:
+            return self._templates[length]
+        bodies = np.arange(self._movable.start, self._movable.stop)
+
+        def build(numbers: Sequence[float]) -> FrameTransforms:
+            message = self._transforms(bodies, nanoseconds)
+            positions = np.reshape(numbers[: 3 * len(bodies)], (-1, 3)).tolist()
+            rotations = np.reshape(numbers[3 * len(bodies) :], (-1, 4)).tolist()
+            for transform, (x, y, z), (w, i, j, k) in zip(
+                message.transforms, positions, rotations, strict=True
+            ):
+                transform.translation.CopyFrom(Vector3(x=x, y=y, z=z))
+                transform.rotation.CopyFrom(Quaternion(x=i, y=j, z=k, w=w))
+            return message
+
+        template = NumberTemplate(build, 7 * len(bodies))
+        stamp = timestamp_of(nanoseconds).SerializeToString()
+        field = FrameTransform(timestamp=timestamp_of(nanoseconds)).SerializeToString()
+        found = re.finditer(re.escape(field), template.data)
+        places = [one.end() - length for one in found] if stamp else []
+        assert len(places) == len(bodies) or not stamp
+        self._templates[length] = template, places
+        return self._templates[length]
 
     def geometry(self, entity: str, nanoseconds: int) -> bytes:
         """Return a serialized SceneUpdate with the visible shapes of an entity."""

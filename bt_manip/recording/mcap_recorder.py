@@ -222,10 +222,11 @@ class McapRecorder(EventStream):
         poses = self._poses[:]  # the thread of the run may add one meanwhile
         del self._poses[: len(poses)]
         if poses and self._scene is not None:
-            frames = self._scene.movable_frames
-            messages = [frames(nanoseconds(time), copy) for time, _, copy in poses]
-            times, numbers = np.array([(time, number) for time, number, _ in poses]).T
-            self._file.add_all("/tf", times, messages, numbers.astype(int))
+            times, numbers, copies = (list(column) for column in zip(*poses, strict=True))
+            frames = self._scene.movable_frames([nanoseconds(time) for time in times], copies)
+            for block, messages in frames:
+                sequences = np.array(numbers[block])
+                self._file.add_all("/tf", np.array(times[block]), messages, sequences)
         for robot in self._robots:
             robot.encode()
 

@@ -86,6 +86,9 @@ class NumberTemplate:
     Doubles have a fixed width of eight bytes on the wire, so all messages of one structure have
     their numbers at the same positions. Setting the fields of a message one by one would take
     longer than a control step of the physics.
+
+    Attributes:
+        data: A message with other numbers.
     """
 
     def __init__(self, build: Callable[[Sequence[float]], Any], count: int) -> None:
@@ -99,10 +102,15 @@ class NumberTemplate:
         data = build(marks.tolist()).SerializeToString()
         starts = [data.find(struct.pack("<d", mark)) for mark in marks]
         assert -1 not in starts
-        self._data = np.frombuffer(data, dtype=np.uint8).copy()
+        self.data = data
         self._where = (np.array(starts)[:, None] + np.arange(8)).ravel()
 
-    def serialize(self, numbers: bytes) -> bytes:
-        """Return the serialized message of some doubles, in the order of ``build``."""
-        self._data[self._where] = np.frombuffer(numbers, dtype=np.uint8)
-        return self._data.tobytes()
+    def serialize(self, numbers: np.ndarray) -> np.ndarray:
+        """Return the serialized messages of some doubles, in the order of ``build``.
+
+        Args:
+            numbers: The doubles of each message.  # (n, count)
+        """  # (n, bytes)
+        data = np.tile(np.frombuffer(self.data, dtype=np.uint8), (len(numbers), 1))
+        data[:, self._where] = np.ascontiguousarray(numbers, dtype="<f8").view(np.uint8)
+        return data

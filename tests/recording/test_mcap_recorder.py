@@ -478,3 +478,21 @@ def test_no_pose_is_lost_when_a_chunk_is_written_meanwhile(make_run, tmp_path, m
     recorder = McapRecorder(tmp_path / "run.mcap")
     make_run(Sleep(msec=50)).execute([recorder])
     assert len(list(Recording(tmp_path / "run.mcap").messages("/tf"))) == 7
+
+
+def test_frames_have_their_times_and_poses_at_whole_seconds_too(make_run):
+    cell = make_run(Sleep(msec=1)).station.cell
+    scene = SceneMessages(cell.model, cell.data)
+    times = [0, 10**7, 5 * 10**8, 10**9, 2 * 10**9, 2 * 10**9 + 10**7, 300 * 10**9]
+    poses = [scene.copy_poses() for _ in times]
+    found = [
+        FrameTransforms.FromString(row.tobytes())
+        for _, rows in scene.movable_frames(times, poses)
+        for row in rows
+    ]
+    hand = cell.data.body("panda/hand").xpos
+    for time, message in zip(times, found, strict=True):
+        stamps = {(one.timestamp.seconds, one.timestamp.nanos) for one in message.transforms}
+        assert stamps == {divmod(time, 10**9)}
+        (one,) = (one for one in message.transforms if one.child_frame_id == "panda/hand")
+        assert [one.translation.x, one.translation.y, one.translation.z] == hand.tolist()
