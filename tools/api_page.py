@@ -87,7 +87,7 @@ EXPERIMENTAL = {
     "bt_manip.control": "ControllerManager",
     "bt_manip.recording": (
         "Recorder RunReport Trace read_report read_trace McapRecorder Recording RecordingError "
-        "RecordedScene VideoRecorder write_csv write_parquet write_mcap write_video "
+        "RecordedRun RecordedScene VideoRecorder write_csv write_parquet write_mcap write_video "
         "Continuation RecordedInterventions restore_snapshot"
     ),
     "bt_manip.runner": "EventStream EventQueue RunEvent TreeSource Interventions",
