@@ -67,7 +67,8 @@ def test_payload_that_is_too_heavy_is_named_with_its_mass(parts, node, mass):
     heavy = parse_fault(f"heavy at={node} mass={mass}", parts.faults)
     faults = Faults()
     run = prepare(RunRequest(source, cycles=1), parts)
-    run.execute([FaultInjector([heavy], parts.faults, 0), faults])
+    injector = FaultInjector([heavy], parts.faults, 0)
+    run.execute([injector, faults], stop=lambda: bool(faults.found))
     found = re.match(r"the payload weighs about (\S+) kg, 0.057 kg were assumed", faults.found[0])
     assert found, faults.found
     assert float(found.group(1)) == pytest.approx(mass, rel=0.15)
