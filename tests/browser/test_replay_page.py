@@ -44,7 +44,7 @@ def test_scrubbing_shows_the_scene_and_the_tree_of_each_time(window, picked):
 
 def test_the_robot_is_drawn(window):
     go_to(window, 1.5)
-    with_robot = window.scene("replay.png")
+    with_robot = window.scene("replay")
     without = window.scene_without("/panda")
     assert (abs(with_robot.astype(int) - without).max(axis=2) > 40).mean() > 0.02
 
