@@ -348,7 +348,8 @@ class RunJob:
         files = [record_target(text)[1] for text in options.records]
         recordings = [file for file in files if file.endswith(".mcap") and Path(file).exists()]
         if recordings:
-            return f"To watch the recording: bt-manip replay {shlex.quote(recordings[0])}"
+            file = shlex.quote(recordings[0])
+            return f"To watch the recording: bt-manip replay {file}, or bt-manip report {file}"
         if report.status == "FAILURE" and not files:
             view = "" if options.view else " --view"
             return f"To watch the failure: the same command with --record run.mcap{view}"

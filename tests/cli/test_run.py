@@ -142,7 +142,7 @@ def test_after_a_recording_the_last_line_is_the_command_that_opens_it(bt_manip, 
     file = tmp_path / "a run.mcap"
     for tree in ("quick", "failing"):
         _, out, _ = bt_manip("run", f"{trees}:{tree}", "--record", str(file))
-        hint = f"To watch the recording: bt-manip replay '{file}'"
+        hint = f"To watch the recording: bt-manip replay '{file}', or bt-manip report '{file}'"
         assert " ".join(out.split()).endswith(hint)
     assert bt_manip("run", f"{trees}:quick", "--record", str(file), "--quiet") == (0, "", "")
 
