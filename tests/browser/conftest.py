@@ -146,7 +146,7 @@ class Window:
         wait_until(
             lambda: self.evaluate(
                 "() => window.__viserTestpoints?.rendererInfo.render.triangles > 1000"
-                " && __viserMutable.messageQueue.length == 0"
+                " && __viserMutable.messageQueue.length == 0 && !!__viserMutable.scene.environment"
             )
         )
         self.evaluate("() => { window.drawing = false; }")
