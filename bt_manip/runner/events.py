@@ -73,7 +73,7 @@ class EventStream(RunObserver):
         self._tick_time = self._cell.time
         self._tree.observers.append(self._status_changed)
         run.interventions.observers.append(self._intervened)
-        run.reporters.append(self._report)
+        run.reporters.append(self._emit)
 
     def after_compile(self) -> None:
         """Report entities that were added or removed."""
@@ -98,15 +98,14 @@ class EventStream(RunObserver):
 
     def cycle_ended(self, status: str, reason: str) -> None:
         """Report the end of the cycle."""
-        if self.listeners:
-            self._emit("cycle", {"cycle": self._cycle, "status": status, "reason": reason})
+        self._emit("cycle", {"cycle": self._cycle, "status": status, "reason": reason})
 
     def run_ended(self) -> None:
         """Stop observing the tree."""
         if self._status_changed in self._tree.observers:
             self._tree.observers.remove(self._status_changed)
             self._run.interventions.observers.remove(self._intervened)
-            self._run.reporters.remove(self._report)
+            self._run.reporters.remove(self._emit)
 
     # Internal
 
@@ -114,10 +113,6 @@ class EventStream(RunObserver):
         event = RunEvent(self._cell.time if time is None else time, kind, data)
         for listener in self.listeners:
             listener(event)
-
-    def _report(self, kind: str, data: dict[str, Any]) -> None:
-        if self.listeners:
-            self._emit(kind, data)
 
     def _status_changed(self, node: Any, old: Any, new: Any) -> None:
         if not self.listeners:
@@ -128,8 +123,7 @@ class EventStream(RunObserver):
             self._compare_tree()
 
     def _intervened(self, data: dict[str, Any]) -> None:
-        if self.listeners:
-            self._emit("intervention", data)
+        self._emit("intervention", data)
 
     def _emit_status(self, node: Any, old: Any, new: Any) -> None:
         reason = str(node.feedback_message) if new is NodeStatus.FAILURE else ""

@@ -3,7 +3,6 @@
 import math
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -25,25 +24,6 @@ _SETS = (NodeStatus.SUCCESS, NodeStatus.FAILURE)
 Hook = Callable[..., NodeStatus | None]
 
 
-@dataclass
-class Pull:
-    """A spring between a point of a body and a point of the world.
-
-    Attributes:
-        body: The entity, or a body called ``entity/body``.
-        point: The point in the body's frame [m].  # (3,)
-        target: The point of the world [m].  # (3,)
-        max_force: Limit of the force [N].
-        mass: Effective mass of the body at the point when the pull began [kg].
-    """
-
-    body: str
-    point: list[float]
-    target: list[float]
-    max_force: float
-    mass: float
-
-
 class Interventions:
     """Takes requests to intervene from any thread, and obeys them in the thread of the run.
 
@@ -59,7 +39,7 @@ class Interventions:
         self._tree, self._cell, self._robots = tree, station.cell, station.robots
         self.observers: list[Callable[[dict[str, Any]], None]] = []
         self._requests: deque[dict[str, Any]] = deque()
-        self._pulls: dict[str, Pull] = {}
+        self._pulls: dict[str, dict[str, Any]] = {}  # data, and effective mass [kg] at the start
         self._bound: list[tuple[np.ndarray, mujoco.MjvPerturb, float]] = []
         self._generation: int | None = None
         self._hooks: dict[Node, _NodeHooks] = {}
@@ -85,15 +65,9 @@ class Interventions:
         Raises:
             BtManipError: If there is no such body, it cannot move, or a number is not finite.
         """
-        self.request(
-            {
-                "kind": "pull",
-                "body": body,
-                "point": [float(x) for x in point],
-                "target": None if target is None else [float(x) for x in target],
-                "max_force": float(max_force),
-            }
-        )
+        goal = None if target is None else [float(x) for x in target]
+        spring = {"point": [float(x) for x in point], "target": goal, "max_force": float(max_force)}
+        self.request({"kind": "pull", "body": body, **spring})
 
     def override(self, path: str, status: NodeStatus, *, before: bool = True) -> None:
         """Replace the status of a node's next tick.
@@ -106,9 +80,8 @@ class Interventions:
         Raises:
             BtManipError: If there is no such node, or its status cannot be set.
         """
-        self.request(
-            {"kind": "override", "path": path, "before": before, "status": status.name}
-        )  # fmt: skip
+        data = {"path": path, "before": before, "status": status.name}
+        self.request({"kind": "override", **data})
 
     def request(self, data: Mapping[str, Any]) -> None:
         """Request an intervention by its data, as they are reported.
@@ -119,9 +92,11 @@ class Interventions:
         if data["kind"] == "override":
             self._node(data)
         elif data["target"] is not None:
-            numbers = [*data["point"], *data["target"], data["max_force"]]
-            if len(numbers) != 7 or not all(map(math.isfinite, numbers)):
-                raise BtManipError(f"a pull needs two points and a force, got {numbers}")
+            point, target, force = data["point"], data["target"], data["max_force"]
+            finite = all(map(math.isfinite, (*point, *target, force)))
+            if not (len(point) == len(target) == 3 and finite and force >= 0.0):
+                got = f"{point}, {target}, {force}"
+                raise BtManipError(f"a pull needs two points and a force, got {got}")
             self._body(data["body"])
         self._requests.append(dict(data))
 
@@ -192,11 +167,11 @@ class Interventions:
 
     def get_state(self) -> dict[str, Any]:
         """Return the active pulls as plain data."""
-        return {"pulls": [asdict(pull) for pull in self._pulls.values()]}
+        return {"pulls": [dict(pull) for pull in self._pulls.values()]}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore a state of `get_state`."""
-        self._pulls = {one["body"]: Pull(**one) for one in state["pulls"]}
+        self._pulls = {one["body"]: dict(one) for one in state["pulls"]}
         self._generation = None
 
     # Internal
@@ -224,11 +199,11 @@ class Interventions:
     def _begin_or_move(self, data: dict[str, Any]) -> None:
         begins = data["body"] not in self._pulls
         try:
-            mass = self._mass(data) if begins else self._pulls[data["body"]].mass
+            mass = self._mass(data) if begins else self._pulls[data["body"]]["mass"]
         except BtManipError:  # removed since the request
             return
         numbers = {key: data[key] for key in ("body", "point", "target", "max_force")}
-        self._pulls[data["body"]] = Pull(**numbers, mass=mass)
+        self._pulls[data["body"]] = {**numbers, "mass": mass}
         self._generation = None
         self._report({"kind": "pull", **numbers, "begins": begins})
 
@@ -249,22 +224,22 @@ class Interventions:
         jacobian, solved = np.zeros((2, 3, model.nv))
         mujoco.mj_jac(model, physics, jacobian, None, point, body)
         mujoco.mj_solveM(model, physics, solved, jacobian)
-        return 3.0 / float(np.sum(jacobian * solved))
+        return 3.0 / max(float(np.sum(jacobian * solved)), mujoco.mjMINVAL)
 
     def _bind(self) -> None:
         """Bind the pulls to the present model; those of removed bodies end."""
         self._bound = []
         for pull in list(self._pulls.values()):
             try:
-                body = self._body(pull.body)
+                body = self._body(pull["body"])
             except BtManipError:
-                self._let_go(pull.body)
+                self._let_go(pull["body"])
                 continue
             spring = mujoco.MjvPerturb()
             spring.select, spring.active = body, int(mujoco.mjtPertBit.mjPERT_TRANSLATE)
-            spring.localpos, spring.refselpos = pull.point, pull.target
-            spring.localmass = pull.mass
-            self._bound.append((self._cell.data.xfrc_applied[body], spring, pull.max_force))
+            spring.localpos, spring.refselpos = pull["point"], pull["target"]
+            spring.localmass = pull["mass"]
+            self._bound.append((self._cell.data.xfrc_applied[body], spring, pull["max_force"]))
         self._generation = self._cell.generation
 
     def _arm(self, data: dict[str, Any]) -> None:
@@ -311,14 +286,7 @@ class _NodeHooks:
             hook = hooks[not before]
             status = None if hook is None else hook(node, *state)
             if status in _SETS:
-                self._report(
-                    {
-                        "kind": "override",
-                        "path": node.path,
-                        "before": before,
-                        "status": status.name,
-                        "execution": execution,
-                    }
-                )
+                data = {"path": node.path, "before": before, "status": status.name}
+                self._report({"kind": "override", **data, "execution": execution})
                 return status
         return None

@@ -177,6 +177,8 @@ def test_a_pull_ends_when_its_object_is_removed(station):
         (pull([0, 0, 1], body="table"), "it is fixed"),
         (pull([0, 0, float("nan")]), "two points and a force"),
         (pull([0, 0]), "two points and a force"),
+        (pull([0, 0], point=(0, 0, 0, 0)), "two points and a force"),
+        (pull([0, 0, 1], max_force=-1.0), "two points and a force"),
         (override("nothing"), "no node 'nothing'"),
         (override("rest", status="RUNNING"), "SUCCESS or FAILURE"),
     ],
@@ -185,6 +187,17 @@ def test_impossible_requests_raise_at_once(station, data, message):
     run = Outcome(station, rest(10)).run
     with pytest.raises(BtManipError, match=message):
         run.interventions.request(data)
+
+
+def test_a_point_without_mobility_is_pulled_with_at_most_the_limit(station, monkeypatch):
+    run = Outcome(station, rest(10)).run
+    monkeypatch.setattr(mujoco, "mj_jac", lambda *_: None)  # as on the axis of a hinge
+    run.interventions.pull("cube", [0.0, 0.0, 1.3], max_force=2.0)
+    run.interventions.take_over()
+    run.interventions.apply()
+    force = station.cell.data.xfrc_applied[station.cell.body_id("cube")][:3]
+    assert np.linalg.norm(force) == pytest.approx(2.0)
+    run.interventions.clear()
 
 
 @pytest.mark.parametrize("before", [True, False])
