@@ -1,7 +1,7 @@
 """Videos rendered from a recording."""
 
 import itertools
-from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import mujoco
@@ -9,7 +9,7 @@ import numpy as np
 
 from bt_manip.cell import PLANE_THICKNESS, WORLD, Arena, FrameRenderer, camera_number
 from bt_manip.recording.export_table import running_leaves
-from bt_manip.recording.recorded_scene import RecordedScene
+from bt_manip.recording.recorded_scene import SAME_TIME, RecordedScene
 from bt_manip.recording.recording import Recording
 from bt_manip.recording.video import (
     SAMPLES,
@@ -17,7 +17,6 @@ from bt_manip.recording.video import (
     VideoFile,
     check_video,
     overlay_text,
-    parse_size,
 )
 
 KINDS = {
@@ -40,11 +39,7 @@ class SceneModel:
     """
 
     def __init__(self, scene: RecordedScene) -> None:
-        """Compile all shapes and cameras that ever occur.
-
-        Args:
-            scene: The scene.
-        """
+        """Compile all shapes and cameras that ever occur."""
         self._scene = scene
         spec = mujoco.MjSpec.from_string(Arena().mjcf_model.to_xml_string())
         for camera in spec.cameras:
@@ -134,31 +129,29 @@ def write_video(
     Raises:
         BtManipError: If something of this is impossible, or the video cannot be written.
     """
-    check_video(path, fps)
-    width, height = parse_size(size, step=1 if path.suffix == ".gif" else 2)
+    _, extent = check_video(path, size, fps)
     scene = RecordedScene(recording)
-    shown = SceneModel(scene)
+    with recording.decoding():
+        shown = SceneModel(scene)
     number = camera_number(shown.model, camera)
-    running = running_leaves(recording)
-    renderer = FrameRenderer(shown.model, width, height, shadow_size=SHADOW_SIZE, samples=SAMPLES)
-    video = VideoFile(path, width, height, fps)
-    try:
-        for time in frame_times(scene, fps):
+    times = frame_times(scene.times, fps)
+    running = running_leaves(recording).at(times)
+    renderer = FrameRenderer(shown.model, *extent, shadow_size=SHADOW_SIZE, samples=SAMPLES)
+    with closing(renderer), closing(VideoFile(path, *extent, fps)) as video:
+        for time, leaves in zip(times.tolist(), running, strict=True):
+            scene.seek(time)
             shown.update()
-            (leaves,) = running.at(np.array([time]))
             text = overlay_text(time, [one["name"] for one in leaves]) if overlay else ""
             video.add(time - scene.times[0], renderer.frame(shown.data, number, text))
-    finally:
-        renderer.close()
-        video.close()
 
 
-def frame_times(scene: RecordedScene, fps: float) -> Iterator[float]:
-    """Move a scene from frame to frame, and yield the time of its state."""
-    start, last = scene.times[0], -np.inf
-    count = int((scene.times[-1] - start) * fps + 1e-6) + 1
-    for time in start + np.arange(count) / fps:
-        scene.seek(time)
-        if scene.time > last:
-            last = scene.time
-            yield last
+def frame_times(times: np.ndarray, fps: float) -> np.ndarray:
+    """Return those of the times of ticks that are shown: the last one before each frame is due.
+
+    Args:
+        times: Times of the ticks [s].  # (n,)
+        fps: Frames per second.
+    """  # (m,)
+    elapsed = times - times[0]
+    first = np.ceil((elapsed - SAME_TIME) * fps)  # number of the first frame that may show a tick
+    return times[np.diff(first, append=np.floor(elapsed[-1] * fps + 1e-6) + 1.0) > 0.0]

@@ -181,9 +181,8 @@ class VideoRecorder(RunObserver):
         Raises:
             BtManipError: If one of them is impossible or missing.
         """
-        self._path = check_video(path, fps)
+        self._path, self._size = check_video(path, size, fps)
         self._camera, self._fps, self._overlay = camera, fps, overlay
-        self._size = parse_size(size, step=1 if self._path.suffix == ".gif" else 2)
         self._renderer: FrameRenderer | None = None
         self._file: VideoFile | None = None
         self._frames = 0
@@ -249,11 +248,11 @@ class VideoRecorder(RunObserver):
             self._renderer = None
 
 
-def check_video(path: Path | None, fps: float) -> Path:
-    """Return the path of a video that can be written with a number of frames per second.
+def check_video(path: Path | None, size: str, fps: float) -> tuple[Path, tuple[int, int]]:
+    """Return path and size of a video, as `VideoRecorder` takes them.
 
     Raises:
-        BtManipError: If path, suffix or package is missing, or the number is impossible.
+        BtManipError: If the path or the package is missing, or a parameter is impossible.
     """
     known = " or ".join(VideoFile.suffixes)
     if path is None:
@@ -263,27 +262,23 @@ def check_video(path: Path | None, fps: float) -> Path:
     most = 50 if path.suffix == ".gif" else 1000
     if not 0 < fps <= most:
         raise BtManipError(f"a {path.suffix} has up to {most} frames per second, got {fps:g}")
+    width, height = parse_size(size)
+    if path.suffix == ".mp4" and (width % 2 or height % 2):
+        raise BtManipError(f"width and height of a .mp4 video are even, got {size}")
     require_extra("record", "a video", "av")
-    return path
+    return path, (width, height)
 
 
-def parse_size(text: str, step: int = 1) -> tuple[int, int]:
+def parse_size(text: str) -> tuple[int, int]:
     """Return width and height of ``640x400``.
-
-    Args:
-        text: The text.
-        step: Both must be multiples of this.
 
     Raises:
         BtManipError: If it has another form.
     """
-    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
+    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text, re.ASCII)
     if found is None:
         raise BtManipError(f"size is WIDTHxHEIGHT, such as 640x400, got '{text}'")
-    width, height = int(found[1]), int(found[2])
-    if width % step or height % step:
-        raise BtManipError(f"width and height of a .mp4 video are even, got {text}")
-    return width, height
+    return int(found[1]), int(found[2])
 
 
 def overlay_text(time: float, leaves: Iterable[str]) -> str:

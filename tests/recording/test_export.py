@@ -246,10 +246,14 @@ def test_an_object_is_shown_only_while_it_is_there(recorded, opengl):
 def test_frames_are_at_ticks(recorded):
     recording, _, _ = recorded
     scene = RecordedScene(recording)
-    assert list(frame_times(scene, 400.0)) == scene.times.tolist()
-    times = list(frame_times(scene, 25.0))
+    assert frame_times(scene.times, 400.0).tolist() == scene.times.tolist()
+    times = frame_times(scene.times, 25.0)
     assert times[-1] <= scene.times[-1] < times[-1] + 0.04
     np.testing.assert_allclose(times, 0.04 * np.arange(len(times)))
+
+
+def test_the_number_of_frames_is_limited_by_that_of_ticks():
+    assert frame_times(np.array([0.0, 0.01, 1e10]), 25.0).tolist() == [0.0, 0.01, 1e10]
 
 
 def test_an_unknown_camera_is_refused_with_the_nearest_name(recorded, tmp_path):
