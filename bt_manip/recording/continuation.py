@@ -17,9 +17,7 @@ class RecordedInterventions(RunObserver):
 
     def __init__(self, recording: Recording) -> None:
         """Read them."""
-        self._recorded = [
-            (event.time, event.data) for event in recording.events("intervention")
-        ]  # fmt: skip
+        self._recorded = [(event.time, event.data) for event in recording.events("intervention")]
 
     def run_started(self, run: Run) -> None:
         """Leave out those before the present state of the run."""
@@ -98,11 +96,9 @@ class Continuation:
                 f"{self.recording.path} cannot be continued: the {' and the '.join(changed)} "
                 "changed since it was recorded (SHA-256)"
             )
-        lines = []
-        plugins = now.get("plugins", {})
-        for here, recorded in (
-            (versions(), then["versions"]), (plugins, then.get("plugins", plugins))
-        ):  # fmt: skip
+        lines, plugins = [], now.get("plugins", {})
+        pairs = (versions(), then["versions"]), (plugins, then.get("plugins", plugins))
+        for here, recorded in pairs:
             for name in sorted({*here, *recorded}):
                 if here.get(name) != recorded.get(name):
                     others = f"{recorded.get(name, 'no version')}, here {here.get(name, 'none')}"

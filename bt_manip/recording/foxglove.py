@@ -207,7 +207,9 @@ def shapes_of(update: SceneUpdate) -> dict[str, list[VisualShape]]:
             shapes += [_shape(kind, one, one.size) for one in primitives]
         for one in body.triangles:
             vertices = np.array([(p.x, p.y, p.z) for p in one.points], dtype=np.float32)
-            faces = np.array(one.indices, dtype=np.int32).reshape(-1, 3)
+            faces = np.array(one.indices, dtype=np.int64).reshape(-1, 3)
+            if faces.max(initial=-1) >= len(vertices):
+                raise ValueError("a triangle has a corner that is not there")
             shapes.append(_shape("mesh", one, None, Triangles(vertices.reshape(-1, 3), faces)))
     return found
 

@@ -95,32 +95,36 @@ class RecordedRun:
         self.cycles: list[RecordedCycle] = []
         running: dict[str, float] = {}  # starts of nodes, by key of `nodes`
         touching: dict[tuple[str, str], float] = {}
-        for time, kind, data in recording.events():
-            if kind == "tree":
-                self._end(running, time, "HALTED")
-                self._add_nodes(data["nodes"])
-            elif kind == "status":
-                self._change(running, time, data)
-            elif kind == "contact":
-                pair = (data["first"], data["second"])
-                if data["touching"]:
-                    touching[pair] = time
-                elif pair in touching:
-                    interval = Interval(touching.pop(pair), time, "")
-                    self.contacts.setdefault(pair, []).append(interval)
-            elif kind == "motion" and data["fault"]:
-                self.faults.append((time, data["robot"], data["fault"]))
-            elif kind == "cycle" and data["status"] == "RUNNING":
-                number, end = data["cycle"] + 1, recording.end
-                self.cycles.append(RecordedCycle(number, "RUNNING", "", time, end))
-            elif kind == "cycle" and self.cycles:
-                status, reason = data["status"], data["reason"]
-                self.cycles[-1] = self.cycles[-1]._replace(status=status, reason=reason, end=time)
+        with recording.decoding():
+            for time, kind, data in recording.events():
+                if kind == "tree":
+                    self._end(running, time, "HALTED")
+                    self._add_nodes(data["nodes"])
+                elif kind == "status":
+                    self._change(running, time, data)
+                elif kind == "contact":
+                    pair = (data["first"], data["second"])
+                    if data["touching"]:
+                        touching[pair] = time
+                    elif pair in touching:
+                        interval = Interval(touching.pop(pair), time, "")
+                        self.contacts.setdefault(pair, []).append(interval)
+                elif kind == "motion" and data["fault"]:
+                    self.faults.append((time, data["robot"], data["fault"]))
+                elif kind == "cycle" and data["status"] == "RUNNING":
+                    number, end = data["cycle"] + 1, recording.end
+                    self.cycles.append(RecordedCycle(number, "RUNNING", "", time, end))
+                elif kind == "cycle" and self.cycles:
+                    status, reason = data["status"], data["reason"]
+                    self.cycles[-1] = self.cycles[-1]._replace(
+                        status=status, reason=reason, end=time
+                    )
         self._end(running, recording.end, "RUNNING")
         for pair, start in touching.items():
             self.contacts.setdefault(pair, []).append(Interval(start, recording.end, ""))
-        self.robots = {name: self._series(name) for name in recording.limits}
-        self.cycles = [self._with_figures(cycle) for cycle in self.cycles]
+        with recording.decoding():
+            self.robots = {name: self._series(name) for name in recording.limits}
+            self.cycles = [self._with_figures(cycle) for cycle in self.cycles]
 
     # Internal
 

@@ -49,37 +49,39 @@ class RecordedScene:
             BtManipError: If the recording has no complete chunk.
         """
         self._poses: list[bytes] = []
-        self._fixed: list[tuple[int, np.ndarray]] = []  # ticks, poses
         self._looks: dict[str, list[tuple[int, SceneUpdate]]] = {}
         self._shapes: dict[tuple[str, int], dict[str, list[VisualShape]]] = {}
-        self._views: list[tuple[int, dict[str, Any]]] = []
+        self._views: list[tuple[int, Any]] = []  # ticks; cameras, centre and extent
         topics = [t for t in recording.topics if t.startswith((SCENE, "/tf")) or t == CAMERAS]
         times, ticks, frames = [], [], {"world": 0}
         fixed: list[tuple[int, FrameTransforms]] = []
-        for tick, time, topic, data in recording.numbered_messages(*topics):
-            if topic == "/tf":
-                times.append(time)
-                ticks.append(tick)
-                self._poses.append(data)
-                continue
-            if topic == "/tf_static":
-                fixed.append((tick, FrameTransforms.FromString(data)))
-                names = [one.child_frame_id for one in fixed[-1][1].transforms]
-            elif topic == CAMERAS:
-                self._views.append((tick, data))
-                names = [one["frame"] for one in data["cameras"]]
-            else:
-                update = SceneUpdate.FromString(data)
-                self._looks.setdefault(topic.removeprefix(SCENE), []).append((tick, update))
-                names = [one.frame_id for one in update.entities]
-            for name in names:
-                frames.setdefault(name, len(frames))
+        with recording.decoding():
+            for tick, time, topic, data in recording.numbered_messages(*topics):
+                if topic == "/tf":
+                    times.append(time)
+                    ticks.append(tick)
+                    self._poses.append(data)
+                    continue
+                if topic == "/tf_static":
+                    fixed.append((tick, FrameTransforms.FromString(data)))
+                    names = [one.child_frame_id for one in fixed[-1][1].transforms]
+                elif topic == CAMERAS:
+                    cameras = [_camera(**one) for one in data["cameras"]]
+                    self._views.append((tick, (cameras, data["centre"], data["extent"])))
+                    names = [one.frame for one in cameras]
+                else:
+                    update = SceneUpdate.FromString(data)
+                    self._looks.setdefault(topic.removeprefix(SCENE), []).append((tick, update))
+                    names = [one.frame_id for one in update.entities]
+                for name in names:
+                    frames.setdefault(name, len(frames))
         if not times:
             raise BtManipError(f"{recording.path} has no complete chunk: it has no scene")
         self.frames: Sequence[str] = tuple(frames)
         self.times, self.ticks, self._numbers = np.array(times), np.array(ticks), frames
         none = np.tile([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], (len(frames), 1))
         self._fixed = [(tick, self._place(message, none.copy())) for tick, message in fixed]
+        self._recording = recording
         self.index = 0
 
     @property
@@ -95,26 +97,18 @@ class RecordedScene:
     @property
     def cameras(self) -> list[SceneCamera]:
         """The cameras of the cell at this time."""
-        return [
-            SceneCamera(
-                one["name"],
-                one["frame"],
-                np.array(one["position"]),
-                np.array(one["quat_wxyz"]),
-                one["fovy"],
-            )
-            for one in self._latest(self._views)["cameras"]
-        ]
+        found: list[SceneCamera] = self._latest(self._views)[0]
+        return found
 
     @property
     def centre(self) -> np.ndarray:
         """Centre of the cell [m]."""  # (3,)
-        return np.array(self._latest(self._views)["centre"])
+        return np.array(self._latest(self._views)[1])
 
     @property
     def extent(self) -> float:
         """Size of the cell [m]."""
-        return float(self._latest(self._views)["extent"])
+        return float(self._latest(self._views)[2])
 
     def entities(self) -> dict[str, int]:
         """Return the present entities, with the number of times that their looks had changed."""
@@ -125,12 +119,14 @@ class RecordedScene:
         """Return the visible shapes of a present entity, by the frame of their body."""
         key = entity, self.entities()[entity]
         if key not in self._shapes:
-            self._shapes[key] = shapes_of(self._looks[entity][key[1]][1])
+            with self._recording.decoding():
+                self._shapes[key] = shapes_of(self._looks[entity][key[1]][1])
         return self._shapes[key]
 
     def poses(self) -> np.ndarray:
         """Return the poses of all frames; those that are not there have an old pose, or none."""
-        message = FrameTransforms.FromString(self._poses[self.index])
+        with self._recording.decoding():
+            message = FrameTransforms.FromString(self._poses[self.index])
         return self._place(message, self._latest(self._fixed).copy())
 
     # Internal
@@ -150,3 +146,7 @@ class RecordedScene:
                 p, q = one.translation, one.rotation
                 poses[number] = p.x, p.y, p.z, q.w, q.x, q.y, q.z
         return poses
+
+
+def _camera(position: Sequence[float], quat_wxyz: Sequence[float], **fields: Any) -> SceneCamera:
+    return SceneCamera(position=np.array(position), quat_wxyz=np.array(quat_wxyz), **fields)

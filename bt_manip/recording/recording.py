@@ -4,11 +4,13 @@ import json
 import os
 import struct
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
+from google.protobuf.message import DecodeError
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import EndOfFile, McapError
 from mcap.opcode import Opcode
@@ -59,27 +61,39 @@ class Recording:
         self.joints: dict[str, list[str]] = {}
         self.limits: dict[str, JointLimits] = {}
         self.end = 0.0
-        for record in self._read(emit_chunks=True):
-            if isinstance(record, Metadata) and record.name == "tree":
-                self.tree_xml = record.metadata["xml"]
-            elif isinstance(record, Metadata) and record.name == "run":
-                self.identity = {k: json.loads(text) for k, text in record.metadata.items()}
-            elif isinstance(record, Channel):
-                self.topics[record.topic] = record.message_encoding
-                if "joints" in record.metadata:
-                    robot = record.topic.split("/")[2]
-                    limits = {key: json.loads(text) for key, text in record.metadata.items()}
-                    self.joints[robot] = limits.pop("joints")
-                    if limits:
-                        self.limits[robot] = JointLimits(**limits)
-            elif isinstance(record, Chunk):
-                self.end = max(self.end, record.message_end_time / 1e9)
+        with self.decoding():
+            for record in self._read(emit_chunks=True):
+                if isinstance(record, Metadata) and record.name == "tree":
+                    self.tree_xml = record.metadata["xml"]
+                elif isinstance(record, Metadata) and record.name == "run":
+                    self.identity = {k: json.loads(text) for k, text in record.metadata.items()}
+                elif isinstance(record, Channel):
+                    self.topics[record.topic] = record.message_encoding
+                    if "joints" in record.metadata:
+                        robot = record.topic.split("/")[2]
+                        limits = {key: json.loads(text) for key, text in record.metadata.items()}
+                        self.joints[robot] = limits.pop("joints")
+                        if limits:
+                            self.limits[robot] = JointLimits(**limits)
+                elif isinstance(record, Chunk):
+                    self.end = max(self.end, record.message_end_time / 1e9)
 
     def _repr_html_(self) -> str:
         """Show what identifies the run in a notebook."""
         rows = {key: self.identity.get(key) for key in ("tree", "robot", "scene", "seed")}
         end = f"{self.end:.2f} s" + ("" if self.complete else ", not closed")
         return html_table(f"Recording {self.path.name}", rows | {"end": end})
+
+    @contextmanager
+    def decoding(self) -> Iterator[None]:
+        """Raise `BtManipError` where the block finds messages that no recorder writes."""
+        try:
+            yield
+        except (
+            McapError, DecodeError, ValueError, TypeError, LookupError, AttributeError,
+            ArithmeticError, RuntimeError, struct.error,
+        ) as error:  # fmt: skip
+            raise BtManipError(f"{self.path} is damaged: {error}") from error
 
     def messages(self, *topics: str) -> Iterator[tuple[float, str, Any]]:
         """Iterate over the messages of some topics, or of all.
@@ -107,7 +121,8 @@ class Recording:
             if isinstance(record, Channel) and (not topics or record.topic in topics):
                 channels[record.id] = record.topic, record.message_encoding == "json"
             elif isinstance(record, Chunk):
-                yield from _messages_in(record, channels)
+                with self.decoding():
+                    yield from _messages_in(record, channels)
 
     def events(self, *only: str) -> Iterator[RunEvent]:
         """Iterate over the events of some kinds, or of all, as an `EventStream` reported them."""
@@ -135,13 +150,14 @@ class Recording:
             raise BtManipError(f"{self.path} has the robots {', '.join(self.joints)}, not {robot}")
         parse = control_step_class().FromString
         times, rows, free = [], [], []
-        for time, _, data in self.messages(f"/robots/{robot}/joints"):
-            step = parse(data)
-            times.append(time)
-            rows.append([getattr(step, name) for name in STEP_FIELDS])
-            free.append(step.free)
-        shape = (len(rows), len(STEP_FIELDS), len(self.joints[robot]))
-        columns = np.array(rows).reshape(shape)
+        with self.decoding():
+            for time, _, data in self.messages(f"/robots/{robot}/joints"):
+                step = parse(data)
+                times.append(time)
+                rows.append([getattr(step, name) for name in STEP_FIELDS])
+                free.append(step.free)
+            shape = len(rows), len(STEP_FIELDS), len(self.joints[robot])
+            columns = np.array(rows, dtype=float).reshape(shape)
         steps = {"t": np.array(times)} | {n: columns[:, i] for i, n in enumerate(STEP_FIELDS)}
         return steps | {"free": np.array(free, dtype=bool)}
 
@@ -173,18 +189,14 @@ class Recording:
                 file.seek(length, os.SEEK_CUR)
                 continue
             stream = BytesIO(head + file.read(length))
-            try:
-                reader = StreamReader(
-                    stream, skip_magic=True, emit_chunks=emit_chunks, validate_crcs=True
-                )
+            reader = StreamReader(
+                stream, skip_magic=True, emit_chunks=emit_chunks, validate_crcs=True
+            )
+            with self.decoding(), suppress(EndOfFile):  # this record is the only one
                 for record in reader.records:
                     if isinstance(record, Chunk):
                         yield from _unpack(record)
                     yield record
-            except EndOfFile:  # this record was the only one
-                pass
-            except (McapError, ValueError, RuntimeError, struct.error) as error:
-                raise BtManipError(f"{self.path} is damaged: {error}") from error
 
 
 def _unpack(chunk: Chunk) -> Iterator[Channel]:

@@ -37,13 +37,14 @@ class Timeline:
         self._events: list[RunEvent] = []
         numbers: list[int] = []  # ticks that had begun before each event
         topics = [topic for topic in (*kinds, *joints) if topic in recording.topics]
-        for number, time, topic, data in recording.numbered_messages(*topics):
-            if topic in kinds:
-                self._events.append(RunEvent(time, kinds[topic], data))
-                numbers.append(number)
-            elif (i := index.get(round(time * 1e9))) is not None:
-                step = parse(data)
-                self._joints[joints[topic]][i] = step.q, step.q_ref
+        with recording.decoding():
+            for number, time, topic, data in recording.numbered_messages(*topics):
+                if topic in kinds:
+                    self._events.append(RunEvent(time, kinds[topic], data))
+                    numbers.append(number)
+                elif (i := index.get(round(time * 1e9))) is not None:
+                    step = parse(data)
+                    self._joints[joints[topic]][i] = step.q, step.q_ref
         self._ends: list[int] = []  # number of events before each state
         end = 0
         for time, tick in zip(self.times.tolist(), ticks.tolist(), strict=True):
