@@ -41,8 +41,13 @@ def export(
     form = form or (out.suffix[1:] if out is not None else "")
     if form not in FORMATS:
         raise click.UsageError(f"--to or the suffix of --out is one of {', '.join(FORMATS)}")
-    options: dict[str, Any] = {"camera": camera, "size": size, "fps": fps, "overlay": overlay}
-    given = {name: value for name, value in options.items() if value}
+    options: dict[str, Any] = {
+        "camera": camera,
+        "size": size,
+        "fps": fps,
+        "overlay": overlay or None,
+    }
+    given = {name: value for name, value in options.items() if value is not None}
     if given and form not in VIDEOS:
         raise click.UsageError(f"--{next(iter(given))} is an option of {' and '.join(VIDEOS)}")
     if out is None:
@@ -55,7 +60,7 @@ def export(
     use_offscreen_opengl()
     from bt_manip.recording import Recording, check_writable
 
-    check_writable(out, "export")
+    check_writable(out, "export", source=None if form == "mcap" else file)
     recording = Recording(file)
     if form in VIDEOS:
         from bt_manip.recording import write_video

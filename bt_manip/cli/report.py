@@ -5,7 +5,6 @@ from pathlib import Path
 
 import click
 
-from bt_manip.exceptions import BtManipError
 from bt_manip.extras import require_extra
 
 
@@ -24,18 +23,12 @@ def report(recording: Path, output: Path | None) -> None:
     os.environ.setdefault("MUJOCO_GL", "disable")  # nothing is drawn here
     require_extra("record", "report", "mcap", "foxglove_schemas_protobuf")
     require_extra("view", "report", "bokeh", "viser")
-    from bt_manip.recording import Recording, check_writable, whole_file
+    from bt_manip.recording import Recording, check_writable, whole_file, writing
     from bt_manip.viewer.report import html_report
 
     path = output or recording.with_suffix(".html")
-    if path.resolve() == recording.resolve():
-        raise BtManipError(f"report '{path}' would replace the recording")
-    check_writable(path, "report")
+    check_writable(path, "report", source=recording)
     page = html_report(Recording(recording)).encode()
-    try:
-        with whole_file(path) as file:
-            file.write(page)
-    except OSError as error:
-        reason = error.strerror or error
-        raise BtManipError(f"report '{path}' cannot be written: {reason}") from error
+    with writing(path, "report"), whole_file(path) as file:
+        file.write(page)
     click.echo(f"Report: {path} ({len(page) / 1e6:.1f} MB)")

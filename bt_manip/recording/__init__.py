@@ -11,12 +11,14 @@ if TYPE_CHECKING:
     from bt_manip.recording.continuation import Continuation as Continuation
     from bt_manip.recording.continuation import RecordedInterventions as RecordedInterventions
     from bt_manip.recording.export_mcap import write_mcap as write_mcap
+    from bt_manip.recording.export_table import running_leaves as running_leaves
     from bt_manip.recording.export_table import write_csv as write_csv
     from bt_manip.recording.export_table import write_parquet as write_parquet
     from bt_manip.recording.export_video import write_video as write_video
     from bt_manip.recording.files import RecordingError as RecordingError
     from bt_manip.recording.files import check_writable as check_writable
     from bt_manip.recording.files import whole_file as whole_file
+    from bt_manip.recording.files import writing as writing
     from bt_manip.recording.mcap_recorder import McapRecorder as McapRecorder
     from bt_manip.recording.recorded_run import Interval as Interval
     from bt_manip.recording.recorded_run import RecordedCycle as RecordedCycle

@@ -5,7 +5,7 @@ from pathlib import Path
 from mcap.records import Channel, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
-from bt_manip.recording.files import whole_file
+from bt_manip.recording.files import whole_file, writing
 from bt_manip.recording.recording import Recording
 
 CHUNK_SIZE = 1 << 20
@@ -17,7 +17,7 @@ def write_mcap(recording: Recording, path: Path) -> None:
 
     Each message keeps its time, its sequence number and its bytes.
     """
-    with whole_file(path) as file:
+    with writing(path, "recording"), whole_file(path) as file:
         writer = Writer(file, CHUNK_SIZE, CompressionType.ZSTD)
         writer.start("", "bt-manip")
         schemas, channels = {0: 0}, {}

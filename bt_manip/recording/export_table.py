@@ -3,14 +3,14 @@
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from bt_manip.bt.nodes import NodeKind
 from bt_manip.cell import WORLD, entity_of
 from bt_manip.exceptions import BtManipError
-from bt_manip.recording.files import whole_file
+from bt_manip.recording.files import whole_file, writing
 from bt_manip.recording.protobuf import STEP_FIELDS
 from bt_manip.recording.recorded_scene import RecordedScene
 from bt_manip.recording.recording import Recording
@@ -21,43 +21,39 @@ POSE = ("x", "y", "z", "qw", "qx", "qy", "qz")
 WRENCH = ("force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z")
 """Columns of the wrench on a gripper in its tool frame [N, N m]."""
 
+Leaves = tuple[dict[str, Any], ...]
+"""Nodes, as the event ``tree`` describes them."""
+
 SEPARATOR = "; "
 """Between several names in one cell of the table."""
 
 
-class RunningLeaves(NamedTuple):
-    """The leaves of the tree that run, from each change of a status to the next."""
+def running_leaves(recording: Recording, t: Sequence[float] | np.ndarray) -> list[Leaves]:
+    """Return the running leaves of the tree in the ticks of the control steps at some times.
 
-    times: np.ndarray  # (n,) [s] of the changes, in order
-    leaves: list[tuple[dict[str, Any], ...]]
-    """After each change: the nodes, as the event ``tree`` describes them."""
-
-    def at(self, times: np.ndarray) -> list[tuple[dict[str, Any], ...]]:
-        """Return those during the ticks that have made the steps that end at some times [s]."""
-        numbers = np.searchsorted(self.times, times, side="left") - 1
-        return [self.leaves[i] if i >= 0 else () for i in numbers.tolist()]
-
-
-def running_leaves(recording: Recording) -> RunningLeaves:
-    """Return which leaves of a recorded tree ran when."""
+    Args:
+        recording: The recording.
+        t: Ends of the control steps [s].  # (n,)
+    """
     nodes: dict[int, dict[str, Any]] = {}
     running: dict[int, dict[str, Any]] = {}
-    times, leaves = [], []
-    for event in recording.events():
+    changes: list[float] = []  # [s]
+    leaves: list[Leaves] = [()]  # before and after each change
+    for event in recording.events("tree", "status"):
         if event.kind == "tree":
             parents = {node["parent"] for node in event.data["nodes"]}
             nodes = {n["uid"]: n for n in event.data["nodes"] if n["uid"] not in parents}
             running = {}
-        elif event.kind == "status" and event.data["uid"] in nodes:
+        elif event.data["uid"] in nodes:
             uid = event.data["uid"]
             running.pop(uid, None)
             if event.data["status"] == "RUNNING":
                 running[uid] = nodes[uid]
         else:
             continue
-        times.append(event.time)
+        changes.append(event.time)
         leaves.append(tuple(running.values()))
-    return RunningLeaves(np.array(times), leaves)
+    return [leaves[i] for i in np.searchsorted(changes, t, side="left").tolist()]
 
 
 def control_step_table(recording: Recording) -> dict[str, Any]:
@@ -82,7 +78,7 @@ def control_step_table(recording: Recording) -> dict[str, Any]:
                 columns[f"{robot}/{joint}/{name}"] = steps[robot][name][:n, i]
         columns |= _robot_columns(recording, robot, t)
     columns |= _object_columns(RecordedScene(recording), set(recording.joints), t)
-    running = running_leaves(recording).at(t)
+    running = running_leaves(recording, t)
     action = str(NodeKind.ACTION)
     columns["node"] = [SEPARATOR.join(one["path"] for one in leaves) for leaves in running]
     columns["phase"] = [
@@ -116,13 +112,14 @@ def write_parquet(recording: Recording, path: Path) -> None:
 def _write(recording: Recording, path: Path, write: Callable[[Any, BinaryIO], None]) -> None:
     import pyarrow
 
-    columns = {
-        name: pyarrow.array(column, from_pandas=True)  # NaN becomes null
-        for name, column in control_step_table(recording).items()
-    }
+    with recording.decoding():
+        columns = {
+            name: pyarrow.array(column, from_pandas=True)  # NaN becomes null
+            for name, column in control_step_table(recording).items()
+        }
     identity = {"bt_manip": json.dumps(recording.identity)}
     table = pyarrow.table(columns).replace_schema_metadata(identity)
-    with whole_file(path) as file:
+    with writing(path, "table"), whole_file(path) as file:
         write(table, file)
 
 

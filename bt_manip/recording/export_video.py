@@ -135,7 +135,7 @@ def write_video(
         shown = SceneModel(scene)
     number = camera_number(shown.model, camera)
     times = frame_times(scene.times, fps)
-    running = running_leaves(recording).at(times)
+    running = running_leaves(recording, times)
     renderer = FrameRenderer(shown.model, *extent, shadow_size=SHADOW_SIZE, samples=SAMPLES)
     with closing(renderer), closing(VideoFile(path, *extent, fps)) as video:
         for time, leaves in zip(times.tolist(), running, strict=True):

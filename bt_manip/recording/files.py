@@ -17,19 +17,22 @@ class RecordingError(BtManipError):
     """A recording that could not be written."""
 
 
-def check_writable(path: Path, what: str) -> None:
+def check_writable(path: Path, what: str, *, source: Path | None = None) -> None:
     """Check that a file can be written later, without changing it.
 
     Args:
         path: The file.
         what: Purpose, the first word of the message: ``"report"``.
+        source: The recording that is read, which must be another file.
 
     Raises:
         BtManipError: When it cannot be written.
     """
     target = _target(path)
     problem = ""
-    if target.is_dir():
+    if source is not None and target == _target(source):
+        problem = "it would replace the recording"
+    elif target.is_dir():
         problem = "it is a folder"
     elif not target.parent.exists():
         problem = f"there is no folder '{path.parent}'"
@@ -66,6 +69,22 @@ def reading(path: str | os.PathLike[str], what: str) -> Iterator[None]:
         raise BtManipError(f"{what} '{path}' cannot be read: {reason}") from error
     except (ValueError, TypeError, LookupError, EOFError, BadZipFile, RecursionError) as error:
         raise BtManipError(f"'{path}' is not a {what}: {error}") from error
+
+
+@contextmanager
+def writing(path: Path, what: str) -> Iterator[None]:
+    """Raise `RecordingError` where the block fails to write a file.
+
+    Args:
+        path: The file.
+        what: What it is, the first word of the message: ``"report"``.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise RecordingError(
+            f"{what} '{path}' cannot be written: {error.strerror or error}"
+        ) from error
 
 
 @contextmanager

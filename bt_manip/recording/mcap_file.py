@@ -13,7 +13,7 @@ from mcap.opcode import Opcode
 from mcap.records import MessageIndex
 from mcap.writer import CompressionType, Writer
 
-from bt_manip.recording.files import RecordingError
+from bt_manip.recording.files import writing
 from bt_manip.recording.protobuf import file_descriptor_set
 
 CHUNK_DURATION = 0.5
@@ -130,10 +130,8 @@ class McapFile:
             RecordingError: If it cannot be written.
         """
         self._path = path
-        try:
+        with writing(path, "recording"):
             self._file = path.open("wb")
-        except OSError as error:
-            raise self._problem(error) from error
         # Chunks end by time; joints compress hardly better with zstd, and much slower.
         self._writer = BlockWriter(self._file, 1 << 30, CompressionType.LZ4)
         self._writer.start("", "bt-manip")
@@ -265,11 +263,8 @@ class McapFile:
         with suppress(OSError):  # raised again for data that an error above has left
             self._file.close()
         if self._error is not None:
-            raise self._problem(self._error) from self._error
-
-    def _problem(self, error: OSError) -> RecordingError:
-        reason = error.strerror or error
-        return RecordingError(f"recording '{self._path}' cannot be written: {reason}")
+            with writing(self._path, "recording"):
+                raise self._error
 
     def _flush(self) -> None:
         """Write the messages so far; after an error nothing more is written."""

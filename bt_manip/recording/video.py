@@ -12,7 +12,7 @@ from bt_manip.bt import NodeStatus
 from bt_manip.cell import FrameRenderer, camera_number
 from bt_manip.exceptions import BtManipError
 from bt_manip.extras import require_extra
-from bt_manip.recording.files import RecordingError
+from bt_manip.recording.files import RecordingError, writing
 from bt_manip.runner import RunObserver
 
 SHADOW_SIZE = 2048
@@ -65,10 +65,8 @@ class VideoFile:
         self._error: RecordingError | None = None
         self._block: list[Any] = []
         rate = Fraction(fps).limit_denominator(1000)
-        try:
+        with writing(path, "video"):
             self._file = path.open("wb", buffering=0)
-        except OSError as error:
-            raise self._problem(error) from error
         if self._is_gif:
             self._time_base = Fraction(1, 100)
             self._container = av.open(self._file, "w", format="gif", options={"loop": "0"})
@@ -113,16 +111,13 @@ class VideoFile:
         if self._error is not None:
             raise self._error
 
-    def _problem(self, error: OSError) -> RecordingError:
-        text = error.strerror or error
-        return RecordingError(f"video '{self._path}' cannot be written: {text}")
-
     def _try(self, write: Callable[[], None]) -> None:
         if self._error is None:
             try:
-                write()
-            except OSError as error:  # those of FFmpeg are derived from it
-                self._error = self._problem(error)
+                with writing(self._path, "video"):  # errors of FFmpeg are derived from OSError
+                    write()
+            except RecordingError as error:
+                self._error = error
 
     def _encode(self, frames: Iterable[Any]) -> None:
         for frame in frames:

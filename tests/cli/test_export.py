@@ -55,6 +55,25 @@ def test_bad_input_is_said(bt_manip, recording, arguments, message):
     assert code == 2 and message in " ".join(err.split())
 
 
+@pytest.mark.parametrize("form", ["csv", "btlog"])
+def test_the_recording_is_not_replaced(bt_manip, recording, form):
+    before = recording.read_bytes()
+    code, _, err = bt_manip("export", recording, "--to", form, "-o", recording)
+    assert code == 2 and "it would replace the recording" in err
+    assert recording.read_bytes() == before
+
+
+@pytest.mark.parametrize("form", ["csv", "parquet", "mcap"])
+def test_a_full_disk_is_said(bt_manip, recording, form):
+    code, _, err = bt_manip("export", recording, "--to", form, "-o", "/dev/full")
+    assert code == 2 and "'/dev/full' cannot be written: " in err and err.count("\n") == 1
+
+
+def test_zero_frames_per_second_are_refused(bt_manip, recording):
+    code, _, err = bt_manip("export", recording, "--to", "mp4", "--fps", "0")
+    assert code == 2 and "up to 1000 frames per second, got 0" in err
+
+
 def test_what_is_no_recording_is_said(bt_manip, tmp_path):
     assert "No such file" in bt_manip("export", tmp_path / "no.mcap", "--to", "csv").err
     (tmp_path / "a.mcap").write_text("a")

@@ -75,7 +75,7 @@ def html_report(recording: Recording) -> str:
         BtManipError: If it is not the recording of a run.
     """
     run = RecordedRun(recording)
-    replay, rate = replay_html(run)
+    replay, rate = replay_html(recording)
     plots = Plots(run)
     nodes = [node for node in run.nodes.values() if node.intervals]
     tree = [BarRow(n.name, n.path, n.intervals, n.depth, not n.is_leaf) for n in nodes]

@@ -1,11 +1,10 @@
 """The 3D replay of a recorded run: viser's own player as one HTML page."""
 
-from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
-from bt_manip.recording import RecordedRun, RecordedScene
+from bt_manip.recording import RecordedScene, Recording, running_leaves
 from bt_manip.viewer.page import SceneView, close_server, open_server
 
 RATE = 20.0
@@ -18,17 +17,12 @@ LABEL_HEIGHT = 0.9
 """Height of the label above the centre of the picture; 1 is the upper edge."""
 
 
-def replay_html(run: RecordedRun) -> tuple[str, float]:
-    """Return the replay as HTML, and its number of poses per second.
-
-    Args:
-        run: The run.
-    """
-    scene = RecordedScene(run.recording)
+def replay_html(recording: Recording) -> tuple[str, float]:
+    """Return the replay of a recording as HTML, and its number of poses per second."""
+    scene = RecordedScene(recording)
     first, last = float(scene.times[0]), float(scene.times[-1])
     duration = last - first
     rate = min(RATE, POSES / max(duration, 1e-9))
-    running = _labels(run)
     server = open_server(0)
     try:
         view = SceneView(server)
@@ -40,7 +34,8 @@ def replay_html(run: RecordedRun) -> tuple[str, float]:
         serializer = server.get_scene_serializer()
         shown = scene.entities()
         times = np.linspace(first, last, max(2, round(duration * rate) + 1)).tolist()
-        for before, time in zip([first, *times], times, strict=False):
+        running = running_leaves(recording, times)
+        for before, time, leaves in zip([first, *times], times, running, strict=False):
             serializer.insert_sleep(time - before)
             scene.seek(time)
             if (present := scene.entities()) != shown:
@@ -48,7 +43,7 @@ def replay_html(run: RecordedRun) -> tuple[str, float]:
                 view.bind(scene)
             else:
                 view.update()
-            label.text = f"{time:.2f} s  {running(time)}"
+            label.text = f"{time:.2f} s  {', '.join(node['name'] for node in leaves)}"
         return serializer.as_html(), rate
     finally:
         close_server(server)
@@ -60,23 +55,3 @@ def _top(camera: Any) -> np.ndarray:
     right = np.cross(forward, (1e-6, 0.0, 1.0))  # not zero where the camera looks straight down
     up = np.cross(right, forward) / np.linalg.norm(right)
     return camera.look_at + LABEL_HEIGHT * np.tan(camera.fov / 2.0) * up
-
-
-def _labels(run: RecordedRun) -> Callable[[float], str]:
-    """Return a function that gives the names of the leaves that run at increasing times [s]."""
-    leaves = [
-        (one.start, one.end, node.name)
-        for node in run.nodes.values()
-        if node.is_leaf
-        for one in node.intervals
-    ]
-    leaves.sort()
-
-    def names(time: float) -> Iterator[str]:
-        for start, end, name in leaves:
-            if start > time:
-                return
-            if time < end:
-                yield name
-
-    return lambda time: ", ".join(names(time))
