@@ -1,0 +1,41 @@
+"""Jogging and runs from the page of a cell in which no tree runs (``bt-manip view``)."""
+
+import pytest
+
+from tests.browser.conftest import Window, wait_until
+
+
+@pytest.fixture(scope="module")
+def window(start, open_window) -> Window:
+    window = open_window(start("view", "pick_place").url)
+    window.wait_for_scene()
+    return window
+
+
+def test_a_joint_slider_moves_the_arm_which_is_saved_by_name(window):
+    window.open_tab("Jog")
+    before = window.pixel("/panda/panda:hand")
+    joint1 = window.page.locator(".mantine-NumberInput-input").first
+    joint1.fill("0.5")
+    joint1.press("Enter")
+
+    def moved() -> bool:
+        return abs(window.pixel("/panda/panda:hand")[0] - before[0]) > 20
+
+    wait_until(moved)
+    window.page.locator(".mantine-TextInput-input").first.fill("beside")
+    window.press("Save configuration")
+    window.wait_for_text(r"beside.*configurations\.toml")
+    window.keep("jog")
+
+
+def test_a_tree_runs_is_stopped_and_the_cell_is_reset(window):
+    window.press("Run")
+    window.wait_for_text("cycle 1, ")
+    window.wait_for_text("▶ Hover|▶ Reach|▶ Lift|▶ Drop")
+    window.press("Stop")
+    window.button("Reset").wait_for()
+    window.press("Reset")
+    wait_until(lambda: window.time() < 1.0)
+    window.keep("session")
+    assert not window.log
