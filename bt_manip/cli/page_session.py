@@ -136,13 +136,14 @@ class PageSession:
         assert self._page is not None
         self._tell(f"The page stays up at {self._page.url}; press Ctrl-C to leave.")
         self._rest()
-        pacing = Pacing(1.0)
+        pacing, time = Pacing(1.0), 0.0  # also where the cell stands still
         while not self._interrupt.requested:
             if (asked := self._panel.take()) is not None:
                 self._obey(*asked)
-                pacing.start(self._time)
+                pacing.start(time)
             self._idle_tick()
-            pacing.wait(self._time)
+            time += self._options.tick_ms * 1e-3
+            pacing.wait(time)
 
     @property
     def is_open(self) -> bool:
@@ -220,7 +221,7 @@ class PageSession:
             self._panel.tell(self.last.error if action == "run" and self.last else "", error=True)
         except BtManipError as error:
             self._panel.tell(str(error), error=True)
-        except Exception as error:  # of a plugin
+        except (Exception, SystemExit) as error:  # of a plugin
             self._panel.tell(f"{type(error).__name__}: {error}", error=True)
 
     def _options_of(self, choice: "RunChoice") -> RunOptions:
@@ -246,10 +247,6 @@ class PageSession:
             self._page.begin_idle(self._station)
             self._stands = False
 
-    @property
-    def _time(self) -> float:
-        return 0.0 if self._station is None else self._station.cell.time
-
     def _idle_tick(self) -> None:
         """Step the cell by a tick; it stands still after an exception, until the next request."""
         assert self._page is not None
@@ -258,7 +255,7 @@ class PageSession:
             self._is_new &= not self._jog.moved
             if self._station is not None and not self._stands:
                 self._station.cell.step(round(self._options.tick_ms * 1e-3 / self._station.cell.dt))
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             self._stands = True
             self._panel.tell(f"the cell stands still: {error}; Reset builds it anew", error=True)
 

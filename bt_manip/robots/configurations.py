@@ -1,5 +1,6 @@
 """Named configurations of robots, from TOML tables and MoveIt Pro waypoint files."""
 
+import json
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,6 +15,10 @@ from .errors import RobotError
 
 Configuration = Sequence[float] | Mapping[str, float]
 """Joint positions, in joint order or by joint name [rad]."""
+
+
+BARE_KEY = re.compile("[A-Za-z0-9_-]+")
+"""A key that TOML needs no quotes for."""
 
 
 def read_configurations(table: TomlTable, folder: Path) -> dict[str, Configuration]:
@@ -64,7 +69,7 @@ def save_configuration(path: Path, name: str, q: Sequence[float]) -> None:
     Raises:
         RobotError: If the name is invalid, or the file has anything else or cannot be written.
     """
-    if not re.fullmatch(r"[A-Za-z0-9_-]+", name) or name == "home":
+    if not BARE_KEY.fullmatch(name) or name == "home":
         raise RobotError(
             "a configuration is named with letters, digits, '_' and '-', and not 'home', got "
             f"{name!r}"
@@ -73,12 +78,16 @@ def save_configuration(path: Path, name: str, q: Sequence[float]) -> None:
     if mapped := [other for other, positions in known.items() if isinstance(positions, Mapping)]:
         raise RobotError(f"{path}: '{mapped[0]}' comes from a waypoint file; choose another file")
     known[name] = [round(position, 6) for position in np.asarray(q).tolist()]
-    lines = [f"{other} = {list(positions)}" for other, positions in known.items()]
+    lines = [f"{_toml_key(other)} = {list(positions)}" for other, positions in known.items()]
     text = "\n".join(["# Joint positions [rad], in the order of the joints.", "[configurations]"])
     try:
-        path.write_text("\n".join([text, *lines, ""]))
+        path.write_text("\n".join([text, *lines, ""]), encoding="utf-8")
     except OSError as error:
         raise RobotError(f"cannot write {path}: {error.strerror}") from error
+
+
+def _toml_key(name: str) -> str:
+    return name if BARE_KEY.fullmatch(name) else json.dumps(name, ensure_ascii=False)
 
 
 def read_waypoints(path: Path | str) -> dict[str, Configuration]:

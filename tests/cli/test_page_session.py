@@ -1,6 +1,7 @@
 """Runs that are chosen on the page are the runs of the command line."""
 
 import json
+import time
 from dataclasses import replace
 
 import pytest
@@ -179,10 +180,24 @@ def test_a_cell_that_raises_stands_still_until_the_next_request(session, serve, 
         raise ValueError("the physics diverged")
 
     monkeypatch.setattr(session._station.cell, "step", fail)
-    serve(None)
+    start = time.perf_counter()
+    serve(*[None] * 20)
+    assert time.perf_counter() - start > 0.3  # 40 ticks in real time, not as fast as possible
     assert "the physics diverged" in session._panel._message.content
     serve(("reset", choice(tree)))
     assert session._station.cell.time > 0.0
+
+
+def test_a_plugin_that_exits_does_not_end_the_session(session, serve, tree, monkeypatch):
+    def leave(*_):
+        raise SystemExit("no license")
+
+    monkeypatch.setattr("bt_manip.runner.prepare_station", leave)
+    serve(("reset", choice(tree)))
+    assert "SystemExit: no license" in session._panel._message.content
+    monkeypatch.setattr(session._station.cell, "step", leave)
+    serve(None)
+    assert "stands still: no license" in session._panel._message.content
 
 
 def test_an_interrupt_while_a_cell_is_built_ends_the_session(session, serve, tree, monkeypatch):

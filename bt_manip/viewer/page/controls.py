@@ -1,13 +1,15 @@
 """The controls of a run: pause, step, speed, stop."""
 
+import math
 import threading
 from collections.abc import Callable
 from html import escape
 from typing import Any
 
+from bt_manip.exceptions import BtManipError
 from bt_manip.runner import Pacing, RunEvent
 
-from .panel import Panel
+from .panel import Panel, block
 
 SPEEDS = {"1/10": 0.1, "1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "5": 5.0}
 """Choices of the speed: simulated seconds per second of wall time."""
@@ -40,7 +42,12 @@ class Controls(Panel):
         Args:
             gui: viser's ``GuiApi``.
             speed: Simulated seconds per second of wall time at first; None is without limit.
+
+        Raises:
+            BtManipError: If the speed is not a positive number.
         """
+        if speed is not None and not 0.0 < speed < math.inf:
+            raise BtManipError(f"the speed must be a positive number, got {speed:g}")
         self.paused = self.stopped = False
         self.breakpoints: frozenset[str] = frozenset()
         self._broken = ""  # path of the node at which the run has paused
@@ -49,7 +56,6 @@ class Controls(Panel):
         self._state = self._cycle = ""
         self._run: Any = None
         self._cell: Any = None  # has the time
-        self._text = ""
         speeds = dict(SPEEDS)
         if speed is not None and speed not in speeds.values():
             speeds[f"{speed:g}"] = speed
@@ -124,7 +130,7 @@ class Controls(Panel):
     def end(self) -> None:
         """Show that the run has ended."""
         self._state = f"{'stopped' if self.stopped else 'ended'} {self._state}".rstrip()
-        self.paused = False
+        self.paused, self._steps = False, 0
         for control in self._in_run:
             control.disabled = True
 
@@ -145,10 +151,8 @@ class Controls(Panel):
             state += f" at {self._broken}"
         cycle = f"{escape(self._cycle)}, " if self._cycle else ""
         text = f"{cycle}{self._cell.time:.2f} s: {escape(state)}"
-        if text != self._text:
-            self._text = text
-            self._html.content = f'<div style="font-weight:bold;padding:0 0.8em">{text}</div>'
-            self._pause.label = go_on if self.paused else "Pause"
+        self._html.content = block(text, "font-weight:bold;font-size:1em")
+        self._pause.label = go_on if self.paused else "Pause"
 
     # Callbacks
 

@@ -23,11 +23,7 @@ class ErrorPlot(Panel):
     """Plots the largest joint tracking error of each robot after each tick."""
 
     def __init__(self, page: Any) -> None:
-        """Keep the container; the plot is added when the robots are known.
-
-        Args:
-            page: The page.
-        """
+        """Keep the container; the plot is added when the robots are known."""
         self._gui = page.server.gui
         self._container = self._gui.add_folder("Tracking error [mrad]")
         self._plot: Any = None

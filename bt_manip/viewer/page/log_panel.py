@@ -6,8 +6,8 @@ from typing import Any
 
 from bt_manip.runner import RunEvent, log_line
 
-from .node_details import short
-from .panel import Panel
+from .node_details import keep_value, short
+from .panel import Panel, block
 
 LINES = 100
 """Number of lines of the log that are kept."""
@@ -15,7 +15,7 @@ LINES = 100
 COLOURS_OF_LEVELS = {"INFO": "inherit", "WARNING": "#e67700", "ERROR": "#c92a2a"}
 """Colour of a line by its level."""
 
-STYLE = "font-size:0.85em;line-height:1.5;padding:0 0.8em;overflow-wrap:anywhere"
+STYLE = "line-height:1.5"
 """Style of the text."""
 
 
@@ -23,19 +23,13 @@ class LogPanel(Panel):
     """Shows reasons of failures, cycles and objects that come and go; the latest line first."""
 
     def __init__(self, page: Any) -> None:
-        """Add it to the current container.
-
-        Args:
-            page: The page.
-        """
+        """Add it to the current container."""
         self._html = page.server.gui.add_html("")
         self._lines: deque[str] = deque(maxlen=LINES)
-        self._changed = False
 
     def reset(self) -> None:
         """Forget the lines."""
         self._lines.clear()
-        self._changed = True
 
     def handle(self, event: RunEvent) -> None:
         """Keep a line for people."""
@@ -43,47 +37,34 @@ class LogPanel(Panel):
             colour = COLOURS_OF_LEVELS[line[0]]
             text = f"{event.time:.2f} s  {line[1]}"
             self._lines.appendleft(f'<div style="color:{colour}">{escape(text)}</div>')
-            self._changed = True
 
     def draw(self) -> None:
         """Send the log if it has changed."""
-        if self._changed:
-            self._changed = False
-            self._html.content = f'<div style="{STYLE}">{"".join(self._lines)}</div>'
+        self._html.content = block("".join(self._lines), STYLE)
 
 
 class BlackboardPanel(Panel):
     """Shows the entries of the blackboard, sorted by key."""
 
     def __init__(self, page: Any) -> None:
-        """Add it to the current container.
-
-        Args:
-            page: The page.
-        """
+        """Add it to the current container."""
         self._html = page.server.gui.add_html("")
-        self._entries: dict[str, str] = {}
+        self._values: dict[str, Any] = {}
         self._changed = False
 
     def reset(self) -> None:
         """Forget the entries."""
-        self._entries.clear()
+        self._values.clear()
         self._changed = True
 
     def handle(self, event: RunEvent) -> None:
         """Keep the value."""
-        if event.kind != "blackboard":
-            return
-        key, value = event.data["key"], event.data["value"]
-        self._changed = True
-        if value is None:
-            self._entries.pop(key, None)
-            return
-        self._entries[key] = f"<div><b>{escape(key)}</b> {short(value)}</div>"
+        self._changed |= keep_value(self._values, event)
 
     def draw(self) -> None:
         """Send the entries if they have changed."""
         if self._changed:
             self._changed = False
-            lines = "".join(self._entries[key] for key in sorted(self._entries))
-            self._html.content = f'<div style="{STYLE}">{lines}</div>'
+            entries = sorted(self._values.items())
+            lines = [f"<div><b>{escape(key)}</b> {short(value)}</div>" for key, value in entries]
+            self._html.content = block("".join(lines), STYLE)

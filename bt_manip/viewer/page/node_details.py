@@ -1,5 +1,6 @@
 """The details of a node as HTML: its ports with their present values."""
 
+from collections.abc import Mapping
 from html import escape
 from typing import Any
 
@@ -15,58 +16,48 @@ def short(value: Any) -> str:
     return escape(text if len(text) <= LONGEST_VALUE else f"{text[:LONGEST_VALUE]}…")
 
 
-class NodeDetails:
-    """Writes path, kind, status, reason and ports of a node.
+def keep_value(values: dict[str, Any], event: RunEvent) -> bool:
+    """Set or remove a value of the blackboard by its event; return whether it is such an event."""
+    if event.kind != "blackboard":
+        return False
+    key, value = event.data["key"], event.data["value"]
+    if value is None:
+        values.pop(key, None)
+    else:
+        values[key] = value
+    return True
 
-    Keeps the values of the blackboard from the events of a run.
+
+def details_html(
+    node: Mapping[str, Any], status: str, reason: str, values: Mapping[str, Any]
+) -> str:
+    """Return path, kind, status, reason and ports of a node.
+
+    Args:
+        node: The node, as in the event ``tree``.
+        status: Its status.
+        reason: Reason of its failure; empty if it did not fail.
+        values: The blackboard, by key.
     """
+    kind, registration = node["kind"], node["registration"]
+    kinds = kind if kind == registration else f"{kind} {registration}"
+    html = f"<div><b>{escape(node['path'])}</b></div>"
+    html += f"<div>{escape(kinds)}, {escape(status.lower())}</div>"
+    if reason:
+        html += f"<div><i>{escape(reason)}</i></div>"
+    rows = [
+        f"<tr><td>{escape(port['name'])}</td><td>{escape(port['direction'])}</td>"
+        f"<td>{short(port['text'])}{_entry(port['key'], values)}</td></tr>"
+        for port in node.get("ports", ())
+    ]
+    if rows:
+        style = "border-collapse:separate;border-spacing:0.8em 0;margin-left:-0.8em"
+        style += ";overflow-wrap:anywhere;vertical-align:top"
+        html += f'<table style="{style}">{"".join(rows)}</table>'
+    return html
 
-    def __init__(self) -> None:
-        """Start with an empty blackboard."""
-        self._values: dict[str, Any] = {}
 
-    def reset(self) -> None:
-        """Forget the values."""
-        self._values.clear()
-
-    def handle(self, event: RunEvent) -> bool:
-        """Take an event; return whether a value has changed."""
-        if event.kind != "blackboard":
-            return False
-        key, value = event.data["key"], event.data["value"]
-        if value is None:
-            self._values.pop(key, None)
-        else:
-            self._values[key] = value
-        return True
-
-    def html(self, node: dict[str, Any], status: str, reason: str) -> str:
-        """Return the details.
-
-        Args:
-            node: The node, as in the event ``tree``.
-            status: Its status.
-            reason: Reason of its failure; empty if it did not fail.
-        """
-        kind, registration = node["kind"], node["registration"]
-        what = kind if kind == registration else f"{kind} {registration}"
-        lines = [f"<b>{escape(node['path'])}</b>", f"{escape(what)}, {escape(status.lower())}"]
-        if reason:
-            lines.append(f"<i>{escape(reason)}</i>")
-        rows = [
-            f"<tr><td>{escape(port['name'])}</td><td>{escape(port['direction'])}</td>"
-            f"<td>{short(port['text'])}{self._entry(port['key'])}</td></tr>"
-            for port in node.get("ports", ())
-        ]
-        if rows:
-            style = "border-collapse:separate;border-spacing:0.8em 0;margin-left:-0.8em"
-            style += ";overflow-wrap:anywhere;vertical-align:top"
-            lines.append(f'<table style="{style}">{"".join(rows)}</table>')
-        return "".join(line if line[:2] == "<t" else f"<div>{line}</div>" for line in lines)
-
-    def _entry(self, key: str) -> str:
-        """Return key and value of an entry of the blackboard; empty for a port without a key."""
-        if not key:
-            return ""
-        value = short(self._values[key]) if key in self._values else "(not set)"
-        return f"<div>{escape(key)} = {value}</div>"
+def _entry(key: str, values: Mapping[str, Any]) -> str:
+    """Return key and value of an entry of the blackboard; empty for a port without a key."""
+    value = short(values[key]) if key in values else "(not set)"
+    return key and f"<div>{escape(key)} = {value}</div>"

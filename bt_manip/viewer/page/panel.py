@@ -66,8 +66,12 @@ class Panel:
         """Send what has changed to the open pages; called at most ten times a second."""
 
 
+def block(html: str, style: str = "") -> str:
+    """Return HTML with the margins and the font of the panels; empty where it is empty."""
+    style = f"font-size:0.85em;padding:0 0.8em;overflow-wrap:anywhere;{style}"
+    return html and f'<div style="{style}">{html}</div>'
+
+
 def message_html(message: str, *, error: bool = False) -> str:
     """Return a message as HTML; empty where there is none."""
-    colour = "#c92a2a" if error else "inherit"
-    style = f"color:{colour};font-size:0.85em;padding:0 0.8em;overflow-wrap:anywhere"
-    return message and f'<div style="{style};white-space:pre-wrap">{escape(message)}</div>'
+    return block(escape(message), f"white-space:pre-wrap;color:{'#c92a2a' if error else 'inherit'}")

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from .error_plot import LINE_COLOURS
-from .panel import Panel
+from .panel import Panel, block
 
 PATH_SAMPLES = 50
 """Number of points of a drawn path."""
@@ -24,11 +24,7 @@ class PathPanel(Panel):
     needs_run = True
 
     def __init__(self, page: Any) -> None:
-        """Add its inputs to the current container.
-
-        Args:
-            page: The page.
-        """
+        """Add its inputs to the current container."""
         self._server = page.server
         self._checkbox = page.server.gui.add_checkbox(
             "Planned paths", True, hint="Draw the path of the tool during each motion"
@@ -64,8 +60,7 @@ class PathPanel(Panel):
             elif trajectory is not None and trajectory is not self._drawn.get(name):
                 self._add(name, trajectory)
         html = "".join(f"<div>{escape(self._texts[name])}</div>" for name in sorted(self._texts))
-        if html != self._html.content:
-            self._html.content = html and f'<div style="padding:0 0.8em">{html}</div>'
+        self._html.content = block(html)
 
     def path(self, name: str, trajectory: Any) -> np.ndarray:
         """Return positions of the tool of a robot along a trajectory [m]."""  # (n, 3)

@@ -31,11 +31,7 @@ class PullPanel(Panel):
     needs_run = True
 
     def __init__(self, page: Any) -> None:
-        """Add its inputs to the current container.
-
-        Args:
-            page: The page.
-        """
+        """Add its inputs to the current container."""
         gui, self._scene = page.server.gui, page.server.scene
         self._choice = gui.add_dropdown(
             "Object", (NO_OBJECT,), hint="Drag its handle in the scene to pull it"
@@ -48,7 +44,7 @@ class PullPanel(Panel):
         self._line: Any = None
         self._client: int | None = None  # that drags the handle
         self._target: list[float] | None = None  # to which it is dragged
-        self._pulled: tuple[str, list[float]] | None = None  # what was requested last
+        self._pulled: tuple[str, list[float], float] | None = None  # what was requested last
         self._has_new_objects = False
         page.server.on_client_disconnect(self._disconnected)
 
@@ -71,8 +67,8 @@ class PullPanel(Panel):
 
     def end_tick(self) -> None:
         """Request the pull if the handle was moved, or let go."""
-        target, name = self._target, self._choice.value
-        wanted = None if target is None or name == NO_OBJECT else (name, target)
+        target, name, force = self._target, self._choice.value, float(self._force.value)
+        wanted = None if target is None or name == NO_OBJECT else (name, target, force)
         if wanted == self._pulled:
             return
         pull, before, self._pulled = self._run.interventions.pull, self._pulled, wanted
@@ -80,7 +76,7 @@ class PullPanel(Panel):
             if before is not None and (wanted is None or before[0] != name):
                 pull(before[0], None)
             if wanted is not None:
-                pull(name, target, max_force=float(self._force.value))
+                pull(name, target, max_force=force)
         except BtManipError:  # it was removed, or the message of the page was malformed
             self._target = None
 

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from html import escape
 from typing import Any
 
 from bt_manip.recording import RecordedScene, Recording, Timeline
@@ -11,6 +10,7 @@ from bt_manip.runner import RunEvent
 
 from .controls import UNLIMITED, Controls
 from .error_plot import SAMPLES
+from .panel import message_html
 from .scene_page import POSE_PERIOD, MakePanel, ScenePage
 from .server import PORT
 
@@ -32,8 +32,7 @@ class ReplayControls(Controls):
             scene: The recorded scene, which has the times.
             note: A line above the inputs.
         """
-        style = "color:#c92a2a;padding:0 0.8em"
-        self._note = gui.add_html(f'<div style="{style}">{escape(note)}</div>' if note else "")
+        self._note = gui.add_html(message_html(note, error=True))
         super().__init__(gui, speed)
         self.paused, self._cell = True, scene
         self._held = False

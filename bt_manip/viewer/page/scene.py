@@ -26,11 +26,7 @@ class SceneView:
     """
 
     def __init__(self, server: Any) -> None:
-        """Start with an empty scene.
-
-        Args:
-            server: The ``viser.ViserServer``.
-        """
+        """Start with an empty scene on a ``viser.ViserServer``."""
         self._server = server
         server.scene.configure_environment_map(environment_intensity=BRIGHTNESS)
         self._shown: dict[str, Any] = {}  # the looks of the entities, by name

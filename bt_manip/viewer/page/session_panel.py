@@ -1,6 +1,6 @@
 """The choice of the next run, and what happens between runs."""
 
-import threading
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -44,8 +44,7 @@ class SessionPanel(Panel):
             seed_of: Returns the default seed of a scene.
         """
         self._scene_of, self._seed_of = scene_of, seed_of
-        self._request: tuple[str, RunChoice] | None = None
-        self._lock = threading.Lock()
+        self._requests: deque[tuple[str, RunChoice]] = deque(maxlen=1)
         gui = page.server.gui
         self._folder = gui.add_folder(None)
         with self._folder:
@@ -70,9 +69,7 @@ class SessionPanel(Panel):
 
         ``show`` asks for the cell of another tree, scene or robot.
         """
-        with self._lock:
-            request, self._request = self._request, None
-        return request
+        return self._requests.pop() if self._requests else None
 
     def tell(self, message: str, *, error: bool = False) -> None:
         """Show one message below the choice; an empty one removes it."""
@@ -104,11 +101,7 @@ class SessionPanel(Panel):
             scene.value = self._scene_of(tree.value)
         if event.target is scene or scene.value != before:
             self._seed.value = self._seed_of(scene.value)
-        self._ask("show")
+        self._requests.append(("show", self._choice()))
 
     def _pressed(self, event: Any) -> None:
-        self._ask(event.target.value.lower())
-
-    def _ask(self, action: str) -> None:
-        with self._lock:
-            self._request = action, self._choice()
+        self._requests.append((event.target.value.lower(), self._choice()))

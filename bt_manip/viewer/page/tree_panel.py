@@ -7,9 +7,8 @@ from typing import Any
 
 from bt_manip.runner import RunEvent
 
-from .breakpoint_list import BreakpointList
-from .node_details import NodeDetails
-from .panel import Panel
+from .node_details import details_html, keep_value
+from .panel import Panel, block
 from .tree_view import TreeView
 
 NO_NODE = "none"
@@ -25,13 +24,10 @@ class TreePanel(Panel):
     in_tab = False
 
     def __init__(self, page: Any) -> None:
-        """Add its inputs to the current container.
-
-        Args:
-            page: The page.
-        """
-        gui, self._controls = page.server.gui, page.controls
-        self._view, self._details = TreeView(), NodeDetails()
+        """Add its inputs to the current container."""
+        gui = self._gui = page.server.gui
+        self._controls, self._view = page.controls, TreeView()
+        self._values: dict[str, Any] = {}  # of the blackboard
         self._changed = self._has_new_tree = False
         self._problems: Iterable[str] = ()
         self._problem_html = gui.add_html("")
@@ -54,13 +50,15 @@ class TreePanel(Panel):
         for group in (choose, change):
             group.on_click(lambda event: self._buttons.append(event.target.value))
         self._chosen_html = gui.add_html("")
-        self._breakpoints = BreakpointList(gui, page.controls)
+        self._folder = gui.add_folder("Breakpoints", visible=False)
+        self._breakpoints: dict[str, Any] = {}  # buttons that remove them, by path
+        self._unset: deque[str] = deque()  # paths of those that were clicked
         self._html = gui.add_html("")
 
     def reset(self) -> None:
         """Forget statuses, values and errors; the tree follows as an event."""
         self._view.reset()
-        self._details.reset()
+        self._values.clear()
         self._problems, self._changed = (), True
 
     def handle(self, event: RunEvent) -> None:
@@ -69,18 +67,20 @@ class TreePanel(Panel):
             self._problems, self._changed = event.data["problems"], True
             return
         self._has_new_tree |= event.kind == "tree"
-        self._changed |= self._view.handle(event) | self._details.handle(event)
+        self._changed |= self._view.handle(event) | keep_value(self._values, event)
 
     def draw(self) -> None:
         """Send what has changed."""
         view = self._view
         while self._buttons:
             self._obey(self._buttons.popleft())
+        while self._unset:
+            self._controls.breakpoints -= {self._unset.popleft()}
         chosen = self._choice.value if self._choice.value != NO_NODE else ""
         if view.chosen != chosen or view.breakpoints != self._controls.breakpoints:
             view.chosen, view.breakpoints = chosen, self._controls.breakpoints
             view.forget_lines()
-            self._breakpoints.draw()
+            self._draw_breakpoints()
             self._changed = True
         if not self._changed:
             return
@@ -93,13 +93,16 @@ class TreePanel(Panel):
         node = view.find(chosen) if chosen else None
         details = ""
         if node is not None:
-            status = view.statuses.get(node["uid"], "IDLE")
-            details = self._details.html(node, status, view.reasons.get(node["uid"], ""))
+            status, reason = (
+                view.statuses.get(node["uid"], "IDLE"),
+                view.reasons.get(node["uid"], ""),
+            )
+            details = details_html(node, status, reason, self._values)
         problems = "".join(f"<div>{escape(problem)}</div>" for problem in self._problems)
         if problems:
             problems = f"<b>The edited file has errors, the tree goes on as it was:</b>{problems}"
-        _show(self._chosen_html, details, "background:rgba(34,139,230,0.1)")
-        _show(self._problem_html, problems, "color:#c92a2a;overflow-wrap:anywhere")
+        self._chosen_html.content = block(details, "background:rgba(34,139,230,0.1)")
+        self._problem_html.content = block(problems, "color:#c92a2a")
         self._html.content = view.html()
 
     # Internal
@@ -119,16 +122,21 @@ class TreePanel(Panel):
         elif button == "Parent":
             path = view.nodes.get(node["parent"], node)["path"]
         elif button == "Breakpoint":
-            self._breakpoints.toggle(node["path"])
+            self._controls.breakpoints ^= {node["path"]}
         else:
             view.folds[node["path"]] = view.is_open(node["uid"])
         self._choice.value = path or self._choice.value
         self._changed = True
 
-
-def _show(html: Any, content: str, style: str) -> None:
-    """Send a part of the panel if it has changed."""
-    if content:
-        content = f'<div style="font-size:0.85em;padding:0.2em 0.8em;{style}">{content}</div>'
-    if html.content != content:
-        html.content = content
+    def _draw_breakpoints(self) -> None:
+        """Add and remove buttons as the breakpoints have changed."""
+        wanted, buttons = self._controls.breakpoints, self._breakpoints
+        for path in buttons.keys() - wanted:
+            buttons.pop(path).remove()
+        with self._folder:
+            for path in sorted(wanted - buttons.keys()):
+                buttons[path] = self._gui.add_button(
+                    f"✕ {path}", color="gray", hint="Remove this breakpoint"
+                )
+                buttons[path].on_click(lambda _, path=path: self._unset.append(path))
+        self._folder.visible = bool(wanted)

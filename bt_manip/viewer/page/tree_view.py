@@ -6,6 +6,8 @@ from typing import Any
 from bt_manip.runner import RunEvent
 from bt_manip.viewer.tree_text import MARKS
 
+from .panel import block
+
 COLOURS = {
     "IDLE": "#868e96",
     "RUNNING": "#e67700",
@@ -119,9 +121,7 @@ class TreeView:
             lines.insert(len(kept), f"<div>⋮ {first - len(kept)} lines</div>")
         if below := len(shown) - first - len(part):
             lines.append(f"<div>⋮ {below} lines</div>")
-        return (
-            f'<div style="font-size:0.85em;line-height:1.5;padding:0 0.8em">{"".join(lines)}</div>'
-        )
+        return block("".join(lines), "line-height:1.5")
 
     # Internal
 

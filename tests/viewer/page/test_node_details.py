@@ -1,7 +1,7 @@
 """The details of a node: its ports with their present values."""
 
 from bt_manip.runner import RunEvent
-from bt_manip.viewer.page.node_details import LONGEST_VALUE, NodeDetails
+from bt_manip.viewer.page.node_details import LONGEST_VALUE, details_html, keep_value
 
 NODE = {
     "path": "pick/<lift>", "kind": "Action", "registration": "Lift",
@@ -12,33 +12,35 @@ NODE = {
 }  # fmt: skip
 
 
-def write(details, key, value):
+def write(values, key, value):
     data = {"key": key, "value": value, "type": "string"}
-    return details.handle(RunEvent(0.0, "blackboard", data))
+    return keep_value(values, RunEvent(0.0, "blackboard", data))
 
 
 def test_path_kind_status_and_reason_are_escaped():
-    html = NodeDetails().html(NODE, "FAILURE", "x < y")
+    html = details_html(NODE, "FAILURE", "x < y", {})
     assert "pick/&lt;lift&gt;" in html and "Action Lift, failure" in html and "x &lt; y" in html
 
 
 def test_a_port_has_its_text_and_the_value_behind_its_key():
-    details = NodeDetails()
-    assert "pick/target = (not set)" in details.html(NODE, "IDLE", "")
-    assert write(details, "pick/target", "<cube>")
-    html = details.html(NODE, "IDLE", "")
+    values = {}
+    assert "pick/target = (not set)" in details_html(NODE, "IDLE", "", values)
+    assert write(values, "pick/target", "<cube>")
+    html = details_html(NODE, "IDLE", "", values)
     assert "<td>{target}<div>pick/target = &lt;cube&gt;</div></td>" in html
     assert "<td>0.1</td>" in html
-    write(details, "pick/target", None)
-    assert "(not set)" in details.html(NODE, "IDLE", "")
+    write(values, "pick/target", None)
+    assert "(not set)" in details_html(NODE, "IDLE", "", values)
 
 
 def test_a_long_value_is_cut():
-    details = NodeDetails()
-    write(details, "pick/target", "a" * 10_000)
-    assert "a" * LONGEST_VALUE + "…" in details.html(NODE, "IDLE", "")
-    assert len(details.html(NODE, "IDLE", "")) < 2_000
+    values = {}
+    write(values, "pick/target", "a" * 10_000)
+    assert "a" * LONGEST_VALUE + "…" in details_html(NODE, "IDLE", "", values)
+    assert len(details_html(NODE, "IDLE", "", values)) < 2_000
 
 
 def test_other_events_change_nothing():
-    assert not NodeDetails().handle(RunEvent(0.0, "tick", {"tick": 1}))
+    values = {"pick/target": "cube"}
+    assert not keep_value(values, RunEvent(0.0, "tick", {"tick": 1}))
+    assert values == {"pick/target": "cube"}

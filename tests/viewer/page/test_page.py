@@ -9,8 +9,10 @@ import pytest
 from bt_manip.behaviours import MoveHome, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
 from bt_manip.cell import CellScene
+from bt_manip.exceptions import BtManipError
 from bt_manip.recording import Recorder
 from bt_manip.runner import RunObserver
+from bt_manip.viewer import Page
 
 
 def picking():
@@ -170,6 +172,25 @@ def test_a_breakpoint_pauses_after_the_tick_in_which_its_node_starts(in_thread, 
     page.controls._toggle(None)
     thread.join(30)
     assert run.station.cell.time >= 0.1
+
+
+def test_ticks_that_were_asked_for_are_not_made_by_the_next_run(in_thread, page):
+    controls = page.controls
+    controls._toggle(None)
+    _, thread = in_thread(Sleep("rest", msec=20))
+    for _ in range(10):
+        controls._add_step(None)
+    thread.join(30)
+    controls._toggle(None)
+    run, _ = in_thread(Sleep("rest", msec=20))
+    time.sleep(0.3)
+    assert controls.paused and run.station.cell.time == 0.0
+
+
+@pytest.mark.parametrize("speed", [float("nan"), float("inf"), -1.0], ids=str)
+def test_a_speed_that_is_no_positive_number_is_refused(speed):
+    with pytest.raises(BtManipError, match="speed must be a positive number"):
+        Page(port=0, speed=speed)
 
 
 def test_a_paused_run_can_be_stopped(in_thread, page):

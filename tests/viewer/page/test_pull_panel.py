@@ -69,6 +69,17 @@ def test_a_dragged_object_follows_and_falls_when_it_is_let_go(make_run, page, pa
     assert np.abs(panel._handle.position[2] - hand.heights[-1]) < 0.01
 
 
+def test_the_maximum_force_can_be_changed_during_a_pull(make_run, page, panel):
+    hand = Hand(panel, {
+        5: lambda: choose(panel),
+        10: lambda: drag(panel, "update", (0.3, 0.0, 1.2)),
+        20: lambda: setattr(panel._force, "value", 80.0),
+    })  # fmt: skip
+    make_run(tree()).execute([page, hand])
+    assert [event.get("max_force") for event in hand.events[:2]] == [50.0, 80.0]
+    assert hand.events[1]["target"] == [0.3, 0.0, 1.2]
+
+
 def test_only_objects_that_can_move_are_offered(make_run, page, panel):
     hand = Hand(panel, {})
     options = []

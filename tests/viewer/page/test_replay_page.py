@@ -152,7 +152,7 @@ def test_playing_pauses_at_a_breakpoint_but_moving_past_it_does_not(playing):
     controls._wanted = 0.0
     wait_until(lambda: scene.time == 0.0)
     controls._toggle(None)
-    wait_until(lambda: "paused at rest" in controls._text)
+    wait_until(lambda: "paused at rest" in controls._html.content)
     assert 0.0 < scene.time < scene.times[-1]
 
 

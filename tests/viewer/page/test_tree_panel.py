@@ -54,15 +54,16 @@ def test_several_breakpoints_are_set_and_removed_in_a_list(make_run, page, panel
         panel._choice.value = path
         press(panel, "Breakpoint")
     assert page.controls.breakpoints == {"spawn", "rest"}
-    buttons = panel._breakpoints._buttons
+    buttons = panel._breakpoints
     assert [button.label for button in buttons.values()] == ["✕ spawn", "✕ rest"]
     assert panel._html.content.count("●") == 2
-    panel._breakpoints.toggle("spawn")  # as its button does
+    for _ in range(2):  # a double click
+        panel._unset.append("spawn")  # as its button does
     panel.draw()
     assert list(buttons) == ["rest"]
     press(panel, "Breakpoint")
     assert page.controls.breakpoints == frozenset()
-    assert not buttons and not panel._breakpoints._folder.visible
+    assert not buttons and not panel._folder.visible
 
 
 def test_errors_of_an_edited_tree_are_shown_until_they_are_gone(make_run, page, panel):
