@@ -94,16 +94,19 @@ class Controls(Panel):
         """
         waited = False
         while self.paused and not self._run.stop():
-            if self._steps > 0:
-                self._steps -= 1
+            if self.take_step():
                 break
             waited = True
             refresh()
             self._changed.wait(POLL)
             self._changed.clear()
         if waited:
-            self._broken = ""
             self._pacing.start(self._run.station.cell.time)
+
+    def take_step(self) -> bool:
+        """Return whether a single tick was asked for, once for each."""
+        self._steps, wanted = max(self._steps - 1, 0), self._steps > 0
+        return wanted
 
     def reset(self) -> None:
         """Forget the cycle."""
@@ -157,12 +160,13 @@ class Controls(Panel):
     # Callbacks
 
     def _toggle(self, _: Any) -> None:
-        self._steps, self.paused = 0, not self.paused
+        self._steps, self._broken = 0, ""
+        self.paused = not self.paused
         self._changed.set()
 
     def _add_step(self, _: Any) -> None:
         self._steps += self.paused
-        self.paused = True
+        self._broken, self.paused = "", True
         self._changed.set()
 
     def _set_speed(self, _: Any) -> None:

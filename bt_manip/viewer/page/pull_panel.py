@@ -42,11 +42,9 @@ class PullPanel(Panel):
         self._run: Any = None
         self._handle: Any = None
         self._line: Any = None
-        self._client: int | None = None  # that drags the handle
         self._target: list[float] | None = None  # to which it is dragged
         self._pulled: tuple[str, list[float], float] | None = None  # what was requested last
         self._has_new_objects = False
-        page.server.on_client_disconnect(self._disconnected)
 
     def start(self, run: Any) -> None:
         """Prepare to pull objects of the run's cell."""
@@ -136,10 +134,5 @@ class PullPanel(Panel):
 
     # Callbacks; viser calls those that are async in the order of the messages
 
-    async def _dragged(self, event: Any) -> None:
-        self._client = event.client_id
+    async def _dragged(self, event: Any) -> None:  # it also ends when the page is closed
         self._target = None if event.phase == "end" else event.target.position.tolist()
-
-    async def _disconnected(self, client: Any) -> None:
-        if client.client_id == self._client:
-            self._target = None

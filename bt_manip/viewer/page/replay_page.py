@@ -1,12 +1,10 @@
 """The page of a recording."""
 
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from bt_manip.recording import RecordedScene, Recording, Timeline
-from bt_manip.runner import RunEvent
 
 from .controls import UNLIMITED, Controls
 from .error_plot import SAMPLES
@@ -35,7 +33,6 @@ class ReplayControls(Controls):
         self._note = gui.add_html(message_html(note, error=True))
         super().__init__(gui, speed)
         self.paused, self._cell = True, scene
-        self._held = False
         self._wanted: float | None = None
         self._choice.options = tuple(name for name in self._speeds if name != UNLIMITED)
         self._stop.visible = False
@@ -52,31 +49,14 @@ class ReplayControls(Controls):
         assert self._speed is not None
         return self._speed
 
-    @contextmanager
-    def holding(self) -> Iterator[None]:
-        """Ignore breakpoints: the events are those of another time."""
-        self._held = True
-        try:
-            yield
-        finally:
-            self._held = False
+    def leave_breakpoint(self, paused: bool) -> None:
+        """Play or pause as before events of another time, whose breakpoints have no effect."""
+        self.paused, self._broken = paused, ""
 
     def take_time(self) -> float | None:
         """Return the time that was chosen on the time line, once."""
         wanted, self._wanted = self._wanted, None
         return wanted
-
-    def take_step(self) -> bool:
-        """Return whether a single tick was asked for, once for each."""
-        self._steps, wanted = max(self._steps - 1, 0), self._steps > 0
-        return wanted
-
-    def handle(self, event: RunEvent) -> None:
-        """Pause at a breakpoint while playing; keep the cycle."""
-        paused = self.paused
-        super().handle(event)
-        if self._held or paused:
-            self.paused, self._broken = paused, ""
 
     def draw(self) -> None:
         """Send time and state if they have changed."""
@@ -131,10 +111,10 @@ class ReplayPage(ScenePage):
 
     def seek(self, time: float) -> None:
         """Show the state after the last tick that ended at or before a time [s]."""
-        scene = self._timeline.scene
+        scene, paused = self._timeline.scene, self.controls.paused
         scene.seek(time)
-        with self.controls.holding():
-            self._go_to(scene.index)
+        self._go_to(scene.index)
+        self.controls.leave_breakpoint(paused)
         self._refresh(now=True)
 
     def serve(self, stop: Callable[[], bool]) -> None:

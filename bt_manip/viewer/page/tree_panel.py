@@ -93,11 +93,8 @@ class TreePanel(Panel):
         node = view.find(chosen) if chosen else None
         details = ""
         if node is not None:
-            status, reason = (
-                view.statuses.get(node["uid"], "IDLE"),
-                view.reasons.get(node["uid"], ""),
-            )
-            details = details_html(node, status, reason, self._values)
+            status = view.statuses.get(node["uid"], "IDLE")
+            details = details_html(node, status, view.reasons.get(node["uid"], ""), self._values)
         problems = "".join(f"<div>{escape(problem)}</div>" for problem in self._problems)
         if problems:
             problems = f"<b>The edited file has errors, the tree goes on as it was:</b>{problems}"

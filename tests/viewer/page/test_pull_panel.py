@@ -1,8 +1,10 @@
 """An object is pulled by its handle, and let go with it."""
 
 import asyncio
+import time
 from types import SimpleNamespace
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -18,9 +20,9 @@ def panel(page):
     return panel
 
 
-def drag(panel, phase, position=(0.0, 0.0, 0.0), client=1):
+def drag(panel, phase, position=(0.0, 0.0, 0.0)):
     target = SimpleNamespace(position=np.array(position, dtype=float))
-    event = SimpleNamespace(phase=phase, client_id=client, target=target)
+    event = SimpleNamespace(phase=phase, client_id=1, target=target)
     asyncio.run(panel._dragged(event))
 
 
@@ -89,15 +91,42 @@ def test_only_objects_that_can_move_are_offered(make_run, page, panel):
     assert "cube" not in panel._choice.options
 
 
-def test_a_page_that_is_closed_lets_go(make_run, page, panel):
-    hand = Hand(panel, {
-        5: lambda: choose(panel),
-        10: lambda: drag(panel, "update", (0.3, 0.0, 1.2), client=7),
-        15: lambda: asyncio.run(panel._disconnected(SimpleNamespace(client_id=8))),
-        20: lambda: asyncio.run(panel._disconnected(SimpleNamespace(client_id=7))),
-    })  # fmt: skip
+def test_a_page_that_is_closed_lets_go(make_run, page, panel, connect):
+    browser, other = connect(), connect()
+
+    def begin():
+        pose = {"wxyz": (1.0, 0.0, 0.0, 0.0), "position": (0.3, 0.0, 1.2)}
+        camera = pose | {
+            "fov": 1.0, "near": 0.1, "far": 9.0, "image_height": 9, "image_width": 9,
+            "look_at": (0.0, 0.0, 0.0), "up_direction": (0.0, 0.0, 1.0),
+        }  # fmt: skip
+        handle = {"name": "/handle", "owner": ""}
+        for kind, fields in (
+            ("ViewerCamera", camera),
+            ("TransformControlsDragStart", handle),
+            ("TransformControlsUpdate", handle | pose),
+        ):
+            message = {"type": f"{kind}Message", **fields}
+            browser.connection.send(msgspec.msgpack.encode(message))
+        wait_until(lambda: panel._target == [0.3, 0.0, 1.2])
+
+    def leave():
+        other.close()
+        time.sleep(0.2)
+        assert panel._target is not None
+        browser.close()
+        wait_until(lambda: panel._target is None)
+
+    hand = Hand(panel, {5: lambda: choose(panel), 10: begin, 20: leave})
     make_run(tree()).execute([page, hand])
     assert [event["target"] for event in hand.events] == [[0.3, 0.0, 1.2], None]
+
+
+def wait_until(condition):
+    deadline = time.monotonic() + 30.0  # [s] of a hopeless wait, not of a passing test
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
 
 
 def test_an_object_that_vanishes_while_it_is_pulled_ends_the_pull(make_run, page, panel):

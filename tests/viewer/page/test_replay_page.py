@@ -154,6 +154,9 @@ def test_playing_pauses_at_a_breakpoint_but_moving_past_it_does_not(playing):
     controls._toggle(None)
     wait_until(lambda: "paused at rest" in controls._html.content)
     assert 0.0 < scene.time < scene.times[-1]
+    controls._toggle(None)
+    controls._toggle(None)
+    wait_until(lambda: controls._html.content.endswith("s: paused</div>"))
 
 
 def test_panels_that_need_a_run_are_left_out(recorded):
