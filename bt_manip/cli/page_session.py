@@ -56,20 +56,17 @@ def execute_on_page(options: RunOptions, interrupt: Interrupt, *, run: bool) -> 
     with interrupt.held():
         session = PageSession(options, interrupt)
         code = INTERRUPTED
-        try:
+        with contextlib.closing(session), contextlib.suppress(KeyboardInterrupt):
             if run:
                 code = session.run(options, None)
             else:
                 session.prepare()
             if session.is_open and not interrupt.requested:
-                with contextlib.suppress(KeyboardInterrupt):  # while a cell is built
+                try:
                     session.serve()
-                if run:
-                    interrupt.exit_code = 0  # the run itself was over
-        except KeyboardInterrupt:
-            pass
-        finally:
-            session.close()
+                finally:
+                    if run:
+                        interrupt.exit_code = 0  # the run itself was over
         return code
 
 
@@ -129,7 +126,7 @@ class PageSession:
         """Serve the page until Ctrl-C.
 
         Raises:
-            KeyboardInterrupt: When interrupted while a cell is built.
+            KeyboardInterrupt: When interrupted while a cell is built, or for the second time.
         """
         from bt_manip.runner import Pacing
 
@@ -137,13 +134,14 @@ class PageSession:
         self._tell(f"The page stays up at {self._page.url}; press Ctrl-C to leave.")
         self._rest()
         pacing, time = Pacing(1.0), 0.0  # also where the cell stands still
-        while not self._interrupt.requested:
-            if (asked := self._panel.take()) is not None:
-                self._obey(*asked)
-                pacing.start(time)
-            self._idle_tick()
-            time += self._options.tick_ms * 1e-3
-            pacing.wait(time)
+        with self._interrupt.patient():
+            while not self._interrupt.requested:
+                if (asked := self._panel.take()) is not None:
+                    self._obey(*asked)
+                    pacing.start(time)
+                self._idle_tick()
+                time += self._options.tick_ms * 1e-3
+                pacing.wait(time)
 
     @property
     def is_open(self) -> bool:

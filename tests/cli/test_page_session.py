@@ -200,6 +200,18 @@ def test_a_plugin_that_exits_does_not_end_the_session(session, serve, tree, monk
     assert "stands still: no license" in session._panel._message.content
 
 
+def test_an_interrupt_ends_a_page_whose_cell_hangs(session, serve, monkeypatch):
+    def hang(*_):
+        session._interrupt._signalled(2, None)
+        time.sleep(60.0)
+
+    monkeypatch.setattr("bt_manip.cli.interrupt.PATIENCE", 0.2)
+    monkeypatch.setattr(session._station.cell, "step", hang)
+    start = time.perf_counter()
+    serve(None)
+    assert time.perf_counter() - start < 30.0
+
+
 def test_an_interrupt_while_a_cell_is_built_ends_the_session(session, serve, tree, monkeypatch):
     def interrupted(*_):
         session._interrupt._signalled(2, None)

@@ -57,13 +57,11 @@ class JogPanel(Panel):
 
     def start(self, run: Any) -> None:
         """Only follow the joints."""
-        self._bind(run.station)
-        self._set_active(False)
+        self._bind(run.station, active=False)
 
     def begin_idle(self, station: Any) -> None:
         """Let the arms be moved."""
-        self._bind(station)
-        self._set_active(True)
+        self._bind(station, active=True)
         self.moved = False
 
     def idle_tick(self) -> None:
@@ -84,19 +82,16 @@ class JogPanel(Panel):
 
     # Internal
 
-    def _bind(self, station: Any) -> None:
-        """Show the inputs of other robots."""
-        if station is self._station:
-            return
-        self._station = station
-        for old in self._robots:
-            old.remove()
-        with self._container:
-            self._robots = [
-                _RobotJog(self._server, robot, self._save) for robot in station.robots.values()
-            ]
-
-    def _set_active(self, active: bool) -> None:
+    def _bind(self, station: Any, *, active: bool) -> None:
+        """Show the inputs of the station's robots; allow, or forbid, to move the arms."""
+        if station is not self._station:
+            self._station = station
+            for old in self._robots:
+                old.remove()
+            with self._container:
+                self._robots = [
+                    _RobotJog(self._server, robot, self._save) for robot in station.robots.values()
+                ]
         self._tell("" if active else "A tree is running.")
         for robot in self._robots:
             robot.set_active(active)

@@ -193,6 +193,19 @@ def test_a_speed_that_is_no_positive_number_is_refused(speed):
         Page(port=0, speed=speed)
 
 
+def test_a_paused_run_ends_at_an_interrupt_without_an_open_page(make_run, page):
+    interrupted = threading.Event()
+    run = make_run(Sleep("rest", msec=100))
+    page.controls._toggle(None)
+    thread = threading.Thread(target=lambda: run.execute([page], stop=interrupted.is_set))
+    thread.start()
+    time.sleep(0.2)
+    assert thread.is_alive()
+    interrupted.set()
+    thread.join(30)
+    assert not thread.is_alive() and run.station.cell.time < 0.02
+
+
 def test_a_paused_run_can_be_stopped(in_thread, page):
     page.controls._toggle(None)
     _, thread = in_thread(Sleep("rest", msec=100), cycles=0)
