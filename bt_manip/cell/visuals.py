@@ -174,19 +174,19 @@ def _shapes_of(model: mujoco.MjModel, geom: int) -> list[VisualShape]:
     if kind in (_Geom.mjGEOM_MESH, _Geom.mjGEOM_SDF):
         triangles = _triangles_of(model, int(model.geom_dataid[geom]))
         return [VisualShape("mesh", position, quat_wxyz, rgba, triangles=triangles)]
-    if kind == _Geom.mjGEOM_BOX:
-        return [VisualShape("box", position, quat_wxyz, rgba, (2 * x, 2 * y, 2 * z))]
-    if kind == _Geom.mjGEOM_PLANE:
-        size = (2 * x or PLANE_SIZE, 2 * y or PLANE_SIZE, PLANE_THICKNESS)
-        return [VisualShape("box", position, quat_wxyz, rgba, size)]
-    if kind == _Geom.mjGEOM_ELLIPSOID:
-        return [VisualShape("ellipsoid", position, quat_wxyz, rgba, (2 * x, 2 * y, 2 * z))]
     ball = 2 * x, 2 * x, 2 * x
-    if kind == _Geom.mjGEOM_SPHERE:
-        return [VisualShape("ellipsoid", position, quat_wxyz, rgba, ball)]
-    if kind not in (_Geom.mjGEOM_CYLINDER, _Geom.mjGEOM_CAPSULE):
+    solids: dict[Any, tuple[Any, tuple[float, float, float]]] = {
+        _Geom.mjGEOM_BOX: ("box", (2 * x, 2 * y, 2 * z)),
+        _Geom.mjGEOM_PLANE: ("box", (2 * x or PLANE_SIZE, 2 * y or PLANE_SIZE, PLANE_THICKNESS)),
+        _Geom.mjGEOM_ELLIPSOID: ("ellipsoid", (2 * x, 2 * y, 2 * z)),
+        _Geom.mjGEOM_SPHERE: ("ellipsoid", ball),
+        _Geom.mjGEOM_CYLINDER: ("cylinder", (2 * x, 2 * x, 2 * y)),
+        _Geom.mjGEOM_CAPSULE: ("cylinder", (2 * x, 2 * x, 2 * y)),
+    }
+    if kind not in solids:
         return []
-    found = [VisualShape("cylinder", position, quat_wxyz, rgba, (2 * x, 2 * x, 2 * y))]
+    name, size = solids[kind]
+    found = [VisualShape(name, position, quat_wxyz, rgba, size)]
     if kind == _Geom.mjGEOM_CAPSULE:
         axes = np.zeros(9)
         mujoco.mju_quat2Mat(axes, quat_wxyz)

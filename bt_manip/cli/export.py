@@ -58,22 +58,14 @@ def export(
     from bt_manip.viewer import use_offscreen_opengl
 
     use_offscreen_opengl()
-    from bt_manip.recording import Recording, check_writable
+    from bt_manip import recording as formats
 
-    check_writable(out, "export", source=None if form == "mcap" else file)
-    recording = Recording(file)
+    formats.check_writable(out, "export", source=None if form == "mcap" else file)
+    recording = formats.Recording(file)
     if form in VIDEOS:
-        from bt_manip.recording import write_video
-
-        write_video(recording, out, **given)
-    elif form == "mcap":
-        from bt_manip.recording import write_mcap
-
-        write_mcap(recording, out)
-    elif form in ("csv", "parquet"):
-        from bt_manip.recording import write_csv, write_parquet
-
-        (write_csv if form == "csv" else write_parquet)(recording, out)
+        formats.write_video(recording, out, **given)
+    elif form in ("csv", "parquet", "mcap"):
+        getattr(formats, f"write_{form}")(recording, out)
     else:
         from bt_manip.groot import BtlogRecorder, SqliteRecorder
 

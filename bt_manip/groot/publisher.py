@@ -1,6 +1,5 @@
 """The publisher that Groot2 connects to, to show a running tree and to intervene in it."""
 
-import importlib.util
 import json
 import struct
 import threading
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from bt_manip.bt import Node, NodeStatus, Tree, instance_to_xml, tree_instances
 from bt_manip.exceptions import BtManipError
+from bt_manip.extras import require_extra
 from bt_manip.runner import EventStream, RunEvent
 
 from .hooks import HookTable, key_of
@@ -109,8 +109,7 @@ class GrootPublisher(EventStream):
             BtManipError: If a package is missing, or a port is taken.
         """
         super().__init__(self._receive)
-        if not all(importlib.util.find_spec(package) for package in ("zmq", "msgpack")):
-            raise BtManipError("--groot needs pyzmq and msgpack: pip install 'bt-manip[groot]'")
+        require_extra("groot", "--groot", "zmq", "msgpack")
         import zmq
 
         self._tell = tell

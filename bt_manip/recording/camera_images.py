@@ -1,6 +1,7 @@
 """Images of cameras in a recording."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import nullcontext, suppress
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -56,11 +57,8 @@ class CameraImages:
         model, self._data = cell.model, cell.data
         self._numbers: dict[str, int] = {}
         for name in self._cameras:
-            try:
+            with nullcontext() if first else suppress(CellError):
                 self._numbers[name] = camera_number(model, name)
-            except CellError:
-                if first:
-                    raise
         if self._renderer is None or self._renderer.model is not model:
             self.close()
             self._renderer = FrameRenderer(model, *self._size, shadow_size=0, samples=0)
@@ -73,7 +71,8 @@ class CameraImages:
             nanoseconds: Simulated time [ns].
         """
         from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
-        from google.protobuf.timestamp_pb2 import Timestamp
+
+        from bt_manip.recording.foxglove import timestamp_of
 
         time = nanoseconds / 1e9
         if self._renderer is None or time < self._due - 1e-6:
@@ -81,12 +80,11 @@ class CameraImages:
         self._due = max(self._due, time) + 1.0 / self._fps
         for name, number in self._numbers.items():
             image = CompressedImage(
-                timestamp=Timestamp(),
+                timestamp=timestamp_of(nanoseconds),
                 frame_id=name,
                 format="jpeg",
                 data=b"".join(self._jpeg(self._renderer.frame(self._data, number))),
             )
-            image.timestamp.FromNanoseconds(nanoseconds)
             file.add_topic(IMAGES + name, CompressedImage)
             file.add(IMAGES + name, nanoseconds, image.SerializeToString())
 

@@ -17,30 +17,20 @@ def write_mcap(recording: Recording, path: Path) -> None:
 
     Each message keeps its time, its sequence number and its bytes.
     """
-    with writing(path, "recording"), whole_file(path) as file:
+    with writing(path, "recording"), recording.decoding(), whole_file(path) as file:
         writer = Writer(file, CHUNK_SIZE, CompressionType.ZSTD)
         writer.start("", "bt-manip")
         schemas, channels = {0: 0}, {}
         for record in recording.records():
             if isinstance(record, Schema) and record.id not in schemas:
-                schemas[record.id] = writer.register_schema(
-                    record.name, record.encoding, record.data
-                )
+                content = record.name, record.encoding, record.data
+                schemas[record.id] = writer.register_schema(*content)
             elif isinstance(record, Channel) and record.id not in channels:
-                channels[record.id] = writer.register_channel(
-                    record.topic,
-                    record.message_encoding,
-                    schemas[record.schema_id],
-                    record.metadata,
-                )
+                about = record.topic, record.message_encoding, schemas[record.schema_id]
+                channels[record.id] = writer.register_channel(*about, record.metadata)
             elif isinstance(record, Message):
-                writer.add_message(
-                    channels[record.channel_id],
-                    record.log_time,
-                    record.data,
-                    record.publish_time,
-                    record.sequence,
-                )
+                rest = record.log_time, record.data, record.publish_time, record.sequence
+                writer.add_message(channels[record.channel_id], *rest)
             elif isinstance(record, Metadata):
                 writer.add_metadata(record.name, record.metadata)
         writer.finish()

@@ -21,11 +21,8 @@ from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrim
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 
-from bt_manip.cell import CellScene, Triangles, VisualShape
+from bt_manip.cell import WORLD, CellScene, Triangles, VisualShape
 from bt_manip.recording.protobuf import NumberTemplate
-
-WORLD_FRAME = "world"
-"""Name of the frame of MuJoCo's world body."""
 
 
 def timestamp_of(nanoseconds: int) -> Timestamp:
@@ -157,11 +154,9 @@ class SceneMessages:
         scene = self.scene
         cameras = [
             {
-                "name": one.name,
-                "frame": one.frame,
+                **one._asdict(),
                 "position": one.position.tolist(),
                 "quat_wxyz": one.quat_wxyz.tolist(),
-                "fovy": one.fovy,
             }
             for one in scene.cameras
         ]
@@ -173,7 +168,7 @@ class SceneMessages:
             pose = _pose(self._data.xpos[body], self._data.xquat[body])
             message.transforms.add(
                 timestamp=timestamp_of(nanoseconds),
-                parent_frame_id=WORLD_FRAME,
+                parent_frame_id=WORLD,
                 child_frame_id=self._frames[body],
                 translation=pose.position,
                 rotation=pose.orientation,
@@ -232,14 +227,12 @@ def serialized_points(points: np.ndarray) -> bytes:
     Args:
         points: The points [m].  # (n, 3)
     """
-    marks = np.array([1.5, 2.5, 3.5])
-    x, y, z = marks.tolist()
-    one = TriangleListPrimitive(points=[Point3(x=x, y=y, z=z)]).SerializeToString()
-    starts = [one.find(mark.tobytes()) for mark in marks]
-    data = np.tile(np.frombuffer(one, dtype=np.uint8), (len(points), 1))
-    numbers = np.ascontiguousarray(points, dtype="<f8").view(np.uint8)
-    data[:, (np.array(starts)[:, None] + np.arange(8)).ravel()] = numbers
-    return data.tobytes()
+
+    def build(numbers: Sequence[float]) -> TriangleListPrimitive:
+        x, y, z = numbers
+        return TriangleListPrimitive(points=[Point3(x=x, y=y, z=z)])
+
+    return NumberTemplate(build, 3).serialize(points).tobytes()
 
 
 def removal() -> bytes:

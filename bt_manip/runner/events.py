@@ -175,23 +175,17 @@ class EventStream(RunObserver):
                     self._emit("entity", {"name": name, "kind": kind, "present": present})
 
     def _compare_blackboard(self) -> None:
-        entries = self._entries
-        count = 0
+        entries, present = self._entries, set()
         for path, scope in self._tree.scopes.items():
             for name, entry in scope.entries.items():
-                count += 1
                 key = f"{path}/{name}" if path else name
+                present.add(key)
                 if entries.get(key) != (entry, entry.sequence):
                     entries[key] = (entry, entry.sequence)
                     if entry.sequence:
                         data = {"key": key, "value": _plain_value(entry), "type": entry.type.name}
                         self._emit("blackboard", data, self._tick_time)
-        if len(entries) > count:
-            present = {
-                f"{path}/{name}" if path else name
-                for path, scope in self._tree.scopes.items()
-                for name in scope.entries
-            }
+        if len(entries) > len(present):
             for key in [key for key in entries if key not in present]:
                 del entries[key]
                 self._emit("blackboard", {"key": key, "value": None, "type": ""}, self._tick_time)
