@@ -32,15 +32,16 @@ def continue_run(path: Path, time: float, interrupt: Interrupt, **watched: Any) 
 
     continued = Continuation(Recording(path), time)
     fields, identity = continued.fields, continued.recording.identity
-    options = RunOptions(
-        **{key: fields[key] for key in REQUEST},
-        tick_ms=1e3 * fields["tick"],
-        trace=None,
-        snapshots=(),
-        resume=None,
-        watch=False,
-        foreign=ForeignTrees.of(identity.get("foreign", {})),
-        continued=continued,
-        **watched,
-    )
+    with continued.recording.decoding():
+        options = RunOptions(
+            **{key: fields[key] for key in REQUEST},
+            tick_ms=1e3 * fields["tick"],
+            trace=None,
+            snapshots=(),
+            resume=None,
+            watch=False,
+            foreign=ForeignTrees.of(identity.get("foreign", {})),
+            continued=continued,
+            **watched,
+        )
     return execute_run(options, interrupt)

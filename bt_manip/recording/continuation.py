@@ -5,6 +5,7 @@ from typing import Any
 
 from bt_manip.exceptions import BtManipError
 from bt_manip.recording.identification import identify
+from bt_manip.recording.mcap_recorder import SNAPSHOTS
 from bt_manip.recording.recorder import Recorder
 from bt_manip.recording.recording import Recording
 from bt_manip.recording.report import versions
@@ -17,6 +18,7 @@ class RecordedInterventions(RunObserver):
 
     def __init__(self, recording: Recording) -> None:
         """Read them."""
+        self._decoding = recording.decoding
         self._recorded = [(event.time, event.data) for event in recording.events("intervention")]
 
     def run_started(self, run: Run) -> None:
@@ -28,7 +30,8 @@ class RecordedInterventions(RunObserver):
     def before_tick(self) -> None:
         """Request those of this tick."""
         while self._left and self._left[-1][0] < self._cell.time + 0.5 * self._cell.dt:
-            self._run.interventions.request(self._left.pop()[1])
+            with self._decoding():
+                self._run.interventions.request(self._left.pop()[1])
 
 
 class Continuation:
@@ -41,11 +44,7 @@ class Continuation:
     """
 
     def __init__(self, recording: Recording, time: float) -> None:
-        """Find the last snapshot before a moment.
-
-        Args:
-            recording: The recording.
-            time: Simulated time of the moment [s].
+        """Find the last snapshot before a moment [s].
 
         Raises:
             BtManipError: If there is none, or the run cannot be continued.
@@ -57,14 +56,17 @@ class Continuation:
                 f"{where} is of a run with --fault, which cannot be continued: the same options "
                 "of bt-manip run repeat it from its start"
             )
-        snapshots = recording.messages("/snapshots") if "/snapshots" in recording.topics else ()
-        found = [data for at, _, data in snapshots if at <= time + 1e-6]
-        if not found:
+        snapshots = recording.messages(SNAPSHOTS) if SNAPSHOTS in recording.topics else ()
+        self._snapshot: Mapping[str, Any] = {}
+        for at, _, data in snapshots:
+            if at <= time + 1e-6:
+                self._snapshot = data
+        if not self._snapshot:
             raise BtManipError(f"{where} has no snapshot at or before {time:g} s to continue from")
         if time > recording.end:
             raise BtManipError(f"{where} ends at {recording.end:.3f} s, before {time:g} s")
-        self._snapshot: Mapping[str, Any] = found[-1]
-        self.fields: Mapping[str, Any] = self._snapshot["request"]
+        with recording.decoding():
+            self.fields: Mapping[str, Any] = self._snapshot["request"]
 
     def request(self, trees: Mapping[str, str], **others: Any) -> RunRequest:
         """Return the request of the recorded run.

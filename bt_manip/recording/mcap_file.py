@@ -123,8 +123,7 @@ class McapFile:
 
         Args:
             path: The file.
-            encode: Called before a chunk is written, under the `lock`: adds what was not added
-                before.
+            encode: Called before a chunk is written, under the `lock`: adds copied states.
 
         Raises:
             RecordingError: If it cannot be written.
@@ -166,16 +165,14 @@ class McapFile:
         if topic in self._channels:
             return
         with self.lock:
-            name = "bt_manip.Event" if message is None else message.DESCRIPTOR.full_name
+            name, encodings = "bt_manip.Event", ("jsonschema", "json")
+            if message is not None:
+                name, encodings = message.DESCRIPTOR.full_name, ("protobuf", "protobuf")
             if name not in self._schemas:
                 schema = FLAT_OBJECT if message is None else file_descriptor_set(message)
-                encoding = "jsonschema" if message is None else "protobuf"
-                self._schemas[name] = self._writer.register_schema(name, encoding, schema)
+                self._schemas[name] = self._writer.register_schema(name, encodings[0], schema)
             self._channels[topic] = self._writer.register_channel(
-                topic,
-                "json" if message is None else "protobuf",
-                self._schemas[name],
-                dict(metadata or {}),
+                topic, encodings[1], self._schemas[name], dict(metadata or {})
             )
 
     def add_metadata(self, name: str, texts: Mapping[str, str]) -> None:
@@ -193,13 +190,7 @@ class McapFile:
         self.add(topic, nanoseconds, self._to_json(data).encode())
 
     def add(self, topic: str, nanoseconds: int, data: bytes) -> None:
-        """Add a serialized message.
-
-        Args:
-            topic: A registered topic.
-            nanoseconds: Simulated time [ns].
-            data: Its content.
-        """
+        """Add a serialized message of a registered topic at a simulated time [ns]."""
         if self._error is not None:
             return
         with self.lock:
@@ -236,11 +227,7 @@ class McapFile:
                 self._writer.add_message(channel, nanoseconds, content, nanoseconds, number)
 
     def end_tick(self, nanoseconds: int) -> None:
-        """Write the chunk if it is full.
-
-        Args:
-            nanoseconds: Simulated time [ns].
-        """
+        """Write the chunk if it is full at a simulated time [ns]."""
         if nanoseconds - self._chunk_start >= CHUNK_DURATION * 1e9:
             self._chunk_start = nanoseconds
             self._flush()

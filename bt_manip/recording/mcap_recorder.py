@@ -152,7 +152,6 @@ class McapRecorder(EventStream):
         self._write_scene()
         self._add("/tf_static", self._scene.fixed_frames(self._now))
         self._file.add_json(CAMERAS, self._now, self._scene.cameras())
-
         if first:
             self._copy_poses()
 
@@ -349,24 +348,14 @@ class RobotChannel:
         self._times.append(self._data.time)
 
     def end_tick(self, time: float) -> None:
-        """Copy the state of wrist and gripper.
-
-        Args:
-            time: Simulated time [s].
-        """
+        """Copy the state of wrist and gripper at a simulated time [s]."""
         commanded, gripper = self._commanded, self._commanded.gripper
         # A step leaves out cfrc_int where the model has no force sensor.
         mujoco.mj_rnePostConstraint(self._cell.model, self._data)
-        self._ticks.append((
-            time,
-            b"".join(self._wrist),
-            (
-                gripper.forces if gripper is not None else (),
-                gripper.held if gripper is not None else (),
-                commanded.controllers.controller.saturated_steps,
-                commanded.arm.speed_scale,
-            ),
-        ))  # fmt: skip
+        forces, held = ((), ()) if gripper is None else (gripper.forces, gripper.held)
+        saturated = commanded.controllers.controller.saturated_steps
+        state = forces, held, saturated, commanded.arm.speed_scale
+        self._ticks.append((time, b"".join(self._wrist), state))
 
     def encode(self) -> None:
         """Add the messages of the copied states."""
@@ -413,9 +402,5 @@ def tool_wrenches(wrists: np.ndarray) -> list[list[float]]:
 
 
 def nanoseconds(time: float) -> int:
-    """Return a time in nanoseconds, as MCAP counts it.
-
-    Args:
-        time: The time [s].
-    """
+    """Return a time [s] in nanoseconds, as MCAP counts it."""
     return round(time * 1e9)

@@ -69,13 +69,9 @@ class Timeline:
     def joints(
         self, first: int, end: int
     ) -> tuple[np.ndarray, dict[str, tuple[np.ndarray, np.ndarray]]]:
-        """Return the joints of each robot in the states from one number to another.
+        """Return the joints of each robot in the states from ``first`` to before ``end``.
 
         In state 0 they are NaN: joints are recorded after control steps.
-
-        Args:
-            first: Number of the first state.
-            end: Number of the state after the last one.
 
         Returns:
             Simulated times [s], and positions and references by robot [rad].

@@ -9,8 +9,9 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.recording import RecordedRun, RecordedScene, Recording, Timeline
+from bt_manip.recording import Continuation, RecordedRun, RecordedScene, Recording, Timeline
 from bt_manip.recording.export_video import SceneModel
+from bt_manip.recording.mcap_recorder import SNAPSHOTS
 from bt_manip.recording.protobuf import control_step_class
 
 
@@ -97,6 +98,13 @@ def test_other_metadata_than_those_of_the_recorder_are_refused(picked, tmp_path,
     path = rewrite(picked, tmp_path / "run.mcap", JOINTS, None, metadata=metadata)
     with pytest.raises(BtManipError, match="run.mcap is damaged"):
         Recording(path)
+
+
+@pytest.mark.parametrize("data", [b"1", b"[0]", b'{"run": {}}'])
+def test_a_damaged_snapshot_is_refused(picked, tmp_path, data):
+    recording = Recording(rewrite(picked, tmp_path / "run.mcap", SNAPSHOTS, data))
+    with pytest.raises(BtManipError, match="run.mcap is damaged"):
+        Continuation(recording, 0.5)
 
 
 def test_a_pose_that_is_no_number_is_shown(picked, tmp_path):

@@ -68,9 +68,6 @@ def html_report(recording: Recording) -> str:
 
     All text of the recording is escaped: names and reasons may hold anything.
 
-    Args:
-        recording: The recording.
-
     Raises:
         BtManipError: If it is not the recording of a run.
     """

@@ -64,11 +64,7 @@ class Plots:
     """
 
     def __init__(self, run: RecordedRun) -> None:
-        """Share a time axis.
-
-        Args:
-            run: The run.
-        """
+        """Share a time axis."""
         self._run, self.gap = run, 0.0
         end = max(run.recording.end, 1e-3)
         self._range = Range1d(start=0.0, end=end, bounds=(0.0, end), min_interval=1e-3)
