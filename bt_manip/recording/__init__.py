@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from bt_manip.recording.recorded_run import Interval as Interval
     from bt_manip.recording.recorded_run import RecordedCycle as RecordedCycle
     from bt_manip.recording.recorded_run import RecordedRun as RecordedRun
-    from bt_manip.recording.recorded_run import RobotSeries as RobotSeries
     from bt_manip.recording.recorded_scene import RecordedScene as RecordedScene
     from bt_manip.recording.recorder import Recorder as Recorder
     from bt_manip.recording.recording import Recording as Recording

@@ -75,7 +75,7 @@ class RecordedScene:
                     names = [one.frame_id for one in update.entities]
                 for name in names:
                     frames.setdefault(name, len(frames))
-        if not times:
+        if not (times and fixed and self._views):
             raise BtManipError(f"{recording.path} has no complete chunk: it has no scene")
         self.frames: Sequence[str] = tuple(frames)
         self.times, self.ticks, self._numbers = np.array(times), np.array(ticks), frames

@@ -122,3 +122,18 @@ def test_a_constant_of_json_is_no_error_of_the_reader(picked, tmp_path):
     state |= {"held": [], "saturated_steps": 0, "speed_scale": float("inf")}
     data = json.dumps(state).encode()
     show(Recording(rewrite(picked, tmp_path / "run.mcap", "/robots/panda/state", data)))
+
+
+@pytest.mark.parametrize("missing", ["/cameras", "/tf", "/tf_static"])
+def test_a_file_of_others_without_a_scene_is_refused(picked, tmp_path, missing):
+    path = tmp_path / "run.mcap"
+    with picked.open("rb") as file, path.open("wb") as out:
+        writer = Writer(out)
+        writer.start()
+        for _, channel, message in make_reader(file).iter_messages(ending_before=100_000_000):
+            if channel.topic != missing:
+                number = writer.register_channel(channel.topic, channel.message_encoding, 0)
+                writer.add_message(number, message.log_time, message.data, message.log_time)
+        writer.finish()
+    with pytest.raises(BtManipError, match="run.mcap has no complete chunk: it has no scene"):
+        RecordedScene(Recording(path))
