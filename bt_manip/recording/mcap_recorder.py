@@ -128,7 +128,7 @@ class McapRecorder(EventStream):
         for topic in (*TOPICS.values(), SNAPSHOTS):
             file.add_topic(topic)
         # Called before this observer, the recorder of the report has copied the steps already.
-        first = run.observers[0]
+        first = next(iter(run.observers), None)
         logs = first.step_logs if isinstance(first, Recorder) else {}
         self._robots = [
             RobotChannel(file, self._cell, one, logs.get(name))
