@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -35,6 +36,14 @@ def _draws(backend: str) -> bool:
 
 if "MUJOCO_GL" not in os.environ:
     os.environ["MUJOCO_GL"] = next(filter(_draws, ("egl", "osmesa")), "disable")
+
+
+@pytest.fixture(scope="session")
+def parts() -> Any:
+    """Give the built-in parts; the fixture of this name that users have has all installed ones."""
+    from bt_manip.plugins import load_plugins
+
+    return load_plugins(entry_points=()).parts
 
 
 @pytest.fixture(scope="session")

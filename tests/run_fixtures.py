@@ -1,4 +1,4 @@
-"""The built-in parts, and runs of trees in stations of their own."""
+"""Runs of trees in stations of their own."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -9,14 +9,8 @@ import pytest
 from bt_manip.bt import Node, Tree
 from bt_manip.cli.app import run_app
 from bt_manip.cli.interrupt import Interrupt
-from bt_manip.plugins import load_plugins
 from bt_manip.registry import Parts
 from bt_manip.runner import Run, RunRequest, Scene, TreeSource, build_station
-
-
-@pytest.fixture(scope="session")
-def parts() -> Parts:
-    return load_plugins(entry_points=()).parts
 
 
 @pytest.fixture(scope="session")

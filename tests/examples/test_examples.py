@@ -43,7 +43,7 @@ def test_every_example_has_something_to_say():
 
 def test_every_example_is_listed_and_nothing_else():
     linked = re.findall(r"\]\(([^)/]+)\)", LISTING)
-    files = [path.name for path in EXAMPLES.iterdir() if path.suffix in (".py", ".xml")]
+    files = [path.name for path in EXAMPLES.iterdir() if path.suffix in (".py", ".xml", ".ipynb")]
     assert sorted(linked) == sorted(files)
 
 
