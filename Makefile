@@ -4,6 +4,7 @@
 
 READY := .venv/.ready
 BIN := .venv/bin
+WORKERS ?= 2
 CYCLES ?= 1000
 SEED ?= 0
 
@@ -18,8 +19,9 @@ $(READY): pyproject.toml constraints.txt tools/setup.sh $(wildcard plugins/*/pyp
 run: setup  ## Set up, and let the Panda drop a cube into the basket
 	$(BIN)/bt-manip run pick_place
 
-test: setup  ## Set up, and run all tests
-	$(BIN)/python -m pytest
+test: setup  ## Set up, and run all tests, in WORKERS processes
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --ignore=tests/browser
+	$(BIN)/python -m pytest tests/browser
 
 test-packages: setup  ## Test each package of plugins/ where nothing else of this checkout is
 	$(BIN)/python tools/test_packages.py
