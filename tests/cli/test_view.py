@@ -82,7 +82,8 @@ def test_ctrl_c_ends_the_page_without_a_run(until):
         else:
             time.sleep(1.0)
         process.send_signal(signal.SIGINT)
-        assert process.wait(30) == 130
+        # Python itself, while it starts, ends by the signal, which shells call 130, too.
+        assert process.wait(30) in ((130,) if until else (130, -signal.SIGINT))
     finally:
         process.kill()
 
