@@ -150,9 +150,8 @@ class Window:
             )
         )
         self.evaluate("() => { window.drawing = false; }")
-        close = self.frame.locator(".mantine-Notification-closeButton")  # of: drawn in software
-        if close.count():
-            close.first.dispatch_event("click")
+        # The note that the scene is drawn in software goes by itself, sooner or later.
+        self.evaluate("() => document.querySelector('.mantine-Notification-closeButton')?.click()")
 
     def scene_without(self, node: str) -> np.ndarray:
         """Return the pixels of the scene without one of its nodes."""
