@@ -402,7 +402,8 @@ def adapt_links(text: str, source: str, target: str) -> str:
         path = os.path.normpath(os.path.join(os.path.dirname(source), place))
         if "://" in place or (source == f"docs/{target}" and path.startswith("docs/")):
             return match[0]
-        if source.startswith("examples/") and path.endswith((".py", ".xml")):
+        shown = os.path.dirname(path) == "examples" and path.endswith((".py", ".xml"))
+        if source.startswith("examples/") and shown:
             return f"[{label}](#{os.path.basename(path).replace('.', '')})"
         page = COPIED.get(path) or COPIED.get(f"{path}/README.md")
         if page is None and path.startswith("docs/"):
