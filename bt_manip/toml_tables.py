@@ -132,6 +132,13 @@ class TomlTable:
             raise self.error(key, f"is a list of names, got {shown(value)}")
         return tuple(value)
 
+    def name_pairs(self, key: str) -> tuple[tuple[str, str], ...]:
+        """Return a list of pairs of names; an empty one if missing."""
+        pairs = self._get(key, [])
+        if not isinstance(pairs, list) or not all(_is_name_pair(pair) for pair in pairs):
+            raise self.error(key, f'is a list of pairs of names, [["a", "b"]], got {shown(pairs)}')
+        return tuple((first, second) for first, second in pairs)
+
     def number(
         self,
         key: str,
@@ -296,6 +303,11 @@ class TomlTable:
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _is_name_pair(value: Any) -> bool:
+    pair = isinstance(value, list) and len(value) == 2
+    return pair and all(isinstance(name, str) and name for name in value)
 
 
 def _numbers_in(value: Any) -> Iterator[float]:

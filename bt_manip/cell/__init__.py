@@ -21,6 +21,9 @@ from .geometry import nearest_free as nearest_free
 from .naming import WORLD as WORLD
 from .naming import BodyNames as BodyNames
 from .naming import entity_of as entity_of
+from .naming import escaped_name as escaped_name
+from .naming import literal_name as literal_name
+from .naming import name_elements as name_elements
 from .naming import unique_name as unique_name
 from .objects import Basket as Basket
 from .objects import Camera as Camera

@@ -9,6 +9,21 @@ from dm_control import mjcf
 WORLD = "world"
 
 
+def escaped_name(name: str) -> str:
+    """Return the name that PyMJCF gives to an element of a model file.
+
+    PyMJCF reserves ``/`` for the names of attached models. Models are read with
+    ``escape_separators=True``, which replaces it by a backslash. Every other part of bt-manip shows
+    and accepts the name in the file.
+    """
+    return name.replace("\\", "\\\\").replace("/", "\\")
+
+
+def literal_name(name: str) -> str:
+    """Return the name in the model file of an element that PyMJCF or a compiled model names."""
+    return name.replace("\\\\", "\0").replace("\\", "/").replace("\0", "\\")
+
+
 def unique_name(wanted: str, taken: Container[str | None]) -> str:
     """Return ``wanted``, or the first of ``wanted_1``, ``wanted_2``, ... that is not taken."""
     if wanted not in taken:
@@ -38,12 +53,12 @@ def body_name(full_name: str) -> str:
 
     PyMJCF calls the root body of the entity ``cube`` ``cube/``; here it is ``cube``. A body inside
     keeps its name: ``panda/link7``. A body that only repeats its entity's name
-    (``cube/cube``) is the entity.
+    (``cube/cube``) is the entity. The name inside is that in the model file.
     """
     entity, slash, body = full_name.partition("/")
     if not slash or not body or body == entity:
         return entity or WORLD
-    return f"{entity}/{body.rstrip('/')}"
+    return f"{entity}/{literal_name(body.rstrip('/'))}"
 
 
 def entity_of(body: str) -> str:

@@ -35,6 +35,7 @@ class CollisionWorld:
     and may touch the gripper.
 
     Attributes:
+        robot: The robot.
         joints: Full names of the arm's joints.
         checked_pairs: Mask of the geom pairs that must not touch.  # (ngeom, ngeom)
         self_pairs: Mask of the geom pairs within the arm.  # (ngeom, ngeom)
@@ -49,7 +50,7 @@ class CollisionWorld:
             robot: The robot.
             model: Its kinematic model.
         """
-        self._robot = robot
+        self.robot = robot
         self.joints = tuple(model.model.names)[1:]
         self._geometry = RobotGeometry(robot, model)
         self._bodies: np.ndarray | None = None
@@ -59,7 +60,7 @@ class CollisionWorld:
 
     def refresh(self) -> None:
         """Update the compiled model, the state of the cell and the held object."""
-        robot, geometry = self._robot, self._geometry
+        robot, geometry = self.robot, self._geometry
         geometry.refresh()
         if robot.mj_model is not self._source:
             self._source = source = robot.mj_model
@@ -131,7 +132,7 @@ class CollisionWorld:
     def present_contacts(self) -> list[tuple[str, str]]:
         """Return what the arm and the held object touch in the simulation that they must not."""
         self.refresh()
-        contact = self._robot.mj_data.contact
+        contact = self.robot.mj_data.contact
         pressing = contact.geom[contact.efc_address >= 0].tolist()
         return sorted({self._body_names(a, b) for a, b in pressing if self.checked_pairs[a, b]})
 

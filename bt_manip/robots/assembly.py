@@ -8,6 +8,7 @@ import pinocchio as pin
 from dm_control import mjcf
 
 from bt_manip import spatial
+from bt_manip.cell import escaped_name, literal_name, name_elements
 from bt_manip.exceptions import did_you_mean, one_line
 from bt_manip.models import ModelError, check_mjcf, menagerie_file
 
@@ -18,7 +19,16 @@ from .robot_description import RobotDescription
 MENAGERIE = "menagerie:"
 """Prefix of addresses of MuJoCo Menagerie models."""
 
+PEDESTAL = "pedestal"
+"""Name of the body of the pedestal."""
+
 _TOOL = "tool_frame"
+_NAMED = {
+    "body": mujoco.mjtObj.mjOBJ_BODY,
+    "joint": mujoco.mjtObj.mjOBJ_JOINT,
+    "site": mujoco.mjtObj.mjOBJ_SITE,
+    "tendon": mujoco.mjtObj.mjOBJ_TENDON,
+}
 _WORLD_SETTINGS = ("option", "visual", "statistic", "size")
 _ROTATIONS = ("quat", "euler", "axisangle", "xyaxes", "zaxis")
 
@@ -61,6 +71,7 @@ def assemble(description: RobotDescription, name: str) -> Assembly:
     tool = _tool_site(root, hand, alone, description, where)
     _move_base(root, alone, description.T_rb)
     _add_pedestal(root, description)
+    _exclude_contacts(root, hand, description)
     return Assembly(root, alone, hand, tool)
 
 
@@ -70,7 +81,7 @@ def find_element(root: mjcf.RootElement, kind: str, name: str, where: str) -> An
     Raises:
         RobotError: If there is none of that name; the message suggests the nearest names.
     """
-    element = root.find(kind, name)
+    element = _find(root, kind, name)
     if element is None:
         known = sorted(_names(root, kind))
         raise RobotError(
@@ -79,9 +90,14 @@ def find_element(root: mjcf.RootElement, kind: str, name: str, where: str) -> An
     return element
 
 
+def _find(root: mjcf.RootElement, kind: str, name: str) -> Any:
+    """Return the element with a name in its model file; None without one."""
+    return root.find(kind, escaped_name(name))
+
+
 def _names(root: mjcf.RootElement, kind: str) -> list[str]:
     found = (getattr(element, "name", None) for element in root.find_all(kind))
-    return [name for name in found if name]
+    return [literal_name(name) for name in found if name]
 
 
 def _read(model: str, where: str) -> tuple[mjcf.RootElement, mujoco.MjModel]:
@@ -95,6 +111,13 @@ def _read(model: str, where: str) -> tuple[mjcf.RootElement, mujoco.MjModel]:
     except Exception as error:  # PyMJCF raises of everything
         raise RobotError(f"{where}: {path}: {one_line(error)}") from error
     _drop_world(root)
+    name_elements(root)
+    if any(
+        mujoco.mj_name2id(alone, kind, element.full_identifier or "") < 0
+        for name, kind in _NAMED.items()
+        for element in root.find_all(name)
+    ):
+        alone = _compile(root, where)  # with the names that PyMJCF gives
     return root, alone
 
 
@@ -114,9 +137,7 @@ def _compile(root: mjcf.RootElement, where: str) -> mujoco.MjModel:
     try:
         return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
     except ValueError as error:
-        raise RobotError(
-            f"{where}: arm and gripper do not compile together: {one_line(error)}"
-        ) from error
+        raise RobotError(f"{where}: the model does not compile: {one_line(error)}") from error
 
 
 def _attach(
@@ -128,12 +149,12 @@ def _attach(
 ) -> None:
     """Attach the gripper's model at a site or body of the arm."""
     mount = gripper.mount or ""
-    site = root.find("site", mount)
+    site = _find(root, "site", mount)
     T_mount = pin.SE3.Identity()
     if site is not None:
         T_mount = _site_pose(alone, site)
     else:
-        body = root.find("body", mount)
+        body = _find(root, "body", mount)
         if body is None:
             sites = [*_names(root, "site"), *_names(root, "body")]
             raise RobotError(
@@ -160,12 +181,12 @@ def _tool_site(
     """Return the tool's site; add one if the description offsets the tool or names a body."""
     name = description.tool_frame
     for model in (hand, root):
-        site = model.find("site", name)
+        site = _find(model, "site", name)
         if site is not None:
             T = _site_pose(alone, site)
             body = site.parent
             break
-        body = model.find("body", name)
+        body = _find(model, "body", name)
         if body is not None:
             T = pin.SE3.Identity()
             break
@@ -192,15 +213,40 @@ def _move_base(root: mjcf.RootElement, alone: mujoco.MjModel, T_rb: pin.SE3) -> 
 
 
 def _add_pedestal(root: mjcf.RootElement, description: RobotDescription) -> None:
-    """Add a block under the base, as a geom of the world body: the arm can collide with it."""
+    """Add a block under the base, as a body of its own: the arm can collide with it."""
     if description.pedestal is None:
         return
     half = [0.5 * size for size in description.pedestal]
     x, y, _ = description.T_rb.translation
-    root.worldbody.add(
-        "geom", name="pedestal", type="box", size=half, pos=(x, y, half[2]), mass=0.0,
+    if root.find("body", PEDESTAL) is not None:
+        raise RobotError(
+            f"{description.where}: the model has a body '{PEDESTAL}' of its own, so the "
+            "description cannot add one"
+        )
+    root.worldbody.add("body", name=PEDESTAL).add(
+        "geom", name=PEDESTAL, type="box", size=half, pos=(x, y, half[2]), mass=0.0,
         rgba=(0.35, 0.36, 0.38, 1.0),
     )  # fmt: skip
+
+
+def _exclude_contacts(
+    root: mjcf.RootElement, hand: mjcf.RootElement, description: RobotDescription
+) -> None:
+    """Exclude the contacts of the described pairs of bodies."""
+    for pair in description.exclude:
+        first, second = (_find_body(root, hand, name, description.where) for name in pair)
+        root.contact.add("exclude", body1=first, body2=second)
+
+
+def _find_body(root: mjcf.RootElement, hand: mjcf.RootElement, name: str, where: str) -> Any:
+    """Return a body of the arm, or of the gripper: by its name or ``MODEL/NAME``."""
+    body = _find(root, "body", name) or _find(hand, "body", name.removeprefix(f"{hand.model}/"))
+    if body is None:
+        known = [*_names(root, "body"), *_names(hand, "body")]
+        raise RobotError(
+            f"{where}: exclude: there is no body '{name}'{did_you_mean(name, set(known))}"
+        )
+    return body
 
 
 def _site_pose(alone: mujoco.MjModel, site: Any) -> pin.SE3:

@@ -49,6 +49,7 @@ def read_description(path: Path | str) -> RobotDescription:
         effort=table.numbers("effort", n, spread=True, above=0.0),
         gripper=_gripper(table.table("gripper"), path),
         tool_limits=_tool_limits(table.table("tool_limits")),
+        exclude=table.name_pairs("exclude"),
         configurations=read_configurations(table, path.parent),
         source=str(path),
     )

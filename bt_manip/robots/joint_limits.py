@@ -5,6 +5,8 @@ from dataclasses import dataclass, fields
 import mujoco
 import numpy as np
 
+from bt_manip.cell import escaped_name
+
 from .errors import RobotError
 from .model_building import find
 from .robot_description import RobotDescription
@@ -70,7 +72,7 @@ def read_limits(mj_model: mujoco.MjModel, description: RobotDescription) -> Join
     Raises:
         RobotError: If a joint is unknown or its effort is unbounded in both.
     """
-    joints = [find(mj_model, "joint", name) for name in description.arm_joints]
+    joints = [find(mj_model, "joint", escaped_name(name)) for name in description.arm_joints]
     limited = mj_model.jnt_limited[joints].astype(bool)
     effort = description.effort
     if effort is None:

@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip import spatial
+from bt_manip.cell import literal_name
 from bt_manip.exceptions import did_you_mean
 
 from .errors import RobotError
@@ -86,8 +87,8 @@ def find(mj_model: mujoco.MjModel, kind: str, name: str) -> int:
         return int(named(name).id)
     except KeyError:
         count = {"body": mj_model.nbody, "joint": mj_model.njnt, "site": mj_model.nsite}[kind]
-        near = did_you_mean(name, [named(i).name for i in range(count)])
-        raise RobotError(f"the model has no {kind} '{name}'{near}") from None
+        near = did_you_mean(literal_name(name), [literal_name(named(i).name) for i in range(count)])
+        raise RobotError(f"the model has no {kind} '{literal_name(name)}'{near}") from None
 
 
 def _name(element: Any) -> str:

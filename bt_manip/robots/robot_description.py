@@ -54,6 +54,9 @@ class RobotDescription:
         T_rb: Pose of the model's base relative to the robot's placement in the scene.
         pedestal: Size of a block under the base, in x, y and z [m]; it stands on the plane on which
             the robot is placed. None for no pedestal.
+        exclude: Pairs of bodies of the robot whose contacts are ignored, in the physics and in
+            planning: bodies that overlap in every configuration. Names are those of the model
+            files; the body of the pedestal is ``pedestal``.
         configurations: Named configurations, besides ``home``.
         source: The file that it was read from, for messages.
     """
@@ -72,6 +75,7 @@ class RobotDescription:
     T_ft: pin.SE3 = field(default_factory=pin.SE3.Identity)
     T_rb: pin.SE3 = field(default_factory=pin.SE3.Identity)
     pedestal: tuple[float, ...] | None = None
+    exclude: tuple[tuple[str, str], ...] = ()
     configurations: Mapping[str, Configuration] = field(default_factory=dict)
     source: str = field(default="", compare=False)
 
@@ -81,7 +85,7 @@ class RobotDescription:
         return f"{self.source and f'{self.source}: '}robot '{self.name}'"
 
     def __post_init__(self) -> None:
-        """Check that there is one value per joint and that the pedestal's sizes are positive."""
+        """Check numbers of values, the pedestal's sizes and the excluded pairs."""
         n = len(self.arm_joints)
         if n == 0 or len(set(self.arm_joints)) < n:
             raise RobotError(
@@ -98,3 +102,6 @@ class RobotDescription:
             raise RobotError(
                 f"{self.where}: a pedestal has three positive sizes, got {self.pedestal}"
             )
+        for pair in self.exclude:
+            if len(pair) != 2 or pair[0] == pair[1]:
+                raise RobotError(f"{self.where}: exclude has pairs of two bodies, got {pair}")

@@ -6,7 +6,7 @@ from typing import Any
 
 from bt_manip.arm import Arm, ExternalForceGuard
 from bt_manip.cell import Cell
-from bt_manip.collision import CollisionWorld
+from bt_manip.collision import CollisionWorld, check_home
 from bt_manip.control import Controller, ControllerManager
 from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts
@@ -114,10 +114,12 @@ class RobotEntities:
         """Connect the arm to the controllers; the cell must be compiled."""
         robot = self._robot
         model = robot.make_model()
+        world = CollisionWorld(robot, model)
+        check_home(world)
         arm = Arm(
             robot,
             model=model,
-            world=CollisionWorld(robot, model),
+            world=world,
             planner=self._make_planner(),
             guard=ExternalForceGuard(robot, model),
         )

@@ -62,6 +62,10 @@ def test_everything_can_be_said():
     assert gripper.parameters["frictionloss"] == 0.001 and "armature" not in gripper.parameters
 
 
+def test_pairs_of_bodies_that_may_touch_are_read(read):
+    assert read('exclude = [["foot", "left/link"]]\n' + LEAST).exclude == (("foot", "left/link"),)
+
+
 def test_a_model_of_the_menagerie_is_looked_for_when_it_is_used(read):
     text = LEAST.replace("arm.xml", "menagerie:kuka_iiwa_14/iiwa14")
     assert read(text).model == "menagerie:kuka_iiwa_14/iiwa14"
@@ -88,6 +92,9 @@ def test_a_model_of_the_menagerie_is_looked_for_when_it_is_used(read):
         (LEAST + GRIPPER.replace("= 20", "= true"), "'gripper.max_force' is a number, got True"),
         (LEAST + GRIPPER + 'model = "hand.xml"\n', "'gripper.mount' is missing: a text"),
         (LEAST + "[base]\npedestal = [1, 1, 0]\n", "a pedestal has three positive sizes"),
+        ('exclude = ["a", "b"]\n' + LEAST, "'exclude' is a list of pairs of names.*got ..a', 'b'"),
+        ('exclude = [["a", 1]]\n' + LEAST, "'exclude' is a list of pairs of names"),
+        ('exclude = [["a", "a"]]\n' + LEAST, "exclude has pairs of two bodies"),
         ("model = ", "not a TOML file"),
     ],
 )

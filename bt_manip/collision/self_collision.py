@@ -1,0 +1,99 @@
+"""Collisions of a robot with itself and its pedestal."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bt_manip.cell import literal_name
+from bt_manip.robots import RobotError
+
+from .collision_world import CollisionWorld
+
+SAMPLES = 500  # configurations at which bodies that always touch have to touch
+_UNLIMITED = np.pi  # [rad] or [m] to which unlimited joints are sampled
+
+
+class SelfCollision(NamedTuple):
+    """Two bodies of a robot that touch, named as `RobotDescription.exclude` names them."""
+
+    first: str
+    second: str
+    depth: float  # [m] of penetration
+
+
+def self_collisions(world: CollisionWorld, q: np.ndarray) -> list[SelfCollision]:
+    """Return the pairs of a robot's own bodies in collision at a configuration, deepest first.
+
+    Args:
+        world: The collision world of the robot, which may be compiled alone.
+        q: Configuration of the arm [rad].  # (nq,)
+    """
+    found: dict[tuple[str, str], float] = {}
+    names, of_geom = _body_names(world), world.robot.mj_model.geom_bodyid
+    world.collide(q)
+    for a, b, distance in zip(*(values.tolist() for values in world.contacts), strict=True):
+        first, second = sorted((int(of_geom[a]), int(of_geom[b])))  # from the base outwards
+        if distance < 0.0 and world.checked_pairs[a, b] and names[first] and names[second]:
+            pair = names[first], names[second]
+            found[pair] = max(-distance, found.get(pair, 0.0))
+    collisions = (SelfCollision(*pair, depth) for pair, depth in found.items())
+    return sorted(collisions, key=lambda one: -one.depth)
+
+
+def permanent_self_collisions(world: CollisionWorld) -> list[tuple[str, str]]:
+    """Return the pairs of a robot's own bodies that touch in every configuration.
+
+    They overlap by the design of the model. `RobotDescription.exclude` ignores their contacts.
+
+    Args:
+        world: The collision world of the robot, which may be compiled alone.
+    """
+    limits, rng = world.robot.limits, np.random.default_rng(0)
+    lower, upper = np.maximum(limits.lower, -_UNLIMITED), np.minimum(limits.upper, _UNLIMITED)
+    pairs: list[tuple[str, str]] | None = None
+    for _ in range(SAMPLES):
+        touching = [one[:2] for one in self_collisions(world, rng.uniform(lower, upper))]
+        pairs = [pair for pair in (touching if pairs is None else pairs) if pair in touching]
+        if not pairs:
+            break
+    return sorted(pairs or [])
+
+
+def check_home(world: CollisionWorld) -> None:
+    """Check that a robot is free of self-collision at home.
+
+    Raises:
+        RobotError: When it is not, with the bodies, and the `exclude` entry for those that touch
+            in every configuration.
+    """
+    description = world.robot.description
+    collisions = self_collisions(world, np.array(description.home))
+    if not collisions:
+        return
+    permanent = permanent_self_collisions(world)
+    touching = ", ".join(
+        f"'{one.first}' is {1e3 * one.depth:.1f} mm inside '{one.second}'" for one in collisions
+    )
+    remedies = []
+    if permanent:
+        listed = ", ".join(f'["{first}", "{second}"]' for first, second in permanent)
+        remedies.append(
+            "bodies that overlap in every configuration are ignored by the line "
+            f"exclude = [{listed}] in the description"
+        )
+    if any(one[:2] not in permanent for one in collisions):
+        remedies.append("change 'home' where bodies collide in some configurations only")
+    raise RobotError(
+        f"{description.where}: self-collision at home: {touching}; {'; '.join(remedies)}"
+    )
+
+
+def _body_names(world: CollisionWorld) -> list[str]:
+    """Return the name of each body in the robot's description; empty for others."""
+    model, prefix = world.robot.mj_model, world.robot.mjcf_model.full_identifier
+    names = [model.body(body).name for body in range(model.nbody)]
+    own = (name.startswith(prefix) and name != "world" for name in names)
+    return [
+        literal_name(name.removeprefix(prefix)) if mine else ""
+        for name, mine in zip(names, own, strict=True)
+    ]

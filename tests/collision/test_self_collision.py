@@ -1,0 +1,117 @@
+"""Bodies of a robot that touch each other: found, and ignored where the description says so."""
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from bt_manip.collision import (
+    CollisionWorld,
+    check_home,
+    permanent_self_collisions,
+    self_collisions,
+)
+from bt_manip.robots import Robot, RobotDescription, RobotError, compile_alone
+
+# The turret overlaps the foot at every angle; the forearm folds into the foot.
+FOLDING_ARM = """
+<mujoco model="folding">
+  <compiler angle="radian" autolimits="true"/>
+  <worldbody>
+    <body name="foot">
+      <geom type="box" size="0.05 0.05 0.05" pos="0 0 0.05"/>
+      <body name="arm/turret" pos="0 0 0.1">
+        <joint name="arm/turn"/>
+        <geom type="cylinder" size="0.03 0.02" mass="1"/>
+        <body name="arm/upper" pos="0 0 0.03">
+          <joint name="arm/lift" axis="0 1 0" range="-1.5 1.5"/>
+          <geom type="capsule" size="0.02" fromto="0 0 0 0 0 0.3" mass="1"/>
+          <body name="arm/fore" pos="0 0 0.32">
+            <joint name="arm/fold" axis="0 1 0" range="-3.1 3.1"/>
+            <geom type="capsule" size="0.02" fromto="0 0 0.05 0 0 0.4" mass="1"/>
+            <site name="arm/tip" pos="0 0 0.42"/>
+          </body>
+        </body>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+OVERLAP = ("foot", "arm/turret")
+FOLDED = (0.0, 0.3, 3.1)
+
+
+@pytest.fixture
+def description(tmp_path) -> RobotDescription:
+    path = tmp_path / "folding.xml"
+    path.write_text(FOLDING_ARM)
+    return RobotDescription(
+        name="folding",
+        model=str(path),
+        arm_joints=("arm/turn", "arm/lift", "arm/fold"),
+        tool_frame="arm/tip",
+        home=(0.0, 0.3, 0.3),
+        velocity=(1.0,) * 3,
+        acceleration=(5.0,) * 3,
+        jerk=(100.0,) * 3,
+        effort=(50.0,) * 3,
+    )
+
+
+def world_of(description: RobotDescription) -> CollisionWorld:
+    """Return the collision world of a robot that is compiled alone."""
+    robot = Robot(description)
+    compile_alone(robot)
+    return CollisionWorld(robot, robot.make_model())
+
+
+def test_bodies_that_touch_are_named_as_in_the_model_file(description):
+    (one,) = self_collisions(world_of(description), np.array(description.home))
+    assert one[:2] == OVERLAP
+    assert one.depth == pytest.approx(0.02, abs=1e-3)
+
+
+def test_bodies_that_touch_at_some_configurations_are_not_permanent(description):
+    world = world_of(description)
+    touching = {one[:2] for one in self_collisions(world, np.array(FOLDED))}
+    assert OVERLAP in touching and len(touching) > 1
+    assert permanent_self_collisions(world) == [OVERLAP]
+
+
+def test_excluded_bodies_may_touch_in_planning_and_in_the_physics(description):
+    world = world_of(replace(description, exclude=(OVERLAP,)))
+    home = np.array(description.home)
+    assert self_collisions(world, home) == world.collisions(home) == []
+    assert permanent_self_collisions(world) == []
+    model, data = world.robot.mj_model, world.robot.mj_data
+    data.qpos[:] = home
+    mujoco.mj_forward(model, data)
+    assert data.ncon == 0
+
+
+def test_a_home_in_self_collision_is_refused_with_the_line_that_excludes_the_overlap(description):
+    with pytest.raises(RobotError) as error:
+        check_home(world_of(description))
+    assert "self-collision at home: 'foot' is 20.0 mm inside 'arm/turret'" in str(error.value)
+    assert 'exclude = [["foot", "arm/turret"]]' in str(error.value)
+    assert "change 'home'" not in str(error.value)
+
+
+def test_a_home_with_an_avoidable_collision_has_to_be_changed(description):
+    description = replace(description, home=FOLDED, exclude=(OVERLAP,))
+    with pytest.raises(RobotError, match="inside 'arm/fore'.*change 'home'") as error:
+        check_home(world_of(description))
+    assert "exclude" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("pair", "message"),
+    [
+        (("foot", "arm/turet"), "exclude: there is no body 'arm/turet'.*mean 'arm/turret'"),
+        (("foot", "foot"), "pairs of two bodies"),
+    ],
+)
+def test_a_wrong_pair_is_refused(description, pair, message):
+    with pytest.raises(RobotError, match=message):
+        Robot(replace(description, exclude=(pair,)))
