@@ -2,6 +2,10 @@
 
 from .addresses import reader as reader
 from .addresses import writer as writer
+from .assembly import MENAGERIE as MENAGERIE
+from .assembly import assemble as assemble
+from .assembly import model_file as model_file
+from .assembly import read_model as read_model
 from .configurations import Configuration as Configuration
 from .configurations import find_configuration as find_configuration
 from .configurations import load_configurations as load_configurations

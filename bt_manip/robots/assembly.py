@@ -9,8 +9,9 @@ from dm_control import mjcf
 
 from bt_manip import spatial
 from bt_manip.cell import escaped_name, literal_name, name_elements
-from bt_manip.exceptions import did_you_mean, one_line
-from bt_manip.models import ModelError, check_mjcf, menagerie_file
+from bt_manip.cell.objects import mjcf_root
+from bt_manip.exceptions import BtManipError, did_you_mean, one_line
+from bt_manip.models import ModelError, load_model, menagerie_file
 
 from .errors import RobotError
 from .gripper import GripperDescription
@@ -60,12 +61,12 @@ def assemble(description: RobotDescription, name: str) -> Assembly:
         RobotError: If a file is missing or invalid, or a name is unknown.
     """
     where = description.where
-    root, alone = _read(description.model, where)
+    root, alone = read_model(description.model, where)
     root.model = name
     gripper = description.gripper
     hand = root
     if gripper is not None and gripper.model is not None:
-        hand, _ = _read(gripper.model, where)
+        hand, _ = read_model(gripper.model, where)
         _attach(root, alone, hand, gripper, where)
         alone = _compile(root, where)
     tool = _tool_site(root, hand, alone, description, where)
@@ -100,13 +101,25 @@ def _names(root: mjcf.RootElement, kind: str) -> list[str]:
     return [literal_name(name) for name in found if name]
 
 
-def _read(model: str, where: str) -> tuple[mjcf.RootElement, mujoco.MjModel]:
-    path = _locate(model, where)
+def read_model(model: str, where: str) -> tuple[mjcf.RootElement, mujoco.MjModel]:
+    """Return the model of an arm or a gripper, as a PyMJCF element and compiled.
+
+    Args:
+        model: Path of an MJCF or URDF file, or ``menagerie:NAME/ENTRY``.
+        where: The robot, to begin a message.
+
+    Raises:
+        RobotError: If the file is missing or invalid.
+    """
+    path = model_file(model, where)
     try:
-        check_mjcf(path)
-        alone = mujoco.MjModel.from_xml_path(str(path))
-        root = mjcf.from_path(str(path), escape_separators=True)
-    except ModelError as error:
+        found = load_model(str(path))
+        root = mjcf_root(found)
+        if found.path is None:
+            alone = mujoco.MjModel.from_xml_string(found.xml, dict(found.assets))
+        else:
+            alone = mujoco.MjModel.from_xml_path(str(path))
+    except BtManipError as error:
         raise RobotError(f"{where}: {error}") from error
     except Exception as error:  # PyMJCF raises of everything
         raise RobotError(f"{where}: {path}: {one_line(error)}") from error
@@ -121,7 +134,7 @@ def _read(model: str, where: str) -> tuple[mjcf.RootElement, mujoco.MjModel]:
     return root, alone
 
 
-def _locate(model: str, where: str) -> Path:
+def model_file(model: str, where: str) -> Path:
     """Return the file of a model: a path, or ``menagerie:NAME`` or ``menagerie:NAME/ENTRY``."""
     if not model.startswith(MENAGERIE):
         if not Path(model).is_file():

@@ -75,7 +75,7 @@ class ModelObject(Prop):
             "category": category,
             "convex": convex,
         }
-        self._mjcf_root = root = read_model(model)
+        self._mjcf_root = root = mjcf_root(model)
         root.model = name or model.name
         implicit = root.option.integrator in ("implicit", "implicitfast")
         loose = _drop_world(root)
@@ -154,7 +154,7 @@ class ModelObject(Prop):
         return "surface" if size[:2].min() >= _FLAT else "thing"
 
 
-def read_model(model: MjcfModel) -> mjcf.RootElement:
+def mjcf_root(model: MjcfModel) -> mjcf.RootElement:
     """Read a model into PyMJCF, with angles in radians.
 
     An attached model's angles are read as the arena has it, so MuJoCo's own writer turns degrees
