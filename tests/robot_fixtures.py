@@ -13,7 +13,14 @@ from bt_manip.cell import Cell
 from bt_manip.collision import CollisionWorld
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.kinematics import InverseKinematics
-from bt_manip.robots import Robot, RobotDescription, RobotModel, compile_alone, panda
+from bt_manip.robots import (
+    Robot,
+    RobotDescription,
+    RobotModel,
+    compile_alone,
+    panda,
+    read_description,
+)
 
 
 @pytest.fixture(scope="session")
@@ -48,6 +55,15 @@ def ik(prepared_ik: InverseKinematics) -> InverseKinematics:
 @pytest.fixture
 def arm(robot: Robot, ik: InverseKinematics) -> Arm:
     return Arm(robot, ik=ik)
+
+
+@pytest.fixture(scope="session")
+def five_joints() -> Robot:
+    """Give an arm of five joints, whose model has rounded numbers, compiled alone."""
+    description = read_description(Path(__file__).parent / "robots/models/five_joints.toml")
+    robot = Robot(description, gripper=TwoFingerGripper)
+    compile_alone(robot)
+    return robot
 
 
 @pytest.fixture

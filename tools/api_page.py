@@ -46,8 +46,8 @@ STABLE = {
         "HoleBoard Basket Bin Tray Table Shelf Wall RedBlock GreenBlock BlueBlock YellowBlock"
     ),
     "bt_manip.robots": (
-        "Robot RobotDescription Gripper GripperDescription GripperError ToolLimits JointLimits "
-        "Payload RobotModel RobotError panda read_description verify"
+        "Robot RobotDescription Gripper GripperDescription GripperError Tolerance ToolLimits "
+        "JointLimits Payload RobotModel RobotError panda read_description verify"
     ),
     "bt_manip.kinematics": (
         "InverseKinematics IKProblem IKResult PoseTarget PositionTarget RotationTarget "

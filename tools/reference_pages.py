@@ -164,7 +164,9 @@ are tables: `[base]` says where the base stands in a scene (`position`, `quat_wx
 
 """
 
-SKIPPED_KEYS = ("tool_frame", "T_ft", "T_rb", "T_mg", "pedestal", "file", "gripper", "tool_limits")
+SKIPPED_KEYS = (
+    "tool_frame", "T_ft", "T_rb", "T_mg", "pedestal", "file", "gripper", "tool_limits", "tolerance",
+)  # fmt: skip
 """Attributes of robot descriptions that are written as tables, or not at all."""
 
 
@@ -333,6 +335,7 @@ def files_page() -> str:
         text.append(f"| `{name}` | (steps, n) | {TRACED[name]} |\n")
     text.append(ROBOT + _fields(robots.RobotDescription))
     text.append("\n### `[tool_limits]`\n\n" + _fields(robots.ToolLimits))
+    text.append("\n### `[tolerance]`\n\n" + _fields(robots.Tolerance))
     text.append("\n### `[gripper]`\n\n" + _fields(robots.GripperDescription))
     keys = _described(two_fingers.two_finger_gripper, "Args")
     rows = "".join(f"| `{key}` | {text} |\n" for key, text in keys.items())

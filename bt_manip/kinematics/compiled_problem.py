@@ -207,11 +207,13 @@ def _limits(
 def _residuals(arm: RobotModel, target: Target, T_mw: pin.SE3 | None) -> tuple[FrameResidual, ...]:
     """Return the residuals of a target, given in a world that has the pose T_mw in the model's."""
     frame = frame_index(arm, target.frame)
-    position, rotation = None, None
+    position, rotation, accepted = None, None, (0.0, 0.0)
+    if target.tolerance is None:
+        accepted = arm.tolerance.position, arm.tolerance.rotation
     if isinstance(target, PoseTarget):
         pose = target.pose if T_mw is None else T_mw * target.pose
         if target.weight is None and max(target.tolerances) < WIDE:
-            return (PoseResidual(arm, frame, pose, target.tolerances),)
+            return (PoseResidual(arm, frame, pose, target.tolerances, accepted),)
         position, rotation = pose.translation, pose.rotation
     elif isinstance(target, PositionTarget):
         position = target.position if T_mw is None else T_mw.act(target.position)
@@ -222,7 +224,7 @@ def _residuals(arm: RobotModel, target: Target, T_mw: pin.SE3 | None) -> tuple[F
         scale, tolerances = target.weight**0.5, (np.inf, np.inf)
     residuals: list[FrameResidual] = []
     if position is not None:
-        residuals.append(PositionResidual(arm, frame, position, tolerances[0], scale))
+        residuals.append(PositionResidual(arm, frame, position, tolerances[0], scale, accepted[0]))
     if rotation is not None:
-        residuals.append(RotationResidual(arm, frame, rotation, tolerances[1], scale))
+        residuals.append(RotationResidual(arm, frame, rotation, tolerances[1], scale, accepted[1]))
     return tuple(residuals)

@@ -71,8 +71,9 @@ class InverseKinematics:
             max_failed_iterations: Iterations without a solution, over all initial guesses, after
                 which `solve` does not restart.
             seed: Seed of the stored configurations.
-            position_tolerance: For poses of the tool [m].
-            rotation_tolerance: For poses of the tool [rad].
+            position_tolerance: Error to aim at for poses of the tool [m]; where it cannot be
+                reached, errors within the model's `tolerance` are accepted.
+            rotation_tolerance: Likewise [rad].
 
         Raises:
             MotionError: When an argument is invalid.
@@ -90,6 +91,7 @@ class InverseKinematics:
             check_positive(rotation_tolerance, "rotation_tolerance", "rad"),
         )
         rng = np.random.default_rng(check_count(seed, "seed"))
+        self._accepted = self.model.tolerance.position, self.model.tolerance.rotation
         self.null_space_motion = NullSpaceMotion(self.model)
         self._inverse_speed = 1.0 / model.limits.velocity
         self._initial_guesses = InitialGuesses(self.model, max(STORED, restarts), rng)
@@ -158,7 +160,7 @@ class InverseKinematics:
             retry: Whether to try other initial guesses inside `max_step`.
             margin: Distance from the limits for a pose [rad]; like that of a problem, it is kept
                 by the joints that keep it at `q0`.
-            tolerance: For a pose [m] and [rad]; by default as constructed.
+            tolerance: Error to aim at for a pose [m] and [rad]; by default as constructed.
 
         Raises:
             MotionError: When an argument is invalid, or a problem comes with a margin or a
@@ -295,7 +297,7 @@ class InverseKinematics:
                 f"ask for IKProblem(targets={type(request).__name__}(...))"
             )
         tolerances = self._tolerances if tolerance is None else (tolerance, tolerance)
-        self._tool_residual.set_target(check_pose(request), tolerances)
+        self._tool_residual.set_target(check_pose(request), tolerances, self._accepted)
         constraint = self._tool_constraint
         constraint.q = None
         lower, upper = self.model.limits.lower, self.model.limits.upper

@@ -17,12 +17,22 @@ _SCALED_DAMPING = 1e-10  # damping below which the normal equations are scaled u
 
 
 class LMResult(NamedTuple):
-    """Where Levenberg-Marquardt ended: configuration, norm of the residual, iterations."""
+    """Where Levenberg-Marquardt ended.
+
+    Attributes:
+        q: The configuration of the smallest residual, inside the limits.  # (nq,)
+        error: Norm of the residual.
+        iterations: Number of iterations.
+        solved: Whether the targets are reached; where fewer joints move than the residual has
+            components, also where they are only met.
+        met: Whether the targets are met.
+    """
 
     q: np.ndarray
     error: float
     iterations: int
     solved: bool
+    met: bool
 
 
 def levenberg_marquardt(
@@ -35,7 +45,7 @@ def levenberg_marquardt(
     patience: int = STALL_ITERATIONS,
     min_decrease: float = 0.0,
 ) -> LMResult:
-    """Minimize a residual from a configuration inside the limits until its targets are met.
+    """Minimize a residual from a configuration inside the limits until its targets are reached.
 
     Each step minimizes the damped linearized residual inside the limits. The damping is
     proportional to the squared residual (Sugihara, Solvability-Unconcerned Inverse Kinematics by
@@ -58,10 +68,10 @@ def levenberg_marquardt(
         error = residual.evaluate(q)
         squared = float(error.dot(error))
         norm = squared**0.5
-        if squared <= squared_bound and residual.met:
+        if squared <= squared_bound and residual.reached:
             inside = np.minimum(np.maximum(q, lower), upper)  # to the last bit
             exact = inside.tolist() == q.tolist()
-            return LMResult(q if exact else inside, norm, iteration, True)
+            return LMResult(q if exact else inside, norm, iteration, True, True)
         stalled = 0 if norm < STALL_FACTOR * least_error else stalled + 1
         if norm < least_error:
             least_error, best_q = norm, q
@@ -73,7 +83,13 @@ def levenberg_marquardt(
         if min_decrease and -float(gradient.dot(dq)) < min_decrease * squared:
             break
         q = q + dq
-    return LMResult(np.minimum(np.maximum(best_q, lower), upper), least_error, iteration, False)
+    q = np.minimum(np.maximum(best_q, lower), upper)
+    met, solved = False, False
+    if least_error * least_error <= residual.accepted_bound:
+        residual.evaluate(q)
+        met = residual.met
+        solved = met and len(error) > int(np.count_nonzero(upper > lower))
+    return LMResult(q, least_error, iteration, solved, met)
 
 
 def _box_step(

@@ -17,10 +17,12 @@ class FrameResidual:
 
     Attributes:
         frame: Index of the frame.
-        squared_bound: Squared norm of the residual above which the target cannot be met.
+        squared_bound: Squared norm of the residual above which the target is not reached.
+        accepted_bound: Squared norm of the residual above which the target is not met.
     """
 
     squared_bound: float
+    accepted_bound: float
 
     def __init__(self, arm: RobotModel, frame: int) -> None:
         """Refer to a frame; the arm's data are written to."""
@@ -32,6 +34,11 @@ class FrameResidual:
 
     def jacobian(self) -> np.ndarray:
         """Return J of ``d residual = J dq`` where it was evaluated last."""  # (m, nv)
+        raise NotImplementedError
+
+    @property
+    def reached(self) -> bool:
+        """Whether the error is as small as aimed at, as last evaluated."""
         raise NotImplementedError
 
     def errors(self) -> tuple[float, float, bool]:
@@ -46,7 +53,13 @@ class VectorResidual(FrameResidual):
     """Residual of three components with a weight, or with a dead zone inside a wide tolerance."""
 
     def __init__(
-        self, arm: RobotModel, frame: int, target: np.ndarray, tolerance: float, scale: float = 1.0
+        self,
+        arm: RobotModel,
+        frame: int,
+        target: np.ndarray,
+        tolerance: float,
+        scale: float = 1.0,
+        accepted: float = 0.0,
     ) -> None:
         """Set the target.
 
@@ -54,14 +67,22 @@ class VectorResidual(FrameResidual):
             arm: The arm; its data are written to.
             frame: Index of the frame.
             target: Position [m] or rotation matrix in the world.  # (3,) or (3, 3)
-            tolerance: Largest error that meets the target [m] or [rad].
+            tolerance: Error to aim at [m] or [rad].
             scale: Square root of the weight; 1 for a constraint.
+            accepted: Largest error that meets the target, at least `tolerance`.
         """
         super().__init__(arm, frame)
         self._target, self._tolerance, self._scale = target, tolerance, scale
         self._dead_zone = DEAD_ZONE * tolerance if WIDE <= tolerance < np.inf else 0.0
+        self._accepted = max(tolerance, accepted)
         self.squared_bound = (tolerance - self._dead_zone) ** 2 * _ABOVE_ROUNDING
+        self.accepted_bound = (self._accepted - self._dead_zone) ** 2 * _ABOVE_ROUNDING
         self._length = 0.0
+
+    @property
+    def reached(self) -> bool:
+        """Whether the error is as small as aimed at, as last evaluated."""
+        return self._length <= self._tolerance
 
     def _scaled(self, error: np.ndarray) -> np.ndarray:
         """Return the residual for an error: weighted, or the part outside the dead zone."""
@@ -91,7 +112,7 @@ class PositionResidual(VectorResidual):
 
     def errors(self) -> tuple[float, float, bool]:
         """Return the distance [m], 0, and whether the target is met, as last evaluated."""
-        return self._length, 0.0, self._length <= self._tolerance
+        return self._length, 0.0, self._length <= self._accepted
 
     def jacobian(self) -> np.ndarray:
         """Return the Jacobian where the residual was evaluated last."""  # (3, nv)
@@ -112,7 +133,7 @@ class RotationResidual(VectorResidual):
 
     def errors(self) -> tuple[float, float, bool]:
         """Return 0, the angle [rad] and whether the target is met, as last evaluated."""
-        return 0.0, self._length, self._length <= self._tolerance
+        return 0.0, self._length, self._length <= self._accepted
 
     def jacobian(self) -> np.ndarray:
         """Return the Jacobian where the residual was evaluated last."""  # (3, nv)
@@ -124,18 +145,33 @@ class PoseResidual(FrameResidual):
     """Logarithm ``log6`` of a frame's pose in the target pose, for narrow tolerances."""
 
     def __init__(
-        self, arm: RobotModel, frame: int, pose: pin.SE3, tolerances: tuple[float, float]
+        self,
+        arm: RobotModel,
+        frame: int,
+        pose: pin.SE3,
+        tolerances: tuple[float, float],
+        accepted: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        """Set the target pose and the tolerances of position [m] and rotation [rad]."""
+        """Set the target; the arguments are those of `set_target`."""
         super().__init__(arm, frame)
-        self.set_target(pose, tolerances)
+        self.set_target(pose, tolerances, accepted)
 
-    def set_target(self, pose: pin.SE3, tolerances: tuple[float, float]) -> None:
-        """Set another target pose and tolerances of position [m] and rotation [rad]."""
+    def set_target(
+        self,
+        pose: pin.SE3,
+        tolerances: tuple[float, float],
+        accepted: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
+        """Set another target pose.
+
+        Args:
+            pose: The pose in the world.
+            tolerances: Errors to aim at [m] and [rad].
+            accepted: Largest errors that meet the target, where they exceed `tolerances`.
+        """
         self.pose, self.tolerances = pose, tolerances
-        # The linear part of the logarithm is longer than the distance by less than half of pi.
-        linear, angular = 0.5 * np.pi * tolerances[0], tolerances[1]
-        self.squared_bound = _ABOVE_ROUNDING * (linear * linear + angular * angular)
+        self.accepted = max(tolerances[0], accepted[0]), max(tolerances[1], accepted[1])
+        self.squared_bound, self.accepted_bound = _bound(tolerances), _bound(self.accepted)
 
     def evaluate(self) -> np.ndarray:
         """Return the residual, after `pin.computeJointJacobians`."""  # (6,)
@@ -149,11 +185,13 @@ class PoseResidual(FrameResidual):
         x, y, z = self._T_tf.translation.tolist()
         a, b, c = self._residual[3:].tolist()
         position, rotation = (x * x + y * y + z * z) ** 0.5, (a * a + b * b + c * c) ** 0.5
-        return (
-            position,
-            rotation,
-            position <= self.tolerances[0] and rotation <= self.tolerances[1],
-        )
+        return position, rotation, position <= self.accepted[0] and rotation <= self.accepted[1]
+
+    @property
+    def reached(self) -> bool:
+        """Whether both errors are as small as aimed at, as last evaluated."""
+        position, rotation, _ = self.errors()
+        return position <= self.tolerances[0] and rotation <= self.tolerances[1]
 
     def jacobian(self) -> np.ndarray:
         """Return the frame's own Jacobian, which is that of a small logarithm.
@@ -161,6 +199,12 @@ class PoseResidual(FrameResidual):
         Levenberg-Marquardt takes as many steps with it as with the exact one.
         """  # (6, nv)
         return pin.getFrameJacobian(self._model, self._data, self.frame, pin.LOCAL)
+
+
+def _bound(tolerances: tuple[float, float]) -> float:
+    # The linear part of the logarithm is longer than the distance by less than half of pi.
+    linear, angular = 0.5 * np.pi * tolerances[0], tolerances[1]
+    return _ABOVE_ROUNDING * (linear * linear + angular * angular)
 
 
 class StackedResidual:
@@ -197,8 +241,18 @@ class StackedResidual:
 
     @property
     def squared_bound(self) -> float:
-        """Squared norm of the residual above which not all targets can be met."""
+        """Squared norm of the residual above which not all targets are reached."""
         return sum([part.squared_bound for part in self.parts])
+
+    @property
+    def accepted_bound(self) -> float:
+        """Squared norm of the residual above which not all targets are met."""
+        return sum([part.accepted_bound for part in self.parts])
+
+    @property
+    def reached(self) -> bool:
+        """Whether all errors are as small as aimed at, as last evaluated."""
+        return all([part.reached for part in self.parts])
 
     @property
     def met(self) -> bool:

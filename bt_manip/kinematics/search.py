@@ -54,6 +54,7 @@ def search(
     wanted = 1 if problem.constraints.parts else COST_GUESSES
     found: list[RefinementResult] = []
     best: LMResult | None = None
+    nearly: LMResult | None = None  # met, not reached
     collision = ""
     total, failed, restarts = 0, 0, -1
     for guess in guesses:
@@ -76,11 +77,15 @@ def search(
                 break
         elif best is None or (not end.solved, end.error) < (not best.solved, best.error):
             best, collision = end, touching
+        if end.met and not end.solved and (nearly is None or end.error < nearly.error):
+            nearly = end if not problem.collision(end.q) else nearly
         if failed >= max_failed_iterations:
             break
     if found:
         least = min(found, key=lambda refined: refined.cost)
         return SearchResult(least.q, True, total, restarts, cost=least.cost)
+    if nearly is not None:
+        return SearchResult(nearly.q, True, total, restarts, cost=problem.cost(nearly.q))
     assert best is not None
     reason = f"no solution from {restarts + 1} initial guesses"
     if best.solved:
@@ -113,7 +118,7 @@ def search_near(
         if end.solved:
             break
     assert best is not None
-    if best.solved:
+    if best.met:
         refined = _refine(problem, best, least, most)
         touching = problem.collision(refined.q)
         total += refined.iterations
@@ -140,9 +145,13 @@ def search_all(
         iterations: Maximum number of iterations from each.
     """
     limits = problem.lower, problem.upper
-    for guess in guesses:
-        end = levenberg_marquardt(problem.constraints, guess, *limits, iterations=iterations)
-        if end.solved:
+    ends = [
+        levenberg_marquardt(problem.constraints, guess, *limits, iterations=iterations)
+        for guess in guesses
+    ]
+    solved = any(end.solved for end in ends)
+    for end in ends:
+        if end.solved or (end.met and not solved):
             refined = _refine(problem, end, *limits)
             if not problem.collision(refined.q):
                 total = end.iterations + refined.iterations

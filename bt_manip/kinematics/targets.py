@@ -16,7 +16,7 @@ from bt_manip.checks import (
     shown,
 )
 
-TOLERANCE = 1e-6  # [m] and [rad], default of a constraint
+TOLERANCE = 1e-6  # [m] and [rad] that a constraint without a tolerance of its own aims at
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,8 @@ class Target:
         frame: Name of the frame: a body or a site of the robot.
         weight: Makes the target a cost: half the squared error times this [1/m2] and [1/rad2].
         tolerance: Makes it a constraint: the largest error [m] and [rad]; for a pose also a pair
-            of both. With neither, it is a constraint with `TOLERANCE`.
+            of both. With neither, it is a constraint that aims at `TOLERANCE` and accepts the
+            `tolerance` of the arm's model.
     """
 
     frame: str
@@ -57,7 +58,7 @@ class Target:
 
     @property
     def tolerances(self) -> tuple[float, float]:
-        """Largest errors of position [m] and rotation [rad] as a constraint."""
+        """Errors of position [m] and rotation [rad] that a constraint aims at."""
         if isinstance(self.tolerance, tuple):
             return self.tolerance
         both = TOLERANCE if self.tolerance is None else self.tolerance

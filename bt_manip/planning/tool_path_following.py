@@ -19,8 +19,8 @@ MIN_INTERVALS, MAX_FIRST_INTERVALS = 8, 400  # before refinement
 MAX_REFINED_INTERVALS = 1600
 REFINEMENTS = 6  # attempts, each with twice the knots: at sharp turns of a joint the last is needed
 QUICK_REFINEMENTS = 4  # attempts for lines that shall be easy to follow
-TOLERANCE = 5e-5  # [m] and [rad] deviation of the tool between the knots
-KNOT_TOLERANCE = 1e-8  # [m] and [rad] deviation of the tool at the knots
+TOLERANCE = 5e-5  # [m] and [rad] deviation of the tool between the knots, beyond that at the knots
+KNOT_TOLERANCE = 1e-8  # [m] and [rad] deviation of the tool at the knots that is aimed at
 LIMIT_SAMPLES = 500  # configurations whose joint limits are checked
 LIMIT_MARGIN = 5e-3  # [rad] of the knots from the joint limits, for the overshoot of the spline
 MAX_STEP = 0.2  # [rad] displacement of a joint between two knots
@@ -48,8 +48,11 @@ def follow_tool_path(
     intervals = max(path.length / SPACING, path.angle / TURN, KNOTS_PER_CORNER / path.narrowest)
     intervals = int(np.clip(np.ceil(intervals), MIN_INTERVALS, MAX_FIRST_INTERVALS))
     for _ in range(refinements):
-        curve = SplinePath(_solve_knots(ik, q0, path, intervals), ik.model.nq)
-        error = _limit_error(curve, ik.model.limits) or _deviation_error(curve, ik, path, intervals)
+        knots, deviation = _solve_knots(ik, q0, path, intervals)
+        curve = SplinePath(knots, ik.model.nq)
+        error = _limit_error(curve, ik.model.limits) or _deviation_error(
+            curve, ik, path, intervals, deviation + TOLERANCE
+        )
         if not error:
             return curve
         intervals *= 2
@@ -68,26 +71,30 @@ def _limit_error(curve: SplinePath, limits: JointLimits) -> str:
 
 
 def _deviation_error(
-    curve: SplinePath, ik: InverseKinematics, path: ToolPath, intervals: int
+    curve: SplinePath, ik: InverseKinematics, path: ToolPath, intervals: int, tolerance: float
 ) -> str:
     """Say how far the tool deviates between the knots; empty where that is within tolerance."""
     worst = 0.0
     for row in curve.evaluate((np.arange(intervals) + 0.5) / intervals, 0)[0]:
         T_td = ik.model.pose(row[: curve.nq]).actInv(path.pose(row[-1]))
         worst = max(worst, *map(abs, pin.log6(T_td).np.tolist()))
-    if worst <= TOLERANCE:
+    if worst <= tolerance:
         return ""
     return f" smoothly: the tool would deviate by {1e3 * worst:.2f} mm"
 
 
 def _solve_knots(
     ik: InverseKinematics, q0: np.ndarray, path: ToolPath, intervals: int
-) -> np.ndarray:
-    """Solve inverse kinematics at even fractions of the path."""  # (intervals + 1, m)
+) -> tuple[np.ndarray, float]:
+    """Solve inverse kinematics at even fractions of the path.
+
+    Returns:
+        The rows of the spline, and the largest deviation of the tool there [m] or [rad].
+    """  # (intervals + 1, m)
     fractions = (np.arange(intervals + 1) / intervals).tolist()
     travel = path.travel / intervals
     lower, upper = ik.model.limits.lower + LIMIT_MARGIN, ik.model.limits.upper - LIMIT_MARGIN
-    knots, steps = [np.array(q0)], [np.zeros(len(q0))]
+    knots, steps, deviation = [np.array(q0)], [np.zeros(len(q0))], 0.0
     for done, fraction in pairwise(fractions):
         q = knots[-1]
         # Extrapolate linearly from the last two steps.
@@ -106,7 +113,8 @@ def _solve_knots(
             )
         knots.append(found.q)
         steps.append(found.q - q)
-    return np.column_stack([knots, path.extra_columns(np.array(fractions))])
+        deviation = max(deviation, found.position_error, found.rotation_error)
+    return np.column_stack([knots, path.extra_columns(np.array(fractions))]), deviation
 
 
 def _solve_in_substeps(

@@ -30,6 +30,7 @@ from .robot import Robot as Robot
 from .robot import WristWrench as WristWrench
 from .robot import compile_alone as compile_alone
 from .robot_description import RobotDescription as RobotDescription
+from .robot_description import Tolerance as Tolerance
 from .robot_description import ToolLimits as ToolLimits
 from .robot_model import RobotModel as RobotModel
 from .verification import Verification as Verification

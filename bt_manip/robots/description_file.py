@@ -1,7 +1,8 @@
 """Reading of a robot's description from a TOML file."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar, get_type_hints
 
 import pinocchio as pin
 
@@ -11,7 +12,9 @@ from .assembly import MENAGERIE
 from .configurations import read_configurations
 from .errors import RobotError
 from .gripper import DEFAULT_KIND, GripperDescription
-from .robot_description import RobotDescription, ToolLimits
+from .robot_description import RobotDescription, Tolerance, ToolLimits
+
+_Numbers = TypeVar("_Numbers", Tolerance, ToolLimits)
 
 
 def read_description(path: Path | str) -> RobotDescription:
@@ -48,7 +51,8 @@ def read_description(path: Path | str) -> RobotDescription:
         jerk=table.needed_numbers("jerk", n, above=0.0),
         effort=table.numbers("effort", n, spread=True, above=0.0),
         gripper=_gripper(table.table("gripper"), path),
-        tool_limits=_tool_limits(table.table("tool_limits")),
+        tool_limits=_positive_numbers(table.table("tool_limits"), ToolLimits),
+        tolerance=_positive_numbers(table.table("tolerance"), Tolerance),
         exclude=table.name_pairs("exclude"),
         configurations=read_configurations(table, path.parent),
         source=str(path),
@@ -78,10 +82,10 @@ def _gripper(table: TomlTable | None, path: Path) -> GripperDescription | None:
     return replace(gripper, parameters=table.rest())
 
 
-def _tool_limits(table: TomlTable | None) -> ToolLimits:
+def _positive_numbers(table: TomlTable | None, kind: type[_Numbers]) -> _Numbers:
+    """Return a dataclass of positive numbers; keys that are missing keep its defaults."""
     if table is None:
-        return ToolLimits()
-    given = {f.name: table.number(f.name, above=0.0) for f in fields(ToolLimits)}
-    limits = ToolLimits(**{key: value for key, value in given.items() if value is not None})
+        return kind()
+    given = {key: table.number(key, above=0.0) for key in get_type_hints(kind)}
     table.finish()
-    return limits
+    return kind(**{key: value for key, value in given.items() if value is not None})

@@ -246,6 +246,7 @@ class Robot(MonitoredEntity):
             limits=self.limits,
             home=self.description.home,
             tool_limits=self.description.tool_limits,
+            tolerance=self.description.tolerance,
             qpos=qpos,
         )
 

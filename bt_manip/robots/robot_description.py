@@ -32,6 +32,22 @@ class ToolLimits:
 
 
 @dataclass(frozen=True)
+class Tolerance:
+    """Largest errors of the tool pose that inverse kinematics accepts.
+
+    It aims at 1e-6 m and rad; the tolerance is for poses that the joints reach only nearly, since
+    the numbers of a model are rounded.
+
+    Attributes:
+        position: Largest distance [m].
+        rotation: Largest angle [rad].
+    """
+
+    position: float = 1e-5
+    rotation: float = 1e-4
+
+
+@dataclass(frozen=True)
 class RobotDescription:
     """Description of an arm with a tool: data only.
 
@@ -50,6 +66,7 @@ class RobotDescription:
         gripper: The gripper; None if there is none.
         effort: Effort limit of each arm joint [N m]; None reads them from the model.
         tool_limits: Limits of the tool's motion along a straight line.
+        tolerance: Largest errors of the tool pose in inverse kinematics.
         T_ft: Pose of the tool in the tool frame.
         T_rb: Pose of the model's base relative to the robot's placement in the scene.
         pedestal: Size of a block under the base, in x, y and z [m]; it stands on the plane on which
@@ -72,6 +89,7 @@ class RobotDescription:
     gripper: GripperDescription | None = None
     effort: tuple[float, ...] | None = None
     tool_limits: ToolLimits = ToolLimits()
+    tolerance: Tolerance = Tolerance()
     T_ft: pin.SE3 = field(default_factory=pin.SE3.Identity)
     T_rb: pin.SE3 = field(default_factory=pin.SE3.Identity)
     pedestal: tuple[float, ...] | None = None

@@ -10,7 +10,7 @@ from .errors import RobotError
 from .joint_limits import JointLimits
 from .model_building import build_model, find
 from .payload import Payload
-from .robot_description import ToolLimits
+from .robot_description import Tolerance, ToolLimits
 
 
 class RobotModel:
@@ -25,6 +25,7 @@ class RobotModel:
         tool_frame_id: Id of the tool frame.
         limits: Joint limits.
         tool_limits: Limits of the tool's motion along a line.
+        tolerance: Largest errors of the tool pose in inverse kinematics.
         damping: Viscous friction of each joint [N m s/rad].  # (nv,)
         friction: Dry friction of each joint [N m].  # (nv,)
         home: Configuration of the arm at the start [rad].  # (nq,)
@@ -41,6 +42,7 @@ class RobotModel:
         limits: JointLimits,
         home: Sequence[float] | None = None,
         tool_limits: ToolLimits | None = None,
+        tolerance: Tolerance | None = None,
         qpos: np.ndarray | None = None,
     ) -> None:
         """Build the model of an arm from the compiled MuJoCo model.
@@ -52,6 +54,7 @@ class RobotModel:
             limits: Joint limits.
             home: Configuration at the start; default: the middle of the limits.  # (nq,)
             tool_limits: Limits of the tool's motion along a line.
+            tolerance: Largest errors of the tool pose in inverse kinematics.
             qpos: Positions at which all other joints are locked; default: ``mj_model.qpos0``.
 
         Raises:
@@ -68,6 +71,7 @@ class RobotModel:
         self.tool_frame_id = self.model.getFrameId(tool_frame, pin.FrameType.OP_FRAME)
         self.limits = limits
         self.tool_limits = ToolLimits() if tool_limits is None else tool_limits
+        self.tolerance = Tolerance() if tolerance is None else tolerance
         dofs = [mj_model.joint(name).dofadr[0] for name in joints]
         self.damping = mj_model.dof_damping[dofs].copy()
         self.friction = mj_model.dof_frictionloss[dofs].copy()

@@ -13,7 +13,7 @@ from bt_manip.kinematics import (
     PositionTarget,
     RotationTarget,
 )
-from bt_manip.robots import Robot, RobotDescription, compile_alone
+from bt_manip.robots import Robot, RobotDescription, Tolerance, compile_alone
 from tests.measuring.kinematics import (
     error_in_mujoco,
     frame_pose,
@@ -329,3 +329,51 @@ def test_other_arms_solve_reachable_poses(menagerie_arm, rng):
         found = ik.solve(T, model.home)
         assert found.solved and model.limits.contain(found.q)
         assert max(error_in_mujoco(menagerie_arm, found.q, T)) <= 1.001e-6
+
+
+def pointing_down_aside(model, rng, angle):
+    """Give a pose pointing down, turned from what an arm of five joints reaches there [rad]."""
+    q = model.home + rng.uniform(-2.0, 2.0) * np.eye(5)[0] + rng.uniform(-2.0, 2.0) * np.eye(5)[4]
+    T = model.pose(q)
+    outwards = T.translation * [1.0, 1.0, 0.0] / np.linalg.norm(T.translation[:2])
+    return pin.SE3(pin.exp3(angle * outwards) @ T.rotation, T.translation)
+
+
+def test_a_pose_that_rounded_numbers_keep_from_the_arm_is_within_its_tolerance(five_joints, rng):
+    model = five_joints.make_model()
+    ik = InverseKinematics(model)
+    for _ in range(40):
+        T = pointing_down_aside(model, rng, 2e-5)
+        found = ik.solve(T, model.home)
+        assert found.solved and found.residuals[0].met and found.reason == ""
+        position, angle = error_in_mujoco(five_joints, found.q, T)
+        assert position <= 1e-5 and angle <= 1e-4
+        assert ik.follow(T, found.q).solved and ik.nearest(T, model.home).solved
+        assert ik.solve(IKProblem(targets=PoseTarget("tool", T)), model.home).solved
+
+
+def test_beyond_the_tolerance_a_pose_is_not_solved(five_joints, rng):
+    model = five_joints.make_model()
+    ik = InverseKinematics(model)
+    for _ in range(5):
+        T = pointing_down_aside(model, rng, 3e-4)
+        found = ik.solve(T, model.home)
+        assert not found.solved and not ik.follow(T, found.q).solved
+        assert not ik.nearest(T, model.home).solved
+    model.tolerance = Tolerance(position=1e-3, rotation=1e-3)
+    assert InverseKinematics(model).solve(T, model.home).solved
+
+
+def test_a_tolerance_of_a_target_replaces_that_of_the_arm(five_joints, rng):
+    model = five_joints.make_model()
+    T = pointing_down_aside(model, rng, 2e-5)
+    exact = IKProblem(targets=PoseTarget("tool", T, tolerance=1e-6))
+    assert not InverseKinematics(model).solve(exact, model.home).solved
+
+
+def test_where_the_arm_reaches_a_pose_its_tolerance_is_not_used(model, rng):
+    model.tolerance = Tolerance(position=1e-2, rotation=1e-2)
+    ik = InverseKinematics(model)
+    for q in random_configurations(model, rng, 40):
+        found = ik.solve(model.pose(q), model.home)
+        assert found.solved and max(found.position_error, found.rotation_error) <= 1e-6

@@ -7,6 +7,7 @@ import pytest
 from bt_manip import spatial
 from bt_manip.arm import Arm
 from bt_manip.exceptions import MotionError
+from bt_manip.kinematics import InverseKinematics
 from bt_manip.planning import (
     ArcTo,
     LineTo,
@@ -216,3 +217,15 @@ def test_an_empty_path_is_no_motion(at_start):
     at_start.move_path([])
     at_start.move_path([LineTo(T), LineTo(T)], blend=0.01)
     assert not at_start.moving
+
+
+def test_a_straight_line_is_followed_within_the_tolerance_of_the_arm(five_joints):
+    model = five_joints.make_model()
+    ik, start = InverseKinematics(model), model.pose(model.home)
+    end = pin.SE3(start.rotation, start.translation - [0.0, 0.0, 0.2])
+    (line,) = tool_paths(start, [LineTo(end)])
+    curve = follow_tool_path(ik, model.home, line)
+    for row in curve.evaluate(np.linspace(0.0, 1.0, 101), 0)[0]:
+        error = line.pose(row[-1]).actInv(model.pose(row[:5]))
+        assert np.linalg.norm(error.translation) <= 1e-5 + 5e-5
+        assert np.linalg.norm(pin.log3(error.rotation)) <= 1e-4 + 5e-5

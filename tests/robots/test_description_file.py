@@ -5,7 +5,7 @@ from pathlib import Path
 import pinocchio as pin
 import pytest
 
-from bt_manip.robots import RobotError, ToolLimits, read_description
+from bt_manip.robots import RobotError, Tolerance, ToolLimits, read_description
 
 FILE = Path(__file__).parent / "models" / "post.toml"
 LEAST = """
@@ -45,6 +45,7 @@ def test_little_has_to_be_said(read, tmp_path):
     assert (arm.velocity, arm.acceleration, arm.jerk) == ((2.0, 2.0), (3.0, 3.0), (4.0, 5.5))
     assert arm.effort is None and arm.gripper is None
     assert arm.tool_limits == ToolLimits()
+    assert arm.tolerance == Tolerance(position=1e-5, rotation=1e-4)
     assert arm.T_rb == arm.T_ft == pin.SE3.Identity()
 
 
@@ -54,6 +55,7 @@ def test_everything_can_be_said():
     assert arm.T_rb.rotation[0, 0] == pytest.approx(-1.0)
     assert arm.T_ft.translation == pytest.approx([0.0, 0.0, 0.11])
     assert arm.tool_limits == ToolLimits(velocity=0.5)
+    assert arm.tolerance == Tolerance(rotation=1e-3)
     assert arm.pedestal == (0.1, 0.1, 0.2)
     gripper = arm.gripper
     assert gripper.model == str(FILE.parent / "pincers.xml")
