@@ -9,6 +9,7 @@ from bt_manip.cell import CellScene
 from bt_manip.runner import EventStream
 
 from .controls import Controls
+from .error_plot import SAMPLES
 from .scene_page import MakePanel, ScenePage
 from .server import PORT, is_open
 
@@ -35,6 +36,8 @@ class Page(ScenePage, EventStream):
             speed: Simulated seconds per second of wall time at first; None is without limit.
         """
         EventStream.__init__(self, self._handle)
+        self._source: CellScene | None = None  # None: the scene has changed
+        self._samples: list[tuple[float, dict[str, tuple[np.ndarray, np.ndarray]]]] = []
         ScenePage.__init__(self, lambda gui: Controls(gui, speed), panels or {}, port)
 
     @property
@@ -45,19 +48,20 @@ class Page(ScenePage, EventStream):
     def run_started(self, run: Any) -> None:
         """Show the name of the tree."""
         super().run_started(run)
+        self._samples.clear()
         self._show_tree(run.request.tree.name)
         for panel in self._panels:
             panel.start(run)
 
     def after_compile(self) -> None:
-        """Add and remove the nodes of entities that came and went."""
+        """Let the next update add and remove the nodes of entities that came and went."""
         super().after_compile()
-        self._bind(self._cell)
+        self._source = None
 
     def cycle_started(self, cycle: int) -> None:
-        """Show what was randomized."""
+        """Let the next update show what was randomized."""
         super().cycle_started(cycle)
-        self._scene.bind(self._source)
+        self._source = None
 
     def before_tick(self) -> None:
         """Wait while the run is paused."""
@@ -69,10 +73,11 @@ class Page(ScenePage, EventStream):
         """Update the page if it is open and the last update is old enough."""
         super().after_tick()
         robots = self._run.station.robots.values()
-        joints = {one.name: (one.robot.q[None], one.arm.q[None]) for one in robots}
-        times = np.array([self._cell.time])
+        joints = {one.name: (one.robot.q, one.arm.q_ref) for one in robots}
+        self._samples.append((self._cell.time, joints))
+        if len(self._samples) >= SAMPLES:
+            self._hand_over_samples()
         for panel in self._panels:
-            panel.sample(times, joints)
             panel.end_tick()
         if is_open(self.server):
             self._refresh()
@@ -85,7 +90,7 @@ class Page(ScenePage, EventStream):
 
     def begin_idle(self, station: Any) -> None:
         """Show a cell in which no tree runs."""
-        self._bind(station.cell)
+        self._cell, self._source = station.cell, None
         for panel in self._panels:
             panel.begin_idle(station)
         self._refresh(now=True)
@@ -101,6 +106,20 @@ class Page(ScenePage, EventStream):
     def _compare_contacts(self) -> None:
         """Save the time: no panel shows contacts."""
 
-    def _bind(self, cell: Any) -> None:
-        self._source = CellScene(cell.model, cell.data, cell.entities)
-        self._scene.bind(self._source)
+    def _catch_up(self) -> None:
+        cell = self._cell
+        if self._source is None:
+            self._source = CellScene(cell.model, cell.data, cell.entities)
+            self._scene.bind(self._source)
+        if self._samples:
+            self._hand_over_samples()
+
+    def _hand_over_samples(self) -> None:
+        samples, self._samples = self._samples, []
+        times = np.array([time for time, _ in samples])
+        joints = {}
+        for name in samples[0][1]:
+            q, q_ref = zip(*(sample[name] for _, sample in samples), strict=True)
+            joints[name] = np.array(q), np.array(q_ref)
+        for panel in self._panels:
+            panel.sample(times, joints)

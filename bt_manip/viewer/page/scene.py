@@ -33,7 +33,8 @@ class SceneView:
         self._digests: dict[str, str] = {}  # of their shapes: those of another cell may be equal
         self._nodes: dict[str, Any] = {}  # by entity
         self._frames: dict[str, dict[str, Any]] = {}  # by entity and body
-        self._bound: list[Any] = []
+        self._bound: list[Any] = []  # nodes of the bodies
+        self._sent = np.empty((0, 7))  # their poses as they were sent last
         self._has_camera = False
 
     def bind(self, source: SceneSource) -> None:
@@ -53,9 +54,13 @@ class SceneView:
         self._source = source
         index = {name: i for i, name in enumerate(source.frames)}
         frames = {body: node for bodies in self._frames.values() for body, node in bodies.items()}
+        sent = {id(node): pose for node, pose in zip(self._bound, self._sent, strict=True)}
+        unknown = np.full(7, np.nan)
+        self._sent = np.array([sent.get(id(node), unknown) for node in frames.values()]).reshape(
+            -1, 7
+        )
         self._bound = list(frames.values())
         self._ids = np.array([index[body] for body in frames], dtype=int)
-        self._sent = np.full((len(self._ids), 7), np.nan)
         if not self._has_camera:
             self._has_camera = True
             self._aim(source)

@@ -92,6 +92,9 @@ class ScenePage:
         for panel in self._panels:
             panel.handle(event)
 
+    def _catch_up(self) -> None:
+        """Bring scene and panels to the present state, before they are drawn."""
+
     def _refresh(self, *, now: bool = False) -> None:
         """Update scene and panels where the last update is old enough."""
         time_now = time.perf_counter()
@@ -99,6 +102,7 @@ class ScenePage:
             return
         start = time.thread_time()
         with self.server.atomic():  # wakes the server's thread once
+            self._catch_up()
             self._scene.update()
             if now or time_now >= self._next_panels:
                 self._next_panels = time_now + PANEL_PERIOD

@@ -13,6 +13,8 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.recording import Recorder
 from bt_manip.runner import RunObserver
 from bt_manip.viewer import Page
+from bt_manip.viewer.page import ErrorPlot
+from bt_manip.viewer.page.server import is_open
 
 
 def picking():
@@ -63,6 +65,7 @@ def test_an_object_adds_and_removes_only_its_own_nodes(make_run, page, connect):
 
     class Look(RunObserver):
         def after_tick(self):
+            page._refresh(now=True)
             nodes = page.server.scene._handle_from_node_name
             cubes.append({name for name in nodes if name.startswith("/cube")})
 
@@ -92,6 +95,55 @@ def test_a_node_that_replaces_another_of_its_name_is_sent_with_its_pose(page, co
     after = messages[max(i for i, m in enumerate(messages) if m["type"] == created) :]
     assert of_type(after, "SetPositionMessage")[-1]["position"] == [0.0, 0.0, 0.0]
     assert of_type(after, "SetOrientationMessage")[-1]["wxyz"] == [1.0, 0.0, 0.0, 0.0]
+
+
+def test_only_changed_poses_are_sent_when_objects_come_and_go(page, connect):
+    model = mujoco.MjModel.from_xml_string(MOVABLE)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    page._scene.bind(CellScene(model, data))
+    client = connect()
+    client.read()
+    data.xpos[1, 0] = 1.0
+    for _ in range(2):
+        page._scene.bind(CellScene(model, data))
+    (moved,) = of_type(client.read(), "SetPositionMessage")
+    assert moved["name"] == "/thing/thing" and moved["position"] == [1.0, 0.0, 0.0]
+
+
+def test_a_page_that_nobody_has_opened_is_drawn_once_at_the_end(make_run, page, monkeypatch):
+    calls = []
+    for name in ("bind", "update"):
+        shown = getattr(page._scene, name)
+        monkeypatch.setattr(
+            page._scene, name, lambda *args, shown=shown, n=name: (calls.append(n), shown(*args))
+        )
+    make_run(picking(), cycles=2).execute([page])
+    assert calls == ["bind", "update", "update"]  # `bind` updates, too
+
+
+def test_a_page_that_is_opened_during_the_run_shows_what_came_before(make_run, page, connect):
+    messages = []
+    (plot,) = (panel for panel in page._panels if isinstance(panel, ErrorPlot))
+
+    class Opener(RunObserver):
+        """Opens the page at the third tick, and reads it after the fourth."""
+
+        ticks = 0
+
+        def after_tick(self):
+            self.ticks += 1
+            if self.ticks == 3:
+                self.client = connect()
+                wait_until(lambda: is_open(page.server))
+            elif self.ticks == 4:
+                messages.extend(self.client.read())
+                assert len(plot._plot.data[0]) == 4
+
+    root = Sequence("root", Script(code="x := 5"), SpawnObject(object="{cube}"), Sleep(msec=50))
+    make_run(root).execute([page, Opener()])
+    assert any(m["name"].startswith("/cube/") for m in of_type(messages, "MeshMessage"))
+    assert "<b>x</b> 5" in html_of(messages) and "cube added" in html_of(messages)
 
 
 def test_log_and_blackboard_are_shown_and_escaped(make_run, page, connect):
