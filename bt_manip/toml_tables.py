@@ -25,21 +25,26 @@ class TomlFile:
     Attributes:
         path: The file.
         error: Type of the errors about its content.
-        problems: Errors that `attempt` has collected.
+        collects: Whether tables collect errors about their keys until the outermost one is
+            finished.
+        problems: Errors that have been collected.
     """
 
-    def __init__(self, path: Path, what: str, error: type[BtManipError]) -> None:
+    def __init__(
+        self, path: Path, what: str, error: type[BtManipError], *, collects: bool = False
+    ) -> None:
         """Read a file.
 
         Args:
             path: The file.
             what: Kind of the file, for messages.
             error: Type of the errors about its content.
+            collects: Whether tables collect errors. A key with an error reads as a default value.
 
         Raises:
             BtManipError: Of that type, if there is no such file or it is not valid TOML.
         """
-        self.path, self.error = path, error
+        self.path, self.error, self.collects = path, error, collects
         self.problems: list[BtManipError] = []
         try:
             text = read_text(path, MAX_TOML_BYTES)
@@ -95,11 +100,22 @@ class TomlTable:
         """
         self.file, self._entries, self._place = file, entries, place
         self._asked: list[str] = []
+        self._inner = False
+        self._rejected: set[str] = set()
 
     def error(self, key: str, message: str) -> BtManipError:
         """Return an error about a key."""
         where = self.file.where((*self._place, key))
         return self.file.error(f"{where}: key '{self._full(key)}' {message}")
+
+    def reject(self, key: str, message: str) -> None:
+        """Raise an error about a key, or collect the first one where the file collects them."""
+        problem = self.error(key, message)
+        if not isinstance(self.file, TomlFile) or not self.file.collects:
+            raise problem from None
+        if key not in self._rejected:
+            self._rejected.add(key)
+            self.file.problems.append(problem)
 
     def keys(self) -> tuple[str, ...]:
         """Return the keys of the table."""
@@ -116,27 +132,30 @@ class TomlTable:
         """Return a string, or the default if missing."""
         value = self._get(key, default)
         if value is not default and (not isinstance(value, str) or not value):
-            raise self.error(key, f"is a text, got {shown(value)}")
+            self.reject(key, f"is a text, got {shown(value)}")
+            return default
         return value
 
     def needed_text(self, key: str) -> str:
         """Return a required string."""
-        self._need(key, "a text")
-        return str(self.text(key))
+        return str(self.text(key)) if self._has(key, "a text") else ""
 
     def texts(self, key: str) -> tuple[str, ...]:
         """Return a required list of strings."""
-        self._need(key, "a list of names")
+        if not self._has(key, "a list of names"):
+            return ()
         value = self._get(key)
         if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
-            raise self.error(key, f"is a list of names, got {shown(value)}")
+            self.reject(key, f"is a list of names, got {shown(value)}")
+            return ()
         return tuple(value)
 
     def name_pairs(self, key: str) -> tuple[tuple[str, str], ...]:
         """Return a list of pairs of names; an empty one if missing."""
         pairs = self._get(key, [])
         if not isinstance(pairs, list) or not all(_is_name_pair(pair) for pair in pairs):
-            raise self.error(key, f'is a list of pairs of names, [["a", "b"]], got {shown(pairs)}')
+            self.reject(key, f'is a list of pairs of names, [["a", "b"]], got {shown(pairs)}')
+            return ()
         return tuple((first, second) for first, second in pairs)
 
     def number(
@@ -152,16 +171,14 @@ class TomlTable:
         if value is default:
             return default
         if not _is_number(value):
-            raise self.error(key, f"is a number, got {shown(value)}")
-        self._check_size(key, value, above, at_least)
-        return float(value)
+            self.reject(key, f"is a number, got {shown(value)}")
+            return default
+        return float(value) if self._check_size(key, value, above, at_least) else default
 
     def needed_number(self, key: str, *, above: float = -inf) -> float:
         """Return a required finite number above a bound."""
-        self._need(key, "a number")
-        value = self.number(key, above=above)
-        assert value is not None
-        return value
+        value = self.number(key, above=above) if self._has(key, "a number") else None
+        return 1.0 if value is None else value
 
     def numbers(
         self,
@@ -177,30 +194,33 @@ class TomlTable:
         Args:
             key: The key.
             size: Required length; None for any.
-            spread: Whether to accept a single number and repeat it.
+            spread: Whether to accept a single number, repeated if there is a length.
             above: Number that each of them exceeds.
             at_least: Smallest number that is accepted.
         """
         value = self._get(key)
         if value is None:
             return None
-        if spread and size is not None and _is_number(value):
-            value = [value] * size
+        if spread and _is_number(value):
+            value = [value] * (1 if size is None else size)
         count = "" if size is None else f"{size} "
         if not isinstance(value, list) or not all(_is_number(item) for item in value):
-            raise self.error(key, f"is a list of {count}numbers, got {shown(value)}")
+            self.reject(key, f"is a list of {count}numbers, got {shown(value)}")
+            return None
         if size is not None and len(value) != size:
-            raise self.error(key, f"is a list of {size} numbers, got {len(value)}")
-        for item in value:
-            self._check_size(key, item, above, at_least)
+            self.reject(key, f"is a list of {size} numbers, got {len(value)}")
+            return None
+        if not all([self._check_size(key, item, above, at_least) for item in value]):
+            return None
         return tuple(float(item) for item in value)
 
-    def needed_numbers(self, key: str, size: int, *, above: float = -inf) -> tuple[float, ...]:
+    def needed_numbers(
+        self, key: str, size: int | None, *, above: float = -inf
+    ) -> tuple[float, ...]:
         """Return a required list of finite numbers above a bound; a single one is repeated."""
-        self._need(key, f"{size} numbers")
-        value = self.numbers(key, size, spread=True, above=above)
-        assert value is not None
-        return value
+        if not self._has(key, "a list of numbers" if size is None else f"{size} numbers"):
+            return ()
+        return self.numbers(key, size, spread=True, above=above) or ()
 
     def pose(self) -> pin.SE3:
         """Return the pose from the keys ``position`` [m] and ``quat_wxyz`` or ``rpy`` [rad]."""
@@ -214,28 +234,31 @@ class TomlTable:
         """  # (4,)
         quat, rpy = self.numbers("quat_wxyz", 4), self.numbers("rpy", 3)
         if quat is not None and rpy is not None:
-            raise self.error("rpy", "and 'quat_wxyz' say the same twice: one is enough")
+            self.reject("rpy", "and 'quat_wxyz' say the same twice: one is enough")
         if rpy is not None:
             T = pin.SE3(pin.rpy.rpyToMatrix(*rpy), np.zeros(3))
             return tuple(spatial.quat_wxyz(T).tolist())
         try:
             spatial.pose((0.0, 0.0, 0.0), quat or (1.0, 0.0, 0.0, 0.0))
         except ValueError as error:
-            raise self.error("quat_wxyz", f"is no rotation: {error}") from None
+            self.reject("quat_wxyz", f"is no rotation: {error}")
+            return (1.0, 0.0, 0.0, 0.0)
         return quat or (1.0, 0.0, 0.0, 0.0)
 
     def flag(self, key: str) -> bool | None:
         """Return a boolean, or None if missing."""
         value = self._get(key)
         if value is not None and not isinstance(value, bool):
-            raise self.error(key, f"is true or false, got {shown(value)}")
+            self.reject(key, f"is true or false, got {shown(value)}")
+            return None
         return value
 
     def whole_number(self, key: str) -> int | None:
         """Return an integer, or None if missing."""
         value = self._get(key)
         if value is not None and (not isinstance(value, int) or isinstance(value, bool)):
-            raise self.error(key, f"is a whole number, got {shown(value)}")
+            self.reject(key, f"is a whole number, got {shown(value)}")
+            return None
         return value
 
     def table(self, key: str) -> "TomlTable | None":
@@ -244,8 +267,9 @@ class TomlTable:
         if value is None:
             return None
         if not isinstance(value, dict):
-            raise self.error(key, f"is a table, got {shown(value)}")
-        return TomlTable(self.file, value, (*self._place, key))
+            self.reject(key, f"is a table, got {shown(value)}")
+            return None
+        return self._part(value, key)
 
     def tables(self, key: str) -> list["TomlTable"]:
         """Return the tables of an array of tables; an empty list if missing."""
@@ -253,11 +277,9 @@ class TomlTable:
         if value is None:
             return []
         if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
-            raise self.error(key, f"is an array of tables, each under [[{self._full(key)}]]")
-        return [
-            TomlTable(self.file, item, (*self._place, key, number))
-            for number, item in enumerate(value, 1)
-        ]
+            self.reject(key, f"is an array of tables, each under [[{self._full(key)}]]")
+            return []
+        return [self._part(item, key, number) for number, item in enumerate(value, 1)]
 
     def rest(self) -> dict[str, Any]:
         """Return the entries that were not read."""
@@ -267,32 +289,48 @@ class TomlTable:
         """Reject keys that were not read.
 
         Raises:
-            BtManipError: If there is one; the message suggests the nearest known keys.
+            BtManipError: If there is one; the message suggests the nearest known keys. Where the
+                file collects errors, the outermost table raises all of them, each in a line.
         """
         for key in self._entries:
             if key not in self._asked:
-                raise self.error(key, f"means nothing{did_you_mean(key, self._asked)}")
+                self.reject(key, f"means nothing{did_you_mean(key, self._asked)}")
+        if isinstance(self.file, TomlFile) and self.file.collects and not self._inner:
+            problems, self.file.problems = self.file.problems, []
+            if problems:
+                raise self.file.error("\n".join(map(str, problems)))
+
+    def _part(self, entries: Mapping[str, Any], *place: str | int) -> "TomlTable":
+        part = TomlTable(self.file, entries, (*self._place, *place))
+        part._inner = True
+        return part
 
     def _check_size(
         self, key: str, value: float, above: float = -inf, at_least: float = -inf
-    ) -> None:
+    ) -> bool:
+        """Return whether a number is within bounds, and reject its key if not."""
         if not -LARGEST <= value <= LARGEST:  # also NaN, and integers that no float holds
-            raise self.error(
+            self.reject(
                 key, f"is a finite number of at most {LARGEST:g} in size, got {shown(value)}"
             )
+            return False
         if not above < value or not at_least <= value:
             bound = f"above {above:g}" if value <= above else f"of at least {at_least:g}"
-            raise self.error(key, f"is a number {bound}, got {shown(value)}")
+            self.reject(key, f"is a number {bound}, got {shown(value)}")
+            return False
+        return True
 
     def _get(self, key: str, default: Any = None) -> Any:
         self._asked.append(key)
         return self._entries.get(key, default)
 
-    def _need(self, key: str, what: str) -> None:
+    def _has(self, key: str, what: str) -> bool:
+        """Return whether the table has a required key, and reject it if not."""
         if key not in self._entries:
             self._asked.append(key)
             near = [k for k in self._entries if k not in self._asked]
-            raise self.error(key, f"is missing: {what}" + (did_you_mean(key, near) if near else ""))
+            self.reject(key, f"is missing: {what}" + (did_you_mean(key, near) if near else ""))
+        return key in self._entries
 
     def _full(self, key: str) -> str:
         text = ""

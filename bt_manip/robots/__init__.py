@@ -13,6 +13,7 @@ from .configurations import read_configurations as read_configurations
 from .configurations import read_waypoints as read_waypoints
 from .configurations import save_configuration as save_configuration
 from .description_file import read_description as read_description
+from .description_file import read_gripper as read_gripper
 from .errors import GripperError as GripperError
 from .errors import RobotError as RobotError
 from .grasp_candidates import GraspCandidate as GraspCandidate

@@ -38,7 +38,7 @@ def read_configurations(table: TomlTable, folder: Path) -> dict[str, Configurati
         try:
             found |= read_waypoints(folder / waypoints)
         except BtManipError as error:
-            raise table.error("waypoints", f"is wrong: {error}") from error
+            table.reject("waypoints", f"is wrong: {error}")
     named = table.table("configurations")
     for name in () if named is None else named.keys():
         found[name] = named.numbers(name) or ()  # type: ignore[union-attr]

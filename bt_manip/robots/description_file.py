@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar, get_type_hints
+from typing import Any, TypeVar, get_type_hints
 
 import pinocchio as pin
 
@@ -28,23 +28,26 @@ def read_description(path: Path | str) -> RobotDescription:
         path: The file; model paths in it are relative to its folder.
 
     Raises:
-        RobotError: If the file or a key is missing or wrong; the message names both.
+        RobotError: If the file is missing, or keys are missing or wrong; the message has a line for
+            each of these, with the file and the key.
     """
     path = Path(path)
-    table = TomlFile(path, "robot description", RobotError).whole
+    table = _file(path).whole
     arm_joints = table.texts("arm_joints")
-    n = len(arm_joints)
+    if len(set(arm_joints)) < len(arm_joints):
+        table.reject("arm_joints", f"names each joint once, got {', '.join(arm_joints)}")
+    n = len(arm_joints) or None
     base, tool = table.table("base"), table.table("tool")
     if tool is None:
-        raise table.error("tool", "is missing: a table with the 'frame' that poses are asked for")
-    description = RobotDescription(
+        table.reject("tool", "is missing: a table with the 'frame' that poses are asked for")
+    given: dict[str, Any] = dict(
         name=table.text("name") or path.stem,
         model=_model(table.needed_text("model"), path),
         arm_joints=arm_joints,
-        tool_frame=tool.needed_text("frame"),
-        T_ft=tool.pose(),
+        tool_frame="" if tool is None else tool.needed_text("frame"),
+        T_ft=pin.SE3.Identity() if tool is None else tool.pose(),
         T_rb=pin.SE3.Identity() if base is None else base.pose(),
-        pedestal=None if base is None else base.numbers("pedestal", 3),
+        pedestal=None if base is None else base.numbers("pedestal", 3, above=0.0),
         home=table.needed_numbers("home", n),
         velocity=table.needed_numbers("velocity", n, above=0.0),
         acceleration=table.needed_numbers("acceleration", n, above=0.0),
@@ -60,7 +63,24 @@ def read_description(path: Path | str) -> RobotDescription:
     for part in (tool, base, table):
         if part is not None:
             part.finish()
-    return description
+    return RobotDescription(**given)
+
+
+def read_gripper(path: Path | str) -> GripperDescription | None:
+    """Read only the gripper of a robot's description, whatever is wrong with the rest.
+
+    Raises:
+        RobotError: If keys of the gripper that all kinds have are missing or wrong.
+    """
+    file = _file(Path(path))
+    gripper = _gripper(file.whole.table("gripper"), file.path)
+    if file.problems:
+        raise RobotError("\n".join(map(str, file.problems)))
+    return gripper
+
+
+def _file(path: Path) -> TomlFile:
+    return TomlFile(path, "robot description", RobotError, collects=True)
 
 
 def _model(text: str, path: Path) -> str:

@@ -111,7 +111,7 @@ def read_parameters(table: TomlTable) -> TwoFingerParameters:
     joints, fingers = table.texts("joints"), table.texts("fingers")
     for key, names in (("joints", joints), ("fingers", fingers)):
         if len(names) != 2:
-            raise table.error(key, f"names two, one a finger, got {len(names)}")
+            table.reject(key, f"names two, one a finger, got {len(names)}")
     parameters = TwoFingerParameters(
         joints=joints,
         fingers=fingers,
@@ -124,7 +124,7 @@ def read_parameters(table: TomlTable) -> TwoFingerParameters:
         frictionloss=table.number("frictionloss", at_least=0.0),
     )
     if parameters.min_width >= parameters.open_width:
-        raise table.error("min_width", f"is less than open_width, {parameters.open_width:g} m")
+        table.reject("min_width", f"is less than open_width, {parameters.open_width:g} m")
     table.finish()
     return parameters
 
@@ -136,6 +136,6 @@ def _pads(table: TomlTable | None) -> PadParameters | None:
     for key, most in (("solref", 2), ("solimp", 5)):
         given[key] = table.numbers(key)
         if given[key] is not None and not 1 <= len(given[key] or ()) <= most:
-            raise table.error(key, f"is a list of 1 to {most} numbers")
+            table.reject(key, f"is a list of 1 to {most} numbers")
     table.finish()
     return PadParameters(**{key: value for key, value in given.items() if value is not None})
