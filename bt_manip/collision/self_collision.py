@@ -10,6 +10,7 @@ from bt_manip.robots import RobotError
 from .collision_world import CollisionWorld
 
 SAMPLES = 500  # configurations at which bodies that always touch have to touch
+_LISTED = 4  # pairs in a message
 _UNLIMITED = np.pi  # [rad] or [m] to which unlimited joints are sampled
 
 
@@ -70,21 +71,23 @@ def check_home(world: CollisionWorld) -> None:
     collisions = self_collisions(world, np.array(description.home))
     if not collisions:
         return
-    permanent = permanent_self_collisions(world)
-    touching = ", ".join(
+    touching = [
         f"'{one.first}' is {1e3 * one.depth:.1f} mm inside '{one.second}'" for one in collisions
-    )
+    ]
+    if len(touching) > _LISTED:
+        touching[_LISTED:] = [f"{len(touching) - _LISTED} more pairs"]
+    permanent = permanent_self_collisions(world)
     remedies = []
     if permanent:
         listed = ", ".join(f'["{first}", "{second}"]' for first, second in permanent)
         remedies.append(
-            "bodies that overlap in every configuration are ignored by the line "
-            f"exclude = [{listed}] in the description"
+            "the description ignores contacts of bodies that overlap in every configuration by "
+            f"exclude = [{listed}]"
         )
     if any(one[:2] not in permanent for one in collisions):
-        remedies.append("change 'home' where bodies collide in some configurations only")
+        remedies.append("other pairs need another 'home'" if permanent else "give another 'home'")
     raise RobotError(
-        f"{description.where}: self-collision at home: {touching}; {'; '.join(remedies)}"
+        f"{description.where}: self-collision at home: {', '.join(touching)}; {'; '.join(remedies)}"
     )
 
 

@@ -9,7 +9,6 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.arm import MARGIN, Arm
-from bt_manip.cell import entity_of
 from bt_manip.exceptions import MotionError
 from bt_manip.planning import plan_straight_approach, translate_along_tool_z
 from bt_manip.robots import GraspCandidate
@@ -172,7 +171,7 @@ class GraspSearch:
         arm, rejections = self._arm, self.rejections
         collisions = arm.world.collisions(q) if arm.world is not None else []
         if collisions:
-            rejections.collisions[entity_of(collisions[0].second)] += 1
+            rejections.collisions[collisions[0][:2]] += 1
             return None
         margin, end, error = plan_straight_approach(arm.ik, q, one.T_wt, arm.world)
         if margin <= 0.0:
@@ -204,7 +203,7 @@ class GraspSearch:
         steps = [np.array([0.0, 0.0, part * LIFT_HEIGHT]) for part in (0.5, 1.0)]
         lifted = clearance.of_displaced(self._name, steps)
         if lifted.distance < -_MAX_LIFT_PENETRATION:
-            rejections.collisions[lifted.entity] += 1
+            rejections.collisions[self._name, lifted.entity] += 1
             return False
         if _from_above(one.T_wt):
             return True  # nearly the approach, reversed
@@ -213,7 +212,7 @@ class GraspSearch:
         for pose in poses:
             found = clearance.at_pose(pose)
             if found.distance < 0.0:
-                rejections.collisions[found.entity] += 1
+                rejections.collisions["gripper", found.entity] += 1
                 return False
         error = plan_straight_approach(self._arm.ik, q, poses[-1], None).error
         if error is not None:

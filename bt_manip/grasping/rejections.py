@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Collection
 
+from bt_manip.cell import entity_of
 from bt_manip.exceptions import MotionError
 
 
@@ -11,7 +12,8 @@ class Rejections:
 
     Attributes:
         no_clearance: Grasps at which an entity leaves the gripper no clearance, by entity.
-        collisions: Grasps at which the arm or the lifted object would collide, by entity.
+        collisions: Grasps at which the arm or the lifted object would collide, by the colliding
+            bodies: that of the arm or the object first.
         self_obstructed: Grasps that another part of the object obstructs.
         approaches: Straight approaches that cannot be followed or are blocked.
         unreachable: Grasps that the arm cannot reach.
@@ -26,7 +28,7 @@ class Rejections:
         """
         self._name, self._robots = name, robots
         self.no_clearance: Counter[str] = Counter()  # the entity at the best grasp first
-        self.collisions: Counter[str] = Counter()
+        self.collisions: Counter[tuple[str, str]] = Counter()
         self.self_obstructed = self.approaches = self.unreachable = 0
         self._approach_error: MotionError | None = None  # the first
 
@@ -46,7 +48,8 @@ class Rejections:
         name, error = self._name, self._approach_error
         if error is not None and error.reason == "robot":
             return error
-        for robot in self.collisions:
+        for _, other in self.collisions:
+            robot = entity_of(other)
             if robot in self._robots:
                 return MotionError(f"'{robot}' blocks '{name}'", reason="robot")
         reasons = []
@@ -57,8 +60,8 @@ class Rejections:
         if self.self_obstructed:
             reasons.append(f"other parts of '{name}' obstruct {self.self_obstructed} grasps")
         if self.collisions:
-            entities = " and ".join(repr(entity) for entity in self.collisions)
-            reasons.append(f"the arm would collide with {entities}")
+            pairs = [f"'{first}' would touch '{second}'" for first, second in self.collisions]
+            reasons += pairs[:2]
         if self.approaches:
             reasons.append(f"{self.approaches} straight approaches are not feasible ({error})")
         reason = "grasp" if reasons else "unreachable"

@@ -26,6 +26,7 @@ MIN_CORNER = 0.015  # share of the whole travel; the tool stops in narrower corn
 CORNER_INTERVALS = 25  # grid intervals in the narrowest corner
 MAX_INTERVALS = 2000  # grid intervals on a path
 _ZERO = 1e-9  # [m] and [rad]
+_SHOWN = 5e-4  # [m] and [rad] of a motion from which a message gives them
 _MIN_DISTANCE = 1e-6  # [m] between the three points of an arc
 _MIN_SINE = 1e-6  # of the angle at the via point; below it the three points are collinear
 _PER_AXIS = 3.0**-0.5  # share of a vector limit that each axis gets: it holds in every direction
@@ -220,8 +221,8 @@ class ToolPath:
         self.straight = len(own) == 1 and own[0].straight
         self._blends = [_blend_travel(a, b, blend) for a, b in pairwise(own)]
         self.narrowest = min((2.0 * half / self.travel for half in self._blends), default=1.0)
-        self._before = _travel_and_length(segments[:preceding])
-        self._whole = _travel_and_length(segments)
+        self._before = _totals(segments[:preceding])
+        self._whole = _totals(segments)
         self.name = "line" if self.straight and len(segments) == 1 else "path"
 
     def pose(self, fraction: float) -> pin.SE3:
@@ -292,11 +293,18 @@ class ToolPath:
     def progress(self, fraction: float) -> tuple[float, str]:
         """Return the share of the whole motion done at a fraction of this path, and a text of it.
 
-        The text has percent and metres.
+        The text has percent, metres where the tool moves, and radians where it turns.
         """
-        share = (self._before[0] + fraction * self.travel) / self._whole[0]
-        metres = f"{self._before[1] + fraction * self.length:.3f} m of {self._whole[1]:.3f} m"
-        return share, f"{100.0 * share:.0f} % ({metres})"
+        own = np.array([self.travel, self.length, self.angle])
+        done, whole = self._before + fraction * own, self._whole
+        parts = [
+            f"{done[i]:.3f} {unit} of {whole[i]:.3f} {unit}"
+            for i, unit in ((1, "m"), (2, "rad"))
+            if whole[i] >= _SHOWN
+        ]
+        share = float(done[0] / whole[0])
+        listed = f" ({', '.join(parts)})" if parts else ""
+        return share, f"{100.0 * share:.0f} %{listed}"
 
 
 def tool_paths(start: pin.SE3, steps: Iterable[Step], blend: float = 0.0) -> list[ToolPath]:
@@ -357,8 +365,10 @@ def _blend_travel(first: Segment, second: Segment, blend: float) -> float:
     return min(blend / steepest, 0.5 * first.travel, 0.5 * second.travel)
 
 
-def _travel_and_length(segments: Sequence[Segment]) -> tuple[float, float]:
-    return sum(segment.travel for segment in segments), sum(segment.length for segment in segments)
+def _totals(segments: Sequence[Segment]) -> np.ndarray:
+    """Return the sums of travels [m], lengths [m] and angles [rad]."""  # (3,)
+    totals = [(segment.travel, segment.length, segment.angle) for segment in segments]
+    return np.sum(totals, axis=0) if totals else np.zeros(3)
 
 
 def _ramp(x: float) -> float:

@@ -102,6 +102,10 @@ class RobotDescription:
         """The robot, with the file of its description if there is one, to begin a message."""
         return f"{self.source and f'{self.source}: '}robot '{self.name}'"
 
+    def __str__(self) -> str:
+        """Return the file that it was read from, or its name."""
+        return self.source or self.name
+
     def __post_init__(self) -> None:
         """Check numbers of values, the pedestal's sizes and the excluded pairs."""
         n = len(self.arm_joints)

@@ -45,15 +45,15 @@ class SceneRobot:
     Attributes:
         T_wb: Pose of its base in the world.
         name: Its name in the cell; empty: that of its description.
-        description: Name of a registered robot, or path of a TOML file that describes one; None:
-            that of the run.
+        description: Name of a registered robot, path of a TOML file that describes one, or a
+            description; None: that of the run.
         controller: Name of a registered controller; None: that of the run.
         planner: Name of a registered planner; None: that of the run.
     """
 
     T_wb: pin.SE3
     name: str = ""
-    description: str | None = None
+    description: str | RobotDescription | None = None
     controller: str | None = None
     planner: str | None = None
 
@@ -137,14 +137,18 @@ def two_arms() -> Scene:
     )
 
 
-def find_robot(robot: str, robots: Registry[RobotDescription]) -> RobotDescription:
+def find_robot(
+    robot: str | RobotDescription, robots: Registry[RobotDescription]
+) -> RobotDescription:
     """Return the description of a robot.
 
     Args:
-        robot: A registered name, or the path of a TOML file that describes one.
+        robot: A registered name, the path of a TOML file that describes one, or a description.
         robots: The registered descriptions.
 
     Raises:
         BtManipError: If there is no such robot, or its file is invalid.
     """
-    return read_description(robot) if robot.endswith(".toml") else robots.get(robot)
+    if isinstance(robot, RobotDescription):
+        return robot
+    return read_description(robot) if str(robot).endswith(".toml") else robots.get(robot)

@@ -20,7 +20,7 @@ from bt_manip.control import Controller, ControllerManager
 from bt_manip.exceptions import BtManipError
 from bt_manip.notebook import html_image, html_table
 from bt_manip.registry import Parts, Registry
-from bt_manip.robots import Gripper, Robot
+from bt_manip.robots import Gripper, Robot, RobotDescription
 
 from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities
 from .fixtures import add_fixture, naming_file, sampled_fixtures
@@ -279,7 +279,7 @@ def _recorder(path: Path) -> RunObserver:
 def build_station(
     parts: Parts | None = None,
     *,
-    robot: str = "panda",
+    robot: str | RobotDescription = "panda",
     controller: str = CONTROLLER,
     planner: str = PLANNER,
     scene: Scene | None = None,
@@ -290,8 +290,8 @@ def build_station(
 
     Args:
         parts: The registered parts to choose from; default: those of all installed plugins.
-        robot: Name of a registered robot, or path of a TOML file that describes one; for each
-            robot of the scene that has no description of its own.
+        robot: Name of a registered robot, path of a TOML file that describes one, or a
+            description; for each robot of the scene that has no description of its own.
         controller: Name of the registered controller to begin with, for robots that have none of
             their own; all registered controllers can be switched to.
         planner: Name of a registered planner, for robots that have none of their own.

@@ -42,9 +42,9 @@ def sampled_limit_use(
 ) -> LimitUse:
     """Return the used fractions of the limits for samples at equal time steps [s]."""
     q, v, a = samples
-    middle, half = 0.5 * (limits.upper + limits.lower), 0.5 * (limits.upper - limits.lower)
-    bounded = np.isfinite(half)
-    position = np.abs(q - middle)[:, bounded] / half[bounded]
+    bounded = np.isfinite(limits.upper - limits.lower)
+    lower, upper = limits.lower[bounded], limits.upper[bounded]
+    position = np.abs(q[:, bounded] - 0.5 * (upper + lower)) / (0.5 * (upper - lower))
     jerk = np.diff(a, axis=0) / step
     moved = np.diff(q, axis=0) / step  # a jump of the position is a velocity too
     v = np.concatenate([v, moved])

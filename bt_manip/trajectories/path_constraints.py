@@ -96,7 +96,7 @@ class PathConstraints:
         if model is not None:
             dynamics = self._dynamics = PathDynamics.along(model, x, d1, d2)
             self._effort = effort = effort_fraction * model.limits.effort
-            _check_holding(np.abs(dynamics.gravity), effort, model.friction)
+            _check_holding(dynamics.gravity, dynamics.friction, effort, effort_fraction)
             # The damping of some models takes all effort that gravity leaves (or adds) before the
             # joint is at its velocity limit.
             left = effort - model.friction - np.sign(d1[:, : model.nq]) * dynamics.gravity
@@ -118,13 +118,18 @@ class PathConstraints:
         return np.concatenate([sides, [self._effort - lost, self._effort + lost]], axis=-1)
 
 
-def _check_holding(gravity: np.ndarray, effort: np.ndarray, friction: np.ndarray) -> None:
-    """Check that efforts suffice to stand still at each point, friction included."""
-    excess = gravity >= effort - friction
-    if excess.any():
-        i, joint = np.argwhere(excess)[0]
+def _check_holding(
+    gravity: np.ndarray, friction: np.ndarray, effort: np.ndarray, fraction: float
+) -> None:
+    """Check that efforts suffice to move as slowly as needed through each point."""
+    needed = np.abs(gravity + friction)
+    use = needed / effort
+    if use.max(initial=0.0) >= 1.0:
+        i, joint = np.unravel_index(use.argmax(), use.shape)
         raise MotionError(
-            f"joint {joint + 1} needs {gravity[i, joint]:.1f} N m to hold the arm on the path; "
-            f"{effort[joint]:.1f} N m are allowed, friction included",
+            f"joint {joint + 1} needs {needed[i, joint]:.4g} N m to hold the arm on the path, "
+            f"{abs(gravity[i, joint]):.4g} N m for gravity and {abs(friction[i, joint]):.4g} N m "
+            f"for friction; {effort[joint]:.4g} N m are allowed, {100.0 * fraction:.0f} % of its "
+            "limit",
             reason="effort",
         )

@@ -72,7 +72,9 @@ def test_check_finds_what_would_stand_inside_something_else(bt_manip, scene):
     scene.write_text(SCENE.replace("position = [0.3, 0.1]", "position = [0.3, 0.1, -0.02]"))
     code, out, _ = bt_manip("scene", "check", scene)
     assert code == 2
-    assert out.startswith(f"{scene}: 'block' cannot be added: it would be 20.0 mm inside 'table'")
+    assert out.startswith(
+        f"{scene}: 'block' cannot be added: 'block' would be 20.0 mm inside 'table'"
+    )
 
 
 def test_what_cannot_be_drawn_is_bad_input(bt_manip, scene, trees):

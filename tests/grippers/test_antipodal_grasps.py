@@ -82,6 +82,11 @@ def test_an_object_that_is_too_wide_fails_with_its_width_and_the_stroke(kind):
         candidates(solid(kind, 0.05, 0.05, 0.05))
 
 
+def test_an_object_without_clearance_between_the_fingers_fails_with_the_width_it_needs():
+    with pytest.raises(MotionError, match="79 mm wide; the fingers open to 80 mm and need 82 mm"):
+        candidates(solid("box", 0.0395, 0.05, 0.05))
+
+
 def test_a_mesh_that_is_too_wide_fails_too():
     with pytest.raises(MotionError, match="120 mm wide; the fingers open to 80 mm"):
         candidates(convex(trimesh.creation.box((0.12, 0.13, 0.14))))

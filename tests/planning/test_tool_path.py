@@ -76,6 +76,7 @@ def test_a_turn_about_an_axis_carries_the_tool_with_it():
 
 def test_a_turn_about_an_axis_through_the_tool_keeps_its_position():
     (path,) = tool_paths(START, [TurnAbout(START.translation, (0.0, 0.0, 1.0), -1.0)])
+    assert path.progress(0.25) == (0.25, "25 % (0.250 rad of 1.000 rad)")
     assert positions(path) == pytest.approx(np.tile(START.translation, (2001, 1)))
     assert path.angle == pytest.approx(1.0) and path.length < 1e-12
 

@@ -1,11 +1,14 @@
 """A station is built by names, and continues from its state bit for bit."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from bt_manip import spatial
+from bt_manip.cell import CellError
 from bt_manip.exceptions import BtManipError
+from bt_manip.robots import RobotError, panda
 from bt_manip.runner import Fixture, Scene, SceneRobot, build_station
 
 AT_THE_ORIGIN = spatial.pose((0.0, 0.0, 0.0))
@@ -40,6 +43,27 @@ def test_a_robot_may_be_described_by_a_file(parts):
     station.gripper.move(0.03)
     station.step_until(lambda: not station.gripper.moving, timeout=2.0)
     assert station.gripper.width == pytest.approx(0.03, abs=5e-4)
+
+
+def test_a_robot_may_be_given_by_its_description(parts):
+    slow = replace(panda(), name="slow", velocity=(0.5,) * 7)
+    station = build_station(parts, robot=slow)
+    assert station.robot.description is slow
+    assert "slow, computed_torque" in station._repr_html_()
+
+
+def test_a_robot_that_would_start_inside_a_thing_is_named_with_its_link(parts):
+    low = replace(panda(), T_rb=spatial.pose((0.0, 0.0, -0.05)))
+    with pytest.raises(CellError, match="'panda/link0' would be .* mm inside 'table'"):
+        build_station(parts, robot=low)
+
+
+def test_a_home_in_self_collision_is_refused(parts):
+    folded = replace(panda(), home=(0.0, 1.7, 0.0, -3.0, 0.0, 0.1, 0.0))
+    with pytest.raises(
+        RobotError, match="at home: 'link1' is .* mm inside 'link7'.*another 'home'"
+    ):
+        build_station(parts, robot=folded)
 
 
 def test_a_station_continues_from_its_state_bit_for_bit(parts):

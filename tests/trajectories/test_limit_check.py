@@ -30,3 +30,17 @@ def test_a_jump_of_the_acceleration_at_the_very_end_counts_as_jerk():
             return 0 * a, 0 * a, a
 
     assert limit_use(Stopping(), LIMITS).jerk == pytest.approx(1000 / 100)
+
+
+@pytest.mark.filterwarnings("error")
+def test_unlimited_joints_use_no_position_limit():
+    class Moving:
+        duration, end = 0.1, np.zeros(2)
+
+        def sample(self, times):
+            q = 1.5 * np.ones((len(times), 2))
+            return q, 0 * q, 0 * q
+
+    endless = np.array([np.inf, 3.0])
+    limits = JointLimits(-endless, endless, 2 * ONE, 5 * ONE, 100 * ONE, ONE)
+    assert limit_use(Moving(), limits).position == pytest.approx(0.5)

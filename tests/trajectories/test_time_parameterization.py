@@ -26,9 +26,21 @@ def test_with_gravity_it_uses_the_effort_that_gravity_leaves():
 
 def test_a_path_on_which_the_arm_cannot_hold_itself_is_refused():
     model = pendulum(gravity=-9.81, effort=19.0)  # 19.62 N m hold the bar level
-    with pytest.raises(MotionError, match="joint 1 needs 18.* N m to hold") as raised:
+    with pytest.raises(MotionError, match="joint 1 needs 19.6. N m to hold") as raised:
         time_parameterize_segment(np.array([-1.0]), np.array([1.0]), model)
     assert raised.value.reason == "effort"
+
+
+def test_friction_counts_in_the_direction_of_the_motion():
+    model = pendulum(gravity=-9.81, effort=19.0)  # 18.05 N m are allowed
+    model.friction[:] = 2.0
+    # The bar is level at 0. At 0.5 gravity needs 17.2 N m, and friction adds to it on the way up.
+    high, low = np.array([0.5]), np.array([1.0])
+    assert effort_use(time_parameterize_segment(high, low, model), model) <= 0.9501
+    with pytest.raises(
+        MotionError, match="17.22 N m for gravity and 2 N m for friction; 18.05 N m"
+    ):
+        time_parameterize_segment(low, high, model)
 
 
 def test_with_scarce_jerk_and_effort_it_is_nearly_as_fast_as_both_allow():

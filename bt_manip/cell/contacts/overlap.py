@@ -12,6 +12,8 @@ from ..naming import BodyNames, entity_of
 class Overlap(NamedTuple):
     """The deepest penetration of another body."""
 
+    body: str
+    """Name of the body; that of its entity where it has no other."""
     other: str
     """Name of the other body."""
     depth: float
@@ -19,7 +21,7 @@ class Overlap(NamedTuple):
 
     def __str__(self) -> str:
         """Return it in words."""
-        return f"{1e3 * self.depth:.1f} mm inside '{self.other}'"
+        return f"'{self.body}' would be {1e3 * self.depth:.1f} mm inside '{self.other}'"
 
 
 def deepest_overlap(
@@ -33,17 +35,18 @@ def deepest_overlap(
         body_names: Its names.
         name: The entity.
     """
-    mine = np.array([entity_of(label) == name for label in body_names.of_geom])
+    label = body_names.of_geom
+    mine = np.array([entity_of(body) == name for body in label])
     found = None
     geoms, depths = data.contact.geom, -data.contact.dist
     for i in np.flatnonzero(mine[geoms[:, 0]] != mine[geoms[:, 1]]) if len(geoms) else ():
         if depths[i] > (found.depth if found else 0.0):
-            a, b = geoms[i]
-            found = Overlap(body_names.of_geom[b if mine[a] else a], float(depths[i]))
+            own, other = geoms[i] if mine[geoms[i, 0]] else geoms[i, ::-1]
+            found = Overlap(label[own], label[other], float(depths[i]))
     for a, b in _static_pairs(model, data, mine):
         depth = -mujoco.mj_geomDistance(model, data, a, b, 0.0, None)
         if depth > (found.depth if found else 0.0):
-            found = Overlap(body_names.of_geom[b], float(depth))
+            found = Overlap(label[a], label[b], float(depth))
     return found
 
 
@@ -71,8 +74,7 @@ def refuse_overlap(
     found = deepest_overlap(model, data, body_names, name)
     if found is not None and found.depth > max_overlap:
         raise OverlapError(
-            f"'{name}' cannot be {verb}: it would be {found}; "
-            f"up to {1e3 * max_overlap:g} mm are accepted"
+            f"'{name}' cannot be {verb}: {found}; up to {1e3 * max_overlap:g} mm are accepted"
         )
 
 

@@ -70,7 +70,7 @@ class PlacementSearch:
                 T_wo = region.sample(rng)
             overlap = self.overlap(T_wo)
             if overlap is not None and overlap.depth > FREE_OVERLAP:
-                reason = f"it would be {overlap}"
+                reason = str(overlap)
                 continue
             if not drop:
                 return T_wo

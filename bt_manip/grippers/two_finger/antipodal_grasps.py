@@ -341,12 +341,16 @@ class AntipodalGraspGenerator:
         return found
 
     def _no_fit(self) -> str:
-        width = least_width(self.solids)
-        stroke = f"the fingers open to {1e3 * self.hand.stroke:.0f} mm"
-        if self.hand.least + 5e-4 < width <= self.hand.stroke:
+        width, hand = least_width(self.solids), self.hand
+        stroke = f"the fingers open to {1e3 * hand.stroke:.4g} mm"
+        if _fits(width, hand):
             friction = f"a friction coefficient of {contact_friction(self.solids):.3g}"
             return f"'{self.name}' has no antipodal pair of contact points at {friction}; {stroke}"
-        return f"'{self.name}' is at least {1e3 * width:.0f} mm wide; {stroke}"
+        wide = f"'{self.name}' is at least {1e3 * width:.4g} mm wide; {stroke}"
+        needed = width + 2.0 * FINGER_CLEARANCE
+        if width <= hand.stroke < needed:
+            return f"{wide} and need {1e3 * needed:.4g} mm, with clearance on both sides"
+        return wide if width > hand.stroke else f"{wide} and close to {1e3 * hand.least:.4g} mm"
 
 
 def _support(solids: Sequence[Solid], directions: np.ndarray, part: np.ndarray) -> np.ndarray:
