@@ -24,6 +24,7 @@ from .naming import entity_of as entity_of
 from .naming import escaped_name as escaped_name
 from .naming import literal_name as literal_name
 from .naming import name_elements as name_elements
+from .naming import short_name as short_name
 from .naming import unique_name as unique_name
 from .objects import Basket as Basket
 from .objects import Camera as Camera

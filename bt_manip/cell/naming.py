@@ -24,6 +24,11 @@ def literal_name(name: str) -> str:
     return name.replace("\\\\", "\0").replace("\\", "/").replace("\0", "\\")
 
 
+def short_name(full_name: str) -> str:
+    """Return the name in its own model file of an element of a compiled model."""
+    return literal_name(full_name.rpartition("/")[2])
+
+
 def unique_name(wanted: str, taken: Container[str | None]) -> str:
     """Return ``wanted``, or the first of ``wanted_1``, ``wanted_2``, ... that is not taken."""
     if wanted not in taken:

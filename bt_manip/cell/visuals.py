@@ -6,7 +6,7 @@ from typing import Any, Literal, NamedTuple, Protocol
 import mujoco
 import numpy as np
 
-from .naming import WORLD, entity_of
+from .naming import WORLD, entity_of, literal_name
 
 PLANE_SIZE = 10.0
 """Edge length of the square that stands for an infinite plane [m]."""
@@ -162,7 +162,7 @@ def _frame_name(model: mujoco.MjModel, body: int) -> str:
     if body == 0:
         return WORLD
     name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body) or f"body{body}"
-    return name.rstrip("/")
+    return literal_name(name.rstrip("/"))
 
 
 def _shapes_of(model: mujoco.MjModel, geom: int) -> list[VisualShape]:

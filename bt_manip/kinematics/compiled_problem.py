@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from bt_manip.cell import literal_name, short_name
 from bt_manip.checks import as_numbers, check_vector, invalid
 from bt_manip.collision import CollisionWorld
 from bt_manip.exceptions import did_you_mean, shown
@@ -160,20 +161,22 @@ def frame_index(arm: RobotModel, name: str) -> int:
         if arm.model.existFrame(name, kind):
             return int(arm.model.getFrameId(name, kind))
     known = {frame.name: i for i, frame in enumerate(arm.model.frames) if frame.type in _FRAMES}
-    short = [i for full, i in known.items() if full.rpartition("/")[2] == name]
-    if len(short) != 1:
-        raise invalid(f"the arm has no frame '{name}'{did_you_mean(name, known)}")
-    return short[0]
+    found = [i for full, i in known.items() if name in (short_name(full), literal_name(full))]
+    if len(found) != 1:
+        near = did_you_mean(name, map(literal_name, known))
+        raise invalid(f"the arm has no frame '{name}'{near}")
+    return found[0]
 
 
 def _moving_joints(joints: tuple[str, ...], problem: IKProblem) -> np.ndarray | None:
     """Return which joints may move; None for all."""
     if problem.joints is None:
         return None
-    by_name = {name.rpartition("/")[2]: name for name in joints} | {name: name for name in joints}
+    full = {literal_name(name): name for name in joints}
+    by_name = {short_name(name): name for name in joints} | full
     for name in problem.joints:
         if name not in by_name:
-            raise invalid(f"the arm has no joint '{name}'{did_you_mean(name, joints)}")
+            raise invalid(f"the arm has no joint '{name}'{did_you_mean(name, full)}")
     chosen = {by_name[name] for name in problem.joints}
     if not chosen:
         raise invalid("joints must name at least one joint that may move")

@@ -25,6 +25,7 @@ PEDESTAL = "pedestal"
 
 _TOOL = "tool_frame"
 _NAMED = {
+    "actuator": mujoco.mjtObj.mjOBJ_ACTUATOR,
     "body": mujoco.mjtObj.mjOBJ_BODY,
     "joint": mujoco.mjtObj.mjOBJ_JOINT,
     "site": mujoco.mjtObj.mjOBJ_SITE,
@@ -126,7 +127,7 @@ def read_model(model: str, where: str) -> tuple[mjcf.RootElement, mujoco.MjModel
     _drop_world(root)
     name_elements(root)
     if any(
-        mujoco.mj_name2id(alone, kind, element.full_identifier or "") < 0
+        element.name and mujoco.mj_name2id(alone, kind, element.name) < 0
         for name, kind in _NAMED.items()
         for element in root.find_all(name)
     ):

@@ -49,8 +49,8 @@ def build_model(
             raise RobotError(f"joint '{name}' is free or a ball: an arm has hinges and slides")
     if moving != sorted(set(moving)):
         raise RobotError(
-            f"joints in the wrong order: {list(joints)}; the model has them as "
-            f"{[mj_model.joint(joint).name for joint in sorted(set(moving))]}"
+            f"joints in the wrong order: {[literal_name(name) for name in joints]}; the model has "
+            f"them as {[literal_name(mj_model.joint(j).name) for j in sorted(set(moving))]}"
         )
     root = int(mj_model.body_rootid[mj_model.jnt_bodyid[moving[0]]])
     qpos = mj_model.qpos0 if qpos is None else np.asarray(qpos, dtype=float)

@@ -1,8 +1,9 @@
 """Names of entities, bodies and nameless elements."""
 
+import pytest
 from dm_control import mjcf
 
-from bt_manip.cell import Cell, Cube, unique_name
+from bt_manip.cell import Cell, Cube, escaped_name, literal_name, short_name, unique_name
 from bt_manip.cell.naming import body_name, entity_of, name_elements
 from bt_manip.spatial import pose
 
@@ -40,3 +41,11 @@ def test_nameless_elements_get_names_that_collide_with_none():
     names = [geom.name for geom in root.find_all("geom")]
     assert all(names) and len(set(names)) == 3
     assert root.find_all("site")[0].name and root.find_all("body")[0].name
+
+
+@pytest.mark.parametrize("name", ["link", "left/link", "a/b/c", "back\\slash", "both/and\\"])
+def test_the_name_in_a_model_file_is_found_again(name):
+    assert "/" not in escaped_name(name)
+    assert literal_name(escaped_name(name)) == name
+    assert short_name(f"robot/{escaped_name(name)}") == name
+    assert body_name(f"robot/{escaped_name(name)}") == f"robot/{name}"

@@ -12,7 +12,7 @@ from ..contacts.contact_monitor import ContactMonitor
 from ..contacts.contacts import Contacts
 from ..contacts.overlap import refuse_overlap
 from ..exceptions import PhysicsDiverged
-from ..naming import BodyNames
+from ..naming import BodyNames, literal_name
 from .attachment import Attachment
 from .overrides import Overrides
 from .state import INTEGRATION, integration_state, set_integration_state
@@ -196,7 +196,7 @@ def _check_contact_damping(model: mujoco.MjModel) -> None:
     decay = np.where(direct, -damping / model.geom_solimp[:, 1], 0.0) * model.opt.timestep
     if decay.max(initial=0.0) >= 2.0:
         geom = int(decay.argmax())
-        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM, geom)
+        name = literal_name(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM, geom) or "")
         most = 2.0 / decay[geom] * model.opt.timestep
         raise ValueError(
             f"the contacts of geom '{name}' (solref {model.geom_solref[geom]}) need a time step "

@@ -6,6 +6,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from bt_manip.cell import escaped_name
 from bt_manip.robots import Robot, effort_limit, ensure_motors
 
 from .finger_travel import FingerTravel, direct_travel, is_direct, measure_travel
@@ -44,7 +45,7 @@ class Mechanism:
         self._robot, alone = robot, robot.alone
         motor = None
         if parameters.motor is not None:
-            tendon = robot.gripper_root.find("tendon", parameters.motor)
+            tendon = robot.gripper_root.find("tendon", escaped_name(parameters.motor))
             motor = tendon or robot.find("joint", parameters.motor)
         self._set_contacts(parameters)
         self._set_joints(parameters)
