@@ -92,7 +92,7 @@ def _gripper(table: TomlTable | None, path: Path) -> GripperDescription | None:
         return None
     model = table.text("model")
     gripper = GripperDescription(
-        max_force=table.needed_number("max_force", above=0.0),
+        max_force=table.number("max_force", above=0.0),
         kind=table.text("kind") or DEFAULT_KIND,
         model=None if model is None else _model(model, path),
         mount=table.needed_text("mount") if model else None,

@@ -30,8 +30,8 @@ class GripperDescription:
     """Description of a gripper: its kind, common data, and parameters of the kind.
 
     Attributes:
-        max_force: Maximum grip force [N].
         kind: Registered name of the kind of gripper.
+        max_force: Maximum grip force [N]; None where it follows from parameters of the kind.
         parameters: Parameters of the kind, as plain data; `read` returns them as a table.
         model: Path of its MJCF file; None if it is part of the arm's.
         mount: Name of the arm's site or body to which a separate model is attached.
@@ -39,8 +39,8 @@ class GripperDescription:
         file: The file that contains the parameters, for messages.
     """
 
-    max_force: float
     kind: str = DEFAULT_KIND
+    max_force: float | None = None
     parameters: Mapping[str, Any] = field(default_factory=dict)
     model: str | None = None
     mount: str | None = None
@@ -116,8 +116,16 @@ class Gripper(composer.Entity, abc.ABC):
 
     @property
     def max_force(self) -> float:
-        """Maximum grip force [N]."""
-        return self._description.max_force
+        """Maximum grip force [N].
+
+        Raises:
+            RobotError: If the description does not give it and the kind does not override this.
+        """
+        description = self._description
+        if description.max_force is None:
+            table = description.read(self._robot.description.name)
+            raise table.error("max_force", "is missing: the maximum grip force [N]")
+        return description.max_force
 
     def check_force(self, force: float) -> float:
         """Return a grip force after checking it [N].
@@ -139,6 +147,9 @@ class Gripper(composer.Entity, abc.ABC):
         Args:
             weight: Weight of the object [N].
             force: Grip force [N].
+
+        Raises:
+            GripperError: If a grip with this force carries it with no friction.
         """
         return 0.0
 
@@ -185,7 +196,7 @@ class Gripper(composer.Entity, abc.ABC):
     @property
     @abc.abstractmethod
     def is_free(self) -> bool:
-        """Whether its contact bodies touch nothing."""
+        """Whether it may move away: it touches nothing that moves with it."""
 
     @property
     @abc.abstractmethod

@@ -1,0 +1,156 @@
+"""The cup in a robot's model: its body, its lip and its adhesion actuator."""
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from bt_manip.exceptions import did_you_mean
+from bt_manip.robots import Robot, RobotError
+
+from .lip import LIP_TRAVEL
+from .parameters import SuctionParameters
+
+_NAME = "suction_cup"
+_LIP_RADIUS = 2e-3  # [m] of the sphere at the centre of the lip that is built
+_BELL = 0.4  # height of the bell in diameters
+_STEM = 0.3  # diameter of the stem in diameters
+_MASSES = (1e-3, 0.015, 0.03)  # [kg] of lip, bell and stem
+_SENSOR_REACH = 0.3  # [m] radius of the sensor zone, large enough for all contacts of the cup
+_SOLMIX = 1e6  # weight of the lip's contact parameters; that of other geoms is 1
+_SOLREF = (0.004, 1.0)
+_SOLIMP = (0.9999, 0.9999, 0.001)
+"""Contact impedance of the lip: the largest, as creep in rolling is proportional to 1 minus it."""
+_RUBBER = (0.13, 0.14, 0.16, 1.0)
+_METAL = (0.62, 0.64, 0.67, 1.0)
+
+
+def adhesion_actuators(root: Any) -> list[Any]:
+    """Return the adhesion actuators of a PyMJCF model: each one's body is a suction cup.
+
+    MuJoCo's writer makes general actuators of them; no others act on a body.
+    """
+    found = root.find_all("actuator")
+    return [actuator for actuator in found if getattr(actuator, "body", None) is not None]
+
+
+class Cup:
+    """A cup with one contact, at the centre of its lip, that also resists bending and torsion.
+
+    MuJoCo's adhesion pulls along the normals of the contacts of a body. A lip of radius r that is
+    pressed on with a force F resists bending moments up to r F, where it would tip over its edge.
+    The contact has these as rolling and torsional friction, so that flat and curved faces are held
+    alike; its sliding friction is the object's.
+
+    Attributes:
+        body: The cup's body (a PyMJCF element).
+        actuator: Its adhesion actuator.
+        radius: Radius of the lip [m].
+    """
+
+    def __init__(self, robot: Robot, parameters: SuctionParameters) -> None:
+        """Find the cup in a robot's model, or build it at the tool frame.
+
+        Raises:
+            RobotError: If the description's actuator is not in the model, or several are.
+        """
+        self.actuator = _find_actuator(robot, parameters.actuator)
+        if self.actuator is None:
+            self.body = _build(robot, parameters)
+            self.actuator = self.body.root.actuator.add("adhesion", name=_NAME, body=self.body)
+            lip = [self.body.geom[0]]
+        else:
+            self.body = self.actuator.body
+            lip = self.body.find_all("geom", immediate_children_only=True)
+        if parameters.holding_force is not None:
+            key = "gain" if self.actuator.tag == "adhesion" else "gainprm"
+            gain = {key: parameters.holding_force}
+            self.actuator.set_attributes(ctrlrange=(0.0, 1.0), **gain)
+        diameter = parameters.diameter or _measure(robot, self.body)
+        self.radius = 0.5 * diameter
+        for geom in lip:
+            geom.set_attributes(
+                gap=LIP_TRAVEL, condim=6, friction=(0.0, self.radius, self.radius), priority=0,
+                solmix=_SOLMIX, solref=_SOLREF, solimp=_SOLIMP,
+            )  # fmt: skip
+        # Group 5 is hidden in every viewer unless asked for.
+        site = self.body.add(
+            "site", name=f"{_NAME}_touch", type="sphere", size=(_SENSOR_REACH,), group=5,
+            rgba=(0, 0, 0, 0),
+        )  # fmt: skip
+        self._sensor = self.body.root.sensor.add("touch", name=f"{_NAME}_touch", site=site)
+
+    def bind(self, model: mujoco.MjModel) -> None:
+        """Bind to a compiled model.
+
+        Sets ``max_force`` [N], the holding force, ``gain`` [N], the force for a control signal of
+        1, the addresses ``ctrl`` and ``sensor``, and the ids ``geoms`` of the body's geoms.
+        """
+        actuator = model.actuator(self.actuator.full_identifier)
+        self.ctrl, self.gain = int(actuator.id), float(actuator.gainprm[0])
+        self.max_force = self.gain * float(actuator.ctrlrange[1])
+        self.sensor = int(model.sensor(self._sensor.full_identifier).adr[0])
+        body = int(model.body(self.body.full_identifier).id)
+        self.geoms = np.flatnonzero(model.geom_bodyid == body)
+
+
+def _find_actuator(robot: Robot, name: str | None) -> Any:
+    """Return the adhesion actuator of a name, or the only one; None if there is none."""
+    found = adhesion_actuators(robot.gripper_root)
+    names = [actuator.name for actuator in found]
+    where = robot.description.where
+    if name is not None:
+        if name not in names:
+            raise RobotError(
+                f"{where}: the model has no adhesion actuator '{name}'{did_you_mean(name, names)}"
+            )
+        return found[names.index(name)]
+    if len(found) > 1:
+        raise RobotError(
+            f"{where}: the model has {len(found)} adhesion actuators: name one of "
+            f"{', '.join(map(str, names))} as 'gripper.actuator'"
+        )
+    return found[0] if found else None
+
+
+def _build(robot: Robot, parameters: SuctionParameters) -> Any:
+    """Add a cup to the body of the tool frame, its lip at the frame and its axis along z."""
+    site = robot.tool_site
+    pose = {
+        key: value
+        for key in ("pos", "quat", "euler", "axisangle", "xyaxes", "zaxis")
+        if (value := getattr(site, key, None)) is not None
+    }
+    body = site.parent.add("body", name=_NAME, **pose)
+    assert parameters.diameter is not None
+    diameter, end = parameters.diameter, -parameters.length
+    bell = max(-_BELL * diameter, 0.7 * end)
+    body.add(
+        "geom", name=f"{_NAME}_lip", type="sphere", size=(_LIP_RADIUS,), pos=(0, 0, -_LIP_RADIUS),
+        mass=_MASSES[0], rgba=_RUBBER,
+    )  # fmt: skip
+    for name, first, last, width, mass, rgba in (
+        ("bell", -1.2 * _LIP_RADIUS, bell, diameter, _MASSES[1], _RUBBER),
+        ("stem", bell, end, _STEM * diameter, _MASSES[2], _METAL),
+    ):
+        body.add(
+            "geom", name=f"{_NAME}_{name}", type="cylinder", size=(0.5 * width,), mass=mass,
+            fromto=(0, 0, first, 0, 0, last), rgba=rgba,
+        )  # fmt: skip
+    return body
+
+
+def _measure(robot: Robot, body: Any) -> float:
+    """Return the width of a cup across the tool's z axis: the smaller one of both directions."""
+    root = robot.mjcf_model
+    model = mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    R_wt = data.site(robot.tool_site.full_identifier).xmat.reshape(3, 3)
+    lower, upper = np.full(3, np.inf), np.full(3, -np.inf)
+    for geom in np.flatnonzero(model.geom_bodyid == model.body(body.full_identifier).id):
+        R = R_wt.T @ data.geom_xmat[geom].reshape(3, 3)
+        centre = R_wt.T @ data.geom_xpos[geom] + R @ model.geom_aabb[geom, :3]
+        half = np.abs(R) @ model.geom_aabb[geom, 3:]
+        lower, upper = np.minimum(lower, centre - half), np.maximum(upper, centre + half)
+    return float((upper - lower)[:2].min())

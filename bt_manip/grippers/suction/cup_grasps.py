@@ -1,0 +1,201 @@
+"""Grasps of a suction cup on the faces of an object."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.exceptions import MotionError
+from bt_manip.robots import GraspCandidates
+
+from ..solids import Polyhedron, Solid
+from .lip import MAX_SAG, ring
+
+CURVATURE_WEIGHT = 0.3
+"""Cost of a surface that is as curved as the cup can seal."""
+
+_GAP = 0.2e-3  # [m] between lip and face at a grasp: planned paths end without penetration
+_EDGE = 2e-3  # [m] from the lip to the edge of a face, at least: the arm's position error
+_BUMP = 1e-3  # [m] by which a surface may stand out under the lip
+_BELOW = -0.1  # cosine of approach and straight down, below which a grasp approaches from below
+_YAWS = 4  # orientations of the tool about the axis of the cup
+_MAX_FACES = 32  # of a solid, the largest ones
+_TOLERANCE = 4  # digits of normals and of offsets [m] to which triangles are of one face
+_EIGHTHS = tuple(0.25 * math.pi * k for k in range(8))  # [rad] of a turn
+_SIDEWAYS = (0.0, math.pi / 4, -math.pi / 4, math.pi / 2, -math.pi / 2)  # [rad] from upwards
+
+Place = tuple[np.ndarray, np.ndarray]
+"""A point of a surface [m] and the outward normal there, in the object's frame."""
+
+
+class CupGraspGenerator:
+    """Generates the grasp candidates of one object for a suction cup.
+
+    Places for the cup are near the centre of mass on each flat face, and on balls, cylinders and
+    other round solids. A place is taken if rays along the axis of the cup find the object under the
+    whole lip, not deeper than the cup seals.
+
+    Attributes:
+        name: Name of the object, for messages.
+        solids: Its convex solids.
+        radius: Radius of the cup's lip [m].
+        com: Its centre of mass, in its frame [m].  # (3,)
+    """
+
+    def __init__(self, name: str, solids: Sequence[Solid], radius: float, com: np.ndarray) -> None:
+        """Generate grasps of an object with a cup.
+
+        Args:
+            name: Name of the object.
+            solids: Its convex solids.
+            radius: Radius of the cup's lip [m].
+            com: Its centre of mass, in its frame [m].  # (3,)
+        """
+        self.name, self.solids, self.radius, self.com = name, list(solids), radius, np.array(com)
+
+    def candidates(self, down: np.ndarray) -> GraspCandidates:
+        """Return the grasps that do not approach from below.
+
+        Args:
+            down: Straight down in the object's frame; unit.  # (3,)
+
+        Raises:
+            MotionError: If the object has no face for the cup.
+        """
+        places = [
+            place
+            for solid in self.solids
+            for place in _places(solid, self.com, self.radius, -down)
+            if -place[1] @ down >= _BELOW
+        ]
+        found: np.ndarray = np.reshape(places, (-1, 2, 3))
+        points, normals = found[:, 0], found[:, 1]
+        depth = self._depth(points, normals, self.radius)
+        beside = self._depth(points, normals, self.radius + _EDGE)
+        limit = MAX_SAG * self.radius
+        kept = (np.maximum(depth, np.where(beside < np.inf, 0.0, np.inf)) <= limit).all(axis=1)
+        kept &= (np.minimum(depth, beside) >= -_BUMP).all(axis=1)
+        if not kept.any():
+            raise MotionError(
+                f"'{self.name}' has no face that a cup of {2e3 * self.radius:.0f} mm seals on",
+                reason="grasp",
+            )
+        frames = [
+            _frame(-normal) @ pin.utils.rotate("z", 2.0 * math.pi * k / _YAWS)
+            for normal in normals[kept]
+            for k in range(_YAWS)
+        ]
+        cost = CURVATURE_WEIGHT * np.clip(depth[kept].max(axis=1) / limit, 0.0, 1.0)
+        n = len(frames)
+        return GraspCandidates(
+            np.array(frames),
+            np.repeat((points + _GAP * normals)[kept], _YAWS, axis=0),
+            np.zeros(n),
+            np.ones(n),
+            {"curvature": np.repeat(cost, _YAWS)},
+        )
+
+    def _depth(self, points: np.ndarray, normals: np.ndarray, radius: float) -> np.ndarray:
+        """Return the depth of the surface under a ring around each of some places [m].
+
+        Rays begin a radius of the cup above: nothing may stand there. Inf where they find nothing.
+        """  # (n, rays)
+        rings = np.array([ring(radius) @ _frame(-normal).T for normal in normals])
+        starts = (points + self.radius * normals)[:, None] + rings.reshape(len(points), -1, 3)
+        along = np.broadcast_to(-normals[:, None], starts.shape).reshape(-1, 3)
+        hits = [_hits(solid.polyhedron, starts.reshape(-1, 3), along) for solid in self.solids]
+        return np.min(hits, axis=0).reshape(starts.shape[:2]) - self.radius
+
+
+def _places(solid: Solid, com: np.ndarray, radius: float, up: np.ndarray) -> Iterator[Place]:
+    """List places for a cup on a solid: faces near the centre of mass, and round sides.
+
+    Args:
+        solid: The solid.
+        com: The object's centre of mass [m].  # (3,)
+        radius: Radius of the cup's lip [m].
+        up: Straight up in the object's frame; unit.  # (3,)
+    """
+    centre, R, size = solid.T_os.translation, solid.T_os.rotation, solid.size
+    if solid.kind == "sphere":
+        frame = _frame(up)
+        for tilt in (0.0, math.pi / 4, math.pi / 2):
+            for a in _EIGHTHS if tilt else (0.0,):
+                s, c = math.sin(tilt), math.cos(tilt)
+                normal = frame @ np.array([s * math.cos(a), s * math.sin(a), c])
+                yield centre + size[0] * normal, normal
+        return
+    if solid.kind == "ellipsoid":
+        for normal in (up, *R.T, *-R.T):
+            along = R.T @ normal * size
+            yield centre + R @ (along * size) / np.linalg.norm(along), normal
+        return
+    if solid.kind in ("cylinder", "capsule"):
+        axis, half = R[:, 2], float(size[1])
+        free = max(half - radius - _EDGE, 0.0)
+        middle = centre + np.clip((com - centre) @ axis, -free, free) * axis
+        frame = _frame(axis, up)
+        for a in _SIDEWAYS:
+            normal = frame @ np.array([math.cos(a), math.sin(a), 0.0])
+            yield middle + size[0] * normal, normal
+        if solid.kind == "capsule":
+            yield centre + (half + size[0]) * axis, axis
+            yield centre - (half + size[0]) * axis, -axis
+            return
+    yield from _face_places(solid.polyhedron, com, math.pi * radius**2)
+
+
+def _face_places(solid: Polyhedron, com: np.ndarray, least: float) -> Iterator[Place]:
+    """List places on the flat faces of at least an area [m2]: nearest to the centre of mass first.
+
+    These are the projection of the centre of mass, the centroid of the face, and their middle.
+    """
+    edges = solid.triangles[:, 1:] - solid.triangles[:, :1]
+    areas = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    planes = np.round(np.column_stack([solid.normals, solid.offsets]), _TOLERANCE) + 0.0
+    _, face = np.unique(planes, axis=0, return_inverse=True)
+    area = np.bincount(face, areas)
+    for i in np.argsort(-area, kind="stable")[:_MAX_FACES]:
+        if area[i] < least:
+            return
+        own = face == i
+        normal, offset = solid.normals[own][0], solid.offsets[own][0]
+        centroid = np.average(solid.triangles[own].mean(axis=1), axis=0, weights=areas[own])
+        projected = com + (offset - normal @ com) * normal
+        for part in (0.0, 0.5, 1.0):
+            yield projected + part * (centroid - projected), normal
+
+
+def _hits(solid: Polyhedron, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Return the distances at which rays enter a solid [m]; inf where they miss it.
+
+    Cyrus-Beck clipping against the planes of its faces.
+
+    Args:
+        solid: The solid.
+        points: Start of each ray [m].  # (n, 3)
+        directions: Unit directions.  # (n, 3)
+    """  # (n,)
+    slope = directions @ solid.normals.T
+    ahead = solid.offsets - points @ solid.normals.T
+    parallel = np.abs(slope) <= 1e-12
+    t = ahead / np.where(parallel, 1.0, slope)
+    enter = np.where(~parallel & (slope < 0.0), t, -np.inf).max(axis=1)
+    leave = np.where(~parallel & (slope > 0.0), t, np.inf).min(axis=1)
+    missed = (parallel & (ahead < 0.0)).any(axis=1) | (enter > leave) | (leave < 0.0)
+    return np.where(missed, np.inf, enter)
+
+
+def _frame(z: np.ndarray, x: np.ndarray | None = None) -> np.ndarray:
+    """Return a rotation matrix with a z axis, and an x axis near a direction.
+
+    Args:
+        z: Its z axis; unit.  # (3,)
+        x: Direction of its x axis; default, and where it is parallel to z: any.  # (3,)
+    """  # (3, 3)
+    across = np.zeros(3) if x is None else x - (x @ z) * z
+    if np.linalg.norm(across) < 1e-3:
+        across = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
+    across = across / np.linalg.norm(across)
+    return np.column_stack([across, np.cross(z, across), z])

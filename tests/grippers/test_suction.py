@@ -1,0 +1,234 @@
+"""A suction cup holds what seals it, up to its pressure times its area, and notices the loss."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bt_manip.behaviours import (
+    CloseGripper,
+    Drop,
+    Grasp,
+    Hover,
+    IsHolding,
+    Lift,
+    MoveToPose,
+    OpenGripper,
+    PlaceAt,
+    Reach,
+)
+from bt_manip.bt import NodeStatus, Sequence
+from bt_manip.cell.objects import Box, Capsule, ConvexMesh, Cylinder, Sphere
+from bt_manip.grippers import suction_gripper
+from bt_manip.robots import RobotError, read_description
+from bt_manip.runner import build_station
+from bt_manip.spatial import pointing_down, pose
+
+MODELS = Path(__file__).with_name("models")
+WITH_CUP = MODELS / "six_joints_cup.toml"
+TABLE = 1.015  # [m]
+
+
+@pytest.fixture
+def station(parts):
+    return build_station(parts, robot=str(WITH_CUP))
+
+
+def put(station, entity, x=0.4, y=0.1):
+    station.cell.add(entity, pose((x, y, TABLE + entity.rest_height)), name="thing")
+    station.cell.step(200)
+    return station
+
+
+def picked(station, entity, force=40.0):
+    tree = Sequence(children=[
+        Hover(object="thing"), Reach(object="thing"), Grasp(object="thing", force=force),
+        Lift(height=0.2), IsHolding(object="thing"),
+    ])  # fmt: skip
+    status = station_run(put(station, entity), tree)
+    assert status is NodeStatus.SUCCESS, tree.tip().feedback_message
+    return station
+
+
+def station_run(station, tree):
+    return station.run(tree).status
+
+
+def on_top(height, x=0.4, y=0.1):
+    """Return the pose of a cup that touches the top of an object that stands on the table."""
+    return pointing_down((x, y, TABLE + height), 0.0)
+
+
+def tug(station, force, duration):
+    """Pull the object down for some time [N, s]."""
+    model, data = station.cell.model, station.cell.data
+    body = int(np.flatnonzero(model.body_rootid == station.cell.body_id("thing"))[-1])
+    data.xfrc_applied[body, 2] = -force
+    station.cell.step(round(1e3 * duration))
+    data.xfrc_applied[body, 2] = 0.0
+
+
+@pytest.mark.parametrize(
+    "entity",
+    [
+        Box(), Box(size=(0.05, 0.05, 0.05)), Sphere(), Sphere(radius=0.04), ConvexMesh(),
+        Cylinder(radius=0.03), Capsule(radius=0.025),
+    ],
+    ids=lambda entity: entity.kind,
+)  # fmt: skip
+def test_flat_and_curved_objects_are_picked_and_dropped_with_the_same_behaviours(station, entity):
+    picked(station, entity)
+    drop = Drop(container="basket")
+    assert station_run(station, drop) is NodeStatus.SUCCESS, drop.feedback_message
+    assert station.arm.payload is None and station.gripper.is_open
+
+
+def test_it_holds_with_its_pressure_times_its_area(station):
+    assert station.gripper.max_force == pytest.approx(60e3 * np.pi * 0.015**2)  # 42 N
+    picked(station, Box(mass=2.0, size=(0.1, 0.1, 0.1)), force=42.0)
+    assert station.gripper.forces[0] == pytest.approx(42.0 - 2.0 * 9.81, abs=0.5)
+
+
+def test_a_heavier_load_is_refused(station):
+    put(station, Box(mass=4.5, size=(0.1, 0.1, 0.1)))
+    for behaviour in (Hover(object="thing"), Grasp(object="thing", force=42.0)):
+        assert station_run(station, behaviour) is NodeStatus.FAILURE
+        assert "N, the object weighs 44.1 N" in behaviour.feedback_message
+
+
+def test_a_heavier_load_is_not_lifted(station):
+    put(station, Box(mass=4.5, size=(0.1, 0.1, 0.1)))
+    above, close = MoveToPose(pose=on_top(0.15)), CloseGripper(force=42.0)
+    tree = Sequence(children=[OpenGripper(), above, MoveToPose(pose=on_top(0.101)), close])
+    assert station_run(station, tree) is NodeStatus.SUCCESS, tree.tip().feedback_message
+    assert station.gripper.held == ("thing",)  # it is sealed, while the load stands
+    assert station_run(station, Lift(height=0.2)) is NodeStatus.SUCCESS
+    holding = IsHolding(object="thing")
+    assert station_run(station, holding) is NodeStatus.FAILURE
+    assert holding.feedback_message == "the gripper holds nothing, not 'thing'"
+    assert station.gripper.status == "cup lost its seal"
+    assert station.cell.pose("thing").translation[2] == pytest.approx(TABLE + 0.05, abs=2e-3)
+
+
+def test_a_tug_below_the_holding_force_is_held_and_one_above_breaks_the_seal(station):
+    picked(station, Box(mass=0.2))
+    weight = 0.2 * 9.81
+    tug(station, 36.0 - weight, 0.3)
+    assert station.gripper.held == ("thing",) and station.gripper.steady
+    tug(station, 44.0 - weight, 0.1)
+    assert station.gripper.held == () and station.gripper.closed_on_nothing
+    assert station.gripper.held_root() == 0
+    assert station.gripper.forces == (0.0,)
+
+
+def test_a_broken_seal_stays_broken_in_contact_until_the_cup_closes_again(station):
+    put(station, Box(mass=0.2, size=(0.05, 0.05, 0.05)))
+    close = CloseGripper(force=40.0)
+    tree = Sequence(children=[MoveToPose(pose=on_top(0.0505)), close])
+    assert station_run(station, tree) is NodeStatus.SUCCESS
+    data, joint = station.cell.data, station.cell.model.body(station.cell.body_id("thing")).jntadr
+    address = int(station.cell.model.jnt_qposadr[joint[0]])
+    kept = data.qpos[address : address + 7].copy()
+    data.qpos[address] += 0.2  # knocked away, and put back
+    station.cell.step(20)
+    assert station.gripper.status == "cup lost its seal"
+    data.qpos[address : address + 7] = kept
+    station.cell.step(100)
+    assert station.gripper.held == () and station.gripper.forces == (0.0,)
+    assert station_run(station, close) is NodeStatus.SUCCESS
+    assert station.gripper.held == ("thing",)
+
+
+def test_a_cup_over_an_edge_does_not_seal(station):
+    put(station, Box(size=(0.05, 0.05, 0.05)))
+    close = CloseGripper(force=40.0)
+    over = MoveToPose(pose=on_top(0.051, x=0.4 + 0.012))
+    assert station_run(station, Sequence(children=[over, close])) is NodeStatus.SUCCESS
+    assert station.gripper.closed_on_nothing and station.gripper.held == ()
+    assert station.gripper.status == "cup found nothing that seals it"
+    grasp = Grasp(object="thing", force=40.0)
+    assert station_run(station, grasp) is NodeStatus.FAILURE
+    assert grasp.feedback_message == "the gripper closed without gripping 'thing'"
+
+
+def test_what_it_holds_is_known_to_everybody(station):
+    picked(station, Box(size=(0.05, 0.05, 0.05), mass=0.3))
+    assert station.arm.payload.mass == pytest.approx(0.3)
+    world = station.arm.world
+    world.refresh()
+    assert world.held == "thing" and not world.collisions(station.robot.q)
+    summary = station.cell.contact_monitor.summary()
+    assert summary.unexpected == () and summary.held == ("thing",)
+
+
+def test_an_object_is_set_down_at_a_pose(station):
+    picked(station, Box(size=(0.05, 0.05, 0.05)))
+    place = PlaceAt(object="thing", pose=pose((0.4, -0.2, TABLE)))
+    assert station_run(station, place) is NodeStatus.SUCCESS, place.feedback_message
+    assert station.gripper.is_open and station.gripper.held == ()
+
+
+def test_a_held_object_neither_slips_nor_sags_while_the_arm_holds_it_level(station):
+    picked(station, Box(size=(0.05, 0.05, 0.05), mass=0.5))
+    level = MoveToPose(pose=pose((0.5, 0.1, 1.4), (0.5**0.5, 0.0, 0.5**0.5, 0.0)))
+    assert station_run(station, level) is NodeStatus.SUCCESS, level.feedback_message
+    before = station.robot.tool_pose.actInv(station.cell.pose("thing"))
+    station.cell.step(3000)
+    moved = before.actInv(station.robot.tool_pose.actInv(station.cell.pose("thing")))
+    assert np.linalg.norm(moved.translation) < 1e-4
+    assert np.trace(moved.rotation) > 3.0 - 1e-5
+
+
+def test_a_run_continues_from_a_state_bit_for_bit(station):
+    picked(station, Sphere())
+    state = station.get_state()
+    station.cell.step(100)
+    ended = station.cell.state_bytes()
+    station.set_state(state)
+    station.cell.step(100)
+    assert station.cell.state_bytes() == ended
+
+
+def test_the_model_may_have_a_cup_of_its_own(parts, tmp_path):
+    arm = WITH_CUP.read_text().replace("six_joints.urdf", str(MODELS / "six_joints.urdf"))
+    arm = arm.partition("[tool]")[0]
+    (tmp_path / "cup.xml").write_text(
+        """<mujoco><worldbody><body name="pad">
+          <geom type="cylinder" size="0.02 0.01" pos="0 0 0.01" mass="0.05"/>
+          <site name="lip" pos="0 0 0.02"/>
+        </body></worldbody>
+        <actuator><adhesion name="vacuum" body="pad" ctrlrange="0 2" gain="30"/></actuator>
+        </mujoco>"""
+    )
+    tool = (
+        '[tool]\nframe = "lip"\n[gripper]\nkind = "suction"\nmodel = "cup.xml"\nmount = "mount"\n'
+    )
+    (tmp_path / "arm.toml").write_text(arm + tool)
+    station = build_station(parts, robot=str(tmp_path / "arm.toml"))
+    assert station.gripper.max_force == pytest.approx(60.0)
+    assert station.gripper.cup.radius == pytest.approx(0.02)
+    picked(station, Box(size=(0.06, 0.06, 0.05), mass=0.5))
+    (tmp_path / "arm.toml").write_text(arm + tool + 'actuator = "vacum"\n')
+    with pytest.raises(RobotError, match="no adhesion actuator 'vacum'; did you mean 'vacuum'"):
+        build_station(parts, robot=str(tmp_path / "arm.toml"))
+
+
+def test_a_file_and_python_say_the_same():
+    described = suction_gripper(diameter=0.03, pressure=60e3, length=0.06)
+    assert read_description(WITH_CUP).gripper == described
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("pressure = 60e3\n", "", "'gripper.pressure' is missing"),
+        ("diameter = 0.03\n", "", "'gripper.diameter' is missing"),
+        ("length", "lenght", "'gripper.lenght' means nothing; did you mean 'length'"),
+        ("length", "max_force = 3\nlength", "'gripper.max_force' follows from 'pressure'"),
+    ],
+)
+def test_wrong_descriptions_are_refused_with_the_key(parts, tmp_path, old, new, message):
+    text = WITH_CUP.read_text().replace("six_joints.urdf", str(MODELS / "six_joints.urdf"))
+    (tmp_path / "arm.toml").write_text(text.replace(old, new))
+    with pytest.raises(RobotError, match=rf"arm.toml:\d+: key {message}"):
+        build_station(parts, robot=str(tmp_path / "arm.toml"))
