@@ -17,7 +17,7 @@ from bt_manip.recording.identification import identify
 from bt_manip.recording.recorder import Recorder
 from bt_manip.recording.report import versions
 from bt_manip.recording.run_snapshot import take_snapshot
-from bt_manip.recording.step_log import StepLog
+from bt_manip.recording.step_log import PendingSteps, StepLog
 from bt_manip.runner import EventStream, RunEvent, log_line
 
 if TYPE_CHECKING:
@@ -130,9 +130,11 @@ class McapRecorder(EventStream):
         # Called before this observer, the recorder of the report has copied the steps already.
         first = next(iter(run.observers), None)
         logs = first.step_logs if isinstance(first, Recorder) else {}
+        robots = self._station.robots
+        self._own_logs = [StepLog(self._cell, robots[name]) for name in robots if name not in logs]
+        logs = logs or dict(zip(robots, self._own_logs, strict=True))
         self._robots = [
-            RobotChannel(file, self._cell, one, logs.get(name))
-            for name, one in self._station.robots.items()
+            RobotChannel(file, self._cell, one, logs[name]) for name, one in robots.items()
         ]
 
     def after_compile(self) -> None:
@@ -146,6 +148,8 @@ class McapRecorder(EventStream):
             if self._images is not None:
                 self._images.bind(self._cell)
             self._scene = SceneMessages(self._cell.model, self._cell.data, self._cell.entities)
+            for log in self._own_logs:
+                log.bind()
             for robot in self._robots:
                 robot.bind()
         super().after_compile()
@@ -170,9 +174,10 @@ class McapRecorder(EventStream):
         self._file.sequence += 1
 
     def after_step(self) -> None:
-        """Copy the state of the robots."""
-        for robot in self._robots:
-            robot.append()
+        """Copy the state of the robots, unless another observer has."""
+        for log in self._own_logs:
+            if log.append():
+                log.take()
 
     def after_tick(self) -> None:
         """Copy the poses and the states of the robots; write a chunk if it is full."""
@@ -297,16 +302,14 @@ class McapRecorder(EventStream):
 class RobotChannel:
     """Records one robot: joints at every control step, wrist and gripper at every tick."""
 
-    def __init__(
-        self, file: "McapFile", cell: Any, commanded: Any, log: StepLog | None = None
-    ) -> None:
+    def __init__(self, file: "McapFile", cell: Any, commanded: Any, log: StepLog) -> None:
         """Register its topics.
 
         Args:
             file: The file.
             cell: The `bt_manip.cell.Cell`.
             commanded: The `bt_manip.runner.CommandedRobot`.
-            log: The log to which another observer appends each step before this one does.
+            log: Copies its control steps.
         """
         from bt_manip.recording.protobuf import ControlStepTemplate, control_step_class
 
@@ -319,9 +322,10 @@ class RobotChannel:
             self._joints, control_step_class(), {k: json.dumps(v) for k, v in about.items()}
         )
         file.add_topic(self._state)
-        self._owns_log = log is None
-        self._log = StepLog(cell, commanded) if log is None else log
+        self._log = log
+        log.readers.append(self._copy_steps)
         self._template = ControlStepTemplate(len(joints))
+        self._copied: tuple[PendingSteps, int] = log.pending, 0  # how many of which
         self._steps: list[bytes] = []
         self._free: list[bool] = []
         self._times: list[float] = []  # [s] of the control steps
@@ -329,23 +333,13 @@ class RobotChannel:
 
     def bind(self) -> None:
         """Bind to the current model of the cell."""
-        robot, self._data = self._commanded.robot, self._cell.data
-        if self._owns_log:
-            self._log.bind()
-        data, body, site = self._data, robot.wrist_body_id, robot.tool_site_id
+        robot, data = self._commanded.robot, self._cell.data
+        self._data = data
+        body, site = robot.wrist_body_id, robot.tool_site_id
         root = self._cell.model.body_rootid[body]
         self._wrist: Any = (
             data.cfrc_int[body], data.subtree_com[root], data.site_xpos[site], data.site_xmat[site]
         )  # fmt: skip
-
-    def append(self) -> None:
-        """Keep the copy of the state after one control step."""
-        log = self._log
-        if self._owns_log and log.append():
-            log.take()
-        self._steps.append(log.row)
-        self._free.append(log.touch.free)
-        self._times.append(self._data.time)
 
     def end_tick(self, time: float) -> None:
         """Copy the state of wrist and gripper at a simulated time [s]."""
@@ -357,15 +351,25 @@ class RobotChannel:
         state = forces, held, saturated, commanded.arm.speed_scale
         self._ticks.append((time, b"".join(self._wrist), state))
 
+    def _copy_steps(self, pending: PendingSteps) -> None:
+        """Copy those of the pending steps of the log that are new."""
+        with self._file.lock:
+            known, start = self._copied
+            new = slice(start if known is pending else 0, len(pending.touches))
+            self._copied = pending, new.stop
+            self._steps += pending.rows[new]
+            self._times += pending.times[new]
+            self._free += [touch.free for touch in pending.touches[new]]
+
     def encode(self) -> None:
         """Add the messages of the copied states."""
-        n = len(self._times)  # another thread may add a step meanwhile
-        if n:
-            rows = np.frombuffer(b"".join(self._steps[:n])).reshape(n, -1)
+        self._copy_steps(self._log.pending)
+        if self._times:
+            rows = np.frombuffer(b"".join(self._steps)).reshape(len(self._times), -1)
             # The last three columns are the position of the tool.
-            messages = self._template.serialize(rows[:, :-3], self._free[:n])
-            self._file.add_all(self._joints, np.array(self._times[:n]), messages)
-            del self._times[:n], self._steps[:n], self._free[:n]
+            messages = self._template.serialize(rows[:, :-3], self._free)
+            self._file.add_all(self._joints, np.array(self._times), messages)
+            self._steps, self._times, self._free = [], [], []
         ticks = self._ticks[:]
         del self._ticks[: len(ticks)]
         if not ticks:

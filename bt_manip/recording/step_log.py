@@ -1,5 +1,6 @@
 """Buffer of control steps, evaluated in blocks."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,6 +25,17 @@ class StepBlock(NamedTuple):
     touches: list[Any]  # (n,) bt_manip.cell.ContactSummary
 
 
+class PendingSteps(NamedTuple):
+    """Growing lists of copied control steps."""
+
+    times: list[float]
+    """Simulated times [s]."""
+    rows: list[bytes]
+    """The arrays of `StepBlock` from ``q`` to ``tool``."""
+    touches: list[Any]
+    """Their `bt_manip.cell.ContactSummary`."""
+
+
 class StepLog:
     """Copies the state of a robot after each control step.
 
@@ -32,8 +44,9 @@ class StepLog:
     the time of writing rows of an array.
 
     Attributes:
-        row: The last step, as bytes: the arrays of `StepBlock` from ``q`` to ``tool``.
-        touch: Its contacts.
+        pending: The steps since the last `take`. Another thread may read them: a step is complete
+            when its contacts are there.
+        readers: Called by `take` with the pending steps.
     """
 
     def __init__(self, cell: Any, commanded: Any) -> None:
@@ -46,11 +59,8 @@ class StepLog:
         self._cell, self._robot = cell, commanded.robot
         self._arm, self._controllers = commanded.arm, commanded.controllers
         self._nq = len(self._robot.limits.lower)
-        self._times: list[float] = []
-        self._rows: list[bytes] = []
-        self._touches: list[Any] = []
-        self.row: bytes = b""
-        self.touch: Any = None
+        self.pending = PendingSteps([], [], [])
+        self.readers: list[Callable[[PendingSteps], None]] = []
         self.bind()
 
     def bind(self) -> None:
@@ -67,18 +77,20 @@ class StepLog:
         """Copy the state after one step; return whether the block is full."""
         arm, tau = self._arm, self._controllers.controller.tau
         parts: Any = (self._q(), self._v(), arm.q, arm.v, arm.a, tau, self._tool)
-        self.row = row = b"".join(parts)
-        self.touch = touch = self._judge()
-        self._rows.append(row)
-        self._times.append(self._data.time)
-        self._touches.append(touch)
-        return len(self._touches) >= SIZE
+        times, rows, touches = self.pending
+        rows.append(b"".join(parts))
+        times.append(self._data.time)
+        touches.append(self._judge())
+        return len(touches) >= SIZE
 
     def take(self) -> StepBlock:
         """Return the steps since the last call and start a new block."""
-        n, nq = len(self._touches), self._nq
-        rows = np.frombuffer(b"".join(self._rows[:n])).reshape(n, 6 * nq + 3)
+        for read in self.readers:
+            read(self.pending)
+        times, copies, touches = self.pending
+        self.pending = PendingSteps([], [], [])
+        n, nq = len(touches), self._nq
+        rows = np.frombuffer(b"".join(copies[:n])).reshape(n, 6 * nq + 3)
         q, v, q_ref, v_ref, a_ref, tau, tool = np.split(rows, range(nq, 6 * nq + 1, nq), axis=1)
-        t, touches = np.array(self._times[:n]), self._touches
-        self._times, self._rows, self._touches = [], [], []
+        t = np.array(times[:n])
         return StepBlock(t, q, v, q_ref, v_ref, a_ref, tau, tool, touches)

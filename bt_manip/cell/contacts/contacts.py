@@ -51,18 +51,20 @@ class Contacts:
         self._data = data
         self._body_names = body_names
         self._force = np.zeros(6)
+        self._views: dict[int, tuple[np.ndarray, np.ndarray]] = {}
 
     def fingerprint(self) -> bytes:
-        """Return bytes that change when the set of active contacts changes."""
-        return self._data.contact.geom.tobytes() + self._active().tobytes()
+        """Return bytes that change when the set of active contacts changes, and seldom otherwise."""
+        geoms, addresses = self._view()
+        return geoms.tobytes() + addresses.tobytes()
 
     def pairs(self) -> list[tuple[str, str]]:
         """Return the pairs of bodies in contact, each once, sorted."""
         body = self._body_names.of_geom
-        geoms = self._data.contact.geom
+        geoms, addresses = self._view()
         found = {
-            (min(body[a], body[b]), max(body[a], body[b]))
-            for a, b in geoms[self._active()].tolist()
+            (body[a], body[b]) if body[a] < body[b] else (body[b], body[a])
+            for a, b in set(map(tuple, geoms[addresses >= 0].tolist()))
         }
         return sorted(found)
 
@@ -170,7 +172,19 @@ class Contacts:
 
     def _active(self) -> np.ndarray:
         """Mask the active contacts: those inside a margin only have no constraint address."""
-        return self._data.contact.efc_address >= 0
+        return self._view()[1] >= 0
+
+    def _view(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return views of the geoms and the constraint addresses of the contacts.
+
+        MuJoCo stores contacts at a fixed address, so the views of a number of contacts are kept:
+        making them takes longer than reading them.
+        """
+        n = self._data.ncon
+        if n not in self._views:
+            contact = self._data.contact
+            self._views[n] = contact.geom, contact.efc_address
+        return self._views[n]
 
     def _sides(self, name: str, other: str | None) -> tuple[np.ndarray, np.ndarray]:
         first = self.geoms(name)
