@@ -1,6 +1,7 @@
 """An MCAP file that is being written."""
 
 import json
+import struct
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -25,11 +26,17 @@ FLUSH_INTERVAL = 0.4
 FLAT_OBJECT = b'{"type":"object"}'
 """JSON schema of the messages that are JSON."""
 
-MESSAGE_HEAD = [
+MESSAGE_HEAD = np.dtype([
     ("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"),
     ("log_time", "<u8"), ("publish_time", "<u8"),
-]  # fmt: skip
-"""Fields of a message on the wire before its data, as a type of NumPy."""
+])  # fmt: skip
+"""Fields of a message on the wire before its data."""
+
+PACK_HEAD = struct.Struct("<BQHIQQ").pack
+"""Serializes a `MESSAGE_HEAD`."""
+
+FRAMING = 9
+"""Bytes of a record that its length leaves out: opcode and length."""
 
 
 class BlockIndex(MessageIndex):
@@ -56,45 +63,55 @@ class BlockIndex(MessageIndex):
 
 
 class BlockWriter(Writer):
-    """The library's writer, with a method that adds many messages of equal size at once.
+    """The library's writer, with fast ways to add messages.
 
     The library makes each message and each entry of an index by a dozen calls, which at 1 kHz
     would take a tenth of the time of the simulation.
     """
 
+    def add_message(
+        self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int = 0
+    ) -> None:
+        """Add a message, as the library does."""
+        chunk = self._count(channel_id, 1, log_time, log_time)
+        chunk.message_indices[channel_id].records.append((log_time, chunk.count))
+        length = MESSAGE_HEAD.itemsize - FRAMING + len(data)
+        about = channel_id, sequence, log_time, publish_time
+        chunk.record_writer.write(PACK_HEAD(Opcode.MESSAGE, length, *about) + data)
+
     def add_block(
         self,
         channel: int,
         times: np.ndarray,
-        data: Sequence[bytes] | np.ndarray,
+        data: np.ndarray,
         sequences: np.ndarray | int = 0,
     ) -> None:
-        """Add messages of a channel, as `add_message` would one by one.
+        """Add messages of equal length, as `add_message` would one by one.
 
         Args:
-            channel: Its number.
+            channel: The number of their channel.
             times: Times of the messages, whole numbers [ns].  # (n,)
-            data: Their contents, all of the same length; also the bytes, one row each.
+            data: Their contents.  # (n, bytes)
             sequences: Their sequence numbers.
         """
-        n = len(times)
-        if not isinstance(data, np.ndarray):
-            data = np.frombuffer(b"".join(data), dtype=np.uint8).reshape(n, -1)
-        size = data.shape[1]
+        n, start = len(times), MESSAGE_HEAD.itemsize
+        heads = np.empty(n, MESSAGE_HEAD)
+        heads["opcode"], heads["channel"], heads["sequence"] = Opcode.MESSAGE, channel, sequences
+        heads["length"] = start - FRAMING + data.shape[1]
+        heads["log_time"] = heads["publish_time"] = times
+        block = np.empty((n, start + data.shape[1]), np.uint8)
+        block[:, :start] = heads.view(np.uint8).reshape(n, start)
+        block[:, start:] = data
+        chunk = self._count(channel, n, int(times.min()), int(times.max()))
+        offsets = chunk.count + block.shape[1] * np.arange(n)
+        chunk.message_indices[channel].blocks.append(np.column_stack((times, offsets)))
+        chunk.record_writer.write(block)
+
+    def _count(self, channel: int, n: int, first: int, last: int) -> Any:
+        """Count messages of a channel from a first to a last time [ns]; return their chunk."""
         chunk, statistics = self._Writer__chunk_builder, self._Writer__statistics  # type: ignore
-        block = np.zeros(n, dtype=[*MESSAGE_HEAD, ("data", f"V{size}")])
-        block["opcode"], block["channel"] = Opcode.MESSAGE, channel
-        block["length"] = block.itemsize - 9  # without opcode and length
-        block["log_time"] = block["publish_time"] = times
-        block["sequence"] = sequences
-        block["data"] = data.view(block.dtype["data"])[:, 0]
-        index = chunk.message_indices.get(channel)
-        if not isinstance(index, BlockIndex):  # none, or one of single messages
-            records = [] if index is None else index.records
-            index = chunk.message_indices[channel] = BlockIndex(channel, records)
-        index.blocks.append(np.column_stack((times, chunk.count + block.itemsize * np.arange(n))))
-        chunk.record_writer.write(block.tobytes())
-        first, last = int(times.min()), int(times.max())
+        if channel not in chunk.message_indices:
+            chunk.message_indices[channel] = BlockIndex(channel, [])
         if chunk.num_messages == 0 or first < chunk.message_start_time:
             chunk.message_start_time = first
         chunk.message_end_time = max(chunk.message_end_time, last)
@@ -104,6 +121,7 @@ class BlockWriter(Writer):
         chunk.num_messages += n
         statistics.message_count += n
         statistics.channel_message_counts[channel] += n
+        return chunk
 
 
 class McapFile:
@@ -210,21 +228,19 @@ class McapFile:
         Args:
             topic: A registered topic.
             times: Simulated times [s].  # (n,)
-            data: Their contents; also the bytes of contents of the same length, one row each.
-            sequences: Their sequence numbers.
+            data: Their contents; those of equal length may be the rows of an array.
+            sequences: Their sequence numbers, of an array only.
         """
         if not len(data) or self._error is not None:
             return
         ticks = np.rint(times * 1e9).astype(np.int64)
-        sequences = np.broadcast_to(sequences, ticks.shape)
         channel = self._channels[topic]
         with self.lock:
-            if isinstance(data, np.ndarray) or len(set(map(len, data))) == 1:
+            if isinstance(data, np.ndarray):
                 self._writer.add_block(channel, ticks, data, sequences)
                 return
-            columns = zip(ticks.tolist(), data, sequences.tolist(), strict=True)
-            for nanoseconds, content, number in columns:
-                self._writer.add_message(channel, nanoseconds, content, nanoseconds, number)
+            for nanoseconds, content in zip(ticks.tolist(), data, strict=True):
+                self._writer.add_message(channel, nanoseconds, content, nanoseconds)
 
     def end_tick(self, nanoseconds: int) -> None:
         """Write the chunk if it is full at a simulated time [ns]."""

@@ -399,7 +399,9 @@ def tool_wrenches(wrists: np.ndarray) -> list[list[float]]:
         Force and torque in the tool frame of each tick [N, N m].
     """
     torque, force, com, tool, rotation = np.split(wrists.reshape(-1, 21), (3, 6, 9, 12), axis=1)
-    torque = torque + np.cross(com - tool, force)
+    x, y, z = (com - tool).T[:, :, None]
+    i, j, k = force.T[:, :, None]
+    torque = torque + np.hstack((y * k - z * j, z * i - x * k, x * j - y * i))  # lever x force
     R_wt = rotation.reshape(-1, 3, 3)
     in_tool = [np.einsum("nji,nj->ni", R_wt, vectors) for vectors in (force, torque)]
     return np.concatenate(in_tool, axis=1).tolist()

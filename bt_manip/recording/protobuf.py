@@ -72,10 +72,10 @@ class ControlStepTemplate:
             free: The field ``free``, which is the last one.  # (n,)
         """  # (n, bytes)
         data = np.tile(self._data, (len(steps), 1))
-        arrays = np.split(steps, len(self._starts), axis=1)
-        for start, array in zip(self._starts, arrays, strict=True):
-            numbers = np.ascontiguousarray(array, dtype="<f8").view(np.uint8)
-            data[:, start : start + numbers.shape[1]] = numbers
+        numbers = np.ascontiguousarray(steps, dtype="<f8").view(np.uint8)
+        width = numbers.shape[1] // len(self._starts)
+        for i, start in enumerate(self._starts):
+            data[:, start : start + width] = numbers[:, i * width : (i + 1) * width]
         data[:, -1] = free
         return data
 
