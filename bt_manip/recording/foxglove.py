@@ -57,7 +57,11 @@ class SceneMessages:
     """
 
     def __init__(
-        self, model: mujoco.MjModel, data: mujoco.MjData, entities: Mapping[str, Any] | None = None
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        entities: Mapping[str, Any] | None = None,
+        templates: "FrameTemplates | None" = None,
     ) -> None:
         """Read the names and the movable bodies of a model.
 
@@ -65,8 +69,10 @@ class SceneMessages:
             model: The compiled model.
             data: Its data.
             entities: The entities by name.
+            templates: Serialized frames, to share with other models.
         """
         self.scene = CellScene(model, data, entities)
+        self._templates = FrameTemplates() if templates is None else templates
         self._data, self._frames = data, self.scene.frames
         bodies = np.arange(1, model.nbody)
         movable = bodies[model.body_weldid[bodies] != 0]
@@ -75,12 +81,13 @@ class SceneMessages:
         self._movable = slice(int(first), int(last))
         self._fixed = np.setdiff1d(bodies, movable)
         self._xpos, self._xquat = data.xpos[self._movable], data.xquat[self._movable]
-        # By the length of a serialized time stamp, with the positions of the time stamps.
-        self._templates: dict[int, tuple[NumberTemplate, list[int]]] = {}
+        self._movable_frames = tuple(self._frames[self._movable])
 
     def fixed_frames(self, nanoseconds: int) -> bytes:
         """Return a serialized FrameTransforms of the bodies that cannot move."""
-        return self._transforms(self._fixed, nanoseconds).SerializeToString()
+        frames = [self._frames[body] for body in self._fixed]
+        positions, rotations = self._data.xpos[self._fixed], self._data.xquat[self._fixed]
+        return _transforms(frames, positions, rotations, nanoseconds).SerializeToString()
 
     def copy_poses(self) -> bytes:
         """Return the present poses of the other bodies, for `movable_frames`."""
@@ -103,40 +110,13 @@ class SceneMessages:
         for length, group in groupby(stamps, len):
             equal = list(group)
             end = start + len(equal)
-            template, places = self._template(times[start], length)
+            template, places = self._templates.get(self._movable_frames, times[start])
             numbers = np.frombuffer(b"".join(poses[start:end])).reshape(end - start, -1)
             data = template.serialize(numbers)
-            stamp = np.frombuffer(b"".join(equal), dtype=np.uint8).reshape(end - start, length)
-            for place in places:
-                data[:, place : place + length] = stamp
+            stamp = np.frombuffer(b"".join(equal), dtype=np.uint8).reshape(end - start, 1, length)
+            data[:, places] = stamp
             yield slice(start, end), data
             start = end
-
-    def _template(self, nanoseconds: int, length: int) -> tuple[NumberTemplate, list[int]]:
-        """Return the template of messages whose serialized time stamps have a length."""
-        if length in self._templates:
-            return self._templates[length]
-        bodies = np.arange(self._movable.start, self._movable.stop)
-
-        def build(numbers: Sequence[float]) -> FrameTransforms:
-            message = self._transforms(bodies, nanoseconds)
-            positions = np.reshape(numbers[: 3 * len(bodies)], (-1, 3)).tolist()
-            rotations = np.reshape(numbers[3 * len(bodies) :], (-1, 4)).tolist()
-            for transform, (x, y, z), (w, i, j, k) in zip(
-                message.transforms, positions, rotations, strict=True
-            ):
-                transform.translation.CopyFrom(Vector3(x=x, y=y, z=z))
-                transform.rotation.CopyFrom(Quaternion(x=i, y=j, z=k, w=w))
-            return message
-
-        template = NumberTemplate(build, 7 * len(bodies))
-        stamp = timestamp_of(nanoseconds).SerializeToString()
-        field = FrameTransform(timestamp=timestamp_of(nanoseconds)).SerializeToString()
-        found = re.finditer(re.escape(field), template.data)
-        places = [one.end() - length for one in found] if stamp else []
-        assert len(places) == len(bodies) or not stamp
-        self._templates[length] = template, places
-        return self._templates[length]
 
     def geometry(self, entity: str, nanoseconds: int) -> bytes:
         """Return a serialized SceneUpdate with the visible shapes of an entity."""
@@ -162,18 +142,61 @@ class SceneMessages:
         ]
         return {"cameras": cameras, "centre": scene.centre.tolist(), "extent": scene.extent}
 
-    def _transforms(self, bodies: np.ndarray, nanoseconds: int) -> FrameTransforms:
-        message = FrameTransforms()
-        for body in bodies.tolist():
-            pose = _pose(self._data.xpos[body], self._data.xquat[body])
-            message.transforms.add(
-                timestamp=timestamp_of(nanoseconds),
-                parent_frame_id=WORLD,
-                child_frame_id=self._frames[body],
-                translation=pose.position,
-                rotation=pose.orientation,
-            )
-        return message
+
+def _transforms(
+    frames: Sequence[str], positions: np.ndarray, rotations: np.ndarray, nanoseconds: int
+) -> FrameTransforms:
+    """Return the poses of frames in the world: positions [m], and quaternions (wxyz)."""
+    message = FrameTransforms()
+    for frame, position, rotation in zip(frames, positions, rotations, strict=True):
+        pose = _pose(position, rotation)
+        message.transforms.add(
+            timestamp=timestamp_of(nanoseconds),
+            parent_frame_id=WORLD,
+            child_frame_id=frame,
+            translation=pose.position,
+            rotation=pose.orientation,
+        )
+    return message
+
+
+class FrameTemplates:
+    """Serialized FrameTransforms, of which only numbers and time stamps are replaced.
+
+    The same frames return when objects come and go.
+    """
+
+    def __init__(self) -> None:
+        """Begin without any."""
+        self._known: dict[Any, tuple[NumberTemplate, np.ndarray]] = {}
+
+    def get(self, frames: tuple[str, ...], nanoseconds: int) -> tuple[NumberTemplate, np.ndarray]:
+        """Return the template of all positions [m] and then all quaternions (wxyz) of frames.
+
+        Args:
+            frames: Their names.
+            nanoseconds: Any time whose serialized time stamp has the length of those to come [ns].
+
+        Returns:
+            The template, and the positions of the bytes of the time stamps.  # (frames, length)
+        """
+        n, stamp = len(frames), timestamp_of(nanoseconds)
+        length = stamp.ByteSize()
+        key = frames, length
+        if key not in self._known:
+
+            def build(numbers: Sequence[float]) -> FrameTransforms:
+                positions = np.reshape(numbers[: 3 * n], (n, 3))
+                rotations = np.reshape(numbers[3 * n :], (n, 4))
+                return _transforms(frames, positions, rotations, nanoseconds)
+
+            template = NumberTemplate(build, 7 * n)
+            field = FrameTransform(timestamp=stamp).SerializeToString()
+            found = re.finditer(re.escape(field), template.data) if length else ()
+            ends = [one.end() for one in found]
+            assert len(ends) == n or not length
+            self._known[key] = template, np.array(ends, int)[:, None] + np.arange(-length, 0)
+        return self._known[key]
 
 
 def _add_shape(body: SceneEntity, shape: VisualShape) -> None:

@@ -107,9 +107,11 @@ class McapRecorder(EventStream):
         from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
         from foxglove_schemas_protobuf.Log_pb2 import Log
 
+        from bt_manip.recording.foxglove import FrameTemplates
         from bt_manip.recording.mcap_file import McapFile
 
         super().run_started(run)
+        self._templates = FrameTemplates()
         self._station = run.station
         self._scene: SceneMessages | None = None
         self._shown: dict[str, Any] = {}  # the looks of the entities, by name
@@ -147,7 +149,8 @@ class McapRecorder(EventStream):
             self._encode()
             if self._images is not None:
                 self._images.bind(self._cell)
-            self._scene = SceneMessages(self._cell.model, self._cell.data, self._cell.entities)
+            cell = self._cell
+            self._scene = SceneMessages(cell.model, cell.data, cell.entities, self._templates)
             for log in self._own_logs:
                 log.bind()
             for robot in self._robots:

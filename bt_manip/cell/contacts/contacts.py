@@ -54,7 +54,7 @@ class Contacts:
         self._views: dict[int, tuple[np.ndarray, np.ndarray]] = {}
 
     def fingerprint(self) -> bytes:
-        """Return bytes that change when the set of active contacts changes, and seldom otherwise."""
+        """Return bytes that change when the set of active contacts does, and seldom otherwise."""
         geoms, addresses = self._view()
         return geoms.tobytes() + addresses.tobytes()
 
