@@ -81,7 +81,10 @@ EXPERIMENTAL = {
         "Trajectory PathTrajectory SplinePath StraightPath time_parameterize plan_stop limit_use"
     ),
     "bt_manip.planning": "edge_is_free shortcut",
-    "bt_manip.grippers": "TwoFingerGripper two_finger_gripper GRIP_DEPTH Solid",
+    "bt_manip.grippers": (
+        "TwoFingerGripper two_finger_gripper find_fingers FoundFingers FingerTravel "
+        "GRIP_DEPTH Solid"
+    ),
     "bt_manip.grasping": ("GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE"),
     "bt_manip.robots": "GraspGenerator GraspCandidates",
     "bt_manip.control": "ControllerManager",

@@ -115,7 +115,7 @@ def solids_of(cell: Cell, name: str) -> list[Solid]:
     T_wo = cell.pose(name)
     solids = []
     for geom in collision_geoms(cell, name):
-        kind = _KINDS.get(int(model.geom_type[geom]))
+        kind = _kind(model, geom)
         if kind is None:
             continue
         mesh = int(model.geom_dataid[geom])
@@ -174,6 +174,24 @@ def surface_triangles(kind: str, size: np.ndarray) -> np.ndarray:
         ends[_RINGS + 1 :, 1] += size[1]
         arc = ends
     return _surface_of_revolution(arc)
+
+
+def geom_surface(model: mujoco.MjModel, geom: int) -> np.ndarray:
+    """Return the triangles of a collision geom's surface, in its frame [m].
+
+    A mesh is replaced by its convex hull, a round primitive by an inscribed polyhedron; planes and
+    height fields have none.
+    """  # (k, 3, 3)
+    kind = _kind(model, geom)
+    if kind is None:
+        return np.zeros((0, 3, 3))
+    if kind == "mesh":
+        return _mesh_hull(model, int(model.geom_dataid[geom]))
+    return surface_triangles(kind, np.array(model.geom_size[geom]))
+
+
+def _kind(model: mujoco.MjModel, geom: int) -> str | None:
+    return _KINDS.get(int(model.geom_type[geom]))
 
 
 def _mesh_hull(model: mujoco.MjModel, mesh: int) -> np.ndarray:

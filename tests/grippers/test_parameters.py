@@ -47,6 +47,12 @@ def test_a_file_and_python_say_the_same(read):
     assert parameters == read_parameters(described.read("arm"))
 
 
+def test_one_joint_is_enough_and_the_openings_may_be_left_to_the_model(read):
+    text = ARM.replace('"left", "right"', '"left"').replace("open_width = 0.08\n", "")
+    parameters = read_parameters(read(text).read("arm"))
+    assert parameters.joints == ("left",) and parameters.open_width is None
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -54,8 +60,13 @@ def test_a_file_and_python_say_the_same(read):
             ARM + "max_forze = 3\n",
             "arm.toml:16: key 'gripper.max_forze' means nothing; did you mean 'max_force'",
         ),
-        (ARM.replace('"left", "right"', '"left"'), "'gripper.joints' names two"),
-        (ARM.replace("open_width = 0.08\n", ""), "'gripper.open_width' is missing: a number"),
+        (ARM.replace('"left", "right"', ""), "'gripper.joints' names one joint or two"),
+        (ARM.replace('"one", "two"', '"one"'), "'gripper.fingers' names two bodies, got 1"),
+        (
+            ARM.replace('"left", "right"', '"left", "left"'),
+            "'gripper.joints' names 'left' twice; name it once if it moves both",
+        ),
+        (ARM.replace('"one", "two"', '"one", "one"'), "'gripper.fingers' names 'one' twice"),
         (ARM + "[gripper.pads]\nsolrf = [0.01]\n", "'gripper.pads.solrf' means nothing"),
     ],
 )
@@ -66,7 +77,7 @@ def test_what_is_wrong_is_said_with_its_file_and_key(read, text, message):
 
 def test_what_is_wrong_in_python_is_said_with_its_robot():
     gripper = two_finger_gripper(
-        joints=("one",), fingers=("a", "b"), open_width=0.1, max_speed=1.0, max_force=1.0
+        joints=(), fingers=("a", "b"), open_width=0.1, max_speed=1.0, max_force=1.0
     )
-    with pytest.raises(RobotError, match="robot 'arm': key 'gripper.joints' names two"):
+    with pytest.raises(RobotError, match="robot 'arm': key 'gripper.joints' names one"):
         read_parameters(gripper.read("arm"))

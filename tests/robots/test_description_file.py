@@ -126,7 +126,7 @@ def test_all_wrong_keys_are_said_at_once_each_with_its_line(read):
 
 
 def test_wrong_keys_of_the_gripper_are_said_at_once(read, tmp_path):
-    wrong = GRIPPER.replace('["left", "right"]', '["left"]').replace("0.08", "0.0")
+    wrong = GRIPPER.replace('["left", "right"]', '["left", "left"]').replace("0.08", "0.0")
     read(LEAST + wrong + "colour = 1\n")
     gripper = read_gripper(tmp_path / "arm.toml")
     with pytest.raises(RobotError) as error:

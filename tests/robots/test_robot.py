@@ -140,8 +140,8 @@ def test_effort_that_nothing_bounds_is_asked_for(servo, tmp_path):
         (
             dict(
                 gripper=two_finger_gripper(
-                    joints=("finger", "finger"),
-                    fingers=("lower", "lower"),
+                    joints=("finger",),
+                    fingers=("lower", "upper"),
                     open_width=0.1,
                     max_speed=1.0,
                     max_force=1.0,

@@ -121,15 +121,27 @@ def test_a_body_can_be_the_mount_and_a_site_the_tool(description):
     turned = dataclasses.replace(
         turned, tool_frame="end", T_ft=pin.SE3.Identity(), T_rb=pin.SE3.Identity()
     )
-    robot = Robot(turned, gripper=TwoFingerGripper)
+    robot = Robot(turned)
     compile_alone(robot)
     assert np.allclose(robot.tool_pose.translation, (0.4, 0.0, 0.5), atol=1e-9)
     palm = robot.mj_data.body("pincers/palm").xpos
     assert np.allclose(palm, (0.4, 0.0, 0.5), atol=1e-9)
 
 
-def test_two_motors_may_move_two_linkages(description):
-    robot = Robot(changed(description, motor=None), gripper=TwoFingerGripper)
+def pincers(tmp_path, old, new):
+    """Write the gripper's model with something replaced; give its path."""
+    model = (FILE.parent / "pincers.xml").read_text()
+    assert old in model
+    (tmp_path / "pincers.xml").write_text(model.replace(old, new))
+    return str(tmp_path / "pincers.xml")
+
+
+COUPLING = '<joint joint1="left_driver" joint2="right_driver" solref="0.004 1"/>'
+
+
+def test_two_motors_may_move_two_linkages(description, tmp_path):
+    model = pincers(tmp_path, COUPLING, "")
+    robot = Robot(changed(description, model=model, motor=None), gripper=TwoFingerGripper)
     assert len(robot.gripper.mechanism.actuators) == 2
     assert robot.gripper.mechanism.actuators[0].forcerange[1] == pytest.approx(
         1.2 * 40.0 * CRANK, rel=0.02
@@ -143,6 +155,7 @@ def test_two_motors_may_move_two_linkages(description):
         ({"joints": ["left_drive", "right_driver"]}, "no joint 'left_drive'; did you mean 'left_"),
         ({"fingers": ["left_finger", "left"]}, "no body 'left'"),
         ({"motor": "bot"}, "no joint 'bot'"),
+        ({"open_width": 0.11}, "open_width is 110.0 mm, but .* open to 100.0 mm"),
         ({"model": "nowhere.xml"}, "no model file nowhere.xml"),
         (
             {"fingers": ["left_crank", "right_crank"]},
@@ -156,14 +169,25 @@ def test_what_does_not_fit_is_said(description, changes, message):
 
 
 def test_a_joint_that_leaves_the_fingers_where_they_are_is_no_gripper_joint(description, tmp_path):
-    model = (FILE.parent / "pincers.xml").read_text()
-    alone = model.replace('<geom class="crank"/>', '<geom class="crank"/><geom class="face"/>')
-    (tmp_path / "alone.xml").write_text(alone)
-    cranks = changed(
-        description, model=str(tmp_path / "alone.xml"), fingers=["palm", "palm"], motor=None
-    )
-    with pytest.raises(RobotError, match="'pincers/left_driver' does not open and close"):
-        Robot(cranks, gripper=TwoFingerGripper)
+    old = '<joint name="left_driver" class="driver"/>\n        <geom class="crank"/>'
+    spare = '<body name="spare"><joint name="spare" class="driver"/><geom class="crank"/></body>'
+    model = pincers(tmp_path, old, f"{old}{spare}")
+    spare = changed(description, model=model, joints=["spare"], motor="spare")
+    with pytest.raises(RobotError, match="'pincers/spare' does not open and close"):
+        Robot(spare, gripper=TwoFingerGripper)
+
+
+def test_one_motor_for_fingers_that_nothing_couples_is_refused(description, tmp_path):
+    alone = changed(description, model=pincers(tmp_path, COUPLING, ""))
+    with pytest.raises(RobotError, match="nothing in the model couples joint .*right_driver"):
+        Robot(alone, gripper=TwoFingerGripper)
+
+
+def test_the_motor_of_coupled_fingers_is_found(description, robot):
+    found = Robot(changed(description, motor=None), gripper=TwoFingerGripper).gripper.mechanism
+    (motor,), (described,) = found.actuators, robot.gripper.mechanism.actuators
+    assert motor.tendon.name == "both"
+    assert np.array_equal(motor.forcerange, described.forcerange)
 
 
 def test_descriptions_can_be_compared_and_copied(description):

@@ -1,58 +1,81 @@
 """Travel of the fingers of a gripper as a function of its joints."""
 
-import copy
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
+import pinocchio as pin
 
 from bt_manip.robots import RobotError
 
-from .parameters import TwoFingerParameters
+from .finger_bench import STOPS, FingerBench, FingerSurface, Settled, relative_motion
 
 _TENDON = int(mujoco.mjtObj.mjOBJ_TENDON)
 _SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
 
-_STOPS = 17  # measured positions of the joint
-_STEPS = 150  # maximum number of simulation steps of 1 ms for each position
-_STILL = 2e-3  # [rad/s] or [m/s] below which a joint counts as settled
-_POLE = 250.0  # [rad/s] of the loop that moves the joint to each position
-_HEAVY = 1e4  # [kg m2] armature that freezes the arm; larger values harm the solver's accuracy
-_DEGREE = 5  # of the fitted polynomial
-_RESIDUAL = 3e-4  # [m] maximum error of the fitted travel
+_DEGREES = (1, 5, 7)  # of the fitted polynomials: the first that is accurate
+_ACCURATE = 2e-5  # [m] error of the fitted travel
+_RESIDUAL = 1e-3  # [m] the same, at most
+_SYMMETRIC = 3e-4  # [m] offset of a slide from its distance from the centre that is neglected
+_DIGITS = 9  # of the closing direction
+_CENTRED = 1e-3  # [m] maximum distance of the pads' centre from the tool, up to which it is zero
+_MIN_TRAVEL = 1e-3  # [m] of the opening
+_MOVES = 1e-6  # [m] or [rad] motion of a joint above which it moves with the fingers
+_FIXED = 0.1  # share of the opening's travel up to which a finger is fixed
+_ACCURATE_EFFORT = 0.01  # share of the largest effort against springs
+_NO_EFFORT = 1e-4  # [N] or [N m] up to which springs are negligible
+_MARGIN = 1.2  # of the motors' efforts, for friction
 
 
 @dataclass(frozen=True, eq=False)
 class FingerTravel:
-    """Travel of two symmetric fingers as a function of their joints.
+    """Travel of two fingers as a function of their joints.
 
-    The distance s of a finger from the centre is half the opening. By the principle of virtual
-    work, a force of 1 N at the finger requires an effort of ds/dq at the joint.
+    The opening is the distance between the fingers along their relative motion, near the plane
+    through the tool centre point that is orthogonal to the approach direction. Each finger has a
+    distance s from the centre; the opening is the sum of both. Fingers of one motor have half the
+    opening each, also if only one of them moves. By the principle of virtual work, a force of 1 N
+    at the finger requires an effort of ds/dq at the joint.
 
     Attributes:
         open_width: Maximum opening [m].
         min_width: Minimum opening [m].
-        polynomials: Coefficients of s(q) for each finger, the constant first.  # (2, n)
+        polynomials: Coefficients of s(q) for each finger, the constant first.
+        holding: Coefficients of each motor's effort against springs as a function of q.
         ratios: Velocity of each finger's joint per velocity of the motor.  # (2,)
         mass: Effective mass of one finger along s [kg]; 0 to read it from the joint.
         loss: Viscous friction of one finger, along s [N s/m].
+        friction: Dry friction of one finger, along s [N].
         joints: Names of all joints that move with the fingers.
         widths: Openings at which `positions` were measured, increasing [m].  # (m,)
         positions: Positions of the joints at `widths`.  # (m, len(joints))
-        columns: Indices of the two finger joints in `joints`.
+        columns: Indices of the joints of the two fingers in `joints`.
+        closing: Direction from the second to the first finger in the tool frame; unit.  # (3,)
+        centre: Coordinate along `closing` of the midpoint between the fingers in the tool frame, at
+            zero opening [m], and its change per opening: 0.5 if the second finger is fixed.
     """
 
     open_width: float
     min_width: float
-    polynomials: np.ndarray
+    polynomials: tuple[np.ndarray, np.ndarray]
+    holding: tuple[np.ndarray, np.ndarray]
     ratios: np.ndarray
     mass: float
     loss: float
+    friction: float
     joints: tuple[str, ...]
     widths: np.ndarray
     positions: np.ndarray
-    columns: tuple[int, ...]
+    columns: tuple[int, int]
+    closing: np.ndarray
+    centre: tuple[float, float]
+
+    @property
+    def one_moves(self) -> bool:
+        """Whether the second finger is fixed."""
+        return self.centre[1] != 0.0
 
     def configuration(self, width: float) -> np.ndarray:
         """Return the positions of all moving joints at an opening [m]."""  # (len(joints),)
@@ -67,182 +90,387 @@ class FingerTravel:
             force: Force of each finger [N].
             together: Whether one motor moves both.
         """
-        steepest = []
-        for finger, ratio in enumerate(self.ratios):
-            slope = np.polynomial.Polynomial(self.polynomials[finger]).deriv()
-            column = self.positions[:, self.columns[finger]]
-            steepest.append(1.2 * force * float(np.abs(slope(column) * ratio).max()))
-        return [sum(steepest)] if together else steepest
+        efforts = [_MARGIN * force * steepest for steepest in self._steepest()]
+        springs = [
+            float(np.abs(np.polynomial.Polynomial(p)(self.positions[:, c])).max())
+            for p, c in zip(self.holding, self.columns, strict=True)
+        ]
+        if together:
+            return [sum(efforts) + springs[0]]
+        return [effort + spring for effort, spring in zip(efforts, springs, strict=True)]
+
+    def force(self, effort: float, *, together: bool) -> float:
+        """Return the force of each finger that motors of an effort exert everywhere [N]."""
+        zero = self.efforts(0.0, together=together)[0]
+        one = self.efforts(1.0, together=together)
+        return max(effort - zero, 0.0) / (max(one) - zero)
+
+    def _steepest(self) -> list[float]:
+        """Return each motor's maximum effort for a force of 1 N of its finger."""
+        found = []
+        for polynomial, ratio, column in zip(
+            self.polynomials, self.ratios, self.columns, strict=True
+        ):
+            slope = np.polynomial.Polynomial(polynomial).deriv()
+            found.append(float(np.abs(slope(self.positions[:, column]) * ratio).max()))
+        return found
 
 
-def direct_travel(gripper: TwoFingerParameters, joints: Sequence[str]) -> FingerTravel:
-    """Return the travel of fingers on slides, whose positions are distances from the centre."""
-    widths = np.array([gripper.min_width, gripper.open_width])
-    return FingerTravel(
-        open_width=gripper.open_width,
-        min_width=gripper.min_width,
-        polynomials=np.array([[0.0, 1.0]] * len(joints)),
-        ratios=np.ones(len(joints)),
-        mass=0.0,
-        loss=0.0,
-        joints=tuple(joints),
-        widths=widths,
-        positions=np.repeat(widths[:, None] / len(joints), len(joints), axis=1),
-        columns=tuple(range(len(joints))),
-    )
+class FingerNames(NamedTuple):
+    """Full names of a gripper's parts in the compiled model.
+
+    Attributes:
+        joints: The joints that the fingers follow: one for each, or one for both.
+        fingers: The finger bodies.
+        motor: The joint or tendon moved by the only motor; None for a motor for each joint.
+    """
+
+    joints: tuple[str, ...]
+    fingers: tuple[str, str]
+    motor: str | None
 
 
-def is_direct(
-    mj_model: mujoco.MjModel, gripper: TwoFingerParameters, joints: Sequence[str]
-) -> bool:
-    """Return whether each finger is a slide with its own motor."""
-    kinds = [int(mj_model.jnt_type[mj_model.joint(name).id]) for name in joints]
-    return gripper.motor is None and all(kind == _SLIDE for kind in kinds)
+class _Course(NamedTuple):
+    """Positions of a mechanism from closed to open.
+
+    Attributes:
+        qpos: Positions of all joints.  # (m, nq)
+        spring: Spring efforts.  # (m, nv)
+        lengths: Position of the motor's joint or tendon.  # (m,)
+        faces: Coordinates of both fingers' inner faces along the closing direction [m].  # (m, 2)
+    """
+
+    qpos: np.ndarray
+    spring: np.ndarray
+    lengths: np.ndarray
+    faces: np.ndarray
 
 
 def measure_travel(
     mj_model: mujoco.MjModel,
-    gripper: TwoFingerParameters,
+    names: FingerNames,
     *,
-    joints: Sequence[str],
-    fingers: Sequence[str],
-    motor: str | None,
     arm_joints: Sequence[str],
+    tool_body: str,
+    T_bt: pin.SE3,
     where: str,
 ) -> FingerTravel:
-    """Measure the travel of the fingers by simulating the gripper over its range without load.
-
-    The simulation includes closed loops and springs; gravity, contacts and actuators are disabled
-    and the arm is frozen. The opening is the minimum distance between the collision geoms of the
-    two fingers.
+    """Measure the travel of two fingers by moving the gripper over its range without load.
 
     Args:
         mj_model: The robot, compiled on its own; it is not changed.
-        gripper: Parameters of the gripper.
-        joints: Full names of the joints that move the two fingers.
-        fingers: Full names of the finger bodies.
-        motor: Full name of the joint or tendon moved by a motor for both fingers; None for one
-            motor per joint.
+        names: The gripper's joints, fingers and motor.
         arm_joints: Full names of the arm's joints.
+        tool_body: Full name of the body that carries the tool.
+        T_bt: Pose of the tool in that body; its z axis is the approach direction.
         where: Name of the robot, for messages.
 
     Raises:
         RobotError: If the joints have no range, do not move the fingers, or move them so that one
             opening has several positions.
     """
-    model, data = _bench(mj_model, arm_joints)
-    ids = [model.joint(name).id for name in joints]
-    unlimited = [n for n, j in zip(joints, ids, strict=True) if not model.jnt_limited[j]]
+    bench = FingerBench(mj_model, arm_joints)
+    model = bench.model
+    joints = [int(model.joint(name).id) for name in names.joints]
+    unlimited = [n for n, j in zip(names.joints, joints, strict=True) if not model.jnt_limited[j]]
     if unlimited:
         raise RobotError(f"{where}: gripper joints without a range: {', '.join(unlimited)}")
-    frozen = {model.joint(name).id for name in arm_joints}
-    moving = [j for j in range(model.njnt) if j not in frozen]
-    at_q, at_v = model.jnt_qposadr[moving], model.jnt_dofadr[moving]
-    shapes = [_shapes(model, name, where) for name in fingers]
-    driven = ids[:1] if motor is not None else ids
-
-    positions, widths, lengths = [], [], []
-    for share in np.linspace(0.0, 1.0, _STOPS):
-        _go_to(model, data, driven, share)
-        positions.append(data.qpos[at_q].copy())
-        lengths.append(_length(model, data, motor))
-        widths.append(
-            min(
-                mujoco.mj_geomDistance(model, data, a, b, 1.0, None)
-                for a in shapes[0]
-                for b in shapes[1]
-            )
-        )
-    order = np.argsort(widths, kind="stable")
-    opening, q = np.array(widths)[order], np.array(positions)[order]
-    steps = np.diff(np.array(widths))
-    if opening[-1] - opening[0] < 1e-3 or not ((steps > 0).all() or (steps < 0).all()):
+    outside = [n for n, j in zip(names.joints, joints, strict=True) if j not in bench.joints]
+    if outside:
         raise RobotError(
-            f"{where}: joint '{joints[0]}' does not open and close the fingers "
-            f"{' and '.join(gripper.fingers)}: their distance goes from {1e3 * widths[0]:.1f} to "
-            f"{1e3 * widths[-1]:.1f} mm over its range"
+            f"{where}: {', '.join(outside)} is no gripper joint: it does not move beyond the arm's "
+            f"last joint, '{arm_joints[-1]}'"
         )
-    columns = [moving.index(j) for j in ids]
-    polynomials = np.array([_fit(q[:, c], 0.5 * opening, where) for c in columns])
-    ratios = np.ones(len(ids))
-    if motor is not None:
-        ratios = np.array([np.polyfit(np.array(lengths)[order], q[:, c], 1)[0] for c in columns])
-    middle = _STOPS // 2
-    dq = (q[middle + 1] - q[middle - 1]) / (0.5 * (opening[middle + 1] - opening[middle - 1]))
-    data.qpos[at_q] = q[middle]
+    surfaces = [FingerSurface(model, int(model.body(name).id)) for name in names.fingers]
+    tool = int(model.body(tool_body).id)
+    if names.motor is None and len(joints) == 2:
+        sweeps = [bench.sweep(joints[0], joints[1:]), bench.sweep(joints[1], joints[:1])]
+    else:
+        sweeps = [bench.sweep(joints[0])] * 2
+    # Of each finger, in the tool frame: (stops, points), from the sweep that moves it.
+    poses = [
+        [(stop.bodies[tool] * T_bt).inverse() * stop.bodies[surface.body] for stop in sweep]
+        for surface, sweep in zip(surfaces, sweeps, strict=True)
+    ]
+    sections = [
+        [surface.section(T) for T in column]
+        for surface, column in zip(surfaces, poses, strict=True)
+    ]
+    for name, surface, column, crossing in zip(
+        names.fingers, surfaces, poses, sections, strict=True
+    ):
+        if not any(len(points) for points in crossing):
+            raise RobotError(_beside(surface, name, column, where))
+    closing = _closing(poses, sections)
+    faces = np.full((len(sweeps[0]), 2), np.nan)
+    for i, (first, second) in enumerate(zip(*sections, strict=True)):
+        faces[i, 0] = (first @ closing).min() if len(first) else np.nan
+        faces[i, 1] = (second @ closing).max() if len(second) else np.nan
+    motor = _Motor(model, names.motor)
+    if sweeps[0] is sweeps[1]:
+        course = _course(sweeps[0], faces, faces[:, 0] - faces[:, 1], motor)
+        return _coupled(bench, course, joints, names, closing, where)
+    courses = [
+        _course(sweeps[0], faces, faces[:, 0], motor),
+        _course(sweeps[1], faces, -faces[:, 1], motor),
+    ]
+    return _independent(bench, courses, joints, names, closing, where)
+
+
+class _Motor:
+    """Position of the joint, or length of the tendon, that a motor moves."""
+
+    def __init__(self, model: mujoco.MjModel, name: str | None) -> None:
+        self._tendon = self._qpos = -1
+        if name is not None:
+            self._tendon = mujoco.mj_name2id(model, _TENDON, name)
+            if self._tendon < 0:
+                self._qpos = int(model.jnt_qposadr[model.joint(name).id])
+
+    def length(self, stop: Settled) -> float:
+        if self._tendon >= 0:
+            return float(stop.tendons[self._tendon])
+        return float(stop.qpos[self._qpos]) if self._qpos >= 0 else 0.0
+
+
+def _beside(surface: FingerSurface, name: str, poses: Sequence[pin.SE3], where: str) -> str:
+    heights = np.concatenate([surface.points(T) for T in poses])[:, 2]
+    if not len(heights):
+        return f"{where}: finger '{name}' has no geom that collides"
+    ahead = heights.max() < 0.0
+    distance = -heights.max() if ahead else heights.min()
+    return (
+        f"{where}: the tool frame is not between the fingers: along its z axis, '{name}' is "
+        f"{1e3 * distance:.1f} mm {'behind' if ahead else 'beyond'} it"
+    )
+
+
+def _closing(
+    poses: Sequence[Sequence[pin.SE3]], sections: Sequence[Sequence[np.ndarray]]
+) -> np.ndarray:
+    """Return the direction from the second to the first finger, along their relative motion."""
+    first, second = (relative_motion(column, np.zeros(3))[:2] for column in poses)
+    axis = first + np.sign(first @ second) * second
+    length = float(np.linalg.norm(axis))
+    if length == 0.0:
+        return np.array([1.0, 0.0, 0.0])
+    centres = [np.concatenate(column).mean(axis=0)[:2] for column in sections]
+    sign = 1.0 if axis @ (centres[0] - centres[1]) > 0.0 else -1.0
+    return np.array([*np.round(sign * axis / length, _DIGITS), 0.0]) + 0.0
+
+
+def _course(
+    sweep: Sequence[Settled], faces: np.ndarray, travel: np.ndarray, motor: _Motor
+) -> _Course:
+    """Return the longest part of a sweep in which the travel changes monotonically, from closed."""
+    best = (0, 1)
+    steps = np.diff(travel)
+    for sign in (1.0, -1.0):
+        start = 0
+        for i, step in enumerate(np.append(steps, np.nan)):
+            if not sign * step > 0.0:
+                if i - start >= best[1] - best[0]:
+                    best = (start, i + 1)
+                start = i + 1
+    rows = list(range(*best))
+    if travel[rows[-1]] < travel[rows[0]]:
+        rows = rows[::-1]
+    return _Course(
+        np.array([sweep[i].qpos for i in rows]),
+        np.array([sweep[i].spring for i in rows]),
+        np.array([motor.length(sweep[i]) for i in rows]),
+        faces[rows],
+    )
+
+
+def _coupled(
+    bench: FingerBench,
+    course: _Course,
+    joints: list[int],
+    names: FingerNames,
+    closing: np.ndarray,
+    where: str,
+) -> FingerTravel:
+    """Return the travel of fingers that one motor moves."""
+    model = bench.model
+    opening = course.faces[:, 0] - course.faces[:, 1]
+    _check_opening(opening, names, where)
+    own = [joints[0], joints[-1]]
+    q = course.qpos[:, model.jnt_qposadr[own]]
+    if np.ptp(q[:, 1]) < 1e-6:
+        raise RobotError(
+            f"{where}: one motor moves both fingers, but nothing in the model couples joint "
+            f"'{names.joints[1]}' to '{names.joints[0]}'; an equality does, or leave out 'motor'"
+        )
+    s = 0.5 * opening
+    ratios = np.ones(2)
+    if np.ptp(course.lengths) > 0.0:
+        ratios = np.array([np.polyfit(course.lengths, column, 1)[0] for column in q.T])
+    work = _spring_work(bench, course, q[:, 0]) * ratios[0]
+    fixed = np.ptp(course.faces[:, 1]) < _FIXED * np.ptp(opening)
+    slope = 0.5 if fixed else 0.0
+    offset = float((course.faces.mean(axis=1) - slope * opening).mean())
+    return _travel(
+        bench,
+        opening,
+        course.qpos,
+        own,
+        (_fit(q[:, 0], s, where), _fit(q[:, 1], s, where)),
+        (work, np.zeros(1)),
+        ratios,
+        closing,
+        (offset if fixed or abs(offset) > _CENTRED else 0.0, slope),
+    )
+
+
+def _independent(
+    bench: FingerBench,
+    courses: Sequence[_Course],
+    joints: list[int],
+    names: FingerNames,
+    closing: np.ndarray,
+    where: str,
+) -> FingerTravel:
+    """Return the travel of fingers with a motor each."""
+    model = bench.model
+    first, second = courses[0].faces[:, 0], courses[1].faces[:, 1]
+    for face, i in ((first, 0), (-second, 1)):
+        _check_opening(face, names, where, i)
+    centre = 0.5 * float(first[0] + second[0])
+    s = [first - centre, centre - second]
+    qs = [c.qpos[:, model.jnt_qposadr[j]] for c, j in zip(courses, joints, strict=True)]
+    holding = [_spring_work(bench, c, q) for c, q in zip(courses, qs, strict=True)]
+    slides = [_slide(model, j, q, t) for j, q, t in zip(joints, qs, s, strict=True)]
+    direct = None not in slides and not any(work.any() for work in holding)
+    if direct:
+        polynomials = [np.array(slide) for slide in slides]
+        ends = np.sort(
+            [p[0] + p[1] * model.jnt_range[j] for p, j in zip(polynomials, joints, strict=True)]
+        )
+        grid = np.array([ends[:, 0].max(), ends[:, 1].min()])
+        columns = [(grid - p[0]) / p[1] for p in polynomials]
+    else:
+        polynomials = [_fit(q, t, where) for q, t in zip(qs, s, strict=True)]
+        grid = np.linspace(max(t[0] for t in s), min(t[-1] for t in s), STOPS)
+    qpos = np.repeat(courses[0].qpos[:1], len(grid), axis=0)
+    for course, t, joint in zip(courses, s, joints, strict=True):
+        for moved in bench.coupled(joint):
+            column = model.jnt_qposadr[moved]
+            qpos[:, column] = np.interp(grid, t, course.qpos[:, column])
+    if direct:
+        qpos[:, model.jnt_qposadr[joints]] = np.transpose(columns)
+    travel = _travel(
+        bench,
+        2.0 * grid,
+        qpos,
+        joints,
+        (polynomials[0], polynomials[1]),
+        (holding[0], holding[1]),
+        np.ones(2),
+        closing,
+        (centre if abs(centre) > _CENTRED else 0.0, 0.0),
+    )
+    return replace(travel, mass=0.0) if direct else travel
+
+
+def _travel(
+    bench: FingerBench,
+    widths: np.ndarray,
+    qpos: np.ndarray,
+    own: Sequence[int],
+    polynomials: tuple[np.ndarray, np.ndarray],
+    holding: tuple[np.ndarray, np.ndarray],
+    ratios: np.ndarray,
+    closing: np.ndarray,
+    centre: tuple[float, float],
+) -> FingerTravel:
+    """Return the travel with its mass and friction, half way."""
+    model = bench.model
+    moving = [j for j in bench.joints if np.ptp(qpos[:, model.jnt_qposadr[j]]) > _MOVES]
+    at_q, at_v = model.jnt_qposadr[moving], model.jnt_dofadr[moving]
+    middle = len(widths) // 2
+    before, after = max(middle - 1, 0), min(middle + 1, len(widths) - 1)
+    q = qpos[:, at_q]
+    dq = (q[after] - q[before]) / (0.5 * (widths[after] - widths[before]))
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos[middle]
     mujoco.mj_forward(model, data)
     full = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, full)
     return FingerTravel(
-        open_width=min(gripper.open_width, float(opening[-1])),
-        min_width=max(gripper.min_width, float(opening[0])),
+        open_width=float(widths[-1]),
+        min_width=max(float(widths[0]), 0.0),
         polynomials=polynomials,
+        holding=holding,
         ratios=ratios,
         mass=0.5 * float(dq @ full[np.ix_(at_v, at_v)] @ dq),
-        loss=0.5 * float(dq @ (mj_model.dof_damping[at_v] * dq)),
+        loss=0.5 * float(dq @ (model.dof_damping[at_v] * dq)),
+        friction=0.5 * float(bench.frictionloss[at_v] @ np.abs(dq)),
         joints=tuple(model.joint(j).name for j in moving),
-        widths=opening,
+        widths=widths,
         positions=q,
-        columns=tuple(columns),
+        columns=(moving.index(own[0]), moving.index(own[1])),
+        closing=closing,
+        centre=centre,
     )
 
 
-def _bench(
-    mj_model: mujoco.MjModel, arm_joints: Sequence[str]
-) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """Return a copy of the model in which only the gripper's mechanism moves, and its data."""
-    model = copy.copy(mj_model)
-    model.opt.timestep = 1e-3
-    model.opt.gravity[:] = 0.0
-    off = mujoco.mjtDisableBit
-    model.opt.disableflags |= int(off.mjDSBL_CONTACT) | int(off.mjDSBL_ACTUATION)
-    model.dof_frictionloss[:] = 0.0
-    frozen = [model.jnt_dofadr[model.joint(name).id] for name in arm_joints]
-    model.dof_armature[frozen] += _HEAVY
-    return model, mujoco.MjData(model)
+def _check_opening(
+    opening: np.ndarray, names: FingerNames, where: str, finger: int | None = None
+) -> None:
+    if len(opening) < 4 or np.ptp(opening) < _MIN_TRAVEL:
+        joint = names.joints[finger or 0]
+        moved = (
+            "the fingers " + " and ".join(names.fingers)
+            if finger is None
+            else (f"finger {names.fingers[finger]}")
+        )
+        raise RobotError(
+            f"{where}: joint '{joint}' does not open and close {moved}: over its range, they move "
+            f"by {1e3 * np.ptp(opening):.1f} mm where the tool is"
+        )
 
 
-def _go_to(model: mujoco.MjModel, data: mujoco.MjData, joints: Sequence[int], share: float) -> None:
-    """Move joints to a fraction of their range and simulate until the mechanism settles."""
-    lower, upper = model.jnt_range[joints].T
-    target = lower + share * (upper - lower)
-    at_q, at_v = model.jnt_qposadr[joints], model.jnt_dofadr[joints]
-    for i in range(_STEPS):
-        inertia = np.maximum(model.dof_M0[at_v], 1e-3)
-        pull = _POLE**2 * (target - data.qpos[at_q]) - 2.0 * _POLE * data.qvel[at_v]
-        data.qfrc_applied[at_v] = inertia * pull
-        mujoco.mj_step(model, data)
-        if i > 20 and np.abs(data.qvel).max() < _STILL:
-            break
-    mujoco.mj_forward(model, data)
+def _slide(
+    model: mujoco.MjModel, joint: int, q: np.ndarray, s: np.ndarray
+) -> tuple[float, float] | None:
+    """Return offset and sign of a slide that moves its finger straight; None for another joint."""
+    sign = float(np.sign(s[-1] - s[0]) * np.sign(q[-1] - q[0]))
+    offset = s - sign * q
+    if int(model.jnt_type[joint]) != _SLIDE or np.ptp(offset) > _SYMMETRIC:
+        return None
+    mean = float(offset.mean())
+    return (mean if abs(mean) > _SYMMETRIC else 0.0, sign)
 
 
-def _length(model: mujoco.MjModel, data: mujoco.MjData, motor: str | None) -> float:
-    """Return the position of the joint, or the length of the tendon, that the motor moves."""
-    if motor is None:
-        return 0.0
-    tendon = mujoco.mj_name2id(model, _TENDON, motor)
-    if tendon >= 0:
-        return float(data.ten_length[tendon])
-    return float(data.qpos[model.jnt_qposadr[model.joint(motor).id]])
-
-
-def _shapes(model: mujoco.MjModel, finger: str, where: str) -> list[int]:
-    body = model.body(finger).id
-    collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-    shapes = [int(g) for g in np.flatnonzero((model.geom_bodyid == body) & collides)]
-    if not shapes:
-        raise RobotError(f"{where}: finger '{finger}' has no geom that collides")
-    return shapes
+def _spring_work(bench: FingerBench, course: _Course, q: np.ndarray) -> np.ndarray:
+    """Fit the effort at a joint that balances the springs, by the principle of virtual work."""
+    model = bench.model
+    at_q, at_v = model.jnt_qposadr[bench.joints], model.jnt_dofadr[bench.joints]
+    rates = np.gradient(course.qpos[:, at_q], q, axis=0)
+    effort = -(course.spring[:, at_v] * rates).sum(axis=1)
+    largest = float(np.abs(effort).max())
+    return (
+        _polynomial(q, effort, _ACCURATE_EFFORT * largest) if largest > _NO_EFFORT else np.zeros(1)
+    )
 
 
 def _fit(q: np.ndarray, s: np.ndarray, where: str) -> np.ndarray:
     """Fit a polynomial to the travel s(q) of a finger [m]."""
-    polynomial = np.polynomial.Polynomial.fit(q, s, _DEGREE).convert()
-    residual = float(np.abs(polynomial(q) - s).max())
+    coefficients = _polynomial(q, s, _ACCURATE)
+    residual = float(np.abs(np.polynomial.polynomial.polyval(q, coefficients) - s).max())
     if residual > _RESIDUAL:
         raise RobotError(
-            f"{where}: the way of a finger is no smooth function of its joint: it differs by "
-            f"{1e3 * residual:.2f} mm from a polynomial of degree {_DEGREE}"
+            f"{where}: the travel of a finger is no smooth function of its joint: it differs by "
+            f"{1e3 * residual:.2f} mm from a polynomial of degree {_DEGREES[-1]}"
         )
+    return coefficients
+
+
+def _polynomial(x: np.ndarray, y: np.ndarray, accuracy: float) -> np.ndarray:
+    """Return the coefficients of the simplest polynomial of an accuracy, the constant first."""
+    for degree in _DEGREES:
+        polynomial = np.polynomial.Polynomial.fit(x, y, min(degree, len(x) - 1)).convert()
+        if np.abs(polynomial(x) - y).max() < accuracy:
+            break
     return polynomial.coef

@@ -51,9 +51,7 @@ def measure_hand(
     fingers, travel = mechanism.geoms, mechanism.travel
     boxes = {geom: _corners(model, geom, T) for geom, T in placed.items()}
     first, second = (np.concatenate([boxes[g] for g in geoms]) for geoms in fingers)
-    between = 0.5 * (second.min(0) + second.max(0) - first.min(0) - first.max(0))
-    between[2] = 0.0
-    closing = -between / np.linalg.norm(between)
+    closing = travel.closing
     both = np.concatenate([first, second])
     tips = both[both[:, 2] > both[:, 2].max() - 0.02]
     across = np.cross([0.0, 0.0, 1.0], closing)

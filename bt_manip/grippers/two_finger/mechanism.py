@@ -1,17 +1,23 @@
 """The joints, fingers and motors of a gripper in its robot's model."""
 
 import copy
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import mujoco
 import numpy as np
+import pinocchio as pin
 
+from bt_manip import spatial
 from bt_manip.cell import escaped_name
-from bt_manip.robots import Robot, effort_limit, ensure_motors
+from bt_manip.robots import Robot, RobotError, effort_limit, ensure_motors
 
-from .finger_travel import FingerTravel, direct_travel, is_direct, measure_travel
+from .finger_bench import FingerBench, collision_geoms_of
+from .finger_travel import FingerNames, FingerTravel, measure_travel
 from .parameters import PadParameters, TwoFingerParameters
 
+_TOLERANCE = 2e-3  # [m] of a described opening
 _SOLMIX = 1e6  # weight of the fingers' contact parameters; that of other geoms is 1
 
 
@@ -22,8 +28,8 @@ class Mechanism:
         fingers: The finger bodies, as PyMJCF elements.
         travel: Travel of the fingers as a function of their joints.
         actuators: The motors: one for each joint, or one for both.
-        qpos_adr: Addresses of the two joints in ``qpos``, once compiled.  # (2,)
-        dof_adr: Addresses of the two joints in ``qvel``, once compiled.  # (2,)
+        qpos_adr: Addresses of the fingers' joints in ``qpos``, once compiled.  # (2,)
+        dof_adr: Addresses of the fingers' joints in ``qvel``, once compiled.  # (2,)
         ctrl_adr: Addresses of the motors in ``ctrl``, once compiled.
         geoms: Ids of each finger's collision geoms, once compiled.
     """
@@ -43,30 +49,53 @@ class Mechanism:
         self.joints = [robot.find("joint", name) for name in parameters.joints]
         self.fingers = [robot.find("body", name) for name in parameters.fingers]
         self._robot, alone = robot, robot.alone
-        motor = None
-        if parameters.motor is not None:
+        if parameters.motor is None:
+            motor = self._find_motor()
+        else:
             tendon = robot.gripper_root.find("tendon", escaped_name(parameters.motor))
             motor = tendon or robot.find("joint", parameters.motor)
         self._set_contacts(parameters)
         self._set_joints(parameters)
-        names = [joint.full_identifier for joint in self.joints]
-        if is_direct(alone, parameters, names):
-            self.travel = direct_travel(parameters, names)
-        else:
-            self.travel = measure_travel(
+        joints = tuple(joint.full_identifier for joint in self.joints)
+        first, second = (finger.full_identifier for finger in self.fingers)
+        site = robot.tool_site
+        self.travel = _limited(
+            measure_travel(
                 _with_joints(alone, self._bases, parameters),
-                parameters,
-                joints=names,
-                fingers=[finger.full_identifier for finger in self.fingers],
-                motor=motor.full_identifier if motor else None,
+                FingerNames(joints, (first, second), motor.full_identifier if motor else None),
                 arm_joints=[joint.full_identifier for joint in robot.arm_joints],
+                tool_body=site.parent.full_identifier,
+                T_bt=_pose_of(site, alone),
                 where=where,
-            )
+            ),
+            parameters,
+            where,
+        )
         root = robot.mjcf_model
         self._moving = [root.find("joint", name) for name in self.travel.joints]
         driven = self.joints if motor is None else [motor]
-        efforts = _efforts(alone, self.travel, names, max_force, together=motor is not None)
-        self.actuators = ensure_motors(root, alone, driven, efforts, freed=self.joints)
+        efforts = _efforts(alone, self.travel, joints, max_force, together=len(driven) == 1)
+        self.actuators = ensure_motors(root, alone, driven, efforts, freed=self._moving)
+        if self.travel.one_moves:
+            self._stop_at_fixed_finger()
+
+    def _find_motor(self) -> Any:
+        """Return the joint or tendon that moves both fingers; None for a motor for each joint."""
+        robot = self._robot
+        bench = FingerBench(robot.alone, [joint.full_identifier for joint in robot.arm_joints])
+        joints = [robot.alone.joint(joint.full_identifier).id for joint in self.joints]
+        found = bench.motor_of(joints)
+        return found and robot.mjcf_model.find(*found)
+
+    def _stop_at_fixed_finger(self) -> None:
+        """Limit the joint where the fingers meet: MuJoCo ignores contacts of parent and child."""
+        (joint,), travel = self.joints, self.travel
+        ends = travel.positions[:, travel.columns[0]]
+        closed = travel.configuration(travel.min_width)[travel.columns[0]]
+        lower, upper = self._robot.alone.joint(joint.full_identifier).range
+        limits = np.array([closed, upper] if ends[-1] > ends[0] else [lower, closed])
+        in_degrees = joint.type != "slide" and joint.root.compiler.angle != "radian"
+        joint.range, joint.limited = np.degrees(limits) if in_degrees else limits, "true"
 
     def _set_contacts(self, parameters: TwoFingerParameters) -> None:
         """Let contacts have the touched object's friction, and the fingers' stiffness.
@@ -96,7 +125,7 @@ class Mechanism:
         def ids(joints: list[Any]) -> list[int]:
             return [int(model.joint(joint.full_identifier).id) for joint in joints]
 
-        own, moving = ids(self.joints), ids(self._moving)
+        own, moving = ids([self.joints[0], self.joints[-1]]), ids(self._moving)
         self.qpos_adr, self.dof_adr = model.jnt_qposadr[own], model.jnt_dofadr[own]
         self._moving_qpos_adr, self._moving_dof_adr = (
             model.jnt_qposadr[moving],
@@ -105,12 +134,8 @@ class Mechanism:
         self.ctrl_adr = np.array(
             [model.actuator(motor.full_identifier).id for motor in self.actuators], dtype=np.intp
         )
-        collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
         bodies = [int(model.body(finger.full_identifier).id) for finger in self.fingers]
-        self.geoms = tuple(
-            tuple(int(g) for g in np.flatnonzero((model.geom_bodyid == body) & collides))
-            for body in bodies
-        )
+        self.geoms = tuple(tuple(collision_geoms_of(model, body)) for body in bodies)
 
     def set_width(self, qpos: np.ndarray, width: float) -> None:
         """Write the positions of all moving joints at an opening [m] into a ``qpos``."""
@@ -119,6 +144,34 @@ class Mechanism:
     def rest(self, qvel: np.ndarray) -> None:
         """Set the velocities of all moving joints in a ``qvel`` to zero."""
         qvel[self._moving_dof_adr] = 0.0
+
+
+def _pose_of(site: Any, alone: mujoco.MjModel) -> pin.SE3:
+    """Return the pose of a site in its body; one that was added is not in the compiled model."""
+    kind, name = int(mujoco.mjtObj.mjOBJ_SITE), site.full_identifier
+    compiled = mujoco.mj_name2id(alone, kind, name)
+    if compiled >= 0:
+        return spatial.pose(alone.site_pos[compiled], alone.site_quat[compiled])
+    return spatial.pose(site.pos, site.quat)
+
+
+def _limited(travel: FingerTravel, parameters: TwoFingerParameters, where: str) -> FingerTravel:
+    """Return the travel inside the described openings, which the model has to reach."""
+    low, high = travel.min_width, travel.open_width
+    described = parameters.open_width
+    if described is not None and described > high + _TOLERANCE:
+        raise RobotError(
+            f"{where}: gripper.open_width is {1e3 * described:.1f} mm, but the fingers of the "
+            f"model open to {1e3 * high:.1f} mm; give at most this, or leave it out"
+        )
+    high = high if described is None else min(described, high)
+    low = max(parameters.min_width, low)
+    if high - low < _TOLERANCE:
+        raise RobotError(
+            f"{where}: gripper.open_width is {1e3 * high:.1f} mm, but the fingers of the model "
+            f"close to {1e3 * low:.1f} mm only; give more, or leave it out"
+        )
+    return replace(travel, open_width=high, min_width=low)
 
 
 def _joints_below(bases: list[Any]) -> list[Any]:
@@ -141,7 +194,7 @@ def _with_joints(
 def _efforts(
     alone: mujoco.MjModel,
     travel: FingerTravel,
-    joints: list[str],
+    joints: Sequence[str],
     max_force: float,
     *,
     together: bool,

@@ -33,7 +33,7 @@ class TwoFingerParameters:
 
     joints: tuple[str, ...]
     fingers: tuple[str, ...]
-    open_width: float
+    open_width: float | None
     max_speed: float
     min_width: float
     motor: str | None
@@ -46,9 +46,9 @@ def two_finger_gripper(
     *,
     joints: Sequence[str],
     fingers: Sequence[str],
-    open_width: float,
     max_speed: float,
     max_force: float,
+    open_width: float | None = None,
     min_width: float | None = None,
     motor: str | None = None,
     pads: Mapping[str, Sequence[float]] | None = None,
@@ -60,19 +60,20 @@ def two_finger_gripper(
 ) -> GripperDescription:
     """Describe a two-finger gripper; ``[gripper]`` in a TOML file has the same keys.
 
-    Fingers may be slides with a motor each, whose positions add up to the opening, or any mechanism
-    in which each finger follows one joint; its travel is then measured on the model. If one motor
-    moves both fingers, the model's equality constraints couple the joints.
+    Each finger follows a joint: slides of either sign and any offset, hinges, and linkages. The
+    second finger may be fixed. Openings, forces and directions are measured on the model, at the
+    tool frame, whose z axis is the approach direction.
 
     Args:
-        joints: Names of the two joints that move the fingers.
-        fingers: Names of the finger bodies, in the order of the joints.
-        open_width: Maximum opening [m].
+        joints: Names of the joints that the fingers follow: one for each, or one for both.
+        fingers: Names of the two finger bodies, in the order of the joints; of a moving and a fixed
+            jaw, the moving one is the first.
         max_speed: Maximum speed of one finger [m/s].
         max_force: Maximum normal force of each finger [N].
-        min_width: Minimum opening [m]; default: 0.
-        motor: Name of the joint or tendon moved by a motor for both fingers; None for one motor
-            per joint.
+        open_width: Maximum opening [m]; default: that of the model, which is the limit.
+        min_width: Minimum opening [m]; default: that of the model.
+        motor: Name of the joint or tendon moved by a motor for both fingers; default: what the
+            model's actuator moves if the joints are coupled, or one motor for each joint.
         pads: Contact ``solref`` and ``solimp`` of the fingers' surfaces; None keeps the model's.
             The friction of a contact is the object's.
         armature: Armature of every joint of the mechanism [kg m2]; None keeps the model's.
@@ -84,8 +85,8 @@ def two_finger_gripper(
     given: dict[str, Any] = {
         "joints": list(joints),
         "fingers": list(fingers),
-        "open_width": open_width,
         "max_speed": max_speed,
+        "open_width": open_width,
         "min_width": min_width,
         "motor": motor,
         "pads": None if pads is None else {key: list(value) for key, value in pads.items()},
@@ -109,13 +110,18 @@ def read_parameters(table: TomlTable) -> TwoFingerParameters:
         RobotError: If a key is missing, wrong or unknown; the message names it.
     """
     joints, fingers = table.texts("joints"), table.texts("fingers")
+    if len(fingers) != 2:
+        table.reject("fingers", f"names two bodies, got {len(fingers)}")
+    if len(joints) not in (1, 2):
+        table.reject("joints", f"names one joint or two, one a finger, got {len(joints)}")
     for key, names in (("joints", joints), ("fingers", fingers)):
-        if len(names) != 2:
-            table.reject(key, f"names two, one a finger, got {len(names)}")
+        if len(set(names)) < len(names):
+            hint = "; name it once if it moves both" if key == "joints" else ""
+            table.reject(key, f"names '{names[0]}' twice{hint}")
     parameters = TwoFingerParameters(
         joints=joints,
         fingers=fingers,
-        open_width=table.needed_number("open_width", above=0.0),
+        open_width=table.number("open_width", above=0.0),
         max_speed=table.needed_number("max_speed", above=0.0),
         min_width=table.number("min_width", 0.0, at_least=0.0) or 0.0,
         motor=table.text("motor"),
@@ -123,7 +129,7 @@ def read_parameters(table: TomlTable) -> TwoFingerParameters:
         armature=table.number("armature", at_least=0.0),
         frictionloss=table.number("frictionloss", at_least=0.0),
     )
-    if parameters.min_width >= parameters.open_width:
+    if parameters.open_width is not None and parameters.min_width >= parameters.open_width:
         table.reject("min_width", f"is less than open_width, {parameters.open_width:g} m")
     table.finish()
     return parameters

@@ -38,7 +38,7 @@ def make_transmission(mechanism: Mechanism) -> Transmission:
 
 
 class SlidingFingers:
-    """Transmission of fingers on slide joints with a motor each."""
+    """Transmission of fingers on slides with a motor each: s = offset + sign * q."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         """Store the mechanism, which need not be compiled yet."""
@@ -50,29 +50,35 @@ class SlidingFingers:
         mechanism = self._mechanism
         (p1, p2), (d1, d2) = mechanism.qpos_adr.tolist(), mechanism.dof_adr.tolist()
         u1, u2 = mechanism.ctrl_adr.tolist()
+        (b1, a1), (b2, a2) = (p.tolist() for p in mechanism.travel.polynomials)
         # One tuple, because separate attribute lookups take longer than the computation.
-        self._bound = (data.qpos.item, data.qvel.item, p1, p2, d1, d2)
-        self._motors = (data.ctrl, u1, u2)
+        self._bound = (data.qpos.item, data.qvel.item, p1, p2, d1, d2, b1, b2, a1, a2)
+        self._motors = (data.ctrl, u1, u2, a1, a2)
         self.mass = float(model.dof_M0[[d1, d2]].mean())
         self.loss = float(model.dof_damping[[d1, d2]].mean())
 
     def read(self) -> Fingers:
         """Return the positions and velocities of the fingers."""
-        position, velocity, p1, p2, d1, d2 = self._bound
-        return position(p1), position(p2), velocity(d1), velocity(d2)
+        position, velocity, p1, p2, d1, d2, b1, b2, a1, a2 = self._bound
+        return (
+            b1 + a1 * position(p1),
+            b2 + a2 * position(p2),
+            a1 * velocity(d1),
+            a2 * velocity(d2),
+        )
 
     def push(self, first: float, second: float) -> None:
         """Apply a force to each finger, positive to open [N]."""
-        ctrl, u1, u2 = self._motors
-        ctrl[u1] = first
-        ctrl[u2] = second
+        ctrl, u1, u2, a1, a2 = self._motors
+        ctrl[u1] = a1 * first
+        ctrl[u2] = a2 * second
 
 
 class LinkedFingers:
     """Transmission of fingers that each follow a joint; one motor for both, or one each.
 
-    Motor efforts follow from finger forces by the principle of virtual work. Friction and springs
-    of the mechanism are not compensated here; force feedback does that.
+    Motor efforts follow from finger forces by the principle of virtual work, and balance springs.
+    Friction of the mechanism is not compensated here; force feedback does that.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -84,6 +90,7 @@ class LinkedFingers:
         self._slopes = [
             tuple((np.arange(1, way.size) * way[1:]).tolist()) for way in travel.polynomials
         ]
+        self._hold1, self._hold2 = (tuple(p.tolist()) for p in travel.holding)
         self._r1, self._r2 = travel.ratios.tolist()
         self._at = (0.0, 0.0)
 
@@ -110,8 +117,8 @@ class LinkedFingers:
         """Apply a force to each finger, positive to open [N], at the last read positions."""
         q1, q2 = self._at
         slope1, slope2 = self._slopes
-        effort1 = first * _polynomial(slope1, q1) * self._r1
-        effort2 = second * _polynomial(slope2, q2) * self._r2
+        effort1 = first * _polynomial(slope1, q1) * self._r1 + _polynomial(self._hold1, q1)
+        effort2 = second * _polynomial(slope2, q2) * self._r2 + _polynomial(self._hold2, q2)
         if len(self._motors) == 1:
             self._ctrl[self._motors[0]] = effort1 + effort2
         else:

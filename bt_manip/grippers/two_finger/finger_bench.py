@@ -1,0 +1,275 @@
+"""Quasi-static simulation of a gripper's mechanism over the range of its joints, without load."""
+
+import copy
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from bt_manip import spatial
+
+from ..solids import geom_surface
+
+STOPS = 17  # measured positions of a joint over its range, by simulation
+_FINE_STOPS = 65  # the same of a joint that moves nothing but its own finger
+SLAB = 4e-3  # [m] on both sides of a plane within which a finger's surface counts
+_STEPS = 150  # maximum number of simulation steps of 1 ms for each position
+_STILL = 2e-3  # [rad/s] or [m/s] below which a joint counts as settled
+_POLE = 250.0  # [rad/s] of the loop that moves the joint to each position
+_HEAVY = 1e4  # [kg m2] armature that freezes a joint; larger values harm the solver's accuracy
+_TIGHT = 1e-4  # [m] or [rad] range of a tendon's length up to which it couples its joints
+
+_ON_JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
+_ON_TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
+_EQUALITY = mujoco.mjtEq
+_COUPLED = {int(_EQUALITY.mjEQ_CONNECT), int(_EQUALITY.mjEQ_WELD)}
+
+
+class Settled(NamedTuple):
+    """The mechanism at rest at one position of its joint.
+
+    Attributes:
+        qpos: Positions of all joints of the model.  # (nq,)
+        spring: Spring efforts on all degrees of freedom.  # (nv,)
+        tendons: Lengths of the tendons.  # (ntendon,)
+        bodies: Pose of every body in the world.
+    """
+
+    qpos: np.ndarray
+    spring: np.ndarray
+    tendons: np.ndarray
+    bodies: list[pin.SE3]
+
+
+class FingerBench:
+    """A copy of a robot's model in which only the gripper's joints move.
+
+    The simulation includes closed loops and springs; gravity, contacts, dry friction and actuators
+    are disabled.
+
+    Attributes:
+        model: The copy.
+        joints: Ids of the moving joints: the hinges and slides beyond the arm's last link.
+        body: Id of the arm's last link.
+        frictionloss: Dry friction of the degrees of freedom of the model itself.  # (nv,)
+    """
+
+    def __init__(self, mj_model: mujoco.MjModel, arm_joints: Sequence[str]) -> None:
+        """Copy a model.
+
+        Args:
+            mj_model: The robot, compiled on its own; it is not changed.
+            arm_joints: Full names of the arm's joints, from the base to the tool.
+        """
+        self.model = model = copy.copy(mj_model)
+        model.opt.timestep = 1e-3
+        model.opt.gravity[:] = 0.0
+        off = mujoco.mjtDisableBit
+        model.opt.disableflags |= int(off.mjDSBL_CONTACT) | int(off.mjDSBL_ACTUATION)
+        self.frictionloss = np.array(model.dof_frictionloss)
+        model.dof_frictionloss[:] = 0.0
+        arm = [int(model.joint(name).id) for name in arm_joints]
+        self.body = int(model.jnt_bodyid[arm[-1]])
+        kinds = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+        self.joints = [
+            j
+            for j in range(model.njnt)
+            if j not in arm
+            and int(model.jnt_type[j]) in kinds
+            and self.body in ancestors(model, int(model.jnt_bodyid[j]))
+        ]
+        frozen = np.setdiff1d(np.arange(model.nv), model.jnt_dofadr[self.joints])
+        model.dof_armature[frozen] += _HEAVY
+
+    def sweep(self, joint: int, held: Iterable[int] = ()) -> list[Settled]:
+        """Move a joint from its lower to its upper limit.
+
+        Args:
+            joint: Id of the joint.
+            held: Ids of joints that are kept where they are.
+        """
+        model, data = self.model, mujoco.MjData(self.model)
+        driven = [joint, *held]
+        targets = data.qpos[model.jnt_qposadr[driven]].copy()
+        targets[1:] = np.clip(targets[1:], *model.jnt_range[driven[1:]].T)
+        alone = len(self.coupled(joint)) == 1
+        stops = []
+        lower, upper = (float(limit) for limit in model.jnt_range[joint])
+        for targets[0] in np.linspace(lower, upper, _FINE_STOPS if alone else STOPS):
+            if alone:
+                data.qpos[model.jnt_qposadr[driven]] = targets
+                mujoco.mj_fwdPosition(model, data)
+                mujoco.mj_passive(model, data)
+            else:
+                self._go_to(data, driven, targets)
+            stops.append(
+                Settled(
+                    data.qpos.copy(),
+                    data.qfrc_spring.copy(),
+                    data.ten_length.copy(),
+                    [
+                        pin.SE3(R.reshape(3, 3).copy(), p.copy())
+                        for R, p in zip(data.xmat, data.xpos, strict=True)
+                    ],
+                )
+            )
+        return stops
+
+    def _go_to(self, data: mujoco.MjData, joints: Sequence[int], targets: np.ndarray) -> None:
+        """Move joints to positions and simulate until the mechanism settles."""
+        model = self.model
+        at_q, at_v = model.jnt_qposadr[joints], model.jnt_dofadr[joints]
+        inertia = np.maximum(model.dof_M0[at_v], 1e-3)
+        for i in range(_STEPS):
+            pull = _POLE**2 * (targets - data.qpos[at_q]) - 2.0 * _POLE * data.qvel[at_v]
+            data.qfrc_applied[at_v] = inertia * pull - data.qfrc_spring[at_v]
+            mujoco.mj_step(model, data)
+            if i > 20 and np.abs(data.qvel).max() < _STILL:
+                break
+        mujoco.mj_forward(model, data)
+
+    def coupled(self, joint: int) -> set[int]:
+        """Return the joints that an equality, a tendon or a closed loop couples to a joint."""
+        groups = list(self._couplings())
+        found = {joint}
+        while True:
+            more = found.union(*(group for group in groups if group & found))
+            if more == found:
+                return found
+            found = more
+
+    def _couplings(self) -> Iterable[set[int]]:
+        """List groups of gripper joints that do not move independently."""
+        model, ours = self.model, set(self.joints)
+        for i in np.flatnonzero(model.eq_active0):
+            kind, first, second = (
+                int(x) for x in (model.eq_type[i], model.eq_obj1id[i], model.eq_obj2id[i])
+            )
+            if kind == int(_EQUALITY.mjEQ_JOINT):
+                yield {first, second} & ours
+            elif kind == int(_EQUALITY.mjEQ_TENDON):
+                yield (self.tendon_joints(first) | self.tendon_joints(second)) & ours
+            elif kind in _COUPLED:
+                if int(model.eq_objtype[i]) == int(mujoco.mjtObj.mjOBJ_SITE):
+                    first, second = int(model.site_bodyid[first]), int(model.site_bodyid[second])
+                yield (self.chain(first) ^ self.chain(second)) & ours
+        for tendon in np.flatnonzero(model.tendon_limited):
+            if np.ptp(model.tendon_range[tendon]) < _TIGHT:
+                yield self.tendon_joints(int(tendon)) & ours
+
+    def motor_of(self, joints: Sequence[int]) -> tuple[str, str] | None:
+        """Return what the model's actuator of coupled joints moves; None if they are independent.
+
+        Args:
+            joints: Ids of one or two joints.
+
+        Returns:
+            ``"joint"`` or ``"tendon"``, and its name; the first joint if there is no actuator.
+        """
+        model, group = self.model, self.coupled(joints[0])
+        if joints[-1] not in group:
+            return None
+        for actuator in range(model.nu):
+            if self.moved_by(actuator) & group:
+                on_joint = int(model.actuator_trntype[actuator]) == _ON_JOINT
+                kind, target = "joint" if on_joint else "tendon", model.actuator_trnid[actuator, 0]
+                return kind, getattr(model, kind)(target).name
+        return "joint", model.joint(joints[0]).name
+
+    def moved_by(self, actuator: int) -> set[int]:
+        """Return the gripper's joints that an actuator moves itself."""
+        kind, target = (
+            int(x)
+            for x in (self.model.actuator_trntype[actuator], self.model.actuator_trnid[actuator, 0])
+        )
+        if kind == _ON_JOINT:
+            return {target} & set(self.joints)
+        return self.tendon_joints(target) & set(self.joints) if kind == _ON_TENDON else set()
+
+    def coupled_to(self, body: int) -> set[int]:
+        """Return the joints that move a body."""
+        return set().union(*(self.coupled(joint) for joint in self.chain(body)))
+
+    def tendon_joints(self, tendon: int) -> set[int]:
+        """Return the joints of a fixed tendon; none for a spatial one and for -1."""
+        if tendon < 0:
+            return set()
+        model, first = self.model, int(self.model.tendon_adr[tendon])
+        wraps = range(first, first + int(model.tendon_num[tendon]))
+        joint = int(mujoco.mjtWrap.mjWRAP_JOINT)
+        return {int(model.wrap_objid[w]) for w in wraps if int(model.wrap_type[w]) == joint}
+
+    def chain(self, body: int) -> set[int]:
+        """Return the gripper's joints between the arm's last link and a body."""
+        above = ancestors(self.model, body)
+        return {j for j in self.joints if int(self.model.jnt_bodyid[j]) in above}
+
+
+class FingerSurface:
+    """Surface of a finger's collision geometry.
+
+    Attributes:
+        body: Id of the finger's body.
+    """
+
+    def __init__(self, model: mujoco.MjModel, body: int) -> None:
+        """Read the geoms of a body that collide."""
+        self.body = body
+        found = [np.zeros((0, 3, 3))]
+        for geom in collision_geoms_of(model, body):
+            T_bg = spatial.pose(model.geom_pos[geom], model.geom_quat[geom])
+            found.append(geom_surface(model, geom) @ T_bg.rotation.T + T_bg.translation)
+        self._triangles = np.concatenate(found)
+
+    def section(self, T_tb: pin.SE3, height: float = 0.0) -> np.ndarray:
+        """Return the corners of the surface's part near a plane z = height, at most `SLAB` from it.
+
+        Args:
+            T_tb: Pose of the body in a frame whose z axis is normal to the plane.
+            height: Height of the plane [m].
+        """  # (n, 3)
+        a = self._triangles @ T_tb.rotation.T + T_tb.translation
+        a[..., 2] -= height
+        b = np.roll(a, -1, axis=1)
+        found = [a[np.abs(a[..., 2]) <= SLAB]]
+        for level in (-SLAB, SLAB):
+            start, end = a[..., 2] - level, b[..., 2] - level
+            cross = (start < 0.0) != (end < 0.0)
+            t = start[cross] / (start[cross] - end[cross])
+            found.append(a[cross] + t[:, None] * (b[cross] - a[cross]))
+        return np.concatenate(found) + (0.0, 0.0, height)
+
+    def points(self, T_tb: pin.SE3) -> np.ndarray:
+        """Return the corners of the surface in a frame [m].
+
+        Args:
+            T_tb: Pose of the body in that frame.
+        """  # (n, 3)
+        return np.array(self._triangles.reshape(-1, 3) @ T_tb.rotation.T + T_tb.translation)
+
+
+def collision_geoms_of(model: mujoco.MjModel, body: int) -> list[int]:
+    """List the geoms of a body that collide."""
+    collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    return [int(g) for g in np.flatnonzero((model.geom_bodyid == body) & collides)]
+
+
+def ancestors(model: mujoco.MjModel, body: int) -> list[int]:
+    """List a body and those above it, up to the world."""
+    found = [body]
+    while found[-1]:
+        found.append(int(model.body_parentid[found[-1]]))
+    return found
+
+
+def relative_motion(poses: Sequence[pin.SE3], point: np.ndarray) -> np.ndarray:
+    """Return the summed motion of the material points of a body that pass a point [m].
+
+    Args:
+        poses: Successive poses of the body.
+        point: The point, in the same frame [m].  # (3,)
+    """  # (3,)
+    return np.array(sum(((b * a.inverse()).act(point) - point for a, b in pairwise(poses)), 0.0))

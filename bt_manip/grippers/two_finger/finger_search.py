@@ -1,0 +1,321 @@
+"""Search for the two fingers of a gripper in a compiled model."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations, product
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.robots import RobotError, effort_limit
+
+from .finger_bench import (
+    SLAB,
+    STOPS,
+    FingerBench,
+    FingerSurface,
+    ancestors,
+    collision_geoms_of,
+)
+from .finger_travel import FingerNames, FingerTravel, measure_travel
+
+_OPENS = 2e-3  # [m] change of the distance of two surfaces that open and close
+_MEETS = 2e-3  # [m] of the smallest distance within which surfaces are pads
+_WIDE = 0.5  # share of the largest opening from which on surfaces are pads
+_APART = 5e-4  # [m] distance of the pads when they count as closed
+_MAX_DISTANCE = 1.0  # [m] of measured distances
+_ALIGNED = 0.94  # cosine of 20 degrees, within which directions are those of the gripper's base
+_DIGITS = 4  # of the tool's position [m]
+_STEP = 1e-3  # [m] of heights along the fingers
+_TIP_DISTANCE = 0.015  # [m] of the tool from the ends of the pads, at most
+
+
+@dataclass(frozen=True, eq=False)
+class FoundFingers:
+    """Two fingers found in a model, and what was measured of them; all names are full ones.
+
+    Attributes:
+        joints: Joints that the fingers follow: one for each, or one for both.
+        fingers: Finger bodies, in the order of the joints; the second may be fixed.
+        motor: Joint or tendon moved by the motor for both fingers; None for a motor each.
+        max_force: Force of each finger that the model's actuators exert at any opening, with 20 %
+            for friction [N]; None if the model does not limit them.
+        body: Body that carries the gripper.
+        T_bt: Pose of the tool in it: between the pads where they meet, 15 mm from their ends or
+            half way along them; z is the approach direction, y points to the first finger.
+        travel: Openings, joint positions, masses and directions, measured at that tool frame.
+    """
+
+    joints: tuple[str, ...]
+    fingers: tuple[str, str]
+    motor: str | None
+    max_force: float | None
+    body: str
+    T_bt: pin.SE3
+    travel: FingerTravel
+
+
+def find_fingers(
+    mj_model: mujoco.MjModel, arm_joints: Sequence[str], *, where: str = "the model"
+) -> FoundFingers:
+    """Find the two fingers of a gripper and measure them.
+
+    The gripper's joints are those beyond the arm's last joint. They are moved over their range
+    without load; springs, equality constraints, tendons and closed loops couple them. The fingers
+    are the two bodies whose surfaces come nearest to each other; if only one moves, the other is
+    the arm's last link or a body that is fixed to it. Their pads are the surfaces that are far
+    apart when open and meet when closed. The closing direction is normal to them, and the approach
+    direction leads from the body that carries the gripper to the pads; both are axes of that body
+    where they are within 20 degrees.
+
+    Args:
+        mj_model: The robot, compiled on its own; it is not changed.
+        arm_joints: Full names of the arm's joints, from the base to the tool.
+        where: The robot, to begin messages.
+
+    Raises:
+        RobotError: If there are no such fingers, or more than two motors are needed.
+    """
+    bench = FingerBench(mj_model, arm_joints)
+    model = bench.model
+    joints = _independent_joints(bench, arm_joints, where)
+    pads = _find_pads(bench, _sequences(bench, joints), where)
+    if len(joints) == 2 and joints[0] not in bench.coupled_to(pads.bodies[0]):
+        joints.reverse()
+    motor = bench.motor_of(joints)
+    names = FingerNames(
+        tuple(model.joint(j).name for j in joints),
+        (model.body(pads.bodies[0]).name, model.body(pads.bodies[1]).name),
+        None if motor is None else motor[1],
+    )
+    body = _carrier(bench, pads.bodies[0])
+    T_bt = _tool(bench, pads, body)
+    travel = measure_travel(
+        mj_model, names, arm_joints=arm_joints, tool_body=model.body(body).name, T_bt=T_bt,
+        where=where,
+    )  # fmt: skip
+    moved = [("joint", name) for name in names.joints] if motor is None else [motor]
+    effort = min(_effort_limit(mj_model, *motor) for motor in moved)
+    return FoundFingers(
+        names.joints,
+        names.fingers,
+        names.motor,
+        travel.force(effort, together=len(moved) == 1) if np.isfinite(effort) else None,
+        model.body(body).name,
+        T_bt,
+        travel,
+    )
+
+
+class _Pads(NamedTuple):
+    """Pads of two fingers.
+
+    Attributes:
+        bodies: The bodies of the first and the second finger.
+        qpos: Positions of the joints when the pads meet.  # (nq,)
+        centre: Centre of the pads in the world then [m].  # (3,)
+        normal: Direction from the second to the first finger in the world; unit.  # (3,)
+    """
+
+    bodies: tuple[int, int]
+    qpos: np.ndarray
+    centre: np.ndarray
+    normal: np.ndarray
+
+
+def _independent_joints(bench: FingerBench, arm_joints: Sequence[str], where: str) -> list[int]:
+    """Return one joint of each group of coupled joints that an actuator moves."""
+    model, left = bench.model, list(bench.joints)
+    if not left:
+        raise RobotError(f"{where} has no joints beyond the arm's last one, '{arm_joints[-1]}'")
+    groups = []
+    while left:
+        groups.append(bench.coupled(left[0]))
+        left = [j for j in left if j not in groups[-1]]
+    driven = {j: k for k in reversed(range(model.nu)) for j in bench.moved_by(k)}
+    if driven:
+        groups = [group for group in groups if group & driven.keys()]
+    found = [min(group, key=lambda j: (driven.get(j, model.nu), j)) for group in groups]
+    names = ", ".join(f"'{model.joint(j).name}'" for j in found)
+    if len(found) > 2:
+        raise RobotError(
+            f"{where}: {len(found)} joints beyond '{arm_joints[-1]}' move independently: {names}; "
+            "a two-finger gripper has one or two"
+        )
+    if not model.jnt_limited[found].all():
+        raise RobotError(f"{where}: gripper joints without a range: {names}")
+    return found
+
+
+def _sequences(bench: FingerBench, joints: Sequence[int]) -> list[np.ndarray]:
+    """Return the positions of all joints over the range: both fingers parallel and opposed."""
+    sweeps = []
+    for joint in joints:
+        sweep = bench.sweep(joint, [j for j in joints if j != joint])
+        sweeps.append(np.array([stop.qpos for stop in sweep]))
+    if len(sweeps) == 1:
+        return sweeps
+    rows = np.linspace(0, [len(sweep) - 1 for sweep in sweeps], STOPS).round().astype(int)
+    first, second = sweeps[0][rows[:, 0]], sweeps[1][rows[:, 1]]
+    at = bench.model.jnt_qposadr[sorted(bench.coupled(joints[1]))]
+    found = []
+    for order in (1, -1):
+        found.append(first.copy())
+        found[-1][:, at] = second[::order][:, at]
+    return found
+
+
+def _find_pads(bench: FingerBench, sequences: Sequence[np.ndarray], where: str) -> _Pads:
+    """Find the surfaces that are far apart when open and meet when closed."""
+    model, data = bench.model, mujoco.MjData(bench.model)
+    bodies = [
+        b
+        for b in range(model.nbody)
+        if bench.body in ancestors(model, b) and collision_geoms_of(model, b)
+    ]
+    moving = [b for b in bodies if bench.chain(b)]
+    fixed = [b for b in bodies if b not in moving]
+    best: _Pads | None = None
+    for pairs in (list(combinations(moving, 2)), list(product(moving, fixed))):
+        widest = _OPENS
+        for sequence in sequences:
+            geoms = [
+                pair
+                for a, b in pairs
+                for pair in product(collision_geoms_of(model, a), collision_geoms_of(model, b))
+            ]
+            distances = np.empty((len(sequence), len(geoms)))
+            for row, qpos in zip(distances, sequence, strict=True):
+                data.qpos[:] = qpos
+                mujoco.mj_kinematics(model, data)
+                row[:] = [
+                    mujoco.mj_geomDistance(model, data, a, b, _MAX_DISTANCE, None) for a, b in geoms
+                ]
+            opens = np.abs(distances[-1] - distances[0])
+            if len(geoms) and opens.max() > widest:
+                widest = float(opens.max())
+                best = _pads_of(bench, sequence, distances, geoms)
+        if best is not None:
+            return best
+    raise RobotError(
+        f"{where}: no two surfaces beyond the arm's last joint open and close by more than "
+        f"{1e3 * _OPENS:.0f} mm"
+    )
+
+
+def _pads_of(
+    bench: FingerBench,
+    sequence: np.ndarray,
+    distances: np.ndarray,
+    geoms: Sequence[tuple[int, int]],
+) -> _Pads:
+    """Return the pads among pairs of geoms.
+
+    Args:
+        bench: The model.
+        sequence: Positions of all joints.  # (m, nq)
+        distances: Distances of the pairs at these [m].  # (m, len(geoms))
+        geoms: Pairs of geoms.
+    """
+    model, data = bench.model, mujoco.MjData(bench.model)
+    opens = np.abs(distances[-1] - distances[0])
+    wide = opens > _WIDE * opens.max()
+    closed = np.where(wide, np.minimum(distances[0], distances[-1]), np.inf)
+    nearest = int(closed.argmin())
+    bodies = model.geom_bodyid[np.array(geoms)]
+    wide = np.flatnonzero(wide & (bodies == bodies[nearest]).all(axis=1))
+    gaps = distances[:, wide].min(axis=1)
+    if gaps[0] < gaps[-1]:  # from open to closed
+        sequence, distances, gaps = sequence[::-1], distances[::-1], gaps[::-1]
+    row = int(np.abs(gaps).argmin())
+    meeting = wide[distances[row, wide] < gaps[row] + _MEETS]
+    before = max(np.flatnonzero(gaps > _APART), default=0)
+    data.qpos[:] = sequence[before]
+    mujoco.mj_kinematics(model, data)
+    pair = geoms[int(meeting[distances[before, meeting].argmin()])]
+    ends = np.zeros(6)
+    mujoco.mj_geomDistance(model, data, *pair, _MAX_DISTANCE, ends)
+    normal = ends[:3] - ends[3:]
+    data.qpos[:] = sequence[row]
+    mujoco.mj_kinematics(model, data)
+    pads = np.unique(np.array(geoms)[meeting])
+    return _Pads(
+        (int(bodies[nearest, 0]), int(bodies[nearest, 1])),
+        sequence[row],
+        data.geom_xpos[pads].mean(axis=0),
+        normal / np.linalg.norm(normal),
+    )
+
+
+def _carrier(bench: FingerBench, finger: int) -> int:
+    """Return the body that carries the mechanism of a finger."""
+    joints = bench.chain(finger)
+    first = min(int(bench.model.jnt_bodyid[j]) for j in joints)
+    return int(bench.model.body_parentid[first])
+
+
+def _tool(bench: FingerBench, pads: _Pads, body: int) -> pin.SE3:
+    """Return the pose of the tool between the pads, in the body that carries the gripper."""
+    data = mujoco.MjData(bench.model)
+    data.qpos[:] = pads.qpos
+    mujoco.mj_kinematics(bench.model, data)
+    T_wb = [
+        pin.SE3(R.reshape(3, 3).copy(), p.copy()) for R, p in zip(data.xmat, data.xpos, strict=True)
+    ]
+    T_bw = T_wb[body].inverse()
+    y = _aligned(T_bw.rotation @ pads.normal)
+    centre = T_bw.act(pads.centre)
+    z = _aligned(centre - (centre @ y) * y)
+    z -= (z @ y) * y
+    z /= np.linalg.norm(z)
+    T_bt = pin.SE3(np.column_stack([np.cross(y, z), y, z]), centre)
+    surfaces = [FingerSurface(bench.model, b) for b in pads.bodies]
+    poses = [(T_wb[body] * T_bt).inverse() * T_wb[b] for b in pads.bodies]
+
+    def corners(height: float) -> list[np.ndarray]:
+        return [s.section(T, height) for s, T in zip(surfaces, poses, strict=True)]
+
+    def gap(height: float) -> float:
+        first, second = corners(height)
+        if not len(first) or not len(second):
+            return np.inf
+        return float(first[:, 1].min() - second[:, 1].max())
+
+    reference = gap(0.0)
+    ends = []
+    for step in (-_STEP, _STEP):
+        height = 0.0
+        while abs(gap(height + step) - reference) < _MEETS:
+            height += step
+        ends.append(height - np.sign(step) * SLAB)
+    height = max(0.5 * (ends[0] + ends[1]), ends[1] - _TIP_DISTANCE)
+    first, second = corners(height)
+    both = np.concatenate([first, second])
+    at = np.array([
+        0.5 * (both[:, 0].min() + both[:, 0].max()),
+        0.5 * (first[:, 1].min() + second[:, 1].max()),
+        height,
+    ])  # fmt: skip
+    return pin.SE3(T_bt.rotation, np.round(T_bt.act(at), _DIGITS) + 0.0)
+
+
+def _aligned(direction: np.ndarray) -> np.ndarray:
+    """Return the coordinate axis near a direction, or else the unit direction."""
+    unit = direction / np.linalg.norm(direction)
+    k = int(np.abs(unit).argmax())
+    return np.sign(unit[k]) * np.eye(3)[k] if abs(unit[k]) > _ALIGNED else unit
+
+
+def _effort_limit(mj_model: mujoco.MjModel, kind: str, name: str) -> float:
+    """Return the maximum effort of the actuators of a joint or tendon, infinite when unbounded."""
+    if kind == "joint":
+        return effort_limit(mj_model, int(mj_model.joint(name).id))
+    tendon, bound = int(mj_model.tendon(name).id), np.inf
+    on_tendon = mj_model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON)
+    for i in np.flatnonzero(on_tendon & (mj_model.actuator_trnid[:, 0] == tendon)):
+        if mj_model.actuator_forcelimited[i]:
+            gear = abs(float(mj_model.actuator_gear[i, 0]))
+            bound = min(bound, gear * float(np.abs(mj_model.actuator_forcerange[i]).min()))
+    return bound
