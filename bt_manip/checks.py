@@ -109,14 +109,6 @@ def check_pose(T: Any, name: str = "pose") -> pin.SE3:
     return T
 
 
-def check_poses(targets: Any) -> list[pin.SE3]:
-    """Return one pose or several alternative ones as a list."""
-    poses = list(targets) if isinstance(targets, list | tuple) else [targets]
-    if not poses:
-        raise invalid("no target pose was given")
-    return [check_pose(pose) for pose in poses]
-
-
 def check_rotation(rotation: Any, name: str = "rotation") -> np.ndarray:
     """Return a rotation matrix as a new array."""  # (3, 3)
     R = as_numbers(rotation)

@@ -1,5 +1,6 @@
 """Compile inverse kinematics problems for an arm."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from .manipulability import ToolManipulability
 from .problem import IKProblem
 from .residuals import (
     WIDE,
+    AxisResidual,
     FrameResidual,
     PoseResidual,
     PositionResidual,
@@ -23,7 +25,7 @@ from .residuals import (
 )
 from .result import Residual
 from .secondary_objectives import SecondaryObjectives
-from .targets import PoseTarget, PositionTarget, RotationTarget, Target
+from .targets import FreeAxisTarget, PoseTarget, PositionTarget, RotationTarget, Target
 
 _FRAMES = (pin.FrameType.OP_FRAME, pin.FrameType.BODY)  # MuJoCo's sites and bodies
 
@@ -39,7 +41,8 @@ class CompiledProblem(NamedTuple):
         frames: Names of the targets' frames, in the order of the request.
         residuals: Residuals of each target.
         objectives: The cost; None without one.
-        tool_pose: Pose of the tool, where a constraint fixes it and all joints may move.
+        tool_target: Pose of the tool, where a constraint fixes it and all joints may move; where
+            rotations are free, the target in the model's world.
         world: Collisions that solutions must not have.
         clearance: Minimum distance from obstacles [m].
     """
@@ -51,7 +54,7 @@ class CompiledProblem(NamedTuple):
     frames: tuple[str, ...]
     residuals: tuple[tuple[FrameResidual, ...], ...]
     objectives: SecondaryObjectives | None = None
-    tool_pose: pin.SE3 | None = None
+    tool_target: pin.SE3 | PoseTarget | None = None
     world: CollisionWorld | None = None
     clearance: float = 0.0
 
@@ -105,12 +108,17 @@ def compile_problem(
     residuals = tuple(_residuals(arm, target, T_mw) for target in problem.targets)
     constraints: list[FrameResidual] = []
     costs: list[FrameResidual] = []
-    tool_pose = None
+    tool_target: pin.SE3 | PoseTarget | None = None
     for target, parts in zip(problem.targets, residuals, strict=True):
         (constraints if target.weight is None else costs).extend(parts)
         first = parts[0]
-        if isinstance(first, PoseResidual) and first.frame == arm.tool_frame_id and moving is None:
-            tool_pose = first.pose
+        if first.frame != arm.tool_frame_id or moving is not None or target.weight is not None:
+            continue
+        if isinstance(first, PoseResidual):
+            tool_target = first.pose
+        elif isinstance(target, PoseTarget) and target.free_axis is not None:
+            pose = target.pose if T_mw is None else T_mw * target.pose
+            tool_target = replace(target, pose=pose)
     objectives = None
     if costs or problem.posture is not None or problem.manipulability:
         posture = manipulability = None
@@ -137,7 +145,7 @@ def compile_problem(
         tuple(target.frame for target in problem.targets),
         residuals,
         objectives,
-        tool_pose,
+        tool_target,
         problem.world,
         problem.clearance,
     )
@@ -215,9 +223,10 @@ def _residuals(arm: RobotModel, target: Target, T_mw: pin.SE3 | None) -> tuple[F
         accepted = arm.tolerance.position, arm.tolerance.rotation
     if isinstance(target, PoseTarget):
         pose = target.pose if T_mw is None else T_mw * target.pose
-        if target.weight is None and max(target.tolerances) < WIDE:
+        narrow = target.weight is None and max(target.tolerances) < WIDE
+        if narrow and target.free_axis is None:
             return (PoseResidual(arm, frame, pose, target.tolerances, accepted),)
-        position, rotation = pose.translation, pose.rotation
+        position, rotation = pose.act(np.asarray(target.pivot)), pose.rotation
     elif isinstance(target, PositionTarget):
         position = target.position if T_mw is None else T_mw.act(target.position)
     elif isinstance(target, RotationTarget):
@@ -227,7 +236,15 @@ def _residuals(arm: RobotModel, target: Target, T_mw: pin.SE3 | None) -> tuple[F
         scale, tolerances = target.weight**0.5, (np.inf, np.inf)
     residuals: list[FrameResidual] = []
     if position is not None:
-        residuals.append(PositionResidual(arm, frame, position, tolerances[0], scale, accepted[0]))
-    if rotation is not None:
+        origin = PositionResidual(arm, frame, position, tolerances[0], scale, accepted[0])
+        if isinstance(target, PoseTarget) and np.any(target.pivot):
+            origin.pivot = np.asarray(target.pivot)
+        residuals.append(origin)
+    if isinstance(target, FreeAxisTarget) and target.free_axis is not None:
+        axis = np.asarray(target.free_axis)
+        if target.cone < np.pi:
+            given = axis, tolerances[1], scale, accepted[1]
+            residuals.append(AxisResidual(arm, frame, rotation @ axis, *given))
+    elif rotation is not None:
         residuals.append(RotationResidual(arm, frame, rotation, tolerances[1], scale, accepted[1]))
     return tuple(residuals)

@@ -8,6 +8,7 @@ import pinocchio as pin
 from bt_manip.robots import RobotModel
 
 from .compiled_problem import CompiledProblem
+from .targets import PoseTarget
 
 CANDIDATES = 400  # configurations from which initial guesses are chosen
 SPREAD = 1.2  # [rad] RMS distance below which two initial guesses tend to end alike
@@ -35,7 +36,8 @@ class InitialGuesses:
         lower, upper = _within_a_turn(arm.limits.lower, arm.limits.upper)
         self.stored = rng.uniform(lower, upper, (count, arm.nq))
         poses = [arm.pose(q) for q in self.stored]
-        position = np.array([T.translation for T in poses])
+        self._rotation = np.array([T.rotation for T in poses])
+        self._origin = position = np.array([T.translation for T in poses])
         self._position = np.column_stack([-2.0 * position, (position**2).sum(axis=1)])
         self._quat = np.array([pin.Quaternion(T.rotation).coeffs() for T in poses])
 
@@ -49,16 +51,27 @@ class InitialGuesses:
             n: How many.
             rng: Random generator where new configurations are drawn; by default a new one.
         """  # (n, nq)
-        T_wt = problem.tool_pose
-        if T_wt is None:
+        target = problem.tool_target
+        if target is None:
             return _draw(problem, n, np.random.default_rng(0) if rng is None else rng)
-        # Squared distance and squared sine of half the angle, but for a common constant.
-        cosine = self._quat.dot(pin.Quaternion(T_wt.rotation).coeffs())
-        distance = self._position.dot(np.append(T_wt.translation, 1.0)) - cosine * cosine
+        if isinstance(target, PoseTarget):
+            distance = self._distance(target)
+        else:
+            # Squared distance and squared sine of half the angle, but for a common constant.
+            cosine = self._quat.dot(pin.Quaternion(target.rotation).coeffs())
+            distance = self._position.dot(np.append(target.translation, 1.0)) - cosine * cosine
         n = min(n, len(distance))
         chosen = np.argpartition(distance, n - 1)[:n]
         near = self.stored[chosen[np.argsort(distance[chosen], kind="stable")]]
         return np.minimum(np.maximum(near, problem.lower), problem.upper)
+
+    def _distance(self, target: PoseTarget) -> np.ndarray:
+        """Return squared distance plus squared sine of half the angle outside the cone."""
+        pivot, axis = np.asarray(target.pivot), np.asarray(target.free_axis)
+        offset = self._origin + self._rotation.dot(pivot) - target.pose.act(pivot)
+        cosine = self._rotation.dot(axis).dot(target.pose.rotation.dot(axis))
+        outside = np.maximum(np.arccos(np.clip(cosine, -1.0, 1.0)) - target.cone, 0.0)
+        return np.asarray((offset**2).sum(axis=1) + np.sin(0.5 * outside) ** 2)
 
     def spread(
         self, problem: CompiledProblem, n: int, rng: np.random.Generator | None = None

@@ -12,7 +12,6 @@ from bt_manip.checks import (
     check_generator,
     check_non_negative,
     check_pose,
-    check_poses,
     check_positive,
     invalid,
     shown,
@@ -32,18 +31,18 @@ from .targets import Target
 
 STORED = 2000  # configurations to choose initial guesses from
 
-Request: TypeAlias = pin.SE3 | IKProblem
-"""A pose T_wt of the tool in the world, or a problem."""
+Request: TypeAlias = pin.SE3 | Target | IKProblem
+"""A pose T_wt of the tool in the world, a target of a frame, or a problem."""
 
 
 class InverseKinematics:
     """Find joint configurations inside the limits, by bounded searches.
 
-    A request is a pose of the tool or an `IKProblem`. Levenberg-Marquardt starts from the given
-    configuration, then from initial guesses with a small residual that are far from each other.
-    For poses of the tool these are chosen from configurations that were drawn once, for other
-    problems they are drawn from the given generator: the same request has the same result. A
-    solution is then moved to a local minimum of the problem's cost.
+    A request is a pose of the tool, a target, or an `IKProblem`. Levenberg-Marquardt starts from
+    the given configuration, then from initial guesses with a small residual that are far from each
+    other. For poses of the tool, also with free rotations, these are chosen from configurations
+    that were drawn once, for other problems they are drawn from the given generator: the same
+    request has the same result. A solution is then moved to a local minimum of the problem's cost.
 
     Attributes:
         model: The arm.
@@ -115,7 +114,7 @@ class InverseKinematics:
         """Find one configuration.
 
         Args:
-            request: A pose of the tool, or a problem.
+            request: A pose of the tool, a target, or a problem.
             q0: The first initial guess, clipped to the limits.  # (nq,)
             restarts: Maximum number of initial guesses after it; by default as constructed.
             rng: Random generator for further initial guesses of a problem; by default a new one,
@@ -154,7 +153,7 @@ class InverseKinematics:
         """Find a configuration near `q0`.
 
         Args:
-            request: A pose of the tool, or a problem.
+            request: A pose of the tool, a target, or a problem.
             q0: The previous configuration.  # (nq,)
             max_step: Maximum change of a joint from it [rad].
             retry: Whether to try other initial guesses inside `max_step`.
@@ -163,8 +162,8 @@ class InverseKinematics:
             tolerance: Error to aim at for a pose [m] and [rad]; by default as constructed.
 
         Raises:
-            MotionError: When an argument is invalid, or a problem comes with a margin or a
-                tolerance.
+            MotionError: When an argument is invalid, a problem comes with a margin, or a problem
+                or a target with a tolerance.
         """
         q0 = check_configuration(q0, self.model.nq)
         check_positive(max_step, "max_step", "rad")
@@ -179,7 +178,7 @@ class InverseKinematics:
 
     def solutions(
         self,
-        request: Request | Sequence[pin.SE3],
+        request: Request | Sequence[pin.SE3 | Target],
         q0: np.ndarray,
         *,
         restarts: int = 8,
@@ -193,11 +192,11 @@ class InverseKinematics:
         are nearest to `q0`, and sorted by their `distance` from it.
 
         Args:
-            request: A pose of the tool, several alternative ones, or a problem.
+            request: A pose of the tool or a target, several alternative ones, or a problem.
             q0: The present configuration.  # (nq,)
             restarts: Number of initial guesses after `q0`, for each pose.
-            margin: Distance from the limits for poses [rad]; there are no solutions where it
-                leaves a joint no range.
+            margin: Distance from the limits for poses and targets [rad]; there are no solutions
+                where it leaves a joint no range.
             distinct: Difference of two solutions, by more than this in some joint [rad].
             rng: As for `solve`.
 
@@ -211,8 +210,7 @@ class InverseKinematics:
         rng = None if rng is None else check_generator(rng)
         nearness = SecondaryObjectives(self._inverse_speed, posture=(q0, 1.0))
         found: list[tuple[float, IKResult]] = []
-        single = isinstance(request, IKProblem | Target)
-        for i, one in enumerate([request] if single else check_poses(request)):
+        for i, one in enumerate(_alternatives(request)):
             problem = self._compile(one, q0, margin)
             if self._out_of_reach(problem) or (problem.lower > problem.upper).any():
                 continue
@@ -228,19 +226,23 @@ class InverseKinematics:
         return kept
 
     def nearest(
-        self, targets: pin.SE3 | Sequence[pin.SE3], q0: np.ndarray, *, margin: float = 0.0
+        self,
+        targets: pin.SE3 | Target | Sequence[pin.SE3 | Target],
+        q0: np.ndarray,
+        *,
+        margin: float = 0.0,
     ) -> IKResult:
         """Find the solution nearest to `q0` for one pose or alternative ones.
 
         Args:
-            targets: A pose of the tool, or several alternative ones.
+            targets: A pose of the tool or a target, or several alternative ones.
             q0: The present configuration.  # (nq,)
             margin: Distance from the limits, where that is possible [rad].
 
         Raises:
             MotionError: When an argument is invalid.
         """
-        poses = check_poses(targets)
+        poses = _alternatives(targets)
         margin = check_non_negative(margin, "margin", "rad")
         for bound in (margin, 0.0) if margin > 0.0 else (0.0,):
             found = self.solutions(poses, q0, restarts=max(2, 8 // len(poses)), margin=bound)
@@ -279,23 +281,23 @@ class InverseKinematics:
         margin: float = 0.0,
         tolerance: float | None = None,
     ) -> CompiledProblem:
+        if isinstance(request, IKProblem | Target) and tolerance is not None:
+            raise invalid(
+                "each target of a problem has its own tolerance: ask for "
+                f"PoseTarget(tolerance=...), got tolerance={tolerance!r} beside a problem"
+            )
         if isinstance(request, IKProblem):
             if margin:
                 raise invalid(
                     "a problem has its own margin: ask for IKProblem(margin=...), "
                     f"got margin={margin!r} beside a problem"
                 )
-            if tolerance is not None:
-                raise invalid(
-                    "each target of a problem has its own tolerance: ask for "
-                    f"PoseTarget(tolerance=...), got tolerance={tolerance!r} beside a problem"
-                )
             return compile_problem(self.model, self._joints, request, q0, self._inverse_speed)
         if isinstance(request, Target):
-            raise invalid(
-                f"a request must be a pose or a problem, got the {request.label}: "
-                f"ask for IKProblem(targets={type(request).__name__}(...))"
-            )
+            if request.weight is not None:
+                raise invalid(f"the {request.label} is a cost: ask for IKProblem(targets=[...])")
+            problem = self._compile(IKProblem(targets=[request]), q0)
+            return problem._replace(lower=problem.lower + margin, upper=problem.upper - margin)
         tolerances = self._tolerances if tolerance is None else (tolerance, tolerance)
         self._tool_residual.set_target(check_pose(request), tolerances, self._accepted)
         constraint = self._tool_constraint
@@ -309,7 +311,7 @@ class InverseKinematics:
         )
 
     def _out_of_reach(self, problem: CompiledProblem) -> float:
-        return 0.0 if problem.tool_pose is None else self._reach.excess(problem.tool_pose)
+        return 0.0 if problem.tool_target is None else self._reach.excess(problem.tool_target)
 
     def _spread_guesses(
         self,
@@ -336,6 +338,17 @@ class InverseKinematics:
             guesses = self._initial_guesses.nearest(problem, 8 * restarts, rng)
             distances = [self._distance(q, q0) for q in guesses]
             yield from guesses[np.argsort(distances, kind="stable")[:restarts]]
+
+
+def _alternatives(request: Request | Sequence[pin.SE3 | Target]) -> list[Request]:
+    """Return one request, or several alternative ones, as a list."""
+    requests = list(request) if isinstance(request, list | tuple) else [request]
+    if not requests:
+        raise invalid("no target pose was given")
+    for one in requests:
+        if not isinstance(one, IKProblem | Target):
+            check_pose(one)
+    return requests
 
 
 def _result(problem: CompiledProblem, found: SearchResult, target: int = 0) -> IKResult:

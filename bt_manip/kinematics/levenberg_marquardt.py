@@ -13,6 +13,7 @@ STALL_ITERATIONS = 4  # iterations that do not bring the residual below STALL_FA
 STALL_FACTOR = 0.9
 _BOX_WIDTH = 1e-12  # [rad] that the box solver needs for a joint with no range
 _DIAGONAL = 1e-12  # added to the normal equations, above their rounding
+_STATIONARY = 1e-2  # [m/rad] decrease of the residual's norm, below which no joint reduces it
 _SCALED_DAMPING = 1e-10  # damping below which the normal equations are scaled up
 
 
@@ -23,8 +24,7 @@ class LMResult(NamedTuple):
         q: The configuration of the smallest residual, inside the limits.  # (nq,)
         error: Norm of the residual.
         iterations: Number of iterations.
-        solved: Whether the targets are reached; where fewer joints move than the residual has
-            components, also where they are only met.
+        solved: Whether the targets are reached, or met as well as the joints can meet them.
         met: Whether the targets are met.
     """
 
@@ -59,10 +59,10 @@ def levenberg_marquardt(
         iterations: Maximum number of steps.
         patience: Iterations without progress after which to give up.
         min_decrease: Part of the squared residual that each step has to take away to first order;
-            gives up at a step that would take less.
+            gives up at a step that would take less, unless the targets may be met already.
     """
     least_error, stalled, best_q = np.inf, 0, q
-    squared_bound = residual.squared_bound
+    squared_bound, accepted_bound = residual.squared_bound, residual.accepted_bound
     box_upper = np.maximum(upper, lower + _BOX_WIDTH)
     for iteration in range(iterations + 1):
         error = residual.evaluate(q)
@@ -80,15 +80,17 @@ def levenberg_marquardt(
         jacobian = residual.jacobian()
         gradient = error.dot(jacobian)
         dq = _box_step(jacobian, gradient, DAMPING * squared, lower - q, box_upper - q)
-        if min_decrease and -float(gradient.dot(dq)) < min_decrease * squared:
+        decrease = -float(gradient.dot(dq))
+        if decrease < min_decrease * squared and squared > accepted_bound:
             break
         q = q + dq
     q = np.minimum(np.maximum(best_q, lower), upper)
     met, solved = False, False
-    if least_error * least_error <= residual.accepted_bound:
-        residual.evaluate(q)
+    if least_error * least_error <= accepted_bound:
+        error = residual.evaluate(q)
         met = residual.met
-        solved = met and len(error) > int(np.count_nonzero(upper > lower))
+        gradient = error.dot(residual.jacobian())
+        solved = met and float(np.linalg.norm(gradient)) <= _STATIONARY * least_error
     return LMResult(q, least_error, iteration, solved, met)
 
 

@@ -7,6 +7,8 @@ import pinocchio as pin
 
 from bt_manip.robots import RobotModel
 
+from .targets import PoseTarget
+
 REACH_MARGIN = 5e-4  # [m] that a pose may be beyond the reach that was found
 _GUESSES = 6
 _MAX_SWEEPS = 12
@@ -46,12 +48,21 @@ class MaximumReach:
         far = np.argsort(-distances, kind="stable")[:_GUESSES]
         self.distance = max(_maximize(self.distance_at, samples[i], lower, upper) for i in far)
 
-    def excess(self, T_wt: pin.SE3) -> float:
-        """Return how far a pose of the tool is out of reach [m]; 0 when it may be within."""
+    def excess(self, target: pin.SE3 | PoseTarget) -> float:
+        """Return how far a target of the tool is out of reach [m]; 0 when it may be within."""
         if self.distance == np.inf:
             return 0.0
-        offset = T_wt.act(self._last_origin) - self._fixed
-        excess = float(offset.dot(offset)) ** 0.5 - self.distance
+        point, free = self._last_origin, 0.0
+        if isinstance(target, pin.SE3):
+            T_wt = target
+        else:
+            # The last joint's origin is on a circle about the axis, or with a cone on a sphere.
+            T_wt, pivot = target.pose, np.asarray(target.pivot)
+            axis = np.asarray(target.free_axis) * (target.cone == 0.0)
+            point = pivot + axis * axis.dot(point - pivot)
+            free = float(np.linalg.norm(self._last_origin - point))
+        offset = T_wt.act(point) - self._fixed
+        excess = float(offset.dot(offset)) ** 0.5 - self.distance - free
         return excess if excess > REACH_MARGIN else 0.0
 
     def distance_at(self, q: np.ndarray) -> float:

@@ -1,5 +1,6 @@
 """Residuals of frames from their targets with their Jacobians, alone and stacked."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -103,12 +104,18 @@ class VectorResidual(FrameResidual):
 
 
 class PositionResidual(VectorResidual):
-    """Vector from a position to the origin of a frame, in the world's axes."""
+    """Vector from a position to the origin of a frame, or another point, in the world's axes."""
+
+    pivot: np.ndarray | None = None
+    """The point in the frame [m]; None for the origin."""  # (3,)
 
     def evaluate(self) -> np.ndarray:
         """Return the residual, after `pin.computeJointJacobians`."""  # (3,)
         T_wf = pin.updateFramePlacement(self._model, self._data, self.frame)
-        return self._scaled(T_wf.translation - self._target)
+        if self.pivot is None:
+            return self._scaled(T_wf.translation - self._target)
+        self._lever = T_wf.rotation.dot(self.pivot)
+        return self._scaled(T_wf.translation + self._lever - self._target)
 
     def errors(self) -> tuple[float, float, bool]:
         """Return the distance [m], 0, and whether the target is met, as last evaluated."""
@@ -119,7 +126,9 @@ class PositionResidual(VectorResidual):
         jacobian = pin.getFrameJacobian(
             self._model, self._data, self.frame, pin.LOCAL_WORLD_ALIGNED
         )
-        return self._scaled_jacobian(jacobian[:3])
+        if self.pivot is None:
+            return self._scaled_jacobian(jacobian[:3])
+        return self._scaled_jacobian(jacobian[:3] - pin.skew(self._lever).dot(jacobian[3:]))
 
 
 class RotationResidual(VectorResidual):
@@ -139,6 +148,57 @@ class RotationResidual(VectorResidual):
         """Return the Jacobian where the residual was evaluated last."""  # (3, nv)
         jacobian = pin.getFrameJacobian(self._model, self._data, self.frame, pin.LOCAL)
         return self._scaled_jacobian(pin.Jlog3(self._R_tf) @ jacobian[3:])
+
+
+class AxisResidual(VectorResidual):
+    """Vector from a direction to an axis of a frame, as long as the chord between them."""
+
+    def __init__(
+        self,
+        arm: RobotModel,
+        frame: int,
+        direction: np.ndarray,
+        axis: np.ndarray,
+        tolerance: float,
+        scale: float = 1.0,
+        accepted: float = 0.0,
+    ) -> None:
+        """Set the target.
+
+        Args:
+            arm: The arm; its data are written to.
+            frame: Index of the frame.
+            direction: Direction in the world; unit.  # (3,)
+            axis: Axis in the frame that has the direction at the target; unit.  # (3,)
+            tolerance: Angle to aim at [rad].
+            scale: Square root of the weight; 1 for a constraint.
+            accepted: Largest angle that meets the target, at least `tolerance`.
+        """
+        super().__init__(arm, frame, direction, _chord(tolerance), scale, _chord(accepted))
+        self._axis = axis
+
+    def evaluate(self) -> np.ndarray:
+        """Return the residual, after `pin.computeJointJacobians`."""  # (3,)
+        T_wf = pin.updateFramePlacement(self._model, self._data, self.frame)
+        self._current = T_wf.rotation.dot(self._axis)
+        return self._scaled(self._current - self._target)
+
+    def errors(self) -> tuple[float, float, bool]:
+        """Return 0, the angle [rad] and whether the target is met, as last evaluated."""
+        angle = 2.0 * math.asin(min(0.5 * self._length, 1.0))
+        return 0.0, angle, self._length <= self._accepted
+
+    def jacobian(self) -> np.ndarray:
+        """Return the Jacobian where the residual was evaluated last."""  # (3, nv)
+        jacobian = pin.getFrameJacobian(
+            self._model, self._data, self.frame, pin.LOCAL_WORLD_ALIGNED
+        )
+        return self._scaled_jacobian(pin.skew(-self._current).dot(jacobian[3:]))
+
+
+def _chord(angle: float) -> float:
+    """Return the distance of two unit vectors at an angle [rad]; infinite for an infinite one."""
+    return 2.0 * math.sin(0.5 * min(angle, math.pi)) if angle < math.inf else angle
 
 
 class PoseResidual(FrameResidual):

@@ -1,5 +1,6 @@
 """Targets of inverse kinematics: positions, rotations and poses of frames."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -8,6 +9,7 @@ import pinocchio as pin
 
 from bt_manip.checks import (
     as_numbers,
+    check_number,
     check_pose,
     check_positive,
     check_rotation,
@@ -15,6 +17,9 @@ from bt_manip.checks import (
     invalid,
     shown,
 )
+
+AXES = dict(zip("xyz", np.eye(3), strict=True))
+"""The axes of a frame, by name."""
 
 TOLERANCE = 1e-6  # [m] and [rad] that a constraint without a tolerance of its own aims at
 
@@ -99,7 +104,53 @@ class PositionTarget(Target):
 
 
 @dataclass(frozen=True, eq=False)
-class RotationTarget(Target):
+class FreeAxisTarget(Target):
+    """A target with a rotation that may be free about an axis of the frame.
+
+    Attributes:
+        free_axis: Axis of the frame, `"x"`, `"y"`, `"z"` or a vector in the frame, about which the
+            rotation is free; None fixes the rotation. It is kept as a unit vector.  # (3,)
+        cone: Half angle of the cone around the axis' direction in which the axis may be [rad]; at
+            pi its direction is free, too.
+    """
+
+    free_axis: str | Sequence[float] | np.ndarray | None = field(default=None, kw_only=True)
+    cone: float = field(default=0.0, kw_only=True)
+
+    def __post_init__(self) -> None:
+        """Check and keep the axis and the cone."""
+        super().__post_init__()
+        cone = check_number(self.cone, f"{self.label}: cone", "rad")
+        if not 0.0 <= cone <= np.pi:
+            raise invalid(f"{self.label}: cone must be from 0 to pi [rad], got {self.cone!r}")
+        if cone and (self.free_axis is None or self.weight is not None):
+            raise invalid(f"{self.label}: a cone needs a free_axis, and no weight")
+        self._keep("cone", cone)
+        if self.free_axis is None:
+            return
+        if isinstance(self.free_axis, str):
+            if self.free_axis not in AXES:
+                raise invalid(
+                    f"{self.label}: free_axis must be 'x', 'y', 'z' or a vector, "
+                    f"got {self.free_axis!r}"
+                )
+            axis = AXES[self.free_axis]
+        else:
+            axis = check_vector(self.free_axis, f"{self.label}: free_axis")
+        length = float(np.linalg.norm(axis))
+        if not length > 0.0:
+            raise invalid(f"{self.label}: free_axis must not be zero")
+        self._keep("free_axis", axis / length)
+
+    @property
+    def tolerances(self) -> tuple[float, float]:
+        """Errors of position [m] and rotation [rad], the cone included, that are aimed at."""
+        position, rotation = super().tolerances
+        return position, max(rotation, self.cone)
+
+
+@dataclass(frozen=True, eq=False)
+class RotationTarget(FreeAxisTarget):
     """The axes of a frame at a rotation.
 
     Attributes:
@@ -115,16 +166,22 @@ class RotationTarget(Target):
 
 
 @dataclass(frozen=True, eq=False)
-class PoseTarget(Target):
+class PoseTarget(FreeAxisTarget):
     """A frame at a pose.
 
     Attributes:
         pose: The pose T_wf in the world.
+        pivot: The point of the frame that the free axis goes through [m].  # (3,)
     """
 
     pose: pin.SE3
+    pivot: Sequence[float] | np.ndarray = field(default=(0.0, 0.0, 0.0), kw_only=True)
 
     def __post_init__(self) -> None:
-        """Keep a copy of the pose."""
+        """Keep copies of the pose and the pivot."""
         super().__post_init__()
         self._keep("pose", check_pose(self.pose, f"{self.label}: pose").copy())
+        pivot = check_vector(self.pivot, f"{self.label}: pivot", "m")
+        if pivot.any() and self.free_axis is None:
+            raise invalid(f"{self.label}: a pivot needs a free_axis")
+        self._keep("pivot", pivot)

@@ -1,5 +1,6 @@
 """Inverse kinematics; the oracle is forward kinematics, MuJoCo's where a solution is judged."""
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -100,11 +101,22 @@ def test_a_margin_or_a_tolerance_beside_a_problem_is_refused(model, ik):
     refused(lambda: ik.follow(problem, model.home, tolerance=1e-3), each)
 
 
-def test_a_target_without_a_problem_is_refused_with_how_to_ask_for_it(model, ik):
-    for ask in (ik.solve, ik.follow, ik.solutions):
+def test_a_target_alone_is_a_problem_with_a_margin_of_the_call(model, ik):
+    problem = IKProblem(targets=GRIP, margin=0.1)
+    assert np.array_equal(
+        ik.follow(GRIP, model.home, margin=0.1).q, ik.follow(problem, model.home).q
+    )
+    listed = ik.solutions([GRIP, DOWN], model.home, margin=0.1)
+    assert {result.target for result in listed} <= {0, 1}
+    assert np.abs(listed[0].q - ik.solutions(DOWN, model.home, margin=0.1)[0].q).max() < 1e-3
+
+
+def test_a_cost_alone_is_refused(model, ik):
+    cost = PoseTarget("tool", DOWN, weight=1.0)
+    for ask in (ik.solve, ik.follow, ik.solutions, ik.nearest):
         refused(
-            lambda ask=ask: ask(GRIP, model.home),
-            r"a pose or a problem, got the target of frame 'tool': ask for IKProblem",
+            lambda ask=ask: ask(cost, model.home),
+            "the target of frame 'tool' is a cost: ask for IKProblem",
         )
 
 
@@ -377,3 +389,98 @@ def test_where_the_arm_reaches_a_pose_its_tolerance_is_not_used(model, rng):
     for q in random_configurations(model, rng, 40):
         found = ik.solve(model.pose(q), model.home)
         assert found.solved and max(found.position_error, found.rotation_error) <= 1e-6
+
+
+def axis_error(robot, q, T, pivot=(0.0, 0.0, 0.0)):
+    """Return the distance of a pivot [m] and the angle of the z axis [rad], simulated."""
+    robot.set_configuration(q)
+    mujoco.mj_kinematics(robot.mj_model, robot.mj_data)
+    found, pivot = robot.tool_pose, np.array(pivot)
+    cosine = np.clip(found.rotation[:, 2] @ T.rotation[:, 2], -1.0, 1.0)
+    return np.linalg.norm(found.act(pivot) - T.act(pivot)), np.arccos(cosine)
+
+
+def all_turns(T):
+    """Return 32 poses turned about the z axis of one."""
+    turns = (pin.utils.rotate("z", 2.0 * np.pi * k / 32) for k in range(32))
+    return [pin.SE3(T.rotation @ turn, T.translation) for turn in turns]
+
+
+@pytest.fixture(params=["panda", "five_joints"])
+def any_robot(request):
+    return request.getfixturevalue({"panda": "robot"}.get(request.param, request.param))
+
+
+def test_about_a_free_axis_the_arm_chooses_the_rotation(any_robot, rng):
+    ik = InverseKinematics(any_robot.make_model())
+    chosen = 0
+    for _ in range(60):
+        radius, yaw = rng.uniform(0.3, 0.8), rng.uniform(-3.0, 3.0)
+        position = [radius * np.cos(yaw), radius * np.sin(yaw), rng.uniform(0.1, 0.5)]
+        T = spatial.pointing_down(position, rng.uniform(-3.0, 3.0))
+        found = ik.solve(PoseTarget(ik.tool, T, free_axis="z"), ik.model.home)
+        if any(ik.solve(turned, ik.model.home, restarts=10).solved for turned in all_turns(T)):
+            assert found.solved, T
+        if found.solved:
+            distance, angle = axis_error(any_robot, found.q, T)
+            assert distance <= 1e-5 and angle <= 1e-4
+            assert found.position_error == pytest.approx(distance, abs=1e-9)
+            chosen += 1
+    assert chosen > 20
+
+
+def test_inside_a_cone_the_axis_may_tilt(any_robot, rng):
+    ik = InverseKinematics(any_robot.make_model())
+    tilted = 0
+    for q in random_configurations(ik.model, rng, 30):
+        T = ik.model.pose(q)
+        off = T * pin.SE3(pin.exp3(np.array([0.25, 0.0, 0.0])), np.zeros(3))
+        found = ik.solve(PoseTarget(ik.tool, off, free_axis="z", cone=0.3), ik.model.home)
+        assert found.solved
+        distance, angle = axis_error(any_robot, found.q, off)
+        assert distance <= 1e-5 and angle <= 0.3 + 1e-4
+        tilted += angle > 0.01
+    assert tilted > 20
+
+
+def test_the_free_axis_goes_through_the_pivot(any_robot, rng):
+    ik, pivot = InverseKinematics(any_robot.make_model()), [0.02, 0.0, 0.1]
+    moved = 0
+    for q in random_configurations(ik.model, rng, 30):
+        T, turn = ik.model.pose(q), pin.SE3(pin.exp3(np.array([0.0, 0.0, 2.0])), np.zeros(3))
+        middle = pin.SE3(np.eye(3), np.array(pivot))
+        turned = T * middle * turn * middle.inverse()
+        target = PoseTarget(ik.tool, turned, free_axis="z", pivot=pivot)
+        found = ik.solve(target, ik.model.home)
+        assert found.solved
+        distance, angle = axis_error(any_robot, found.q, turned, pivot)
+        assert distance <= 1e-5 and angle <= 1e-4
+        moved += np.linalg.norm(ik.model.pose(found.q).translation - turned.translation) > 1e-3
+    assert moved > 20
+
+
+def test_a_cone_of_pi_leaves_all_rotations_free(any_robot, rng):
+    ik = InverseKinematics(any_robot.make_model())
+    for q in random_configurations(ik.model, rng, 20):
+        T = pin.SE3(pin.exp3(rng.normal(size=3)), ik.model.pose(q).translation)
+        for target in (
+            PoseTarget(ik.tool, T, free_axis="x", cone=np.pi),
+            PositionTarget(ik.tool, T.translation),
+        ):
+            found = ik.solve(target, ik.model.home)
+            assert found.solved
+            assert error_in_mujoco(any_robot, found.q, T)[0] <= 1e-5
+
+
+def test_the_nearest_solution_of_alternatives_is_at_the_free_target(model, ik):
+    T = model.pose(model.home) * pin.SE3(pin.exp3(np.array([0.0, 0.0, 1.0])), np.zeros(3))
+    found = ik.nearest([T, PoseTarget("tool", T, free_axis="z")], model.home)
+    assert found.target == 1 and np.abs(found.q - model.home).max() < 1e-3
+    assert ik.nearest(T, model.home).target == 0
+
+
+def test_a_free_target_beyond_the_reach_is_refused_without_a_search(model, ik):
+    far = spatial.pointing_down([1.2, 0.0, 0.3])
+    for given in ({}, {"cone": 0.2}, {"cone": np.pi}, {"pivot": [0.0, 0.0, 0.05]}):
+        found = ik.solve(PoseTarget("tool", far, free_axis="z", **given), model.home)
+        assert not found.solved and found.iterations == 0 and "m out of reach" in found.reason

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from bt_manip.kinematics.residuals import (
+    AxisResidual,
     PoseResidual,
     PositionResidual,
     RotationResidual,
@@ -20,14 +21,26 @@ def residual_of(model, goal, kind):
         "rotation": lambda: RotationResidual(model, frame, T.rotation, 1e-6),
         "wide position": lambda: PositionResidual(model, frame, T.translation, 0.1),
         "wide rotation": lambda: RotationResidual(model, frame, T.rotation, 0.02),
+        "axis": lambda: AxisResidual(model, frame, T.rotation[:, 2], np.eye(3)[2], 1e-6),
+        "cone": lambda: AxisResidual(model, frame, T.rotation[:, 2], np.eye(3)[2], 0.02),
+        "pivot": lambda: pivoted(model, frame, T),
         "weighted position": lambda: PositionResidual(model, frame, T.translation, np.inf, 3.0),
     }[kind]()
 
 
+def pivoted(model, frame, T):
+    residual = PositionResidual(model, frame, T.act(np.array([0.1, -0.2, 0.3])), 1e-6)
+    residual.pivot = np.array([0.1, -0.2, 0.3])
+    return residual
+
+
 @pytest.mark.parametrize(
     "kind",
-    ["position", "rotation", "wide position", "wide rotation", "weighted position"],
-)
+    [
+        "position", "rotation", "wide position", "wide rotation", "weighted position",
+        "axis", "cone", "pivot",
+    ],
+)  # fmt: skip
 def test_the_jacobian_of_each_residual_is_its_derivative(model, goal, kind):
     residual = StackedResidual(model, [residual_of(model, goal, kind)])
     q = goal + 0.3 * np.sin(np.arange(7.0))

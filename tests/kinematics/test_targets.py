@@ -109,3 +109,31 @@ def test_a_target_is_a_copy(model):
     assert target.position[0] == 0.0
     with pytest.raises(ValueError):
         target.position[0] = 2.0
+
+
+@pytest.mark.parametrize("axis", ["z", [0.0, 0.0, 2.0], np.array([0, 0, 1])])
+def test_a_free_axis_is_kept_as_a_unit_vector(axis):
+    for target in (
+        PoseTarget("tool", DOWN, free_axis=axis),
+        RotationTarget("tool", DOWN.rotation, free_axis=axis),
+    ):
+        assert np.array_equal(target.free_axis, [0.0, 0.0, 1.0])
+        with pytest.raises(ValueError):
+            target.free_axis[0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"free_axis": "w"}, "free_axis must be 'x', 'y', 'z' or a vector, got 'w'"),
+        ({"free_axis": [0.0, 0.0, 0.0]}, "free_axis must not be zero"),
+        ({"free_axis": [1.0, 0.0]}, "free_axis"),
+        ({"free_axis": "z", "cone": 4.0}, r"cone must be from 0 to pi \[rad\], got 4.0"),
+        ({"free_axis": "z", "cone": -0.1}, "cone must be from 0 to pi"),
+        ({"cone": 0.1}, "a cone needs a free_axis, and no weight"),
+        ({"free_axis": "z", "cone": 0.1, "weight": 1.0}, "a cone needs a free_axis, and no weight"),
+        ({"pivot": [0.0, 0.0, 0.1]}, "a pivot needs a free_axis"),
+    ],
+)
+def test_wrong_free_rotations_are_refused(given, message):
+    refused(lambda: PoseTarget("tool", DOWN, **given), f"target of frame 'tool': .*{message}")
