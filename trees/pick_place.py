@@ -34,22 +34,39 @@ from bt_manip.bt import (
 
 
 def pick_place(
-    cube: str = "cube", basket: str = "basket", force: float = 50.0, attempts: int = 3
+    cube: str = "auto",
+    basket: str = "basket",
+    region: str = "auto",
+    height: str = "auto",
+    drop_height: str = "auto",
+    force: str = "auto",
+    attempts: int = 3,
 ) -> Tree:
     """Pick a cube from a random place on the table and drop it into the basket.
 
     Args:
-        cube: Object to pick: a name of bt-manip list objects, or the address of a model.
+        cube: Object to pick: a name of bt-manip list objects, or the address of a model; auto: the
+            cube, smaller where the gripper does not open 5 cm.
         basket: Name of the container in the cell.
-        force: Normal force of each finger [N].
+        region: Where the object is put: x_min;x_max;y_min;y_max [m]; auto: 0.2;0.4;-0.3;0.3, or
+            the part of the table that the robot reaches from above.
+        height: Height of hovering and lifting over the object [m]; auto: 0.4, or what the robot
+            reaches.
+        drop_height: Height of the tool over the basket's bottom [m]; auto: 0.25, or what the robot
+            reaches.
+        force: Normal force of each finger [N]; auto: 50, or 0.8 of the gripper's maximum if lower.
         attempts: How often pick and drop are tried.
     """
     root = Sequence(
         "pick and place",
-        SpawnObject(model=cube, on="table", region="0.2;0.4;-0.3;0.3", object="{object}"),
+        SpawnObject(model=cube, on="table", region=region, object="{object}"),
         TryCatch(
             "or clean up",
-            RetryUntilSuccessful("until it is in", attempt(basket, force), num_attempts=attempts),
+            RetryUntilSuccessful(
+                "until it is in",
+                attempt(basket, force, height, drop_height),
+                num_attempts=attempts,
+            ),
             RemoveObject(object="{object}"),
             SubTree("clean up", clean_up(), object="{object}"),
         ),
@@ -57,7 +74,7 @@ def pick_place(
     return Tree(root, goal=IsIn(object="{object}", container=basket))
 
 
-def attempt(basket: str, force: float) -> Behaviour:
+def attempt(basket: str, force: str, height: str, drop_height: str) -> Behaviour:
     """Bring the object into the basket, from wherever it is.
 
     An attempt waits until nothing moves and nothing pushes the arm, and goes on from what is true
@@ -76,9 +93,9 @@ def attempt(basket: str, force: float) -> Behaviour:
                 Fallback(
                     "in the gripper",
                     IsHolding(object="{object}"),
-                    SubTree("pick", pick(force), object="{object}"),
+                    SubTree("pick", pick(force, height), object="{object}"),
                 ),
-                Drop(container=basket, height=0.25),
+                Drop(container=basket, height=drop_height),
             ),
         ),
         Sequence("back off", Sleep(msec=500), WaitUntilUndisturbed(), BackOff(distance=0.1)),
@@ -86,15 +103,15 @@ def attempt(basket: str, force: float) -> Behaviour:
     return SubTree("attempt", pick_and_drop, object="{object}")
 
 
-def pick(force: float) -> Behaviour:
+def pick(force: str, height: str) -> Behaviour:
     """Pick the object."""
     return Sequence(
         "pick once",
         OpenGripper(),
-        Hover(object="{object}", height=0.4),
+        Hover(object="{object}", height=height),
         Reach(object="{object}"),
         Grasp(object="{object}", force=force),
-        Lift(height=0.4),
+        Lift(height=height),
     )
 
 

@@ -6,7 +6,9 @@ import pinocchio as pin
 from bt_manip.bt import Input, Status
 from bt_manip.cell import why_not_in
 from bt_manip.exceptions import MotionError
+from bt_manip.grasping import DROP_HEIGHTS
 
+from .automatic import first_reachable, number_or_auto
 from .poses import bottom_pose, downward_poses
 from .releasing import ReleasingBehaviour
 
@@ -22,7 +24,10 @@ class Drop(ReleasingBehaviour):
     """
 
     container = Input(str, doc="Name of the container.")
-    height = Input(float, default=0.25, doc="Height of the tool over the container's bottom [m].")
+    height = number_or_auto(
+        "Height of the tool over the container's bottom [m]; auto: 0.25, or the greatest height "
+        "below it in steps of 0.03 that the arm reaches, at least 0.1.",
+    )
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
 
     def start(self) -> None:
@@ -31,10 +36,16 @@ class Drop(ReleasingBehaviour):
         if not self._carried:
             self.fail("the gripper holds nothing")
             return
-        above = bottom_pose(self.cell, self.container).translation + np.array(
-            [0.0, 0.0, self.height]
-        )
-        poses = downward_poses(above)
+        bottom = bottom_pose(self.cell, self.container).translation
+        first_reachable(self.height, DROP_HEIGHTS, lambda height: self._move_over(bottom, height))
+
+    def _move_over(self, bottom: np.ndarray, height: float) -> None:
+        """Move the tool over the container's bottom.
+
+        Raises:
+            MotionError: When it is unreachable, or obstacles block all poses.
+        """
+        poses = downward_poses(bottom + np.array([0.0, 0.0, height]))
         try:
             self.arm.move_to_pose(poses, speed=self.speed)
         except MotionError as error:

@@ -2,9 +2,19 @@
 
 from bt_manip.bt import Input, Status
 from bt_manip.grasping import check_friction
+from bt_manip.robots import Gripper
 
 from .arm_behaviour import ArmBehaviour
+from .automatic import number_or_auto
 from .payload import payload_of
+
+FORCE = 50.0  # [N] of grippers that are strong enough
+FORCE_PART = 0.8  # of the maximum force of others: a motor at its limit controls no force
+
+
+def default_force(gripper: Gripper) -> float:
+    """Return the force to grip with where none is given [N]."""
+    return FORCE if gripper.max_force >= FORCE else FORCE_PART * gripper.max_force
 
 
 class Grasp(ArmBehaviour):
@@ -17,16 +27,23 @@ class Grasp(ArmBehaviour):
     needs_gripper = True
 
     object = Input(str, doc="Name of the object.")
-    force = Input(float, default=50.0, doc="Gripping force at each contact [N].")
+    force = number_or_auto(
+        "Gripping force at each contact [N]; auto: 50, or 0.8 of the gripper's maximum if lower."
+    )
     patience = Input(float, default=2.0, doc="Timeout in simulated time [s].")
 
     amounts = {"patience": "s"}
+    memory = (*ArmBehaviour.memory, "_force")
+
+    _force = 0.0  # [N] commanded
 
     def start(self) -> None:
         """Start to close."""
         self.cell.find(self.object)
-        check_friction(self.cell, self.gripper, self.object, self.force)
-        self.gripper.close(self.force)
+        gripper, given = self.gripper, self.force
+        self._force = default_force(gripper) if given is None else given
+        check_friction(self.cell, gripper, self.object, self._force)
+        gripper.close(self._force)
 
     def update(self) -> Status:
         """Wait for a steady grip."""
@@ -38,7 +55,7 @@ class Grasp(ArmBehaviour):
         if self.elapsed > self.patience:
             return self.fail(
                 f"no steady grip after {self.patience:g} s: {self.gripper.status}, "
-                f"commanded {self.force:g} N"
+                f"commanded {self._force:g} N"
             )
         return Status.RUNNING
 

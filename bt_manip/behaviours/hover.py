@@ -2,8 +2,12 @@
 
 from bt_manip.bt import Input, Output, Status
 
+from .automatic import first_reachable, number_or_auto
 from .gripping import GrippingBehaviour
 from .poses import centre_pose, top_grasp_poses
+
+HOVER_HEIGHTS = (0.4, 0.3, 0.2, 0.15, 0.1)
+"""Heights over an object to choose from, the preferred one first [m]."""
 
 
 class Hover(GrippingBehaviour):
@@ -15,7 +19,10 @@ class Hover(GrippingBehaviour):
     """
 
     object = Input(str, doc="Name of the object.")
-    height = Input(float, default=0.4, doc="Height of the tool over the object's centre [m].")
+    height = number_or_auto(
+        "Height of the tool over the object's centre [m]; auto: 0.4, or the next lower of 0.3, "
+        "0.2, 0.15 and 0.1 that the arm reaches.",
+    )
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
     grasp = Output(
         str, doc="The grasp: pose of the tool in the object and width, x;y;z;qw;qx;qy;qz;width [m]."
@@ -30,9 +37,14 @@ class Hover(GrippingBehaviour):
         self._reason = ""
         T_wo = centre_pose(self.cell, self.object)
         if self._is_fixed():
-            self.arm.move_to_pose(top_grasp_poses(T_wo, self.height), speed=self.speed)
+            first_reachable(
+                self.height,
+                HOVER_HEIGHTS,
+                lambda height: self.arm.move_to_pose(top_grasp_poses(T_wo, height), self.speed),
+            )
             return
-        plan = self.grasp_planner.plan(self.object, self.height, T_wo.translation)
+        heights = HOVER_HEIGHTS if self.height is None else [self.height]
+        plan = self.grasp_planner.plan(self.object, heights, T_wo.translation)
         self.grasp, self._reason = plan.grasp.to_text(), plan.reason
         self.arm.move_to_configuration(plan.q_pregrasp, speed=self.speed)
 

@@ -4,18 +4,42 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.bt import Input
+from bt_manip.exceptions import MotionError
 
 from .arm_behaviour import MotionBehaviour
+from .automatic import number_or_auto
+
+LIFT_HEIGHT = 0.4  # [m] where the arm reaches it
+MIN_HEIGHT = 0.03  # [m] that a lift needs
+FOLLOWED_PART = 0.9  # of the path that can be followed: joints turn fast near its end
 
 
 class Lift(MotionBehaviour):
     """Raise the tool straight up by a height."""
 
-    height = Input(float, default=0.4, doc="How far up [m].")
+    height = number_or_auto("How far up [m]; auto: 0.4, or as far as the arm reaches.")
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
 
     def start(self) -> None:
         """Move up the vertical through the tool."""
+        height = self.height
+        if height is not None:
+            self._lift(height)
+            return
+        try:
+            self._lift(LIFT_HEIGHT)
+        except MotionError as error:
+            height = FOLLOWED_PART * LIFT_HEIGHT * (error.fraction or 0.0)
+            if height < MIN_HEIGHT:
+                raise
+            self._lift(height)
+
+    def _lift(self, height: float) -> None:
+        """Move up the vertical through the tool.
+
+        Raises:
+            MotionError: When the line cannot be followed or is blocked.
+        """
         T_wt = self.T_wt
-        up = T_wt.translation + np.array([0.0, 0.0, self.height])
+        up = T_wt.translation + np.array([0.0, 0.0, height])
         self.arm.move_linear(pin.SE3(T_wt.rotation, up), speed=self.speed)

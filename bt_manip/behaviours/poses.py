@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip import spatial
-from bt_manip.bt import Input
+from bt_manip.bt import Input, Output
 from bt_manip.cell import Cell, as_object, bottom_of
 
 _QUARTER_TURN = math.pi / 2
@@ -62,6 +62,11 @@ def _is_rotation(rotation: np.ndarray) -> bool:
 def pose_input(doc: str) -> Input:
     """Declare an input port for a pose."""
     return Input(pin.SE3, parse=pose_from_text, format=pose_to_text, doc=doc)
+
+
+def pose_output(doc: str) -> Output:
+    """Declare an output port for a pose."""
+    return Output(pin.SE3, parse=pose_from_text, format=pose_to_text, doc=doc)
 
 
 def poses_from_text(text: str) -> list[pin.SE3]:

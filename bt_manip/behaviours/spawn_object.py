@@ -1,20 +1,30 @@
 """Put a new object into the cell."""
 
 import contextlib
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from dm_control import composer
 
 from bt_manip.bt import Input, Output, Status
-from bt_manip.cell import CellError, Region, as_object, nearest_free, unique_name
+from bt_manip.cell import CellError, CellObject, Region, as_object, nearest_free, unique_name
 from bt_manip.cell.objects import Catalogue
 from bt_manip.exceptions import PortError
+from bt_manip.grasping import REFERENCE_AREA, ReachFromAbove
 from bt_manip.models import is_address
 
 from .arm_behaviour import CellBehaviour
-from .poses import centre_pose
+from .automatic import AUTO, numbers_or_auto
+from .poses import centre_pose, pose_output
+from .robot_port import ENTRY
 
+CUBE = "cube"  # registered name of the reference task's object
+CUBE_SIZE = 0.05  # [m] of its edges
+SLACK = 0.006  # [m] between an object and an open gripper, on both sides together
+WIDTH_PART = 0.8  # of the width that fits the gripper, of a smaller cube: it lies at any angle
+TOOL_HEIGHT = 0.015  # [m] of the tool over an object's centre at a grasp
 ATTEMPTS = 100  # random positions to find one that keeps the gap
 
 
@@ -23,20 +33,28 @@ class SpawnObject(CellBehaviour):
 
     model = Input(
         str,
-        default="cube",
-        doc="Registered name of the object (bt-manip list objects), or the address of a model.",
+        default=AUTO,
+        doc="Registered name of the object (bt-manip list objects), or the address of a model; "
+        "auto: the cube, smaller where the gripper does not open wide enough.",
     )
     on = Input(str, default="table", doc="Name of the object to put it on.")
-    region = Input(
-        list[float],
-        default=[0.2, 0.4, -0.3, 0.3],
-        doc="Region for its centre in the world: x_min;x_max;y_min;y_max [m].",
+    region = numbers_or_auto(
+        "Region for its centre in the world: x_min;x_max;y_min;y_max [m]; auto: 0.2;0.4;-0.3;0.3, "
+        "or the part of the surface that the robot reaches from above where that is not within "
+        "reach.",
     )
     gap = Input(float, default=0.0, doc="Least distance to other free objects [m].")
     name_hint = Input(
         str, default="", doc="Name for it, made unique; by default that of the model."
     )
+    robot = Input(
+        str,
+        default="",
+        doc="Name of the robot that shall reach it; by default that of the scope's entry 'robot', "
+        "or the only one.",
+    )
     object = Output(str, doc="Its unique name.")
+    pose = pose_output("Pose of its origin in the world, x;y;z;qw;qx;qy;qz [m].")
 
     def setup(self, **infrastructure: Any) -> None:
         """Keep the cell, its random generator and the registered objects.
@@ -48,22 +66,56 @@ class SpawnObject(CellBehaviour):
         super().setup(**infrastructure)
         self.rng: np.random.Generator = infrastructure["rng"]
         self.models: Catalogue = infrastructure["models"]
+        self._robots: Mapping[str, Any] = infrastructure.get("robots", {})
         with contextlib.suppress(PortError):  # the entry is written later
-            self.models.get(self.model)
+            if self.model != AUTO:
+                self.models.get(self.model)
 
     def start(self) -> None:
         """Create the object and insert it."""
-        x_min, x_max, y_min, y_max = self._bounds()
-        surface = self.cell.surface_height(self.on)
-        entity = self.models.get(self.model)()
+        bounds = self._bounds()
+        entity, hint = self._make()
         declared = as_object(entity)
-        z = surface + declared.rest_height
+        if bounds is None:
+            region = self._area(declared)
+        else:
+            region = Region(bounds[:2], bounds[2:], (0.0, 0.0))
+        z = self.cell.surface_height(self.on) + declared.rest_height
         middle_x, middle_y, _ = declared.centre_offset
-        region = Region((x_min, x_max), (y_min, y_max), (z, z), middle=(middle_x, middle_y))
-        hint = self.name_hint or ("" if is_address(self.model) else self.model)
-        self.object = name = self._place(entity, region, hint or None)
+        region = replace(region, z=(z, z), middle=(middle_x, middle_y))
+        self.object = name = self._place(entity, region, self.name_hint or hint or None)
+        self.pose = self.cell.pose(name)
         x, y, _ = centre_pose(self.cell, name).translation
         self.feedback_message = f"'{name}' at ({x:.3f}, {y:.3f}) m"
+        if region.squares:
+            square_metres = len(region.squares) * region.side**2
+            self.feedback_message += f", on {square_metres:.2g} m2 that the robot reaches"
+
+    def _make(self) -> tuple[composer.Entity, str]:
+        """Make the object; return it with a name for it, empty for that of its model."""
+        model = self.model
+        if model != AUTO:
+            return self.models.get(model)(), "" if is_address(model) else model
+        widest = [
+            robot.gripper.max_object_width
+            for robot in self._robots.values()
+            if robot.gripper is not None
+        ]
+        fitting = min(widest, default=np.inf) - SLACK
+        parameters = {} if fitting >= CUBE_SIZE else {"size": round(WIDTH_PART * fitting, 3)}
+        return self.models.get(CUBE)(**parameters), CUBE
+
+    def _area(self, declared: CellObject) -> Region:
+        """Return the region where the robot reaches the object from above."""
+        name = self.robot or str(self.scope[ENTRY] if ENTRY in self.scope else "")
+        if not name and len(self._robots) == 1:
+            name = next(iter(self._robots))
+        if name not in self._robots:
+            x_min, x_max, y_min, y_max = REFERENCE_AREA
+            return Region((x_min, x_max), (y_min, y_max), (0.0, 0.0))
+        height = declared.rest_height + float(declared.centre_offset[2]) + TOOL_HEIGHT
+        reach: ReachFromAbove = self._robots[name].reach
+        return reach.area(self.cell, self.on, height)
 
     def _place(self, entity: composer.Entity, region: Region, hint: str | None) -> str:
         """Insert it at a random position of the region that keeps the gap.
@@ -82,8 +134,10 @@ class SpawnObject(CellBehaviour):
             f"no position with a gap of {1e3 * gap:g} mm to other objects in {ATTEMPTS} attempts"
         )
 
-    def _bounds(self) -> tuple[float, float, float, float]:
+    def _bounds(self) -> tuple[float, float, float, float] | None:
         region = self.region
+        if region is None:
+            return None
         if len(region) != 4 or region[0] > region[1] or region[2] > region[3]:
             raise CellError(f"a region is x_min;x_max;y_min;y_max [m], got {region}")
         x_min, x_max, y_min, y_max = region

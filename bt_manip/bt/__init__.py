@@ -81,8 +81,10 @@ from .mapping import LeafMapping as LeafMapping
 from .nodes.declared import Declared as Declared
 from .nodes.declared import cannot_run as cannot_run
 from .nodes.declared import declare as declare
+from .port_types import DOUBLE as DOUBLE
 from .port_types import DOUBLE_LIST as DOUBLE_LIST
 from .port_types import STRING as STRING
+from .port_types import PortType as PortType
 from .ports import is_pointer as is_pointer
 from .ports import pointed_key as pointed_key
 from .stubs import Stubs as Stubs

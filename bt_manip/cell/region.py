@@ -23,6 +23,9 @@ class Region:
         z: Bounds in the world [m].
         yaw: Bounds of the rotation about the vertical [rad].
         middle: Point of the entity that the bounds are for, x and y in its frame [m].
+        squares: Centres of squares; positions are sampled from these, not from the whole box
+            [m].  # (n, 2)
+        side: Length of the squares' sides [m].
     """
 
     x: Range
@@ -30,6 +33,8 @@ class Region:
     z: Range
     yaw: Range = (-math.pi, math.pi)
     middle: tuple[float, float] = (0.0, 0.0)
+    squares: tuple[tuple[float, float], ...] = ()
+    side: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the bounds.
@@ -44,9 +49,14 @@ class Region:
 
     def sample(self, rng: np.random.Generator) -> pin.SE3:
         """Sample a pose; equal bounds take no random number."""
+        x_range, y_range = self.x, self.y
+        if self.squares:
+            x, y = self.squares[int(rng.integers(len(self.squares)))]
+            half = 0.5 * self.side
+            x_range, y_range = (x - half, x + half), (y - half, y + half)
         x, y, z, yaw = (
             low if low == high else rng.uniform(low, high)
-            for low, high in (self.x, self.y, self.z, self.yaw)
+            for low, high in (x_range, y_range, self.z, self.yaw)
         )
         if any(self.middle):
             c, s = math.cos(yaw), math.sin(yaw)
@@ -62,6 +72,9 @@ class Region:
             slack: Distance outside that is accepted [m].
         """
         position = T_wo.act(np.array([*self.middle, 0.0]))
+        if self.squares:
+            apart = np.abs(np.array(self.squares) - position[:2]).max(axis=1)
+            return bool(apart.min() <= 0.5 * self.side + slack)
         return all(
             low - slack <= value <= high + slack
             for value, (low, high) in zip(position[:2], (self.x, self.y), strict=True)

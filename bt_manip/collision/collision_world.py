@@ -17,6 +17,7 @@ from .motion_bounds import link_of_body
 from .robot_geometry import OtherRobot, RobotGeometry
 
 PADDING = 8e-3  # [m] distance up to which contacts are detected
+FAR = 1e3  # [m] by which objects that are left out are lifted
 
 
 class CollisionPair(NamedTuple):
@@ -58,8 +59,12 @@ class CollisionWorld:
         self.other_robots: tuple[OtherRobot, ...] = ()
         self.refresh()
 
-    def refresh(self) -> None:
-        """Update the compiled model, the state of the cell and the held object."""
+    def refresh(self, *, fixed_only: bool = False) -> None:
+        """Update the compiled model, the state of the cell and the held object.
+
+        Args:
+            fixed_only: Whether free objects are left out, and the gripper is open.
+        """
         robot, geometry = self.robot, self._geometry
         geometry.refresh()
         if robot.mj_model is not self._source:
@@ -78,6 +83,11 @@ class CollisionWorld:
             self._bodies = geometry.bodies
             self._select_pairs(robot.mj_model)
         self._scratch.copy_state(robot.mj_data)
+        if fixed_only:
+            model = robot.mj_model
+            free = model.jnt_qposadr[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE]
+            self._scratch.data.qpos[free + 2] += FAR
+            geometry.write_open_gripper(self._scratch.data.qpos)
         if self.other_robots:
             self._place_other_robots()
         self._advancement.refresh()

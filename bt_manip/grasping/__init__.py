@@ -7,3 +7,6 @@ from .gripper_clearance import SUFFICIENT_CLEARANCE as SUFFICIENT_CLEARANCE
 from .gripper_clearance import Clearance as Clearance
 from .gripper_clearance import GripperClearance as GripperClearance
 from .gripper_clearance import with_clearance as with_clearance
+from .reach_from_above import DROP_HEIGHTS as DROP_HEIGHTS
+from .reach_from_above import REFERENCE_AREA as REFERENCE_AREA
+from .reach_from_above import ReachFromAbove as ReachFromAbove

@@ -1,6 +1,7 @@
 """Interface of grippers, and their part of a robot's description."""
 
 import abc
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
@@ -152,6 +153,11 @@ class Gripper(composer.Entity, abc.ABC):
             GripperError: If a grip with this force carries it with no friction.
         """
         return 0.0
+
+    @property
+    def max_object_width(self) -> float:
+        """Width of the widest object that fits the open gripper [m]; inf where any does."""
+        return math.inf
 
     # Commands
 

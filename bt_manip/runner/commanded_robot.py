@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from bt_manip.arm import Arm, ExternalForceGuard
@@ -9,6 +10,7 @@ from bt_manip.cell import Cell
 from bt_manip.collision import CollisionWorld, check_home
 from bt_manip.control import Controller, ControllerManager
 from bt_manip.exceptions import BtManipError
+from bt_manip.grasping import ReachFromAbove
 from bt_manip.registry import Parts
 from bt_manip.robots import Gripper, Robot
 
@@ -34,6 +36,11 @@ class CommandedRobot:
     controllers: ControllerManager
     gripper: Gripper | None
     chosen: SceneRobot
+
+    @cached_property
+    def reach(self) -> ReachFromAbove:
+        """Finds where the arm reaches from above."""
+        return ReachFromAbove(self.arm)
 
     @property
     def controller(self) -> Controller:

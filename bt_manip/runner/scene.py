@@ -27,6 +27,7 @@ class Fixture:
         free: Whether it moves freely; None: as the object declares.
         on: Name of an earlier fixture whose surface it rests on.
         region: A free pose is sampled from it with the run's seed, in place of ``T_wo``.
+        within_reach: Whether it is moved towards the first robot where that cannot drop into it.
     """
 
     model: str
@@ -36,6 +37,7 @@ class Fixture:
     free: bool | None = False
     on: str = ""
     region: Region | None = None
+    within_reach: bool = False
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,7 @@ def table_and_basket() -> Scene:
     """Return the scene of the pick and place task: a robot on a table, and a basket beside it.
 
     Measures of gym-gz's Panda pick and place; the base stands on the table's surface, not 15 mm
-    inside it.
+    inside it. The basket is nearer where the robot cannot drop into it there.
     """
     surface = 1.015  # [m] above the floor
     quarter_turn = (0.5**0.5, 0.0, 0.0, 0.5**0.5)
@@ -114,7 +116,12 @@ def table_and_basket() -> Scene:
         robots=(SceneRobot(spatial.pose((-0.1, 0.0, surface))),),
         fixtures=(
             Fixture("table", "table", spatial.pose((0.0, 0.0, 0.0))),
-            Fixture("basket", "basket", spatial.pose((0.68, 0.0, surface), quarter_turn)),
+            Fixture(
+                "basket",
+                "basket",
+                spatial.pose((0.68, 0.0, surface), quarter_turn),
+                within_reach=True,
+            ),
         ),
     )
 

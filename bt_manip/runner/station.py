@@ -332,6 +332,9 @@ def build_station(
     robots = {name: one.commanded(name) for name, one in zip(names, entities, strict=True)}
     for one in robots.values():
         one.robot.configurations |= scene.configurations
+    for fixture in scene.fixtures:
+        if fixture.within_reach:
+            next(iter(robots.values())).reach.place_container(cell, fixture.name)
     if len(robots) > 1:
         MultiArmCoordinator({name: one.arm for name, one in robots.items()})
     rng = np.random.default_rng(seed)

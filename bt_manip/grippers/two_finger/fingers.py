@@ -106,6 +106,11 @@ class DrivenFingers(Gripper):
     # Geometry
 
     @property
+    def max_object_width(self) -> float:
+        """The opening [m]."""
+        return self._open
+
+    @property
     def contact_bodies(self) -> list[Any]:
         """The finger bodies."""
         return self.mechanism.fingers

@@ -1,0 +1,74 @@
+import numpy as np
+import pytest
+
+from bt_manip.cell import CellError, Cube
+from bt_manip.grasping import REFERENCE_AREA, ReachFromAbove
+from bt_manip.runner import Station, build_station
+from bt_manip.spatial import pointing_down, pose
+from tests.measuring.small_arm import write_small_arm
+
+HEIGHT = 0.04  # [m] of the tool over the table, at a grasp of the cube
+
+
+def reaches(station: Station, x: float, y: float, yaw: float = 0.0) -> bool:
+    """Tell whether the tool reaches down there, parallel to a cube of that yaw, without contact."""
+    arm, z = station.arm, station.cell.surface_height("table") + HEIGHT
+    poses = [pointing_down((x, y, z), yaw + k * np.pi / 2) for k in range(4)]
+    found = arm.ik.solutions(poses, arm.q, restarts=4)
+    return any(not arm.world.collisions(result.q) for result in found)
+
+
+@pytest.fixture(scope="module")
+def small(parts, tmp_path_factory) -> Station:
+    path = write_small_arm(tmp_path_factory.mktemp("small"))
+    return build_station(parts, robot=str(path))
+
+
+def test_the_area_of_the_reference_task_is_kept_where_it_is_within_reach(parts):
+    station = build_station(parts)
+    region = station.first.reach.area(station.cell, "table", HEIGHT)
+    assert (*region.x, *region.y) == REFERENCE_AREA
+    assert not region.squares
+
+
+def test_the_area_of_a_small_arm_covers_more_than_half_of_what_it_reaches(small):
+    region = small.first.reach.area(small.cell, "table", HEIGHT)
+    small.arm.world.refresh(fixed_only=True)
+    points = np.random.default_rng(0).uniform((-0.7, -0.4), (0.5, 0.4), (300, 2))
+    reached = [point for point in points if reaches(small, *point)]
+    covered = [point for point in reached if region.covers(pose((*point, 0.0)), slack=0.0)]
+    assert len(reached) > 50
+    assert len(covered) >= 0.5 * len(reached)
+
+
+def test_the_tool_comes_down_everywhere_in_the_area_of_a_small_arm(small):
+    region = small.first.reach.area(small.cell, "table", HEIGHT)
+    small.arm.world.refresh(fixed_only=True)
+    rng = np.random.default_rng(1)
+    for _ in range(30):
+        x, y, _ = region.sample(rng).translation
+        assert reaches(small, x, y, rng.uniform(-np.pi, np.pi))
+
+
+def test_the_area_does_not_depend_on_free_objects_or_where_the_arm_is(small):
+    before = ReachFromAbove(small.arm).area(small.cell, "table", HEIGHT)
+    state = small.get_state()
+    small.cell.add(Cube(), pose((*before.squares[0], 1.04)), name="cube")
+    small.robot.set_configuration(np.array(small.robot.description.home) + 0.3)
+    after = ReachFromAbove(small.arm).area(small.cell, "table", HEIGHT)
+    small.set_state(state)
+    assert after == before
+
+
+def test_a_small_arm_gets_the_basket_within_reach(small):
+    assert small.cell.pose("basket").translation[0] < 0.5
+    assert small.cell.pose("table").translation[0] == 0.0
+
+
+def test_the_basket_stays_where_the_arm_can_drop_into_it(parts):
+    assert build_station(parts).cell.pose("basket").translation.tolist() == [0.68, 0.0, 1.015]
+
+
+def test_an_arm_that_reaches_nothing_from_above_says_where_to_place_it(small):
+    with pytest.raises(CellError, match="reaches no part of 'table' from above.*base"):
+        ReachFromAbove(small.arm).area(small.cell, "table", 0.6)

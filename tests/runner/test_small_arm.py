@@ -1,0 +1,43 @@
+"""The pick and place task by arms that are far smaller than the one it was made for."""
+
+from pathlib import Path
+
+from bt_manip.recording.recorder import Recorder
+from bt_manip.recording.report import RunReport
+from bt_manip.registry import Parts
+from bt_manip.runner import RunRequest, find_tree, prepare
+from tests.measuring.small_arm import write_small_arm
+
+
+def run(parts: Parts, robot: Path, tree: str = "pick_place", **request) -> RunReport:
+    source = find_tree(tree, {name: parts.trees.get(name) for name in parts.trees})
+    recorder = Recorder(tree, 0)
+    prepare(RunRequest(source, robot=str(robot), **request), parts).execute([recorder])
+    return recorder.report()
+
+
+def test_a_half_metre_arm_picks_without_a_tree_or_scene_of_its_own(parts, tmp_path):
+    report = run(parts, write_small_arm(tmp_path), cycles=3)
+    assert [cycle.status for cycle in report.cycles] == ["SUCCESS"] * 3
+
+
+def test_a_half_metre_arm_picks_close_cubes_in_a_given_region(parts, tmp_path):
+    settings = {"region": "-0.1;0.05;0.2;0.35"}
+    report = run(parts, write_small_arm(tmp_path), "pick_place_cluttered", settings=settings)
+    assert [cycle.status for cycle in report.cycles] == ["SUCCESS"]
+
+
+def test_a_gripper_that_opens_too_little_picks_a_smaller_cube(parts, tmp_path):
+    report = run(parts, write_small_arm(tmp_path, opening=0.04), cycles=2)
+    assert [cycle.status for cycle in report.cycles] == ["SUCCESS"] * 2
+
+
+def test_a_weak_gripper_grips_with_what_it_has(parts, tmp_path):
+    report = run(parts, write_small_arm(tmp_path, force=20.0), cycles=1)
+    assert [cycle.status for cycle in report.cycles] == ["SUCCESS"]
+
+
+def test_region_and_heights_can_be_set(parts, tmp_path):
+    settings = {"region": "0.0;0.05;0.2;0.25", "height": "0.12", "drop_height": "0.19"}
+    report = run(parts, write_small_arm(tmp_path), cycles=1, settings=settings)
+    assert [cycle.status for cycle in report.cycles] == ["SUCCESS"]
