@@ -6,14 +6,27 @@ from typing import Any
 import numpy as np
 from dm_control import mjcf
 from numpy import add, frombuffer, tanh
-from pinocchio import rnea
+from pinocchio import crba, rnea
 
-from bt_manip.robots import Robot
+from bt_manip.robots import Robot, RobotModel
 
 from .controller import Controller
 from .pd_law import per_joint
 
 join = b"".join
+
+MIN_INERTIA = 1e-4
+"""Inertia of a joint that feedback assumes at least, over the effort limit [kg m2 / N m].
+
+With the default gains the motor saturates at an error of 2 rad. Geared motors have more by their
+rotors alone.
+"""
+
+MAX_INERTIA_RATIO = 8.0
+"""Largest ratio of assumed and true inertia. With the default velocity gain and steps of 1 ms, the
+velocity error then vanishes in a step; from twice this ratio on it would oscillate."""
+
+_CONFIGURATIONS = 16  # at which the inertia is computed
 
 
 class ComputedTorque(Controller):
@@ -25,6 +38,10 @@ class ComputedTorque(Controller):
     error of every joint follows the same linear differential equation in every configuration.
     Gains are accelerations per error and need no tuning per robot. The default puts three poles at
     -40 rad/s. Follows to a milliradian.
+
+    The stiffness of a joint, inertia times ``kp``, is next to nothing where the model has light
+    links and no rotor inertia. The feedback of such joints assumes more inertia (`MIN_INERTIA`), as
+    far as the control step allows (`MAX_INERTIA_RATIO`).
 
     Dry friction is compensated by the sign of the reference velocity: compensation by the measured
     velocity would chatter at rest.
@@ -64,6 +81,7 @@ class ComputedTorque(Controller):
         self._a, self._integral, self._direction, _ = self._product.reshape(4, n)
         self._losses = self._product[2 * n :]
         self._loss = np.zeros(n)
+        self._added: np.ndarray | None = None
 
     def _build_law(self) -> None:
         """Write the control law as two matrices.
@@ -76,12 +94,16 @@ class ComputedTorque(Controller):
         kp, kd, ki = np.diag(self.kp), np.diag(self.kd), np.diag(self.ki)
         dt, steep = self._dt * one, one / self._friction_velocity
         damping = np.diag(model.damping)
+        if self._added is None:  # without payload, which only adds to the true inertia
+            self._added = added_inertia(model)
+        added = np.diag(self._added)
         law = np.block(
             [  # q_ref, q,  v_ref, v,       a_ref, integral
                 [kp, -kp, kd, -kd, one, ki],  # commanded acceleration
                 [dt, -dt, none, none, none, one],  # integral, a step on
                 [none, none, steep, none, none, none],  # direction of the friction, before tanh
-                [none, none, none, damping, none, none],  # damping
+                # torque of the damping, and of the feedback on the added inertia
+                [added @ kp, -added @ kp, added @ kd, damping - added @ kd, none, added @ ki],
             ]
         )
         friction = np.hstack([np.diag(model.friction), one])  # direction, damping -> torque
@@ -134,3 +156,23 @@ class ComputedTorque(Controller):
         """Restore the state, including the integral."""
         super().set_state(state)
         self._integral[:] = state["integral"]
+
+
+def added_inertia(model: RobotModel) -> np.ndarray:
+    """Return what feedback adds to the inertia of each joint, zero but for the lightest [kg m2].
+
+    Args:
+        model: The arm with its payload.
+    """  # (nq,)
+    limits = model.limits
+    needed = MIN_INERTIA * limits.effort
+    rng = np.random.default_rng(0)
+    lower, upper = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
+    samples = [model.home, *rng.uniform(lower, upper, (_CONFIGURATIONS, model.nq))]
+    inverses = [np.linalg.inv(crba(model.model, model.data, q)) for q in samples]
+    inertia = 1.0 / np.max([np.diagonal(inverse) for inverse in inverses], axis=0)
+    added = np.minimum(needed, MAX_INERTIA_RATIO * inertia) - inertia
+    added = np.maximum(added, 0.0)
+    roots = np.sqrt(added)[:, np.newaxis]
+    largest = max(np.linalg.eigvalsh(roots * inverse * roots.T).max() for inverse in inverses)
+    return added * min(1.0, (MAX_INERTIA_RATIO - 1.0) / max(largest, 1e-12))

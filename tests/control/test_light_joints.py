@@ -1,0 +1,54 @@
+"""Computed torque holds joints of almost no inertia."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip import spatial
+from bt_manip.control.computed_torque import MAX_INERTIA_RATIO, added_inertia
+from bt_manip.runner import Station, build_station
+from tests.measuring.small_arm import write_small_arm
+
+
+def station_of(parts, folder, **inertia: float) -> Station:
+    return build_station(parts, robot=str(write_small_arm(folder, **inertia)))
+
+
+def deflection(station: Station, offset: float = 0.01) -> float:
+    """Return the largest error while the gripper closes on a cube off its middle [rad]."""
+    arm, cell = station.arm, station.cell
+    station.gripper.open()
+    arm.move_to_pose([spatial.pointing_down((0.12, 0.2, 1.06), k * np.pi / 2) for k in range(4)])
+    station.step_until(lambda: not arm.busy and station.gripper.is_open)
+    x, y, _ = arm.model.pose(arm.q).act(np.array([0.0, offset, 0.0]))
+    cell.add(station.models.create("cube"), spatial.pose((x, y, 1.04)), name="cube")
+    cell.step(100)
+    station.gripper.close(50.0)
+    errors = []
+    for _ in range(600):
+        cell.step()
+        errors.append(np.abs(arm.q - station.robot.q).max())
+    assert station.gripper.held == ("cube",)
+    return float(max(errors))
+
+
+@pytest.mark.parametrize("armature", [1e-4, 0.0])
+def test_a_light_arm_deflects_little_while_it_grips(parts, tmp_path, armature):
+    station = station_of(parts, tmp_path, armature=armature, friction=0.0, damping=0.0)
+    assert deflection(station) < 0.03
+
+
+def test_nothing_is_added_to_the_inertia_of_usual_arms(parts, tmp_path):
+    assert not added_inertia(build_station(parts).arm.model).any()
+    assert not added_inertia(station_of(parts, tmp_path).arm.model).any()
+
+
+def test_the_added_inertia_keeps_the_ratio_that_the_control_step_allows(parts, tmp_path):
+    model = station_of(parts, tmp_path, armature=0.0).arm.model
+    added = np.diag(added_inertia(model))
+    assert added.any()
+    rng = np.random.default_rng(5)
+    for q in rng.uniform(model.limits.lower, model.limits.upper, (50, model.nq)):
+        inertia = pin.crba(model.model, model.data, q)
+        ratios = np.linalg.eigvals(np.linalg.solve(inertia, inertia + added)).real
+        assert ratios.max() < 1.5 * MAX_INERTIA_RATIO
