@@ -83,7 +83,7 @@ EXPERIMENTAL = {
     "bt_manip.planning": "edge_is_free shortcut",
     "bt_manip.grippers": (
         "TwoFingerGripper two_finger_gripper find_fingers FoundFingers FingerTravel "
-        "GRIP_DEPTH Solid"
+        "SuctionGripper suction_gripper GRIP_DEPTH Solid"
     ),
     "bt_manip.grasping": ("GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE"),
     "bt_manip.robots": "GraspGenerator GraspCandidates",

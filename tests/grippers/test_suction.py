@@ -1,5 +1,9 @@
 """A suction cup holds what seals it, up to its pressure times its area, and notices the loss."""
 
+import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -19,10 +23,11 @@ from bt_manip.behaviours import (
 )
 from bt_manip.bt import NodeStatus, Sequence
 from bt_manip.cell.objects import Box, Capsule, ConvexMesh, Cylinder, Sphere
-from bt_manip.grippers import suction_gripper
+from bt_manip.grippers import SuctionGripper, suction_gripper
 from bt_manip.robots import RobotError, read_description
 from bt_manip.runner import build_station
 from bt_manip.spatial import pointing_down, pose
+from bt_manip.testing.robot_contract import ROBOT_CONTRACT, RobotCase
 
 MODELS = Path(__file__).with_name("models")
 WITH_CUP = MODELS / "six_joints_cup.toml"
@@ -232,3 +237,35 @@ def test_wrong_descriptions_are_refused_with_the_key(parts, tmp_path, old, new, 
     (tmp_path / "arm.toml").write_text(text.replace(old, new))
     with pytest.raises(RobotError, match=rf"arm.toml:\d+: key {message}"):
         build_station(parts, robot=str(tmp_path / "arm.toml"))
+
+
+@pytest.mark.parametrize(
+    ("arm", "model", "cycles"),
+    [
+        ("six_joints_cup", "cube", 2),
+        ("ur5e_cup", "sphere", 2),
+        *(
+            pytest.param(arm, model, 20, marks=pytest.mark.soak)
+            for arm in ("six_joints_cup", "ur5e_cup")
+            for model in ("cube", "sphere")
+        ),
+    ],
+)
+def test_pick_place_puts_all_into_the_basket(menagerie, tmp_path, arm, model, cycles):
+    report = tmp_path / "report.json"
+    options = {"--robot": MODELS / f"{arm}.toml", "--cycles": cycles, "--report": report}
+    settings = ("--set", "force=40", "--set", f"cube={model}")
+    words = [str(word) for option in options.items() for word in option]
+    code = subprocess.run(
+        [sys.executable, "-m", "bt_manip", "run", "pick_place", "--quiet", *words, *settings],
+        check=False, env={**os.environ, "MENAGERIE_ROOT": str(menagerie)},
+    ).returncode  # fmt: skip
+    assert code == 0
+    cycles_run = json.loads(report.read_text())["cycles"]
+    assert [cycle["placed"] for cycle in cycles_run] == [True] * cycles
+    assert not [c for cycle in cycles_run for c in cycle["unexpected_contacts"]]
+
+
+@pytest.mark.parametrize("check", ROBOT_CONTRACT, ids=lambda check: check.__name__)
+def test_an_arm_with_a_cup_keeps_the_contract_of_robots(check):
+    check(RobotCase(read_description(WITH_CUP), SuctionGripper))
