@@ -6,13 +6,16 @@ import mujoco
 import numpy as np
 import pytest
 
+from bt_manip import spatial
 from bt_manip.collision import (
     CollisionWorld,
     check_home,
     permanent_self_collisions,
     self_collisions,
 )
+from bt_manip.exceptions import MotionError
 from bt_manip.robots import Robot, RobotDescription, RobotError, compile_alone
+from bt_manip.runner import build_station
 
 # The turret overlaps the foot at every angle; the forearm folds into the foot.
 FOLDING_ARM = """
@@ -115,3 +118,13 @@ def test_a_home_with_an_avoidable_collision_has_to_be_changed(description):
 def test_a_wrong_pair_is_refused(description, pair, message):
     with pytest.raises(RobotError, match=message):
         Robot(replace(description, exclude=(pair,)))
+
+
+def test_an_arm_that_would_touch_itself_or_its_pedestal_fails_at_once(description, parts):
+    description = replace(description, exclude=(OVERLAP,), pedestal=(0.8, 0.8, 0.3))
+    description = replace(description, T_rb=spatial.pose((0.0, 0.0, 0.3)))
+    arm = build_station(parts, robot=description).arm
+    for target, own in ((FOLDED, "foot"), ((0.0, 1.2, 1.8), "pedestal")):
+        with pytest.raises(MotionError, match=f"'folding/arm/fore' .* inside 'folding/{own}'") as e:
+            arm.move_to_configuration(np.array(target))
+        assert e.value.reason == "collision"
