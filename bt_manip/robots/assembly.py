@@ -15,6 +15,7 @@ from bt_manip.models import ModelError, load_model, menagerie_file
 
 from .errors import RobotError
 from .gripper import GripperDescription
+from .locking import lock_other_joints
 from .robot_description import RobotDescription
 
 MENAGERIE = "menagerie:"
@@ -64,6 +65,9 @@ def assemble(description: RobotDescription, name: str) -> Assembly:
     where = description.where
     root, alone = read_model(description.model, where)
     root.model = name
+    first = _find(root, "joint", description.arm_joints[0])
+    if first is not None and lock_other_joints(root, first):
+        alone = _compile(root, where)
     gripper = description.gripper
     hand = root
     if gripper is not None and gripper.model is not None:

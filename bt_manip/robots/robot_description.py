@@ -57,7 +57,8 @@ class RobotDescription:
     Attributes:
         name: Name of the robot in the cell and on the command line.
         model: Its MJCF file: a path, or ``menagerie:NAME/ENTRY``.
-        arm_joints: Names of its arm's joints, from the base to the tool.
+        arm_joints: Names of its arm's joints, from the base to the tool. Joints that are not
+            beyond the first one, such as those of a second arm, are locked.
         tool_frame: Name of the site or body that the tool pose is relative to.
         home: Configuration of the arm at the start [rad].
         velocity: Velocity limit of each arm joint [rad/s].

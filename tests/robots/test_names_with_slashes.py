@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bt_manip import spatial
-from bt_manip.cell import BodyNames, Cell
+from bt_manip.cell import BodyNames, Cell, literal_name
 from bt_manip.exceptions import MotionError
 from bt_manip.grippers import TwoFingerGripper, two_finger_gripper
 from bt_manip.kinematics import IKProblem, InverseKinematics, PositionTarget
@@ -124,10 +124,20 @@ def test_the_compiled_robot_is_that_of_the_file(description, rng):
     model = robot.make_model()
     assert verify(robot.mj_model, model.model, rng=rng, qpos=model.locked_qpos).worst < 1e-9
     original = mujoco.MjModel.from_xml_path(description.model)
-    assert robot.mj_model.njnt == original.njnt and robot.mj_model.neq == original.neq
     assert robot.mj_model.nexclude == original.nexclude + 1
     assert robot.mj_model.body_mass.sum() == pytest.approx(original.body_mass.sum())
     assert robot.limits.effort == pytest.approx(30.0)
+
+
+def test_the_other_arm_of_the_model_is_locked(description):
+    robot = Robot(description, gripper=TwoFingerGripper)
+    compile_alone(robot)
+    for model in (robot.mj_model, robot.alone):
+        names = [literal_name(model.joint(joint).name) for joint in range(model.njnt)]
+        assert names == [f"left/{name}" for name in (*JOINTS, "slide_1", "slide_2")]
+        assert model.body_weldid[model.body("right\\hand").id] == 0
+        assert (model.neq, model.ntendon) == (1, 1)
+    assert robot.mj_model.nu == 4
 
 
 @pytest.mark.parametrize(
@@ -155,7 +165,7 @@ def test_it_is_a_gripper_of_its_own_too(description):
     hand = replace(description.gripper, model=description.model, mount="left/hand")
     robot = Robot(replace(arm, gripper=hand), gripper=TwoFingerGripper)
     compile_alone(robot)
-    assert robot.mj_model.njnt == 2 * 10
+    assert robot.mj_model.njnt == 5 + 10
 
 
 def test_inverse_kinematics_takes_the_names_of_the_file(description):
