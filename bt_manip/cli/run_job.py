@@ -1,7 +1,6 @@
 """One run of the command line, from its options to its report."""
 
 import os
-import re
 import shlex
 import sys
 import traceback
@@ -14,6 +13,7 @@ import click
 from bt_manip.cli.foreign_trees import ForeignTrees
 from bt_manip.cli.interrupt import INTERRUPTED, Interrupt
 from bt_manip.cli.plugin_options import load_chosen_plugins, print_warning
+from bt_manip.cli.record_option import is_rendered, record_target
 from bt_manip.exceptions import BtManipError, NodeError
 
 if TYPE_CHECKING:
@@ -342,8 +342,6 @@ class RunJob:
 
     def _next_step(self, report: "RunReport") -> str:
         """Return a line that says what to do next, or an empty text."""
-        from bt_manip.cli.run_observers import record_target
-
         options = self._options
         files = [record_target(text)[1] for text in options.records]
         recordings = [file for file in files if file.endswith(".mcap") and Path(file).exists()]
@@ -378,11 +376,6 @@ class RunJob:
             use_offscreen_opengl()
         os.environ.setdefault("MUJOCO_GL", "disable")
         return False
-
-
-def is_rendered(record: str) -> bool:
-    """Return whether a value of ``--record`` asks for images of a camera."""
-    return re.search(r"^video\b|\.(mp4|gif)\b|\scameras=", record) is not None
 
 
 def make_request(

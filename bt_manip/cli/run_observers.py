@@ -1,11 +1,11 @@
 """Observers of a run from plugins and options."""
 
-import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 from bt_manip.cli.plugin_options import print_warning
+from bt_manip.cli.record_option import record_target
 from bt_manip.exceptions import BtManipError
 from bt_manip.key_values import keyword_defaults, parse_key_values
 from bt_manip.plugins import BUILTIN, Plugin, Plugins, guarded, plugin_observers
@@ -64,18 +64,6 @@ def _panel_maker(plugins: Plugins, name: str) -> Callable[[Any], Any]:
     make.in_tab = getattr(kind, "in_tab", Panel.in_tab)  # type: ignore[attr-defined]
     make.needs_run = getattr(kind, "needs_run", Panel.needs_run)  # type: ignore[attr-defined]
     return make
-
-
-def record_target(text: str) -> tuple[str, str, str]:
-    """Return recorder, file and options of a value of ``--record``.
-
-    The recorder is empty for a bare file, the file for a bare recorder.
-    """
-    found = re.fullmatch(r"(.*?)((?:\s+[a-z_]+=\S*)*)\s*", text)
-    assert found is not None
-    target, words = found.groups()
-    name, equals, file = target.partition("=")
-    return ("", target, words) if not equals and Path(target).suffix else (name, file, words)
 
 
 def _recorder(plugins: Plugins, text: str) -> RunObserver:

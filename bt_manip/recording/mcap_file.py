@@ -17,7 +17,7 @@ from mcap.writer import CompressionType, Writer
 from bt_manip.recording.files import writing
 from bt_manip.recording.protobuf import file_descriptor_set
 
-CHUNK_DURATION = 0.5
+CHUNK_DURATION = 1.0
 """Simulated time in a chunk [s]: short enough to seek, long enough to compress well."""
 
 FLUSH_INTERVAL = 0.4

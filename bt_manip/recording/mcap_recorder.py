@@ -1,7 +1,7 @@
 """Record everything in a run to an MCAP file."""
 
 import json
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -64,6 +64,9 @@ class McapRecorder(EventStream):
 
     suffix: ClassVar[str] = ".mcap"
 
+    _file: "McapFile"  # from `run_started` on
+    _scene: "SceneMessages"  # from the first `after_compile` on
+
     def __init__(
         self,
         path: Path | None,
@@ -88,7 +91,7 @@ class McapRecorder(EventStream):
             raise BtManipError("a recording needs a file to be written to: --record FILE.mcap")
         require_extra("record", "--record mcap", "mcap", "foxglove_schemas_protobuf")
         self._path = path
-        self._file: McapFile | None = None
+        self._open = ExitStack()  # closes what `run_started` opens
         self._images: CameraImages | None = None
         if cameras:
             from bt_manip.recording import camera_images, video
@@ -113,12 +116,12 @@ class McapRecorder(EventStream):
         super().run_started(run)
         self._templates = FrameTemplates()
         self._station = run.station
-        self._scene: SceneMessages | None = None
         self._shown: dict[str, Any] = {}  # the looks of the entities, by name
         self._layout: dict[str, Any] | None = None
         self._poses: list[tuple[float, int, bytes]] = []  # time, number of ticks, poses
         self._robots: list[RobotChannel] = []
         file = self._file = McapFile(self._path, self._encode)
+        self._open.callback(file.close)
         request = run.request
         identity = {"tree": request.tree.name, "seed": request.seed, "versions": versions()}
         identity |= identify(run)
@@ -143,8 +146,7 @@ class McapRecorder(EventStream):
         """Bind to the new model; write the geometry of new entities."""
         from bt_manip.recording.foxglove import SceneMessages
 
-        assert self._file is not None
-        first = self._scene is None
+        first = not self._shown
         with self._file.lock:
             self._encode()
             if self._images is not None:
@@ -173,7 +175,6 @@ class McapRecorder(EventStream):
 
     def before_tick(self) -> None:
         """Count the ticks: messages have the number of ticks so far as their sequence number."""
-        assert self._file is not None
         self._file.sequence += 1
 
     def after_step(self) -> None:
@@ -184,7 +185,6 @@ class McapRecorder(EventStream):
 
     def after_tick(self) -> None:
         """Copy the poses and the states of the robots; write a chunk if it is full."""
-        assert self._file is not None
         time = self._cell.time
         self._copy_poses()
         for robot in self._robots:
@@ -209,13 +209,11 @@ class McapRecorder(EventStream):
         super().run_ended()
         if self._images is not None:
             self._images.close()
-        if self._file is not None:
-            self._file.close()
+        self._open.close()
 
     # Internal
 
     def _copy_poses(self) -> None:
-        assert self._file is not None and self._scene is not None
         self._poses.append((self._cell.time, self._file.sequence, self._scene.copy_poses()))
 
     def _encode(self) -> None:
@@ -224,11 +222,9 @@ class McapRecorder(EventStream):
         Encoding many at once takes half of the time of encoding each in its tick, between other
         code.
         """
-        if self._file is None:
-            return
         poses = self._poses[:]  # the thread of the run may add one meanwhile
         del self._poses[: len(poses)]
-        if poses and self._scene is not None:
+        if poses:
             times, numbers, copies = (list(column) for column in zip(*poses, strict=True))
             frames = self._scene.movable_frames([nanoseconds(time) for time in times], copies)
             for block, messages in frames:
@@ -242,12 +238,10 @@ class McapRecorder(EventStream):
         return nanoseconds(self._cell.time)
 
     def _add(self, topic: str, message: bytes) -> None:
-        assert self._file is not None
         self._file.add(topic, self._now, message)
 
     def _write_event(self, event: RunEvent) -> None:
         if event.kind in TOPICS:
-            assert self._file is not None
             time = nanoseconds(event.time)
             self._file.add_json(TOPICS[event.kind], time, event.data)
             line = log_line(event)
@@ -257,11 +251,10 @@ class McapRecorder(EventStream):
                 self._file.add("/log", time, log_message(time, line[0], event.kind, line[1]))
 
     def _write_images(self) -> None:
-        if self._images is not None and self._file is not None:
+        if self._images is not None:
             self._images.write(self._file, self._now)
 
     def _write_snapshot(self) -> None:
-        assert self._file is not None
         self._snapshot_cycle, self._snapshot_time = self._run.cycle, self._cell.time
         self._file.add_json(SNAPSHOTS, self._now, take_snapshot(self._run))
 
@@ -269,7 +262,6 @@ class McapRecorder(EventStream):
         """Write the layout beside the recording if it has changed."""
         from bt_manip.recording.foxglove_layout import foxglove_layout
 
-        assert self._file is not None
         robots = {
             name: list(one.robot.description.arm_joints)
             for name, one in self._station.robots.items()
@@ -290,7 +282,6 @@ class McapRecorder(EventStream):
 
         from bt_manip.recording.foxglove import removal
 
-        assert self._file is not None and self._scene is not None
         present = self._scene.scene.entities()
         for name in [name for name in self._shown if name not in present]:
             del self._shown[name]
