@@ -16,6 +16,7 @@ MAX_STEADY_ERROR = 0.02  # [rad]: friction deflects a compliant controller
 MAX_DRIFT = 1e-3  # [rad] from 0.75 s to 1 s at rest
 MAX_LAG = 0.1  # [rad] tracking error while moving
 MAX_TORQUE_STEP = 0.3  # relative to the effort limits, after a switch at rest
+MAX_CHATTER = 0.005  # mean change of a torque from step to step, relative to the effort limits
 
 
 @dataclass(frozen=True)
@@ -108,6 +109,26 @@ def follows_a_motion(case: ControllerCase) -> None:
     assert np.abs(robot.q - target).max() < MAX_STEADY_ERROR, f"'{case.name}' does not arrive"
 
 
+def does_not_chatter(case: ControllerCase) -> None:
+    """Check that its torques do not alternate from step to step, at rest and in a motion."""
+    cell, robot, control = case.stand()
+    control.reference = arm = Arm(robot)
+    cell.step(500)
+    target = np.clip(robot.q + 0.3, robot.limits.lower + 0.1, robot.limits.upper - 0.1)
+    for state in ("at rest", "in a motion"):
+        if state == "in a motion":
+            arm.move_to_configuration(target, speed=0.5)
+        torques = []
+        for _ in range(250):
+            cell.step()
+            torques.append(cell.data.ctrl[robot.ctrl_adr])
+        changes = np.abs(np.diff(torques, axis=0)).mean(axis=0) / robot.limits.effort
+        assert changes.max() <= MAX_CHATTER, (
+            f"'{case.name}' chatters {state}: a torque changes by {changes.max():.1%} of its limit "
+            f"in a control step, on average; {MAX_CHATTER:.1%} are allowed"
+        )
+
+
 def takes_over_smoothly(case: ControllerCase) -> None:
     """Check that it takes over from another controller at rest without a large torque step."""
     before_cell, before_robot, before = case.stand(ComputedTorque)
@@ -148,6 +169,7 @@ CONTROLLER_CONTRACT: tuple[Callable[[ControllerCase], None], ...] = (
     is_stable_at_rest,
     returns_from_a_push,
     follows_a_motion,
+    does_not_chatter,
     takes_over_smoothly,
     goes_on_from_its_state,
 )

@@ -149,7 +149,8 @@ def test_a_cut_recording_becomes_a_complete_one(recorded, tmp_path):
     cut, complete = tmp_path / "cut.mcap", tmp_path / "complete.mcap"
     with recording.path.open("rb") as file:
         last = make_reader(file).get_summary().chunk_indexes[-1]
-    cut.write_bytes(recording.path.read_bytes()[: last.chunk_start_offset + 100])
+    end = last.chunk_start_offset + last.chunk_length
+    cut.write_bytes(recording.path.read_bytes()[: end + 100])
     whole = Recording(cut)
     assert not whole.complete
     write_mcap(whole, complete)

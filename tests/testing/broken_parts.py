@@ -166,6 +166,26 @@ class Swings(ComputedTorque):
         super()._build(robot, ki=0.0, kd=0.0)
 
 
+class BangBang(ComputedTorque):
+    """Give the full torque in the direction of the error."""
+
+    saturates = True
+
+    def compute(self, q, v, q_ref, v_ref, a_ref):
+        error = q_ref - q + 0.1 * (v_ref - v)
+        return np.sign(error) * self.robot.limits.effort
+
+
+class SignOfVelocity(ComputedTorque):
+    """Compensate friction by the sign of the measured velocity, and too much of it."""
+
+    saturates = True
+
+    def compute(self, q, v, q_ref, v_ref, a_ref):
+        friction = 0.2 * self.robot.limits.effort * np.sign(v)
+        return super().compute(q, v, q_ref, v_ref, a_ref) + friction
+
+
 class Jerks(ComputedTorque):
     """Begin with a blow."""
 

@@ -78,6 +78,8 @@ def test_an_object_whose_kind_is_another_is_found():
         (controllers.stays_inside_the_effort_limits, broken.BeyondTheLimits, "the limits are"),
         (controllers.is_stable_at_rest, broken.NoGravity, "off after a second at rest"),
         (controllers.returns_from_a_push, broken.Swings, "after a push"),
+        (controllers.does_not_chatter, broken.BangBang, "'broken' chatters at rest"),
+        (controllers.does_not_chatter, broken.SignOfVelocity, "'broken' chatters at rest"),
         (controllers.takes_over_smoothly, broken.Jerks, "of an effort limit"),
     ],
 )
