@@ -148,14 +148,19 @@ class ReachFromAbove:
         )
 
     def _reached_grid(self, xs: np.ndarray, ys: np.ndarray, z: float) -> np.ndarray:
-        """Mark the points of a grid that are reached; neighbours one after the other."""
+        """Mark the points of a grid that are reached, searching from the solutions next to them."""
         reached = np.zeros((len(xs), len(ys)), dtype=bool)
-        q = self._arm.model.home
+        home = self._arm.model.home
+        below = [home] * len(ys)  # the last solution of each column
         for i, x in enumerate(xs):
-            for j in range(len(ys)) if i % 2 == 0 else range(len(ys) - 1, -1, -1):
-                found = self._approach((x, ys[j], z), 0.0, q)
-                reached[i, j] = found is not None
-                q = q if found is None else found
+            q = home
+            for j, y in enumerate(ys):
+                for start in (q, below[j]):
+                    found = self._approach((x, y, z), 0.0, start)
+                    if found is not None:
+                        reached[i, j] = True
+                        q = below[j] = found
+                        break
         return reached  # (len(xs), len(ys))
 
     def _all_reached(self, points: list[tuple[float, float]], z: float) -> bool:
