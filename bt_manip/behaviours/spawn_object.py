@@ -67,6 +67,7 @@ class SpawnObject(CellBehaviour):
         self.rng: np.random.Generator = infrastructure["rng"]
         self.models: Catalogue = infrastructure["models"]
         self._robots: Mapping[str, Any] = infrastructure.get("robots", {})
+        self._made: dict[tuple[Any, ...], composer.Entity] = {}
         with contextlib.suppress(PortError):  # the entry is written later
             if self.model != AUTO:
                 self.models.get(self.model)
@@ -95,7 +96,7 @@ class SpawnObject(CellBehaviour):
         """Make the object; return it with a name for it, empty for that of its model."""
         model = self.model
         if model != AUTO:
-            return self.models.get(model)(), "" if is_address(model) else model
+            return self._object(model), "" if is_address(model) else model
         widest = [
             robot.gripper.max_object_width
             for robot in self._robots.values()
@@ -103,7 +104,7 @@ class SpawnObject(CellBehaviour):
         ]
         fitting = min(widest, default=np.inf) - SLACK
         parameters = {} if fitting >= CUBE_SIZE else {"size": round(WIDTH_PART * fitting, 3)}
-        return self.models.get(CUBE)(**parameters), CUBE
+        return self._object(CUBE, **parameters), CUBE
 
     def _area(self, declared: CellObject) -> Region:
         """Return the region where the robot reaches the object from above."""
@@ -116,6 +117,15 @@ class SpawnObject(CellBehaviour):
         height = declared.rest_height + float(declared.centre_offset[2]) + TOOL_HEIGHT
         reach: ReachFromAbove = self._robots[name].reach
         return reach.area(self.cell, self.on, height)
+
+    def _object(self, model: str, **parameters: Any) -> composer.Entity:
+        """Return the object that this node has inserted before, if it was removed, or a new one."""
+        key = (model, *parameters.items())
+        made = self._made.get(key)
+        randomized = self.models.sample_parameters is not None
+        if made is None or randomized or not self.cell.is_reusable(made):
+            made = self._made[key] = self.models.get(model)(**parameters)
+        return made
 
     def _place(self, entity: composer.Entity, region: Region, hint: str | None) -> str:
         """Insert it at a random position of the region that keeps the gap.

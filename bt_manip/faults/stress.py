@@ -25,8 +25,6 @@ MAX_CYCLE = 60.0
 LATEST = 0.5
 """Largest share of the undisturbed duration of a phase after which a fault begins."""
 
-KEPT_COMPILES = 8
-"""Compiled physics that a worker keeps: objects, obstacles and containers come and go."""
 
 Outcome = Literal["recovered", "failed", "dishonest", "hung", "none"]
 """How a cycle with a fault ended.
@@ -168,7 +166,6 @@ class StressTester:
         """Return a run in its initial state."""
         if seed not in self._runs:
             run = prepare(replace(self._request, seed=seed), self._parts)
-            run.station.cell.compiles_kept = KEPT_COMPILES
             self._runs[seed] = run, run.get_state()
         run, state = self._runs[seed]
         run.set_state(state)

@@ -27,9 +27,9 @@ class GraspPlanner:
     a collision-free straight approach, and a free lift. Of the configurations that pass, the one
     nearest to the present one is taken.
 
-    Objects of any shape are sampled once per compiled model and friction, with a fixed seed: an
-    object has the same candidates in every run. An object that would slip even at the gripper's
-    maximum force has none.
+    Objects of any shape are sampled once after each compile and change of friction, with a fixed
+    seed: an object has the same candidates in every run. An object that would slip even at the
+    gripper's maximum force has none.
 
     Attributes:
         arm: The arm that grips.
@@ -39,7 +39,7 @@ class GraspPlanner:
         """Plan for an arm in a cell."""
         self._cell, self.arm = cell, arm
         self._generators: dict[str, GraspGenerator] = {}
-        self._model: object = None
+        self._generation = -1
         self._friction = b""  # of all geoms, at which the generators were made
 
     def plan(self, name: str, heights: float | Sequence[float], centre: np.ndarray) -> GraspPlan:
@@ -117,8 +117,8 @@ class GraspPlanner:
         check_friction(cell, gripper, name)
         clearance = GripperClearance(cell, self.arm.robot, [name])
         friction = cell.model.geom_friction.tobytes()  # overrides change it in place
-        if self._model is not cell.model or self._friction != friction:
-            self._model, self._friction, self._generators = cell.model, friction, {}
+        if self._generation != cell.generation or self._friction != friction:
+            self._generation, self._friction, self._generators = cell.generation, friction, {}
         T_wo = cell.pose(name)
         if name not in self._generators:
             com = T_wo.actInv(np.array(cell.data.subtree_com[cell.body_id(name)]))

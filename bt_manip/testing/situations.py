@@ -15,7 +15,6 @@ AT_REST = "at rest"
 AROUND_THE_CUBE = "around the cube"
 HOLDING = "holding a cube over the table"
 
-KEPT = 4  # compiled physics, for tests that add up to four objects one by one
 
 Make = Callable[[Station], object]
 """Function that changes a station from one situation to another."""
@@ -84,7 +83,6 @@ class Situations:
     def _built(self) -> Station:
         if self._station is None:
             self._station = self._build()
-            self._station.cell.compiles_kept = KEPT
             self._snapshots[None] = self._station.get_state()
         return self._station
 

@@ -1,5 +1,6 @@
 """Going back to a physics that has been compiled before, held against compiling it again."""
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -9,6 +10,13 @@ from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
 
 BESIDE = spatial.pose((0.4, 0.3, 0.03))
+
+
+def content(model: mujoco.MjModel) -> bytes:
+    """Return all that is compiled, as bytes."""
+    buffer = np.empty(mujoco.mj_sizeModel(model), dtype=np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return buffer.tobytes()
 
 
 def make_cell(kept: int = 2) -> Cell:
@@ -99,14 +107,28 @@ def test_an_edit_of_the_arena_or_of_a_thing_is_compiled():
     assert any(np.allclose(colour, (0.1, 0.2, 0.3, 1.0)) for colour in cell.model.geom_rgba)
 
 
-def test_a_thing_elsewhere_or_of_another_make_is_compiled():
+def test_the_same_entity_at_another_pose_has_the_model_of_a_new_compile():
+    cell, elsewhere = make_cell(), spatial.pose((0.4, 0.1, 0.3), (0.6, 0.0, 0.8, 0.0))
+    model = cell.model
+    cell.add(cell.remove("cube"), elsewhere, name="cube")
+    assert cell.model is model
+    assert cell.pose("cube").isApprox(elsewhere)
+    new = make_cell(kept=0)
+    new.remove("cube")
+    new.add(objects.Cube(), elsewhere, name="cube")
+    assert content(cell.model) == content(new.model)
+    assert cell.state_bytes() == new.state_bytes()
+
+
+def test_a_fixed_entity_at_another_pose_and_one_of_another_size_are_compiled():
     cell = make_cell()
-    cube = cell.remove("cube")
-    cell.add(cube, spatial.pose((0.5, 0.1, 0.2)), name="cube")
-    assert cell.pose("cube").translation[1] == pytest.approx(0.1)
+    cell.add(objects.Cube(), BESIDE, name="fixed", free=False)
+    model = cell.model
+    cell.add(cell.remove("fixed"), spatial.pose((0.4, 0.4, 0.03)), name="fixed", free=False)
+    assert cell.model is not model
     model = cell.model
     cell.remove("cube")
-    cell.add(objects.Cube(size=0.03), spatial.pose((0.5, 0.1, 0.2)), name="cube")
+    cell.add(objects.Cube(size=0.03), spatial.pose((0.5, 0.0, 0.2)), name="cube")
     assert cell.model is not model
 
 

@@ -101,6 +101,15 @@ def test_the_same_seed_is_the_same_run_in_another_process_and_another_seed_is_no
     assert run(parts, "pick_place", seed=1).state_digest != elsewhere
 
 
+def test_a_run_that_compiles_each_model_anew_is_the_same_run(parts, traced):
+    source = find_tree("pick_place", {name: parts.trees.get(name) for name in parts.trees})
+    recorder = Recorder("pick_place", 0)
+    anew = prepare(RunRequest(source, cycles=CYCLES), parts)
+    anew.station.cell.compiles_kept = 0
+    anew.execute([recorder])
+    assert recorder.report().state_digest == traced[0].state_digest
+
+
 def test_another_controller_does_the_task_too(parts):
     report = run(parts, "pick_place", controller="gravity_compensated_pd")
     assert report.cycles[0].placed

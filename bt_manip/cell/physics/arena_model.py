@@ -14,6 +14,7 @@ from bt_manip.exceptions import did_you_mean
 from ..contacts.overlap import refuse_overlap
 from ..exceptions import CellError
 from ..naming import name_elements
+from ..objects.cell_object import as_object
 from .attachment import Attachment, Factory
 from .compiled_physics import CompiledPhysics
 from .edit_tracker import EditTracker
@@ -173,19 +174,26 @@ class ArenaModel:
             if known is not None and known.describe(name) == entry:
                 self.attach(name, known, new=False)
             elif factory is not None:
-                self.attach(name, self._cached(entry) or Attachment.made(entry, factory))
+                self.attach(name, Attachment.made(entry, self._cached(entry) or factory))
             else:
                 raise CellError(
                     f"the state has a '{name}' that this cell lacks, and no way to make it"
                 )
 
-    def _cached(self, entry: Mapping[str, Any]) -> Attachment | None:
-        """Return a detached, unedited entity of a kept physics that matches a description."""
-        for name, attachment in self.cache.attachments():
-            entity = attachment.entity
-            usable = entity.parent is None and self._tracker.is_unedited(entity.mjcf_model)
-            if usable and attachment.describe(name) == entry:
-                return attachment
+    def is_reusable(self, entity: composer.Entity) -> bool:
+        """Tell whether an entity was attached before, is detached now and was not edited."""
+        return entity.parent is None and self._tracker.is_unedited(entity.mjcf_model)
+
+    def _cached(self, entry: Mapping[str, Any]) -> Factory | None:
+        """Return what gives the reusable entity of a kept physics that matches a description."""
+        for name, entity in self.cache.entities():
+            known = as_object(entity)
+            if (name, known.kind, dict(known.parameters)) == (
+                entry["name"],
+                entry["kind"],
+                entry["parameters"],
+            ) and self.is_reusable(entity):
+                return lambda _: entity
         return None
 
     # Changes
@@ -244,7 +252,7 @@ class ArenaModel:
             try:
                 model = self._mj_model()
                 data = mujoco.MjData(model)
-                carry_state(self.physics.model, self.physics.data, model, data)
+                self._carry_state(self.physics, model, data)
                 yield PlacementSearch(model, data, name, attachment.free)
             finally:
                 self.detach(name)
@@ -289,7 +297,7 @@ class ArenaModel:
         entities = list(self.arena.iter_entities())
         try:
             if old is not None:
-                carry_state(old.model, old.data, new.model, new.data, except_entities=self._new)
+                self._carry_state(old, new.model, new.data)
                 mujoco.mj_forward(new.model, new.data)
             for entity in entities:
                 entity.after_compile(new.physics, random_state)
@@ -315,13 +323,24 @@ class ArenaModel:
         self.generation += 1
         return new
 
+    def _carry_state(
+        self, old: CompiledPhysics, model: mujoco.MjModel, data: mujoco.MjData
+    ) -> None:
+        """Copy the state of the entities that stay, and set the poses of the new ones."""
+        carry_state(old.model, old.data, model, data, except_entities=self._new)
+        for name in self._new:
+            attachment = self.attachments[name]
+            if attachment.free:
+                first = int(model.joint(f"{name}/").qposadr[0])
+                data.qpos[first : first + 7] = (*attachment.position, *attachment.quat_wxyz)
+
     def _physics(self) -> CompiledPhysics:
         """Return the physics of the arena, kept or compiled, in its initial state."""
         if not self.cache.limit:
             return CompiledPhysics(self._mj_model(), self.arena, self.attachments)
         key = CacheKey(
             self._tracker.arena_edits(),
-            tuple(self.attachments.items()),
+            tuple((n, a.entity, a.free) for n, a in self.attachments.items()),
             tuple(self.arena.iter_entities()),
             self._writer.key(),
         )

@@ -2,7 +2,7 @@
 
 import hashlib
 import struct
-from collections.abc import Hashable, Iterable, Iterator
+from collections.abc import Collection, Hashable, Iterable, Iterator
 from typing import Any, NamedTuple
 from xml.sax.saxutils import quoteattr
 
@@ -31,10 +31,11 @@ class _Text(NamedTuple):
 class MjcfWriter:
     """Compiles an arena, and caches the MJCF of each attached model.
 
-    The text is PyMJCF's own, element by element, so names and ids are those of
-    ``mjcf.Physics.from_mjcf_model``, which spends most of its time on serializing models that have
-    not changed. Here each model is serialized once, and meshes with inline vertices are passed to
-    MuJoCo as files in memory, for which it has a cache.
+    The text is PyMJCF's own, element by element, but attached models that move freely are at the
+    origin: their poses are part of the state, and equal entities elsewhere have the same model.
+    Names and ids are those of ``mjcf.Physics.from_mjcf_model``, which spends most of its time on
+    serializing models that have not changed. Here each model is serialized once, and meshes with
+    inline vertices are passed to MuJoCo as files in memory, for which it has a cache.
     """
 
     def __init__(self, root: mjcf.RootElement, tracker: EditTracker):
@@ -120,7 +121,7 @@ class MjcfWriter:
         for section in model.all_children():
             if section.tag == "worldbody":
                 frame = mjcf.get_attachment_frame(model)
-                sections[section.tag] = _written(frame, self._root, assets)
+                sections[section.tag] = _written(frame, self._root, assets, _state_of(frame))
             elif section.tag != "default":
                 children = (c for c in section.all_children() if c.spec.repeated)
                 sections[section.tag] = "".join(_written(c, self._root, assets) for c in children)
@@ -133,7 +134,8 @@ class MjcfWriter:
         return (
             model.full_identifier,
             *self._tracker.edits(model),
-            *(_attributes(element) for element in (frame, *joints)),
+            _attributes(frame, _state_of(frame)),
+            *(_attributes(joint) for joint in joints),
         )
 
     def _owner(self, element: Any) -> Any:
@@ -153,14 +155,23 @@ class MjcfWriter:
             yield from (file for file in model.namescope.files if file.value)
 
 
-def _attributes(element: Any) -> tuple[Any, ...]:
-    values = element.get_attributes().items()
+def _state_of(frame: Any) -> tuple[str, ...]:
+    """Return the attributes of an attachment frame that are part of the state."""
+    return () if frame.freejoint is None else ("pos", "quat")
+
+
+def _attributes(element: Any, without: Collection[str] = ()) -> tuple[Any, ...]:
+    values = ((n, v) for n, v in element.get_attributes().items() if n not in without)
     return tuple((n, v.tobytes() if isinstance(v, np.ndarray) else v) for n, v in values)
 
 
-def _written(element: Any, root: mjcf.RootElement, assets: dict[str, bytes]) -> str:
+def _written(
+    element: Any, root: mjcf.RootElement, assets: dict[str, bytes], without: Iterable[str] = ()
+) -> str:
     """Serialize an element as PyMJCF does; add the contents of inline meshes to the assets."""
     xml = element.to_xml(root.namescope)
+    for attribute in without:
+        xml.attrib.pop(attribute, None)
     spec = element.spec
     if not (xml.attrib or len(xml) or spec.repeated or spec.on_demand):
         return ""

@@ -7,16 +7,19 @@ import mujoco
 import numpy as np
 from dm_control import composer
 
-from .attachment import Attachment
 from .compiled_physics import CompiledPhysics
+from .overrides import Overrides
+
+KEPT = 8
+"""Number of physics that are kept unless changed: for tasks that add objects one by one."""
 
 
 class CacheKey(NamedTuple):
     """What an arena is compiled from: equal keys give equal models."""
 
     arena_edits: int
-    attachments: tuple[tuple[str, Attachment], ...]
-    """By name, in order."""
+    attachments: tuple[tuple[str, composer.Entity, bool], ...]
+    """Names in order, with the entities and whether they move freely: their poses are state."""
     entities: tuple[composer.Entity, ...]
     """All of them, those attached to others included."""
     models: Hashable
@@ -30,12 +33,12 @@ class PhysicsCache:
     nowhere, so a physics is only kept if its model equals the one that was compiled.
 
     Attributes:
-        limit: Number of physics that are kept; 0 at first.
+        limit: Number of physics that are kept.
     """
 
     def __init__(self) -> None:
         """Begin empty."""
-        self.limit = 0
+        self.limit = KEPT
         self._origins: dict[CompiledPhysics, tuple[CacheKey, np.ndarray]] = {}
         self._retired: list[CompiledPhysics] = []
 
@@ -48,10 +51,11 @@ class PhysicsCache:
                 return physics
         return None
 
-    def attachments(self) -> Iterator[tuple[str, Attachment]]:
-        """Yield the attachments that kept physics were compiled from, by name."""
+    def entities(self) -> Iterator[tuple[str, composer.Entity]]:
+        """Yield the entities that kept physics were compiled from, by name."""
         for physics in self._retired:
-            yield from self._origins[physics][0].attachments
+            for name, entity, _ in self._origins[physics][0].attachments:
+                yield name, entity
 
     def register(self, physics: CompiledPhysics, key: CacheKey) -> None:
         """Remember the key of a new physics, before its model is changed."""
@@ -59,7 +63,8 @@ class PhysicsCache:
             self._origins[physics] = key, _content(physics.model)
 
     def retire(self, physics: CompiledPhysics) -> None:
-        """Keep a physics that is no longer in use, or free it."""
+        """Keep a physics that is no longer in use, without its overrides, or free it."""
+        physics.apply_overrides(Overrides())
         origin = self._origins.get(physics)
         if origin is not None and np.array_equal(origin[1], _content(physics.model)):
             self._retired.append(physics)
