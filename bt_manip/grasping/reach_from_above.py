@@ -1,6 +1,7 @@
 """Where an arm reaches from above: the part of a surface to pick from, and above containers."""
 
 import contextlib
+from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
@@ -22,12 +23,14 @@ DROP_HEIGHTS = (0.25, 0.22, 0.19, 0.16, 0.13, 0.1)
 _CLEAR = 3  # of these are above the rim of the reference task's basket, with a cube in the gripper
 NEAREST = 0.15  # [m] from the base's axis to the middle of a container
 _SHIFT = 0.03  # [m] between the positions of a container that are tried
-DIVISIONS = 14  # squares of the grid within the arm's length
+DIVISIONS = 18  # squares of the grid within the arm's length
 MIN_SIDE = 0.02  # [m] of a square
 _STEPS = 2  # of the straight approach that are checked
 _MAX_STEP = 1.0  # [rad] of a joint between them
 _YAWS = (0.0, np.pi / 4)  # [rad] of an object with four sides: the least and the most turned
-_RESTARTS = 2  # of inverse kinematics where a neighbour's solution leads to none
+_RESTARTS = 4  # of inverse kinematics where no neighbour's solution leads to one
+_SPACING = 3  # of the points that are searched with restarts
+_ATTEMPTS = 2  # from neighbours' solutions
 
 
 class ReachFromAbove:
@@ -112,10 +115,10 @@ class ReachFromAbove:
             self._arm.world.refresh(fixed_only=True)
         x_min, x_max, y_min, y_max = REFERENCE_AREA
         inside = low[0] <= x_min and x_max <= high[0] and low[1] <= y_min and y_max <= high[1]
-        corners = [
+        points = [
             (x, y) for x in np.linspace(x_min, x_max, 3) for y in np.linspace(y_min, y_max, 3)
         ]
-        if inside and self._all_reached(corners, z + height):
+        if inside and self._all_reached(points, z + height):
             return Region((x_min, x_max), (y_min, y_max), (z, z))
         middle, length = self._base()
         side = max(length / DIVISIONS, MIN_SIDE)
@@ -124,14 +127,15 @@ class ReachFromAbove:
             for i in (0, 1)
         )
         reached = self._reached_grid(xs, ys, z + height)
-        whole = reached[:-1, :-1] & reached[1:, :-1] & reached[:-1, 1:] & reached[1:, 1:]
-        middles = [
-            (float(xs[i] + side / 2), float(ys[j] + side / 2)) for i, j in np.argwhere(whole)
-        ]
-        q = self._arm.model.home
-        squares = [
-            middle for middle in middles if self._reach((*middle, z + height), q) is not None
-        ]
+        squares = []
+        for (i, j), q in reached.items():
+            point = float(xs[i] + side / 2), float(ys[j] + side / 2)
+            corners = {(i + 1, j), (i, j + 1), (i + 1, j + 1)}
+            if (
+                corners <= reached.keys()
+                and self._turned((*point, z + height), _YAWS[1], q) is not None
+            ):
+                squares.append(point)
         if not squares:
             raise CellError(
                 f"the arm reaches no part of '{surface}' from above: place its base so that the "
@@ -147,21 +151,35 @@ class ReachFromAbove:
             side=float(side),
         )
 
-    def _reached_grid(self, xs: np.ndarray, ys: np.ndarray, z: float) -> np.ndarray:
-        """Mark the points of a grid that are reached, searching from the solutions next to them."""
-        reached = np.zeros((len(xs), len(ys)), dtype=bool)
-        home = self._arm.model.home
-        below = [home] * len(ys)  # the last solution of each column
-        for i, x in enumerate(xs):
-            q = home
-            for j, y in enumerate(ys):
-                for start in (q, below[j]):
-                    found = self._approach((x, y, z), 0.0, start)
-                    if found is not None:
-                        reached[i, j] = True
-                        q = below[j] = found
-                        break
-        return reached  # (len(xs), len(ys))
+    def _reached_grid(
+        self, xs: np.ndarray, ys: np.ndarray, z: float
+    ) -> dict[tuple[int, int], np.ndarray]:
+        """Return a configuration for each point of a grid that is reached, by its indices.
+
+        Every third point of every third row is searched with restarts, all others from the
+        solutions of their neighbours.
+        """
+        reached: dict[tuple[int, int], np.ndarray] = {}
+        last = self._arm.model.home
+        for i in range(1, len(xs), _SPACING):
+            for j in range(1, len(ys), _SPACING):
+                found = self._approach((xs[i], ys[j], z), 0.0, last, _RESTARTS)
+                if found is not None:
+                    reached[i, j] = last = found
+        attempts = np.zeros((len(xs), len(ys)), dtype=int)
+        queue = deque(reached)
+        while queue:
+            i, j = queue.popleft()
+            for k, m in ((i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)):
+                inside = 0 <= k < len(xs) and 0 <= m < len(ys)
+                if not inside or (k, m) in reached or attempts[k, m] == _ATTEMPTS:
+                    continue
+                attempts[k, m] += 1
+                found = self._approach((xs[k], ys[m], z), 0.0, reached[i, j], 0)
+                if found is not None:
+                    reached[k, m] = found
+                    queue.append((k, m))
+        return reached
 
     def _all_reached(self, points: list[tuple[float, float]], z: float) -> bool:
         q = self._arm.model.home
@@ -179,20 +197,35 @@ class ReachFromAbove:
             position: Position of the tool at the grasp, in the world [m].
             q0: Where to search first [rad].  # (nq,)
         """
-        q = None
+        found: np.ndarray | None = q0
         for yaw in _YAWS:
-            q = self._approach(position, yaw, q0)
-            if q is None:
-                return None
-            q0 = q
-        return q
+            if found is not None:
+                found = self._turned(position, yaw, found)
+        return found
 
-    def _approach(
+    def _turned(
         self, position: tuple[float, float, float], yaw: float, q0: np.ndarray
     ) -> np.ndarray | None:
+        """Return a configuration over a position for one yaw, up to quarter turns."""
+        found = self._approach(position, yaw, q0, 0)
+        return self._approach(position, yaw, q0, _RESTARTS) if found is None else found
+
+    def _approach(
+        self, position: tuple[float, float, float], yaw: float, q0: np.ndarray, restarts: int
+    ) -> np.ndarray | None:
+        """Return a configuration over a position from which the tool comes down straight.
+
+        Args:
+            position: Position of the tool at the grasp, in the world [m].
+            yaw: Of the tool, up to quarter turns [rad].
+            q0: Where to search first [rad].  # (nq,)
+            restarts: Of the search for each of two quarter turns, those nearest to `q0`.
+        """
         ik, up = self._arm.ik, np.array([0.0, 0.0, APPROACH])
         above = [pointing_down(position + up, yaw + k * np.pi / 2) for k in range(4)]
-        for T_wt, restarts in [(T, 0) for T in above] + [(T, _RESTARTS) for T in above[:2]]:
+        R = self._arm.model.pose(q0).rotation
+        above.sort(key=lambda T_wt: -float(np.trace(T_wt.rotation.T @ R)))
+        for T_wt in above[:2]:
             for found in ik.solutions(T_wt, q0, restarts=restarts, margin=MARGIN):
                 if self._comes_down(T_wt, found.q):
                     return found.q
