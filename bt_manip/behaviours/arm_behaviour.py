@@ -203,7 +203,7 @@ class MotionBehaviour(ArmBehaviour):
                 return self.fail(f"{error}, for {self.wait:g} s" if self.wait else str(error))
             self.feedback_message = f"waiting: {error}"
             return Status.RUNNING
-        self._blocked = None
+        self._blocked = self._ended = None
         return Status.FAILURE if self._node_ended else Status.RUNNING  # it may call `fail` itself
 
     def begin_again(self) -> Status:

@@ -64,7 +64,7 @@ class PlacingBehaviour(ReleasingBehaviour):
         """Lower the object when over the target; release it when there."""
         if self._phase == DOWN:
             return self.release()
-        self._phase, self._ended = DOWN, None
+        self._phase = DOWN
         self.feedback_message = "lowering"
         return self.begin_motion(self._lower)
 

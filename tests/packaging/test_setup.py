@@ -1,6 +1,5 @@
 """What stands around the package keeps its word."""
 
-import os
 import re
 import subprocess
 import sys
@@ -134,21 +133,18 @@ def test_ci_runs_the_tests_the_linter_the_type_checker_and_the_packages():
 
 
 def test_the_readmes_plugin_is_picked_and_placed(tmp_path, monkeypatch):
-    """Install the README's plugin as its text says, and run what the text says."""
+    """Save the README's plugin where its text says, and run what the text says."""
     text = (REPOSITORY / "README.md").read_text()
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     (code,) = (block for block in blocks if "register_objects" in block)
     assert 10 <= len([line for line in code.splitlines() if line]) <= 14
-    (tmp_path / "brick.py").write_text(code)
-    installed = tmp_path / "brick-1.0.dist-info"
-    installed.mkdir()
-    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: brick\nVersion: 1.0\n")
-    (installed / "entry_points.txt").write_text("[bt_manip]\nbrick = brick\n")
+    ((file, folder),) = re.findall(r"Save it as `(.*?)` in a folder `(.*?)`", text)
+    (tmp_path / folder).mkdir()
+    (tmp_path / folder / file).write_text(code)
     (command,) = re.findall(r"`(bt-manip run pick_place --set .*?)`", text)
     done = subprocess.run(
         [Path(sys.prefix) / "bin" / "bt-manip", *command.split()[1:]],
-        cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path)},
-        capture_output=True, text=True,
+        cwd=tmp_path, capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "1 object placed" in done.stdout

@@ -1,8 +1,10 @@
 """A new plugin installs, lints, and its tests pass at once; the templates are real packages."""
 
 import os
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -13,6 +15,16 @@ from bt_manip.models import bundled_root
 from bt_manip.plugins.scaffold import KINDS, write_plugin
 
 NAME = "big-toothed-gear"
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+
+SINGLE_FILE = """
+from bt_manip import hookimpl
+
+@hookimpl
+def register_scenes(register):
+    pass
+"""
 
 
 def run(*command: object, cwd: Path, **variables: str) -> str:
@@ -63,6 +75,23 @@ def test_they_install_and_their_tests_pass(written, tmp_path):
     tests = ["-m", "pytest", "-q", "-p", "no:cacheprovider", "--import-mode=importlib"]
     out = run(*tests, *packages, cwd=written, PYTHONPATH=str(tmp_path))
     assert "passed" in out and "skipped" not in out
+
+
+@pytest.mark.parametrize("page", ["plugins/README.md", "howto/a-plugin-with-everything.md"])
+def test_the_pyproject_of_a_page_installs_a_single_file(page, tmp_path):
+    (text,) = re.findall(r"```toml\n(\[project\]\n.*?)```", (DOCS / page).read_text(), re.DOTALL)
+    (module,) = tomllib.loads(text)["tool"]["setuptools"]["py-modules"]
+    source, target = tmp_path / "source", tmp_path / "target"
+    source.mkdir()
+    (source / "pyproject.toml").write_text(text)
+    (source / f"{module}.py").write_text(SINGLE_FILE)
+    (source / f"test_{module}.py").touch()
+    run(
+        "-m", "pip", "--disable-pip-version-check", "install", "-q", "--no-index", "--no-deps",
+        "--no-build-isolation", "--target", target, source, cwd=tmp_path,
+    )  # fmt: skip
+    listed = run("-m", "bt_manip", "plugins", cwd=tmp_path, PYTHONPATH=str(target))
+    assert f"{module} 0.1: ok" in listed
 
 
 def test_every_name_is_put_in_everywhere(tmp_path):
