@@ -27,7 +27,7 @@ LAYERS = (
     {"arm", "grasping"},
     {"behaviours"},
     {"runner"},
-    {"viewer", "recording", "groot", "testing", "faults"},
+    {"viewer", "recording", "groot", "testing", "faults", "robot_setup"},
     {"cli"},
 )  # fmt: skip
 """Packages and single modules by layer, from the lowest."""
@@ -51,6 +51,7 @@ WITHIN_LAYER = {
     ("kinematics", "collision"),
     ("grasping", "arm"),
     ("testing", "faults"),
+    ("robot_setup", "testing"),
     ("groot", "recording"),
     ("viewer", "recording"),
 }

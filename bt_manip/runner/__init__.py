@@ -25,6 +25,7 @@ from .run import Run as Run
 from .scene import Fixture as Fixture
 from .scene import Scene as Scene
 from .scene import SceneRobot as SceneRobot
+from .scene import find_robot as find_robot
 from .scene import table_and_basket as table_and_basket
 from .scene import two_arms as two_arms
 from .scene_file import SceneError as SceneError

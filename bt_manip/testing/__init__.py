@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from bt_manip.testing.end_states import assert_stands_still as assert_stands_still
     from bt_manip.testing.end_states import assert_touches_only as assert_touches_only
     from bt_manip.testing.end_states import assert_tower as assert_tower
+    from bt_manip.testing.robot_contract import ROBOT_CONTRACT as ROBOT_CONTRACT
+    from bt_manip.testing.robot_contract import RobotCase as RobotCase
     from bt_manip.testing.situations import AT_REST as AT_REST
     from bt_manip.testing.situations import Situations as Situations
     from bt_manip.testing.situations import built_in_situations as built_in_situations

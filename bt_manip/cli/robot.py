@@ -1,0 +1,128 @@
+"""``bt-manip robot``: describe robots, check and show descriptions."""
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from bt_manip.cli.completion import complete_part
+from bt_manip.cli.plugin_options import load_chosen_plugins
+
+if TYPE_CHECKING:
+    from bt_manip.robots import Robot
+
+FINDINGS = 1
+
+_file = click.Path(dir_okay=False, path_type=Path)
+
+
+@click.group()
+def robot() -> None:
+    """Describe a robot from its model, check and show descriptions."""
+
+
+@robot.command()
+@click.argument("model")
+@click.option("--gripper", metavar="MODEL", help="Model of a gripper, if the arm's has none.")
+@click.option(
+    "-o", "--output", type=_file, default=Path("robot.toml"), show_default=True, metavar="FILE",
+    help="File to write.",
+)  # fmt: skip
+@click.option("--joints", metavar="J,J,...", help="Joints of the arm.  [default: found]")
+@click.option(
+    "--mount", metavar="NAME", help="Site or body that carries the gripper.  [default: found]"
+)
+@click.option(
+    "--tool-frame", metavar="NAME",
+    help="Site or body between the fingers; z is the direction of approach.  [default: measured]",
+)  # fmt: skip
+def new(
+    model: str,
+    gripper: str | None,
+    output: Path,
+    joints: str | None,
+    mount: str | None,
+    tool_frame: str | None,
+) -> None:
+    """Write the description of a robot from its model.
+
+    MODEL is a path of MJCF or URDF, or menagerie:NAME or menagerie:NAME/ENTRY. Limits that the
+    model does not have are conservative, and marked in the file.
+    """
+    os.environ.setdefault("MUJOCO_GL", "disable")
+    from bt_manip.robot_setup import describe_robot, description_text
+
+    draft = describe_robot(
+        model,
+        load_chosen_plugins().parts,
+        name=output.stem,
+        gripper=gripper,
+        joints=None if joints is None else joints.split(","),
+        mount=mount,
+        tool_frame=tool_frame,
+    )
+    carried = "" if gripper is None else f" with {gripper}"
+    head = f"{model}{carried}\n\nWritten by bt-manip robot new."
+    text = description_text(draft.description, draft.notes, output.resolve().parent, head)
+    output.write_text(text, encoding="utf-8")
+    click.echo(f"wrote {output}; next:")
+    click.echo(f"  bt-manip robot check {output}")
+    click.echo(f"  bt-manip run pick_place --robot {output} --view")
+
+
+@robot.command()
+@click.argument("file", type=_file)
+@click.option(
+    "--picture", type=_file, metavar="FILE.png", help="Picture to save.  [default: beside FILE]"
+)
+def check(file: Path, picture: Path | None) -> int:
+    """Print everything that is wrong with a description, with what to change.
+
+    FILE is TOML. Checks keys and names, self-collision at home, the tool frame, the gripper, the
+    payload, the reach, and the agreement with MuJoCo. Exits with 1 if there are findings.
+    """
+    from bt_manip.robot_setup import check_description
+
+    checked = check_description(file, load_chosen_plugins().parts)
+    for line in checked.findings:
+        click.echo(line)
+    for line in checked.facts:
+        click.echo(line, err=True)
+    if checked.robot is not None:
+        _draw(checked.robot, picture or file.with_suffix(".png"))
+    findings = len(checked.findings)
+    click.echo(f"{file}: {findings} finding{'s' if findings != 1 else ''}", err=True)
+    return FINDINGS if findings else 0
+
+
+@robot.command()
+@click.argument("name", metavar="ROBOT", shell_complete=complete_part("robots"))
+@click.option("--picture", type=_file, metavar="FILE.png", help="Picture to save.")
+def show(name: str, picture: Path | None) -> None:
+    """Print joints with limits, tool, gripper, payload and reach of a robot.
+
+    ROBOT is a registered name or path.toml.
+    """
+    from bt_manip.robot_setup import make_robot, summary
+    from bt_manip.runner import find_robot
+
+    parts = load_chosen_plugins().parts
+    description = find_robot(name, parts.robots)
+    for line in summary(make_robot(description, parts)):
+        click.echo(line)
+    if picture is not None:
+        _draw(make_robot(description, parts), picture)
+
+
+def _draw(robot: "Robot", path: Path) -> None:
+    """Save a picture of a robot, or say why there is none."""
+    from bt_manip.cell import NoOpenGLError
+    from bt_manip.png import write_png
+    from bt_manip.robot_setup import picture
+
+    try:
+        write_png(path, picture(robot))
+        click.echo(f"wrote {path}", err=True)
+    except NoOpenGLError as error:
+        click.echo(f"no picture: {error}", err=True)

@@ -1,0 +1,13 @@
+"""Setting up robots: describing one from its model, checking a description, showing it."""
+
+from .check import Checked as Checked
+from .check import check_description as check_description
+from .describe import Draft as Draft
+from .describe import describe_robot as describe_robot
+from .inspection import ReachMap as ReachMap
+from .inspection import make_robot as make_robot
+from .inspection import payload as payload
+from .inspection import picture as picture
+from .inspection import reach_map as reach_map
+from .inspection import summary as summary
+from .toml_text import description_text as description_text

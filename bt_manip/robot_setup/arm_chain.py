@@ -1,0 +1,172 @@
+"""The arm in a model: its joints from the base to the tool, and what the last one carries."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from bt_manip.exceptions import did_you_mean
+from bt_manip.robots import RobotError
+
+_MOVING = (int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE))
+_FINGER_WORDS = ("finger", "jaw", "grip", "claw", "knuckle")
+_MOUNT_WORDS = ("attach", "flange", "mount", "tool", "tcp", "ee")
+_FINGER_DEPTH = 4  # joints in series, at most, of what counts as a finger where a tree branches
+_LEAST_ARM = 3  # joints before a single one that may be a jaw
+_JAW_OPENING = 0.02  # [m] by which a jaw opens at least
+_JAW_CLOSED = 2e-3  # [m] between the parts of a closed jaw
+_JAW_STEPS = 9  # positions of its joint at which a possible jaw is measured
+
+
+class ArmChain(NamedTuple):
+    """The joints of an arm, from the base to the tool, and the bodies beyond the last one.
+
+    Attributes:
+        joints: Ids of the joints.
+        flange: Ids of the bodies that are fixed to the last link, this one first.
+        fingers: Ids of the joints beyond the last link.
+    """
+
+    joints: tuple[int, ...]
+    flange: tuple[int, ...]
+    fingers: tuple[int, ...]
+
+
+def find_arm(model: mujoco.MjModel, joints: Sequence[str] | None = None) -> ArmChain:
+    """Return the longest chain of hinges and slides from the base, without those of fingers.
+
+    The chain ends where only short branches follow, or a jaw that closes against the last link.
+
+    Args:
+        model: The model, compiled alone.
+        joints: Names of the arm's joints, if they are known.
+
+    Raises:
+        RobotError: If there is no such chain, or several are the longest.
+    """
+    names = [model.joint(j).name for j in range(model.njnt)]
+    if joints is not None:
+        unknown = [name for name in joints if name not in names]
+        if unknown:
+            near = did_you_mean(unknown[0], names)
+            raise RobotError(f"the model has no joint '{unknown[0]}'{near} (--joints)")
+        chain = [names.index(name) for name in joints]
+    else:
+        chain = _longest(model)
+    nameless = [j for j in chain if not names[j]]
+    if nameless:
+        raise RobotError(f"joint #{nameless[0]} of the arm has no name: name it in the model")
+    last = int(model.jnt_bodyid[chain[-1]])
+    flange = tuple(np.flatnonzero(model.body_weldid == model.body_weldid[last]).tolist())
+    beyond = [j for j in range(model.njnt) if j not in chain and _is_below(model, j, last)]
+    return ArmChain(tuple(chain), flange, tuple(beyond))
+
+
+def find_mount(model: mujoco.MjModel, arm: ArmChain, mount: str | None = None) -> str:
+    """Return the name of the site or body beyond the last joint at which a gripper is mounted.
+
+    A site whose name says so is preferred, then any site, then the last body.
+
+    Raises:
+        RobotError: If the given name is not one of them, or none of them has a name.
+    """
+    sites = [s for s in range(model.nsite) if int(model.site_bodyid[s]) in arm.flange]
+    known = [model.site(s).name for s in sites]
+    known += [model.body(b).name for b in reversed(arm.flange)]
+    known = [name for name in known if name]
+    if mount is not None:
+        if mount not in known:
+            raise RobotError(
+                f"beyond the last joint there is no site or body '{mount}'"
+                f"{did_you_mean(mount, known)} (--mount)"
+            )
+        return mount
+    if not known:
+        raise RobotError("nothing beyond the last joint has a name: name a site in the model")
+    told = [name for name in known if any(word in name.lower() for word in _MOUNT_WORDS)]
+    return (told or known)[0]
+
+
+def _longest(model: mujoco.MjModel) -> list[int]:
+    children = _children(model)
+    free = [j for j in range(model.njnt) if int(model.jnt_type[j]) not in _MOVING]
+    depth: dict[int, int] = {}
+
+    def count(body: int) -> int:
+        below = max((count(child) for child in children.get(body, ())), default=0)
+        depth[body] = below + int(model.body_jntnum[body])
+        return depth[body]
+
+    count(0)
+    chain: list[int] = []
+    body = 0
+    while following := children.get(body, []):
+        ranked = sorted(following, key=lambda b: depth[b], reverse=True)
+        if len(ranked) > 1 and chain and depth[ranked[0]] <= _FINGER_DEPTH:
+            break
+        if len(ranked) > 1 and depth[ranked[0]] == depth[ranked[1]]:
+            first, second = (model.joint(int(model.body_jntadr[b])).name for b in ranked[:2])
+            raise RobotError(
+                f"the model has several arms, one from joint '{first}', one from '{second}': "
+                "choose the joints of one (--joints)"
+            )
+        body = ranked[0]
+        start = int(model.body_jntadr[body])
+        own = list(range(start, start + int(model.body_jntnum[body])))
+        if len(chain) >= _LEAST_ARM and depth[body] == len(own) == 1 and _is_jaw(model, own[0]):
+            break
+        chain += own
+    if not chain:
+        raise RobotError("the model has no joints: an arm has hinges and slides")
+    if any(j in chain for j in free):
+        raise RobotError(
+            f"joint '{model.joint(free[0]).name}' is free or a ball: an arm has hinges and slides; "
+            "choose its joints (--joints)"
+        )
+    return chain
+
+
+def _children(model: mujoco.MjModel) -> dict[int, list[int]]:
+    """Return the bodies with joints below each body with joints, 0 for the world."""
+    found: dict[int, list[int]] = {}
+    for body in range(1, model.nbody):
+        if model.body_jntnum[body]:
+            parent = int(model.body_weldid[model.body_parentid[body]])
+            found.setdefault(parent, []).append(body)
+    return found
+
+
+def _is_below(model: mujoco.MjModel, joint: int, body: int) -> bool:
+    at = int(model.jnt_bodyid[joint])
+    while at and at != body:
+        at = int(model.body_parentid[at])
+    return at == body
+
+
+def _is_jaw(model: mujoco.MjModel, joint: int) -> bool:
+    """Tell whether the last joint closes its link against the one before."""
+    name = model.joint(joint).name.lower() + model.body(int(model.jnt_bodyid[joint])).name.lower()
+    if any(word in name for word in _FINGER_WORDS):
+        return True
+    if not model.jnt_limited[joint]:
+        return False
+    own = model.body_weldid[model.geom_bodyid] == model.jnt_bodyid[joint]
+    parent = model.body_weldid[model.body_parentid[model.jnt_bodyid[joint]]]
+    other = model.body_weldid[model.geom_bodyid] == parent
+    collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    pairs = [
+        (a, b) for a in np.flatnonzero(own & collides) for b in np.flatnonzero(other & collides)
+    ]
+    data = mujoco.MjData(model)
+    distances = []
+    lower, upper = model.jnt_range[joint].tolist()
+    for q in np.linspace(lower, upper, _JAW_STEPS):
+        data.qpos[model.jnt_qposadr[joint]] = q
+        mujoco.mj_kinematics(model, data)
+        distances.append([mujoco.mj_geomDistance(model, data, a, b, 1.0, None) for a, b in pairs])
+    if not pairs:
+        return False
+    measured = np.array(distances)
+    opens = (measured.min(0) < _JAW_CLOSED) & (measured.max(0) > _JAW_OPENING)
+    return bool(opens.any())

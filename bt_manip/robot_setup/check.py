@@ -1,0 +1,222 @@
+"""Checks of a robot's description, each finding with the key and what to change."""
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.cell import escaped_name, literal_name
+from bt_manip.collision import CollisionWorld, permanent_self_collisions, self_collisions
+from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.grippers import find_fingers
+from bt_manip.registry import Parts
+from bt_manip.robots import (
+    GripperDescription,
+    Robot,
+    RobotDescription,
+    compile_alone,
+    read_description,
+    read_gripper,
+    read_model,
+)
+from bt_manip.testing import ROBOT_CONTRACT, RobotCase
+
+from .inspection import ReachMap, make_robot, payload, reach_map
+
+_TILT = 0.35  # [rad] of the tool's z axis from the direction of approach
+_DEPTH = 0.02  # [m] of the tool's position from the measured one
+_WIDTH = 1e-3  # [m] of a described opening beyond the measured one
+_CUBE = 0.1  # [kg] that an arm should carry: twice the cube of the pick and place task
+_PARTS = {"joints": ("joint",), "fingers": ("body",), "motor": ("joint", "tendon")}
+
+
+class Checked(NamedTuple):
+    """Result of the checks of a description.
+
+    Attributes:
+        findings: What is wrong, each in a line with the key and the remedy.
+        facts: What was measured, each in a line.
+        robot: The robot, compiled alone; None if it cannot be built.
+    """
+
+    findings: list[str]
+    facts: list[str]
+    robot: Robot | None
+
+
+def check_description(path: Path, parts: Parts) -> Checked:
+    """Check a description in a file: its keys, the names in it, and the robot that they make.
+
+    Args:
+        path: The TOML file.
+        parts: The registered parts.
+    """
+    findings = _wrong_keys(path, parts)
+    if not findings:
+        description = read_description(path)
+        findings = list(_unknown_names(description))
+    if findings:
+        return Checked(findings, [], None)
+    try:
+        robot = make_robot(description, parts)
+    except BtManipError as error:
+        return Checked([str(error), *_tool_findings(description)], [], None)
+    model = robot.make_model()
+    findings += _home_findings(robot)
+    findings += _tool_findings(description)
+    reached = reach_map(robot, model)
+    findings += _reach_findings(description, reached)
+    facts = reached.lines()
+    if len(reached.configurations):
+        carried = payload(model, reached.configurations)
+        facts.append(f"payload: {carried:.2g} kg wherever it reaches the table")
+        if carried < _CUBE:
+            findings.append(
+                f"{description.where}: key 'effort': the arm holds {carried:.2g} kg at its tool; "
+                "check the effort limits, here or in the model"
+            )
+    case = RobotCase(description)
+    if description.gripper is not None:
+        make = parts.grippers.maker(description.gripper.kind, "close", "held_root")
+        case = RobotCase(description, make)
+    for check in ROBOT_CONTRACT:
+        try:
+            check(case)
+        except AssertionError as failed:
+            findings.append(f"{description.where}: {failed}; {_REMEDIES[check.__name__]}")
+    return Checked(findings, facts, make_robot(description, parts))
+
+
+_REMEDIES = {
+    "its_model_agrees_with_mujoco": "the model couples joints of the arm, which is not supported",
+    "it_reaches_what_it_can_reach": "check key 'tolerance', and the joints' ranges in the model",
+    "it_stands_still_at_home": "check keys 'effort' and 'exclude'",
+    "its_gripper_opens_and_closes": "check keys 'gripper.joints', 'gripper.motor', "
+    "'gripper.max_force' and 'gripper.frictionloss'",
+}
+
+
+def _wrong_keys(path: Path, parts: Parts) -> list[str]:
+    """Return all errors of reading the file, the gripper's parameters included."""
+    found: list[str] = []
+    for read in (lambda: read_description(path), lambda: _read_parameters(path, parts)):
+        try:
+            read()
+        except BtManipError as error:
+            found += str(error).splitlines()
+    return list(dict.fromkeys(found))
+
+
+def _read_parameters(path: Path, parts: Parts) -> None:
+    gripper = read_gripper(path)
+    if gripper is not None:
+        kind = parts.grippers.get(gripper.kind)
+        check = getattr(kind, "check_parameters", None)
+        if check is not None:
+            check(gripper.read(path.stem))
+
+
+def _unknown_names(description: RobotDescription) -> Iterator[str]:
+    """Yield an error for each name that the models do not have, and for missing models."""
+    where, gripper = description.where, description.gripper
+    roots = []
+    for model in (description.model, gripper.model if gripper else None):
+        if model is not None:
+            try:
+                roots.append(read_model(model, where)[0])
+            except BtManipError as error:
+                yield str(error)
+    if not roots or (gripper and gripper.model and len(roots) == 1):
+        return
+    arm, hand = roots[0], roots[-1]
+    wanted: list[tuple[str, str, tuple[str, ...], tuple[Any, ...]]]
+    wanted = [("arm_joints", name, ("joint",), (arm,)) for name in description.arm_joints]
+    wanted += [("tool.frame", description.tool_frame, ("site", "body"), (arm, hand))]
+    bodies = [name for pair in description.exclude for name in pair if name != "pedestal"]
+    wanted += [("exclude", name, ("body",), (arm, hand)) for name in bodies]
+    if gripper is not None:
+        if gripper.mount:
+            wanted += [("gripper.mount", gripper.mount, ("site", "body"), (arm,))]
+        for key, kinds in _PARTS.items():
+            names = gripper.parameters.get(key, ())
+            names = [names] if isinstance(names, str) else names
+            wanted += [(f"gripper.{key}", name, kinds, (hand,)) for name in names]
+    for key, name, kinds, models in wanted:
+        known = {
+            literal_name(element.name)
+            for root in models
+            for kind in kinds
+            for element in root.find_all(kind)
+            if getattr(element, "name", None)
+        }
+        if name not in known and name.rpartition("/")[2] not in known:
+            what = " or ".join(kinds)
+            yield f"{where}: key '{key}': there is no {what} '{name}'{did_you_mean(name, known)}"
+
+
+def _home_findings(robot: Robot) -> Iterator[str]:
+    world = CollisionWorld(robot, robot.make_model())
+    collisions = self_collisions(world, np.array(robot.description.home))
+    permanent = permanent_self_collisions(world) if collisions else []
+    for first, second, depth in collisions:
+        always = (first, second) in permanent
+        remedy = f'add ["{first}", "{second}"] to it' if always else "choose another home"
+        often = "in every configuration" if always else "at home"
+        yield (
+            f"{robot.description.where}: key '{'exclude' if always else 'home'}': '{first}' is "
+            f"{1e3 * depth:.1f} mm inside '{second}' {often}; {remedy}"
+        )
+
+
+def _tool_findings(description: RobotDescription) -> Iterator[str]:
+    """Yield what differs from the fingers measured on the model."""
+    gripper = description.gripper
+    if gripper is None:
+        return
+    with contextlib.suppress(BtManipError):  # other kinds of grippers
+        yield from _finger_findings(description, gripper)
+
+
+def _finger_findings(description: RobotDescription, gripper: GripperDescription) -> Iterator[str]:
+    where, robot = description.where, Robot(description)
+    model = robot.alone
+    found = find_fingers(model, [escaped_name(name) for name in description.arm_joints])
+    T_bt, body = found.T_bt, literal_name(found.body.rpartition("/")[2])
+    compile_alone(robot)
+    data, ids = robot.mj_data, robot.mj_model
+    at = next(b for b in range(ids.nbody) if ids.body(b).name.endswith(found.body))
+    T_wb = pin.SE3(data.xmat[at].reshape(3, 3), data.xpos[at])
+    T_bs = T_wb.inverse() * robot.tool_pose
+    angle = float(np.arccos(np.clip(T_bs.rotation[:, 2] @ T_bt.rotation[:, 2], -1.0, 1.0)))
+    p = ", ".join(f"{x:.4g}" for x in T_bt.translation + 0.0)
+    quat = pin.Quaternion(T_bt.rotation)
+    q = ", ".join(f"{x:.4g}" for x in (quat.w, quat.x, quat.y, quat.z))
+    remedy = f'frame = "{body}", position = [{p}], quat_wxyz = [{q}] fit the fingers'
+    if angle > _TILT:
+        yield (
+            f"{where}: key 'tool': its z axis, the direction of approach, is "
+            f"{np.degrees(angle):.0f} degrees from that of the fingers; {remedy}"
+        )
+    offset = T_bt.actInv(T_bs.translation)
+    if float(np.abs(offset).max()) > _DEPTH:
+        yield (
+            f"{where}: key 'tool': it is {1e3 * float(np.linalg.norm(offset)):.0f} mm from the "
+            f"middle of the finger pads; {remedy}"
+        )
+    width = gripper.parameters.get("open_width")
+    if width is not None and width > found.travel.open_width + _WIDTH:
+        yield (
+            f"{where}: key 'gripper.open_width': the fingers open to "
+            f"{1e3 * found.travel.open_width:.1f} mm, not {1e3 * width:.1f} mm; leave it out"
+        )
+
+
+def _reach_findings(description: RobotDescription, reached: ReachMap) -> Iterator[str]:
+    if not reached.reached.any():
+        yield (
+            f"{description.where}: key 'base': the tool, pointing down, reaches no part of the "
+            "table; change position or pedestal, or the tool's z axis"
+        )

@@ -1,0 +1,238 @@
+"""Describing a robot from its model."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from bt_manip import spatial
+from bt_manip.cell import escaped_name, literal_name
+from bt_manip.collision import CollisionWorld, permanent_self_collisions
+from bt_manip.grippers import FoundFingers, find_fingers, two_finger_gripper
+from bt_manip.registry import Parts
+from bt_manip.robots import (
+    GripperDescription,
+    Robot,
+    RobotDescription,
+    RobotError,
+    ToolLimits,
+    assemble,
+    model_file,
+    read_model,
+)
+
+from .arm_chain import ArmChain, find_arm, find_mount
+from .inspection import make_robot
+from .joint_data import estimate_efforts, joint_data
+from .placement import find_home, place_base
+from .reach import DownwardReach
+
+_FORCE, _FINGER_SPEED = 50.0, 0.1  # [N], [m/s] where the model has none
+_PADS = {"solref": [0.004, 1.0], "solimp": [0.95, 0.99, 0.001]}
+_ANY_EFFORT = 1e4  # [N m] until efforts are estimated
+_TOOL_LIMITS = ToolLimits(velocity=1.0, acceleration=5.0, jerk=500.0)
+_MAX_FRICTION = 5.0  # [N] of the fingers, by dry friction of the gripper's joints
+_MAX_MASS = 3.0  # [kg] of a finger, with the armature of its joints
+_ARMATURE = 0.005  # [kg m2] in place of such an armature
+_ALONG = 0.9  # cosine of two directions that count as one
+
+_CHOSEN = "CHOSEN, not known from the model: put the data sheet's"
+
+
+class Draft(NamedTuple):
+    """The description of a robot, with comments on its keys.
+
+    Attributes:
+        description: The description.
+        notes: Comments by key.
+        robot: The robot, compiled alone.
+        share: Share of the positions of the pick and place task that it reaches.
+    """
+
+    description: RobotDescription
+    notes: dict[str, str]
+    robot: Robot
+    share: float
+
+
+def describe_robot(
+    model: str,
+    parts: Parts,
+    *,
+    name: str,
+    gripper: str | None = None,
+    joints: Sequence[str] | None = None,
+    mount: str | None = None,
+    tool_frame: str | None = None,
+) -> Draft:
+    """Describe a robot from its model, for the pick and place task.
+
+    Args:
+        model: Path of the arm's MJCF or URDF file, or ``menagerie:NAME/ENTRY``.
+        parts: The registered parts, among them the kinds of grippers.
+        name: Name of the robot.
+        gripper: The same of a gripper's model, if the arm's has none.
+        joints: Names of the arm's joints; default: found in the model.
+        mount: Site or body at which the gripper is mounted; default: found in the model.
+        tool_frame: Site or body between the fingers whose z axis is the direction of approach;
+            default: measured.
+
+    Raises:
+        RobotError: If something cannot be found; the message names the option that gives it.
+    """
+    _, alone = read_model(model, model)
+    arm = find_arm(alone, None if joints is None else [escaped_name(j) for j in joints])
+    if gripper is not None and arm.fingers:
+        own = literal_name(alone.joint(arm.fingers[0]).name)
+        raise RobotError(
+            f"{model} has a gripper of its own, with joint '{own}': leave out --gripper, or choose "
+            "a model of the arm without it"
+        )
+    data = joint_data(alone, arm.joints, model_file(model, model))
+    known = [bound for bound in data.effort if bound is not None]
+    at = literal_name(find_mount(alone, arm, None if mount is None else escaped_name(mount)))
+    description = RobotDescription(
+        name=name,
+        model=model,
+        arm_joints=tuple(literal_name(alone.joint(j).name) for j in arm.joints),
+        tool_frame=tool_frame or at,
+        home=tuple(_middle(alone, arm).tolist()),
+        velocity=data.velocity,
+        acceleration=data.acceleration,
+        jerk=data.jerk,
+        effort=tuple(_ANY_EFFORT if bound is None else bound for bound in data.effort),
+        tool_limits=_TOOL_LIMITS,
+    )
+    notes = {
+        "acceleration": f"{_CHOSEN} if it has any [rad/s2].",
+        "jerk": "CHOSEN: the acceleration is reached in 20 ms [rad/s3].",
+        "tool_limits": "CHOSEN: limits of the tool along a line [m/s], [m/s2], [m/s3].",
+        "velocity": ("From the model [rad/s]." if data.velocity_known else f"{_CHOSEN} [rad/s]."),
+    }
+    if gripper is not None or arm.fingers:
+        description, more = _with_gripper(description, gripper, at, tool_frame)
+        notes |= more
+    robot = make_robot(description, parts)
+    overlaps = permanent_self_collisions(CollisionWorld(robot, robot.make_model()))
+    if overlaps:
+        description = replace(description, exclude=tuple(overlaps))
+        notes["exclude"] = "Bodies that overlap in every configuration of the model."
+        robot = make_robot(description, parts)
+    effort = description.effort
+    if len(known) < len(data.effort):
+        estimated = estimate_efforts(robot.make_model())
+        effort = tuple(
+            guess if bound is None else bound
+            for guess, bound in zip(estimated, data.effort, strict=True)
+        )
+        notes["effort"] = f"{_CHOSEN} [N m]; enough to hold and accelerate the arm."
+        robot = make_robot(replace(description, effort=effort), parts)
+    downward = DownwardReach(robot, robot.make_model())
+    reach = downward.measure()
+    if not reach.reached.any():
+        find_home(downward, reach, pin.SE3.Identity())  # raises, with the remedy
+    placement = place_base(robot, reach)
+    home = find_home(downward, reach, placement.T_rb)
+    notes["home"] = "The tool points down over the middle of its reach."
+    notes["base"] = "Relative to where the scene places robots: the table suits the reach so."
+    description = replace(
+        description,
+        T_rb=placement.T_rb,
+        pedestal=placement.pedestal,
+        home=tuple(np.round(home, 4).tolist()),
+        effort=None if len(known) == len(data.effort) else effort,
+    )
+    return Draft(description, notes, make_robot(description, parts), placement.share)
+
+
+def _middle(model: mujoco.MjModel, arm: ArmChain) -> np.ndarray:
+    joints = list(arm.joints)
+    return np.where(model.jnt_limited[joints], model.jnt_range[joints].mean(axis=1), 0.0)
+
+
+def _with_gripper(
+    description: RobotDescription, model: str | None, mount: str, tool_frame: str | None
+) -> tuple[RobotDescription, dict[str, str]]:
+    """Return the description with the gripper and the tool frame, and comments on them."""
+    T_mg = pin.SE3.Identity()
+    if model is not None:
+        # Measured as attached, then turned so that it points away from the arm.
+        carried = GripperDescription(max_force=1.0, model=model, mount=mount)
+        assembled = assemble(replace(description, gripper=carried), description.name)
+        found = find_fingers(assembled.alone, description.arm_joints, where=model)
+        T_mg = _outwards(assembled.alone, description, found, mount)
+    carried = GripperDescription(max_force=1.0, model=model, mount=mount, T_mg=T_mg)
+    assembled = assemble(
+        replace(description, gripper=None if model is None else carried), description.name
+    )
+    names = [escaped_name(joint) for joint in description.arm_joints]
+    found = find_fingers(assembled.alone, names, where=model or description.model)
+    prefix = "" if model is None else f"{assembled.gripper.full_identifier}"
+
+    def local(full: str) -> str:
+        return literal_name(full.removeprefix(prefix))
+
+    notes = {"gripper": "Measured on the model.", "gripper.max_speed": f"{_CHOSEN} [m/s]."}
+    notes["gripper.max_force"] = "What the model's actuator exerts on each finger [N]."
+    force = found.max_force
+    if force is None:
+        force, notes["gripper.max_force"] = _FORCE, f"{_CHOSEN} [N]."
+    travel, changes = found.travel, {}
+    if travel.friction > _MAX_FRICTION:
+        changes["frictionloss"] = 0.0
+        notes["gripper.frictionloss"] = (
+            f"The model's dry friction would take {travel.friction:.0f} N of the fingers."
+        )
+    if travel.mass > _MAX_MASS:
+        changes["armature"] = _ARMATURE
+        notes["gripper.armature"] = f"With the model's, a finger moves like {travel.mass:.0f} kg."
+    gripper = two_finger_gripper(
+        joints=[local(joint) for joint in found.joints],
+        fingers=[local(finger) for finger in found.fingers],
+        motor=None if found.motor is None else local(found.motor),
+        open_width=float(np.floor(1e4 * travel.open_width) / 1e4),
+        max_speed=_FINGER_SPEED,
+        max_force=float(f"{force:.2g}"),
+        pads=_PADS,
+        model=model,
+        mount=mount if model else None,
+        T_mg=T_mg,
+        **changes,
+    )
+    if tool_frame is None:
+        notes["tool"] = "Between the finger pads; z is the direction of approach."
+        description = replace(description, tool_frame=local(found.body), T_ft=found.T_bt)
+    return replace(description, gripper=gripper), notes
+
+
+def _outwards(
+    model: mujoco.MjModel, description: RobotDescription, found: FoundFingers, mount: str
+) -> pin.SE3:
+    """Return the pose of a gripper in its mount in which it points away from the arm.
+
+    Outwards is the axis of the last joint, in the direction from the arm's last links to the mount.
+    If the mount's z axis is across that axis, the mount decides.
+    """
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    joints = [model.joint(escaped_name(name)).id for name in description.arm_joints]
+    site = mujoco.mj_name2id(model, int(mujoco.mjtObj.mjOBJ_SITE), escaped_name(mount))
+    at, R = (
+        (data.site_xpos[site], data.site_xmat[site])
+        if site >= 0
+        else (data.body(escaped_name(mount)).xpos, data.body(escaped_name(mount)).xmat)
+    )
+    R_wm = R.reshape(3, 3)
+    outwards = R_wm[:, 2]
+    axis = data.xaxis[joints[-1]]
+    if abs(axis @ outwards) > _ALONG:
+        along = [float((at - data.xanchor[j]) @ axis) for j in reversed(joints)]
+        outwards = np.sign(next((d for d in along if abs(d) > 1e-3), 1.0)) * axis
+    approach = data.body(found.body).xmat.reshape(3, 3) @ found.T_bt.rotation[:, 2]
+    if approach @ outwards > _ALONG:
+        return pin.SE3.Identity()
+    turn = pin.Quaternion.FromTwoVectors(R_wm.T @ approach, R_wm.T @ outwards)
+    return spatial.pose(np.zeros(3), np.array([turn.w, turn.x, turn.y, turn.z]))

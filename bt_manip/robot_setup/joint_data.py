@@ -1,0 +1,97 @@
+"""Limits of joints that a model does not have."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+from lxml import etree
+
+from bt_manip.robots import Payload, RobotModel, effort_limit
+
+# Below those of the arms sold today; full acceleration is reached in 20 ms.
+_HINGE = (1.5, 5.0, 250.0)  # [rad/s], [rad/s2], [rad/s3]
+_SLIDE = (0.5, 2.0, 100.0)  # [m/s], [m/s2], [m/s3]
+_EFFORT_MARGIN = 1.5  # of an estimated effort limit over the largest required effort
+_EFFORT_SHARE = 0.05  # of the strongest joint's estimated limit, which every joint has
+_PAYLOAD_SHARE = 0.1  # of the arm's mass, carried at the tool
+_EFFORT_SAMPLES = 200  # configurations in which the required efforts are computed
+
+
+class JointData(NamedTuple):
+    """Limits of the joints of an arm, with where they come from.
+
+    Attributes:
+        velocity: [rad/s] or [m/s].
+        acceleration: [rad/s2] or [m/s2].
+        jerk: [rad/s3] or [m/s3].
+        effort: [N m] or [N]; None where the model has none.
+        velocity_known: Whether the velocities are those of the model's file.
+    """
+
+    velocity: tuple[float, ...]
+    acceleration: tuple[float, ...]
+    jerk: tuple[float, ...]
+    effort: tuple[float | None, ...]
+    velocity_known: bool
+
+
+def joint_data(model: mujoco.MjModel, joints: tuple[int, ...], file: Path) -> JointData:
+    """Return the limits of joints: those of the model, and conservative ones in place of others.
+
+    Args:
+        model: The model, compiled alone.
+        joints: Ids of the joints.
+        file: Its file; URDF has velocities, which MJCF has not.
+    """
+    slide = int(mujoco.mjtJoint.mjJNT_SLIDE)
+    chosen = [_SLIDE if int(model.jnt_type[j]) == slide else _HINGE for j in joints]
+    velocity, acceleration, jerk = zip(*chosen, strict=True)
+    known = _urdf_velocities(file)
+    names = [model.joint(j).name for j in joints]
+    if all(known.get(name, 0.0) > 0.0 for name in names):
+        velocity = tuple(known[name] for name in names)
+    else:
+        known = {}
+    bounds = [effort_limit(model, j) for j in joints]
+    effort = tuple(bound if np.isfinite(bound) else None for bound in bounds)
+    return JointData(velocity, acceleration, jerk, effort, bool(known))
+
+
+def estimate_efforts(model: RobotModel) -> tuple[float, ...]:
+    """Return efforts with which an arm holds and accelerates itself and a payload everywhere.
+
+    Args:
+        model: The arm.
+    """  # (nv,)
+    rng, limits = np.random.default_rng(0), model.limits
+    model = model.with_payload(Payload(_PAYLOAD_SHARE * pin.computeTotalMass(model.model)))
+    lower, upper = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
+    most = np.zeros(model.nq)
+    for _ in range(_EFFORT_SAMPLES):
+        sign = rng.choice((-1.0, 1.0), (2, model.nq))
+        q = rng.uniform(lower, upper)
+        tau = model.effort(q, sign[0] * limits.velocity, sign[1] * limits.acceleration)
+        most = np.maximum(most, np.abs(tau))
+    most = _EFFORT_MARGIN * np.maximum(most, _EFFORT_SHARE * most.max())
+    return tuple(_rounded_up(float(tau)) for tau in most)
+
+
+def _rounded_up(value: float) -> float:
+    """Return a positive number, rounded up to two digits."""
+    digit = 10.0 ** (np.floor(np.log10(max(value, 1e-6))) - 1)
+    return float(f"{np.ceil(value / digit - 1e-9) * digit:.2g}")
+
+
+def _urdf_velocities(file: Path) -> Mapping[str, float]:
+    if file.suffix.lower() != ".urdf":
+        return {}
+    root = etree.parse(str(file), etree.XMLParser(resolve_entities=False)).getroot()
+    found = {}
+    for joint in root.iter("joint"):
+        limit = joint.find("limit")
+        if limit is not None and limit.get("velocity"):
+            found[joint.get("name", "")] = float(limit.get("velocity"))
+    return found

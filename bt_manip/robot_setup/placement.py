@@ -1,0 +1,136 @@
+"""Where a robot stands at a table, and its home configuration."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from bt_manip import spatial
+from bt_manip.robots import Robot, RobotError
+
+from .reach import DownwardReach, RadialReach
+
+# Of the scene with a table and a basket, seen from where it places the robot [m].
+_PICK_X, _PICK_Y = (0.3, 0.4, 0.5), (-0.3, -0.15, 0.0, 0.15, 0.3)
+_PICK_HEIGHTS = (0.03, 0.15, 0.4)  # where a cube is gripped, lifted clear, and carried
+_BASKET_X, _BASKET_HEIGHTS = 0.78, (0.25, 0.22, 0.19)  # of the tool over the table
+_TABLE_X = (-0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
+_TABLE_Y = (-0.35, -0.25, -0.15, -0.05, 0.05, 0.15, 0.25, 0.35)
+_BASKET_SIZE = 0.15  # [m] that the base keeps from the middle of the basket
+
+_BASE_X, _BASE_Z = np.arange(0.0, 0.41, 0.05), np.arange(0.0, 0.41, 0.05)  # [m] moved
+_LEAST_TABLE = 0.1  # share of the table that the arm needs to pick from
+_MOVED = 0.4  # cost of a metre by which the base is moved, in shares of the positions reached
+_HOME_HEIGHT = 0.3  # [m] of the tool over the table at home, or less for a small arm
+_CORNERS = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T  # of a box
+_FOOT = (0.05, 0.15)  # [m] least and largest half width of a pedestal
+_DIGITS = 3  # of the base's position [m]
+
+
+class Placement(NamedTuple):
+    """Where a robot stands, and how.
+
+    Attributes:
+        T_rb: Pose of the base relative to where the scene places the robot.
+        pedestal: Size of the block under the base [m]; None for no block.
+        share: Share of the positions of the pick and place task that are reached.
+    """
+
+    T_rb: pin.SE3
+    pedestal: tuple[float, float, float] | None
+    share: float
+
+
+def place_base(robot: Robot, reach: RadialReach) -> Placement:
+    """Return the nearest pose of the base from which the arm reaches most of a table.
+
+    Args:
+        robot: The robot, compiled alone.
+        reach: Its reach.
+    """
+    lowest, footprint = _foot(robot)
+    yaw = -round(2.0 * reach.front / np.pi) * np.pi / 2.0
+    c, s = np.cos(yaw), np.sin(yaw)
+    axis = np.array([[c, -s], [s, c]]) @ reach.axis
+    best: tuple[float, Placement] | None = None
+    for lift in _BASE_Z:
+        for x in _BASE_X:
+            if x + footprint > _BASKET_X - _BASKET_SIZE:
+                continue
+            z = round(float(lift) - lowest, _DIGITS)
+            share, score = _covered(reach, np.array([x, 0.0]) + axis, z)
+            score -= _MOVED * float(x + lift)
+            if best is None or score > best[0] + 1e-9:
+                quat = (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2))
+                T_rb = spatial.pose((round(float(x), _DIGITS), 0.0, z), quat)
+                size = (2.0 * footprint, 2.0 * footprint, round(float(lift), _DIGITS))
+                best = score, Placement(T_rb, size if lift > 0.0 else None, share)
+    assert best is not None
+    return best[1]
+
+
+def find_home(downward: DownwardReach, reach: RadialReach, base: pin.SE3) -> np.ndarray:
+    """Return a configuration with the tool pointing down over the middle of the reach.
+
+    Args:
+        downward: Finds configurations of the robot, which is not moved to `base`.
+        reach: Its reach.
+        base: Pose of the base relative to the table on which it stands.
+
+    Raises:
+        RobotError: If no configuration free of self-collision has the tool pointing down.
+    """
+    direction = np.array([np.cos(reach.front), np.sin(reach.front)])
+    height = min(_HOME_HEIGHT, 0.4 * reach.radii[-1]) - base.translation[2]
+    rows = np.argsort(np.abs(reach.heights - height), kind="stable")
+    for row in rows:
+        reached = reach.radii[reach.reached[row]]
+        if not reached.size:
+            continue
+        middle = 0.5 * (reached[0] + reached[-1])
+        for radius in reached[np.argsort(np.abs(reached - middle), kind="stable")]:
+            position = [*(reach.axis + radius * direction), reach.heights[row]]
+            q = downward.configuration(np.array(position))
+            if q is not None:
+                return q
+    raise RobotError(
+        "no configuration free of self-collision has the tool pointing down: check the tool's "
+        "frame and its z axis, which is the direction of approach (--tool-frame)"
+    )
+
+
+def _covered(reach: RadialReach, axis: np.ndarray, z: float) -> tuple[float, float]:
+    """Return the share of the task's positions that are reached, and a score of the place."""
+
+    def share(x: Sequence[float], y: Sequence[float], height: float) -> float:
+        points = np.array(np.meshgrid(x, y)).reshape(2, -1)
+        radius = np.hypot(points[0] - axis[0], points[1] - axis[1])
+        return float(reach.covers(radius, np.full(radius.shape, height - z)).mean())
+
+    pick = [share(_PICK_X, _PICK_Y, height) for height in _PICK_HEIGHTS]
+    table = min(share(_TABLE_X, _TABLE_Y, height) for height in _PICK_HEIGHTS[:2])
+    basket = [share([_BASKET_X], [0.0], height) for height in _BASKET_HEIGHTS]
+    score = min(pick[:2]) + 0.3 * pick[2] + table
+    score += min(1.0, table / _LEAST_TABLE) * (2.0 * max(basket) + 0.3 * basket[0])
+    return 0.5 * (min(pick[:2]) + max(basket)), score
+
+
+def _foot(robot: Robot) -> tuple[float, float]:
+    """Return the lowest point of the fixed bodies, and half their width [m]."""
+    model, data = robot.mj_model, robot.mj_data
+    points = []
+    for geom in np.flatnonzero(model.body_weldid[model.geom_bodyid] == 0):
+        mesh = int(model.geom_dataid[geom])
+        if int(model.geom_type[geom]) == int(mujoco.mjtGeom.mjGEOM_MESH):
+            start = int(model.mesh_vertadr[mesh])
+            local = model.mesh_vert[start : start + int(model.mesh_vertnum[mesh])]
+        else:
+            local = model.geom_aabb[geom, :3] + _CORNERS * model.geom_aabb[geom, 3:]
+        points.append(local @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom])
+    if not points:
+        return 0.0, _FOOT[0]
+    all_points = np.concatenate(points)
+    half = float(np.clip(np.abs(all_points[:, :2]).max(), *_FOOT))
+    return round(float(all_points[:, 2].min()), _DIGITS), round(half, 2)

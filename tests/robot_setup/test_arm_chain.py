@@ -1,0 +1,101 @@
+import mujoco
+import pytest
+
+from bt_manip.robot_setup.arm_chain import find_arm, find_mount
+from bt_manip.robots import RobotError
+
+SHAPE = '<geom type="capsule" fromto="0 0 0 0 0 0.2" size="0.02"/>'
+FINGER = '<geom type="box" size="0.005 0.01 0.02" pos="0 0 0.02"/>'
+FINGERS = f"""
+<body name="one" pos="0.02 0 0.2"><joint name="a" type="slide" axis="1 0 0"/>{FINGER}</body>
+<body name="two" pos="-0.02 0 0.2"><joint name="b" type="slide" axis="1 0 0"/>{FINGER}</body>
+"""
+
+
+def chain(names, end="", prefix="link"):
+    """Return links of 0.2 m, one above the other, with hinges of alternating axes."""
+    text = end
+    for i, name in reversed(list(enumerate(names))):
+        axis = "0 0 1" if i % 2 == 0 else "0 1 0"
+        joint = f'<joint name="{name}" axis="{axis}" range="-2 2" limited="true"/>'
+        text = f'<body name="{prefix}{i}" pos="0 0 {0.2 * (i > 0)}">{joint}{SHAPE}{text}</body>'
+    return text
+
+
+def compiled(*bodies):
+    xml = "".join(bodies)
+    return mujoco.MjModel.from_xml_string(
+        f'<mujoco><compiler angle="radian"/><worldbody>{xml}</worldbody></mujoco>'
+    )
+
+
+def names(model, joints):
+    return [model.joint(j).name for j in joints]
+
+
+def test_an_arm_without_a_gripper_is_its_longest_chain():
+    model = compiled(chain("pqrs", '<body name="plate"><site name="flange"/></body>'))
+    arm = find_arm(model)
+    assert names(model, arm.joints) == ["p", "q", "r", "s"]
+    assert arm.fingers == ()
+    assert [model.body(b).name for b in arm.flange] == ["link3", "plate"]
+
+
+def test_fingers_are_not_joints_of_the_arm():
+    model = compiled(chain("pqr", f'<body name="palm">{FINGERS}</body>'))
+    arm = find_arm(model)
+    assert names(model, arm.joints) == ["p", "q", "r"]
+    assert names(model, arm.fingers) == ["a", "b"]
+
+
+def test_a_jaw_that_closes_against_the_last_link_is_a_finger():
+    fixed = '<geom type="box" size="0.005 0.01 0.03" pos="-0.02 0 0.26"/>'
+    moving = '<geom type="box" size="0.005 0.01 0.03" pos="-0.011 0 0.06"/>'
+    joint = '<joint name="h" axis="0 1 0" range="0 1.5" limited="true"/>'
+    model = compiled(chain("pqr", f'{fixed}<body name="m" pos="0 0 0.2">{joint}{moving}</body>'))
+    arm = find_arm(model)
+    assert names(model, arm.joints) == ["p", "q", "r"]
+    assert names(model, arm.fingers) == ["h"]
+
+
+def test_a_rail_under_an_arm_belongs_to_it():
+    rail = '<body name="cart"><joint name="rail" type="slide" axis="1 0 0"/>'
+    model = compiled(f"{rail}{SHAPE}{chain('pqr')}</body>")
+    assert names(model, find_arm(model).joints) == ["rail", "p", "q", "r"]
+
+
+def test_two_arms_are_told_apart_by_their_joints():
+    model = compiled(chain("pqrst"), chain("vwxyz", prefix="other"))
+    with pytest.raises(RobotError, match=r"one from joint 'p', one from 'v': .*--joints"):
+        find_arm(model)
+    assert names(model, find_arm(model, list("vwxyz")).joints) == list("vwxyz")
+
+
+def test_an_unknown_joint_is_refused_with_the_nearest_name():
+    with pytest.raises(RobotError, match=r"no joint 'elbw'; did you mean 'elbow'\? \(--joints\)"):
+        find_arm(compiled(chain(["base", "elbow"])), ["base", "elbw"])
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        (f'<body name="box">{SHAPE}</body>', "the model has no joints"),
+        (f'<body name="box"><freejoint name="loose"/>{SHAPE}</body>', "'loose' is free or a ball"),
+    ],
+)
+def test_what_is_no_arm_is_refused(body, message):
+    with pytest.raises(RobotError, match=message):
+        find_arm(compiled(body))
+
+
+def test_a_gripper_is_mounted_at_the_site_that_its_name_suggests():
+    sites = '<site name="camera"/><site name="tool_flange"/>'
+    model = compiled(chain("pqr", sites))
+    assert find_mount(model, find_arm(model)) == "tool_flange"
+    with pytest.raises(RobotError, match=r"no site or body 'flang'; .*\(--mount\)"):
+        find_mount(model, find_arm(model), "flang")
+
+
+def test_without_sites_a_gripper_is_mounted_at_the_last_body():
+    model = compiled(chain("pqr", '<body name="plate"/>'))
+    assert find_mount(model, find_arm(model)) == "plate"
