@@ -36,6 +36,7 @@ class Page(ScenePage, EventStream):
             speed: Simulated seconds per second of wall time at first; None is without limit.
         """
         EventStream.__init__(self, self._handle)
+        self._cell: Any = None
         self._source: CellScene | None = None  # None: the scene has changed
         self._samples: list[tuple[float, dict[str, tuple[np.ndarray, np.ndarray]]]] = []
         ScenePage.__init__(self, lambda gui: Controls(gui, speed), panels or {}, port)
@@ -89,7 +90,10 @@ class Page(ScenePage, EventStream):
         self._refresh(now=True)
 
     def begin_idle(self, station: Any) -> None:
-        """Show a cell in which no tree runs."""
+        """Show a cell in which no tree runs; in a new cell nothing has happened yet."""
+        if station.cell is not self._cell:
+            for panel in self._panels:
+                panel.reset()
         self._cell, self._source = station.cell, None
         for panel in self._panels:
             panel.begin_idle(station)

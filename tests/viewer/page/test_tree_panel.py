@@ -4,7 +4,7 @@ import pytest
 
 from bt_manip.behaviours import RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Sequence, Sleep
-from bt_manip.runner import RunObserver
+from bt_manip.runner import RunObserver, build_station
 
 
 @pytest.fixture
@@ -83,3 +83,13 @@ def test_errors_of_an_edited_tree_are_shown_until_they_are_gone(make_run, page, 
     make_run(Sleep("rest", msec=30)).execute([page, Editor()])
     assert "task.xml:3:7: error: unknown node &#x27;&lt;Slep&gt;&#x27;" in seen[1]
     assert seen[-1] == ""
+
+
+def test_statuses_and_values_are_kept_until_there_is_a_new_cell(make_run, page, panel, parts):
+    run = make_run(tree())
+    run.execute([page])
+    page.begin_idle(run.station)
+    assert "✗" in panel._html.content and panel._values
+    page.begin_idle(build_station(parts))
+    assert ">never<" in panel._html.content and not panel._values
+    assert "✗" not in panel._html.content and "✓" not in panel._html.content
