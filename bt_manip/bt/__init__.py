@@ -1,6 +1,7 @@
 """The tree language: nodes, ports, scoped blackboard, scripting, XML in and out."""
 
 from bt_manip.bt.blackboard import Blackboard as Blackboard
+from bt_manip.bt.drawing import STATUS_COLOURS as STATUS_COLOURS
 from bt_manip.bt.drawing import draw_dot as draw_dot
 from bt_manip.bt.drawing import draw_outline as draw_outline
 from bt_manip.bt.drawing import draw_svg as draw_svg

@@ -8,7 +8,6 @@ from bt_manip.bt.nodes.link import Link, NodeKind, behaviour_of
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.nodes.parent import Parent
 from bt_manip.bt.nodes.subtree import SubTree
-from bt_manip.bt.status import NodeStatus
 from bt_manip.bt.xml.writer import escape
 
 if TYPE_CHECKING:
@@ -36,12 +35,8 @@ _STYLES = {
 }
 """Shape in Graphviz and fill colour of a node, by its kind."""
 
-_COLOURS = {
-    NodeStatus.RUNNING: "#e67700",
-    NodeStatus.SUCCESS: "#2b8a3e",
-    NodeStatus.FAILURE: "#c92a2a",
-}
-"""Colour of a status that is not idle."""
+STATUS_COLOURS = {"RUNNING": "#e67700", "SUCCESS": "#2b8a3e", "FAILURE": "#c92a2a"}
+"""Colour of each status in which a node has run, by its name."""
 
 _CHARACTER = 6.6  # [px], mean width of one at the font size of the SVG
 _LINE = 15.0  # [px]
@@ -208,8 +203,8 @@ def _draw_rows(box: _Box, x: float, row: int, body: list[str]) -> int:
     """Draw a node and all below, a row each; return the number of the next row."""
     y = _PADDING + (row + 0.5) * _ROW
     status = box.link.engine_status
-    colour, state, reason = _COLOURS.get(status, "#333"), "", ""
-    if status in _COLOURS:
+    colour, state, reason = STATUS_COLOURS.get(status.name, "#333"), "", ""
+    if status.name in STATUS_COLOURS:
         state, reason = status.name, getattr(behaviour_of(box.link), "feedback_message", "")
     body.append(
         f'<rect x="{x:.0f}" y="{y - 5:.1f}" width="10" height="10" rx="2" '

@@ -11,7 +11,7 @@ from bt_manip import spatial
 from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.planning import PlanningProblem, PlanningResult
 
-from .panel import Panel, message_html
+from .panel import HANDLE_SIZE, Panel, message_html
 
 JOG_SPEED = 0.25
 """Speed of jogging, as a fraction of what the limits allow."""
@@ -24,9 +24,6 @@ STEP = 1e-3
 
 EDITING = 1.0
 """Wall time after its last change in which a slider does not follow the joint [s]."""
-
-HANDLE_SIZE = 0.15
-"""Size of the handle at the tool [m]."""
 
 Save = Callable[[str, Sequence[float]], str]
 

@@ -8,6 +8,9 @@ import numpy as np
 
 from bt_manip.runner import RunEvent
 
+HANDLE_SIZE = 0.15
+"""Length of the arrows of a handle in the scene [m]."""
+
 
 class Panel:
     """A part of the page; its methods are called by the thread of the run.

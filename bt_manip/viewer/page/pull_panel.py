@@ -7,13 +7,10 @@ import numpy as np
 from bt_manip.exceptions import BtManipError
 from bt_manip.runner import MAX_FORCE, RunEvent
 
-from .panel import Panel
+from .panel import HANDLE_SIZE, Panel
 
 NO_OBJECT = "none"
 """Choice of no object."""
-
-HANDLE_SIZE = 0.15
-"""Length of the arrows of the handle [m]."""
 
 FORCES = (1.0, 100.0)
 """Least and greatest choice of the maximum force [N]."""

@@ -3,19 +3,14 @@
 from html import escape
 from typing import Any
 
+from bt_manip.bt import STATUS_COLOURS
 from bt_manip.runner import RunEvent
 from bt_manip.viewer.tree_text import MARKS
 
 from .panel import block
 
-COLOURS = {
-    "IDLE": "#868e96",
-    "RUNNING": "#e67700",
-    "SUCCESS": "#2b8a3e",
-    "FAILURE": "#c92a2a",
-    "SKIPPED": "#868e96",
-}
-"""Colour of each status."""
+OTHER_COLOUR = "#868e96"
+"""Colour of nodes that are idle or were skipped; others have `STATUS_COLOURS`."""
 
 FOLDED_ABOVE = 40
 """Number of nodes above which sub-trees that neither run nor have failed are folded."""
@@ -209,7 +204,9 @@ class TreeView:
             parts.insert(0, "▾" if key > 0 else "▸")
         if reason := self.reasons.get(uid):
             parts.append(f"<i>{escape(reason)}</i>")
-        style = f"padding-left:{self._depths[uid]}em;color:{COLOURS.get(status, '#000')}"
+        style = (
+            f"padding-left:{self._depths[uid]}em;color:{STATUS_COLOURS.get(status, OTHER_COLOUR)}"
+        )
         if node["path"] == self.chosen:
             style += ";background:rgba(34,139,230,0.15)"
         self._lines[key] = line = f'<div style="{style}">{" ".join(parts)}</div>'
