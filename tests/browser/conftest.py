@@ -274,3 +274,21 @@ def start(tmp_path_factory) -> Iterator[Callable[..., Program]]:
     yield start
     for program in programs:
         program.close()
+
+
+@pytest.fixture(scope="module")
+def shared_window(program: Program, open_window: Callable[..., Window]) -> Window:
+    """Open the page of the module's program."""
+    window = open_window(program.url)
+    window.wait_for_scene()
+    return window
+
+
+@pytest.fixture
+def window(shared_window: Window) -> Iterator[Window]:
+    """Give the page of a run that goes on in real time."""
+    if shared_window.button("Continue").count():
+        shared_window.press("Continue")
+    shared_window.button("Pause").wait_for()
+    yield shared_window
+    assert not shared_window.log

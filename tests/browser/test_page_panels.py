@@ -1,12 +1,11 @@
 """Ports, breakpoints, the planned path, a pull and an edit with an error, as a person sees them."""
 
 import os
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from tests.browser.conftest import Window, wait_until
+from tests.browser.conftest import Program, wait_until
 
 TREE = """<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence name="task">
   <SpawnObject name="spawn" region="0.3;0.3;-0.2;-0.2" object="{cube}"/>
@@ -26,21 +25,8 @@ def tree(tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def shared_window(tree, start, open_window) -> Window:
-    program = start("run", tree, "--view", "--watch", "--real-time", "1")
-    window = open_window(program.url)
-    window.wait_for_scene()
-    return window
-
-
-@pytest.fixture
-def window(shared_window) -> Iterator[Window]:
-    """Give the page of a run that goes on in real time."""
-    if shared_window.button("Continue").count():
-        shared_window.press("Continue")
-    shared_window.button("Pause").wait_for()
-    yield shared_window
-    assert not shared_window.log
+def program(tree, start) -> Program:
+    return start("run", tree, "--view", "--watch", "--real-time", "1")
 
 
 def test_a_chosen_node_shows_its_ports_with_present_values(window):
@@ -66,6 +52,7 @@ def test_several_breakpoints_are_listed_and_removed(window):
         window.press(f"✕ {node}")
         window.button(f"✕ {node}").wait_for(state="detached")
     window.press("Continue")
+    window.button("Pause").wait_for()
 
 
 def test_the_planned_path_is_drawn(opengl, window):

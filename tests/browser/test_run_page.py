@@ -1,7 +1,6 @@
 """What a person sees and does on the page of a run (``--view``)."""
 
 import time
-from collections.abc import Iterator
 
 import pytest
 
@@ -13,23 +12,6 @@ from tests.browser.conftest import Program, Window, wait_until
 @pytest.fixture(scope="module")
 def program(start) -> Program:
     return start("run", "pick_place", "--cycles", "0", "--seed", "3", "--view", "--real-time", "1")
-
-
-@pytest.fixture(scope="module")
-def shared_window(program, open_window) -> Window:
-    window = open_window(program.url)
-    window.wait_for_scene()
-    return window
-
-
-@pytest.fixture
-def window(shared_window) -> Iterator[Window]:
-    """Give the page of a run that goes on in real time."""
-    if shared_window.button("Continue").count():
-        shared_window.press("Continue")
-    shared_window.button("Pause").wait_for()
-    yield shared_window
-    assert not shared_window.log
 
 
 @pytest.fixture

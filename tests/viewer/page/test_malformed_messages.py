@@ -47,6 +47,13 @@ FIELDS = {
     "no such type": ("uuid",),
 }  # fmt: skip
 
+CAMERA = {
+    "type": "ViewerCameraMessage", "wxyz": (1.0, 0.0, 0.0, 0.0), "position": (0.3, 0.0, 1.2),
+    "fov": 1.0, "near": 0.1, "far": 9.0, "image_height": 9, "image_width": 9,
+    "look_at": (0.0, 0.0, 0.0), "up_direction": (0.0, 0.0, 1.0),
+}  # fmt: skip
+"""The first message of a page; viser ignores what a page sends to inputs before it."""
+
 PROPERTIES = ("removed", "update_cb", "props", "uuid", "label", "disabled", "sync_cb", "order")
 """Attributes of viser's state of an input that no page may set."""
 
@@ -94,10 +101,9 @@ def digest_of(make_run, *observers):
     return recorder.report().state_digest
 
 
-def attack(make_run, page, connect, number):
+def attack(make_run, page, connect, messages):
     """Watch a run while messages arrive; return its digest, and how many were sent."""
     sent = []
-    uuids = list(page.server.gui._gui_input_handle_from_uuid)
 
     class Attack(RunObserver):
         """Sends messages while the run goes on."""
@@ -107,14 +113,19 @@ def attack(make_run, page, connect, number):
             self.thread.start()
 
         def send(self):
-            client = connect()
-            for message in messages(number, uuids):
+            client = self.open()
+            for message in messages:
                 try:
                     client.connection.send(message)
                     client.connection.ping(ack_on_close=True).wait(5)  # until it has been read
                 except websockets.exceptions.ConnectionClosed:
-                    client = connect()
+                    client = self.open()
                 sent.append(message)
+
+        def open(self):
+            client = connect()
+            client.connection.send(msgspec.msgpack.encode(CAMERA))
+            return client
 
         def before_tick(self):
             time.sleep(0.02 if self.thread.is_alive() else 0.0)  # the run lasts as long
@@ -131,7 +142,7 @@ def test_malformed_messages_leave_the_run_and_the_page_as_they_are(
     make_run, page, connect, capfd, number
 ):
     inputs = {key: vars(one._impl).copy() for key, one in inputs_of(page).items()}
-    digest, sent = attack(make_run, page, connect, number)
+    digest, sent = attack(make_run, page, connect, messages(number, list(inputs)))
     assert sent == number
     for key, one in inputs_of(page).items():
         for name in ("value", "removed", "update_cb", "uuid"):
@@ -141,6 +152,14 @@ def test_malformed_messages_leave_the_run_and_the_page_as_they_are(
     assert connect().read()
     assert digest == digest_of(make_run)
     assert capfd.readouterr().err == ""
+
+
+def test_a_valid_message_that_is_sent_like_those_changes_the_run(make_run, page, connect):
+    (stop,) = (key for key, one in inputs_of(page).items() if one._impl.props.label == "Stop")
+    press = {"type": "GuiUpdateMessage", "uuid": stop, "updates": {"value": True}}
+    digest, sent = attack(make_run, page, connect, [msgspec.msgpack.encode(press)])
+    assert sent == 1 and page.stopped
+    assert digest != digest_of(make_run)
 
 
 def inputs_of(page):
