@@ -35,6 +35,7 @@ def rows(poses: int = POSES) -> list[Row]:
     return [
         *inverse_kinematics_rows(robot.make_model(), poses),
         *problem_rows(robot.make_model()),
+        *free_rotation_rows(robot.make_model()),
         *peer_rows(robot),
         *planning_rows(Arm(robot)),
     ]
@@ -119,6 +120,37 @@ def problem_rows(model: RobotModel, poses: int = 200) -> Iterable[Row]:
         problems = [make(T, e) for T, e in zip(tools, elbows, strict=True)]
         found, times = timed(lambda problem: ik.solve(problem, model.home), problems)
         yield _solved(f"IK problem: {what}", model, found, times, "")
+
+
+def free_rotation_rows(model: RobotModel, targets: int = 200) -> Iterable[Row]:
+    """Measure targets with free rotations beside solving 32 sampled rotations, from home.
+
+    Positions are random in the box around the workspace, also out of reach; the tool points down,
+    or anywhere.
+    """
+    ik, rng = InverseKinematics(model), np.random.default_rng(79)
+    drawn = rng.uniform(model.limits.lower, model.limits.upper, (2000, model.nq))
+    lower, upper = np.quantile([model.pose(q).translation for q in drawn], [0.02, 0.98], axis=0)
+    turns = [pin.SE3(pin.utils.rotate("z", 2.0 * np.pi * k / 32), np.zeros(3)) for k in range(32)]
+    for what in ("down", "anywhere"):
+        poses = []
+        for position in rng.uniform(lower, upper, (targets, 3)):
+            T = spatial.pointing_down(position, rng.uniform(-np.pi, np.pi))
+            if what == "anywhere":
+                T = pin.SE3(spatial.pose((0, 0, 0), rng.normal(size=4)).rotation, position)
+            poses.append(T)
+        free, times = timed(
+            lambda T: ik.solve(PoseTarget(ik.tool, T, free_axis="z"), model.home), poses
+        )
+        begun = time.thread_time()
+        sampled = [any([ik.solve(T * turn, model.home).solved for turn in turns]) for T in poses]
+        per_target = 1e3 * (time.thread_time() - begun) / targets
+        solved = np.mean([result.solved for result in free])
+        yield (
+            f"IK free about the tool's axis, which points {what}",
+            f"{100 * solved:.1f} %, {times.mean():.2f} (mean)",
+            f"32 rotations: {100 * np.mean(sampled):.1f} %, {per_target:.2f} (mean)",
+        )
 
 
 def peer_rows(robot: Robot, poses: int = 200) -> Iterable[Row]:

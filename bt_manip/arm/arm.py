@@ -19,7 +19,7 @@ from bt_manip.checks import (
 )
 from bt_manip.collision import CollisionWorld
 from bt_manip.exceptions import MotionError
-from bt_manip.kinematics import InverseKinematics
+from bt_manip.kinematics import InverseKinematics, Target
 from bt_manip.planning import LineTo, Planner, RRTConnect, Step
 from bt_manip.robots import Payload, Robot, RobotModel
 from bt_manip.trajectories import Trajectory
@@ -145,7 +145,7 @@ class Arm:
 
     def move_to_pose(
         self,
-        T_wt: pin.SE3 | Sequence[pin.SE3],
+        T_wt: pin.SE3 | Target | Sequence[pin.SE3 | Target],
         speed: float = 1.0,
         *,
         margin: float = MARGIN,
@@ -156,7 +156,8 @@ class Arm:
         """Move the joints to the nearest configuration that puts the tool at a pose.
 
         Args:
-            T_wt: Pose of the tool in the world, or several equivalent ones.
+            T_wt: Pose of the tool in the world, or several equivalent ones; with free rotations,
+                a `PoseTarget` or `PositionTarget` of the frame ``arm.ik.tool``.
             speed: As for `move_to_configuration`.
             margin: Distance from the joint limits to keep where possible [rad].
             approach: Length of a straight approach along the tool's z axis that shall be possible

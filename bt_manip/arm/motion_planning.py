@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from bt_manip.collision import CollisionWorld
 from bt_manip.exceptions import MotionError
-from bt_manip.kinematics import InverseKinematics
+from bt_manip.kinematics import InverseKinematics, Target
 from bt_manip.planning import (
     Planner,
     Step,
@@ -59,7 +59,7 @@ class ConfigurationRequest(NamedTuple):
 class PoseRequest(NamedTuple):
     """Move the joints to the nearest configuration that puts the tool at one of several poses."""
 
-    T_wt: pin.SE3 | Sequence[pin.SE3]
+    T_wt: pin.SE3 | Target | Sequence[pin.SE3 | Target]
     speed: float
     margin: float  # [rad] from the joint limits, kept where possible
     approach: float  # [m] straight along the tool's z axis, possible from there if anywhere

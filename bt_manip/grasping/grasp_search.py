@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import islice
 from typing import NamedTuple
 
@@ -10,6 +11,7 @@ import pinocchio as pin
 
 from bt_manip.arm import MARGIN, Arm
 from bt_manip.exceptions import MotionError
+from bt_manip.kinematics import PoseTarget
 from bt_manip.planning import plan_straight_approach, translate_along_tool_z
 from bt_manip.robots import GraspCandidate
 
@@ -30,6 +32,8 @@ BATCH_SIZE = 4  # equally good grasps that are solved together
 
 _SEARCHES = ((0, MARGIN), (1, MARGIN), (8, MARGIN), (8, 0.0))
 """Random restarts and joint limit margin [rad] of each IK search: usually the first succeeds."""
+
+_TURNED_SEARCHES = ((0, MARGIN), (8, MARGIN), (8, 0.0))  # of grasps that may be turned
 
 _FROM_ABOVE = math.cos(math.radians(30.0))
 _AT_PREGRASP = 0.05  # [rad] of tool distance up to which the tool is already at the pre-grasp pose
@@ -76,6 +80,7 @@ class GraspSearch:
         """
         self._arm, self._name, self._ranking = arm, name, ranking
         self._clearance, self.rejections = clearance, rejections
+        self._turned: dict[tuple[float, ...], bool] = {}  # whether turned grasps are reachable
 
     def nearest(self) -> RankedGrasp | None:
         """Return the grasp with clearance whose approach axis is nearest to the tool."""
@@ -145,9 +150,13 @@ class GraspSearch:
         ]
         if arm.world is not None:
             arm.world.refresh()
+        turned = self._plan_turned(batch, height, centre)
+        if turned is not None:
+            return turned
         best: tuple[float, GraspPlan] | None = None
         solved = False
-        for starts, margin in _SEARCHES:
+        reachable = any(self._turned.get(_turns(one), True) for one in batch)
+        for starts, margin in _SEARCHES if reachable else ():
             if best is not None:
                 break
             for found in arm.ik.solutions(poses, arm.q, restarts=starts, margin=margin):
@@ -164,6 +173,45 @@ class GraspSearch:
         if not solved:
             self._check_pregrasp(batch, height)
             rejections.unreachable += len(batch)
+        return None
+
+    def _plan_turned(
+        self, batch: Sequence[RankedGrasp], height: float, centre: np.ndarray
+    ) -> GraspPlan | None:
+        """Return the plan nearest to the arm where grasps may be turned about a free axis.
+
+        Of grasps that differ by such a turn, the first stands for all.
+        """
+        arm = self._arm
+        grasps: list[tuple[RankedGrasp, float]] = []  # with the distance to the pre-grasp pose
+        targets = []
+        for one in batch:
+            if one.free_axis is None or one.pivot is None:
+                continue
+            key = _turns(one)
+            if key in self._turned:
+                continue
+            self._turned[key] = False
+            standoff = _standoff(one.T_wt, height, centre)
+            T_pregrasp = translate_along_tool_z(one.T_wt, -standoff)
+            pivot = one.pivot + [0.0, 0.0, standoff]
+            target = PoseTarget(arm.ik.tool, T_pregrasp, free_axis=one.free_axis, pivot=pivot)
+            grasps.append((one, standoff))
+            targets.append(target)
+        if not targets:
+            return None
+        for restarts, margin in _TURNED_SEARCHES:
+            for found in arm.ik.solutions(targets, arm.q, restarts=restarts, margin=margin):
+                one, standoff = grasps[found.target]
+                self._turned[_turns(one)] = True
+                T_wt = translate_along_tool_z(arm.ik.model.pose(found.q), standoff)
+                T_ot = one.grasp.T_ot * one.T_wt.actInv(T_wt)
+                turned = one._replace(grasp=replace(one.grasp, T_ot=T_ot), T_wt=T_wt)
+                if self._clearance.at_pose(T_wt).distance < SUFFICIENT_CLEARANCE:
+                    continue
+                planned = self._plan_from(turned, found.q) if self._can_close(turned) else None
+                if planned is not None and planned[0] >= MARGIN:
+                    return planned[1]
         return None
 
     def _plan_from(self, one: RankedGrasp, q: np.ndarray) -> tuple[float, GraspPlan] | None:
@@ -218,6 +266,13 @@ class GraspSearch:
         if error is not None:
             rejections.reject_approach(error)
         return error is None
+
+
+def _turns(one: RankedGrasp) -> tuple[float, ...]:
+    """Return a key that grasps have in common which differ by a turn about their free axis."""
+    if one.free_axis is None or one.pivot is None:
+        return ()
+    return tuple((np.round([*one.free_axis, *one.pivot], 6) + 0.0).tolist())
 
 
 def _batches(grasps: Iterable[RankedGrasp]) -> Iterator[list[RankedGrasp]]:

@@ -19,6 +19,7 @@ BALANCE_WEIGHT = 0.5
 """Cost of a grasp whose centre of mass is `_MAX_LEVER` beside the tool, or more."""
 
 _MAX_LEVER = 0.05  # [m]
+_PARALLEL = 1.0 - 1e-6  # cosine from which on two axes are parallel
 _TRANSLATION_WEIGHT = 10.0  # [rad/m] of the tool's distance beside the approach axis
 _COST_WEIGHT = 0.3  # [rad] per cost where grasps are ranked by distance
 
@@ -37,6 +38,10 @@ class RankedGrasp(NamedTuple):
     """Sum of the costs."""
     tool_distance: float
     """Rotation and weighted sideways translation of the tool to its approach axis [rad]."""
+    free_axis: np.ndarray | None = None
+    """Unit axis in the tool's frame about which it may be turned at the same cost."""  # (3,)
+    pivot: np.ndarray | None = None
+    """A point of that axis in the tool's frame [m]."""  # (3,)
 
     def describe(self) -> str:
         """Return approach direction, width and costs as text, the largest cost first."""
@@ -102,12 +107,22 @@ class GraspRanking:
             yield self._ranked(int(i))
 
     def _ranked(self, i: int) -> RankedGrasp:
-        grasp = self.candidates[i]
+        grasp, candidates = self.candidates[i], self.candidates
+        T_wt = self._T_wo * grasp.T_ot
+        free_axis = pivot = None
+        if candidates.free_axis is not None and candidates.pivot is not None:
+            axis = self._T_wo.rotation @ candidates.free_axis[i]
+            # Turned about the vertical or the approach axis, it is tilted and balanced the same.
+            if max(abs(axis[2]), abs(axis @ T_wt.rotation[:, 2])) > _PARALLEL:
+                free_axis = T_wt.rotation.T @ axis
+                pivot = grasp.T_ot.actInv(np.array(candidates.pivot[i]))
         return RankedGrasp(
             grasp,
-            self._T_wo * grasp.T_ot,
+            T_wt,
             float(self.candidates.opening[i]),
             {name: float(column[i]) for name, column in self._costs.items()},
             float(self._total[i]),
             float(self._tool_distance[i]),
+            free_axis,
+            pivot,
         )

@@ -8,3 +8,4 @@ from .result import Residual as Residual
 from .targets import PoseTarget as PoseTarget
 from .targets import PositionTarget as PositionTarget
 from .targets import RotationTarget as RotationTarget
+from .targets import Target as Target

@@ -8,7 +8,7 @@ import pinocchio as pin
 
 from bt_manip.collision import CollisionWorld
 from bt_manip.exceptions import MotionError
-from bt_manip.kinematics import IKResult, InverseKinematics
+from bt_manip.kinematics import IKResult, InverseKinematics, Target
 
 from .collision_check import check_tool_path
 from .tool_path import LineTo, tool_paths
@@ -35,7 +35,7 @@ class StraightApproach(NamedTuple):
 
 def goal_configurations(
     ik: InverseKinematics,
-    targets: pin.SE3 | Sequence[pin.SE3],
+    targets: pin.SE3 | Target | Sequence[pin.SE3 | Target],
     q0: np.ndarray,
     *,
     margin: float,
@@ -48,7 +48,7 @@ def goal_configurations(
 
     Args:
         ik: Inverse kinematics of the arm.
-        targets: Pose T_wt of the tool, or several equivalent ones.
+        targets: Pose T_wt of the tool or a target, or several equivalent ones.
         q0: Present configuration [rad].  # (nq,)
         margin: Distance from the joint limits, where possible [rad].
         approach: Length of a straight, collision-free line along the tool's z axis that starts at
@@ -116,7 +116,10 @@ def translate_along_tool_z(T_wt: pin.SE3, distance: float) -> pin.SE3:
 
 
 def _nearest(
-    ik: InverseKinematics, targets: pin.SE3 | Sequence[pin.SE3], q0: np.ndarray, margin: float
+    ik: InverseKinematics,
+    targets: pin.SE3 | Target | Sequence[pin.SE3 | Target],
+    q0: np.ndarray,
+    margin: float,
 ) -> IKResult:
     """Return the nearest solution found from the present configuration, or else from restarts.
 

@@ -56,6 +56,9 @@ class GraspCandidates:
         costs: Cost of each criterion, from 0 to its weight [-].  # {criterion: (n,)}
         clear: Whether the gripper is known to touch the object at the contacts only; otherwise it
             is checked from fully open to `opening`.
+        free_axis: Unit axis in the object's frame about which the tool may be turned from each
+            candidate, for the same grasp; None where there are none.  # (n, 3)
+        pivot: A point of each axis in the object's frame [m].  # (n, 3)
     """
 
     rotation: np.ndarray
@@ -64,6 +67,8 @@ class GraspCandidates:
     opening: np.ndarray
     costs: Mapping[str, np.ndarray]
     clear: bool = False
+    free_axis: np.ndarray | None = None
+    pivot: np.ndarray | None = None
 
     def __getitem__(self, i: int) -> GraspCandidate:
         """Return one candidate."""

@@ -112,6 +112,31 @@ def test_move_to_pose_out_of_reach_fails_with_the_reason(trial):
     assert trial(MoveToPose(pose="3;0;1")).fails_with("unreachable")
 
 
+def test_about_a_free_axis_the_tool_turns_as_little_as_the_arm_likes(station, trial):
+    target = station.robot.tool_pose * pin.SE3(pin.utils.rotate("z", 2.0), np.array([0, 0, 0.05]))
+    assert trial(MoveToPose(pose=target, free_axis="z")).until_done() is SUCCESS
+    tool = station.robot.tool_pose
+    assert tool.translation == pytest.approx(target.translation, abs=2e-3)
+    assert tool.rotation[:, 2] == pytest.approx(target.rotation[:, 2], abs=5e-3)
+    assert tool_error(station, target)[1] > 1.0
+
+
+def test_with_all_rotations_free_only_the_position_is_reached(station, trial):
+    target = pin.SE3(np.eye(3), station.robot.tool_pose.translation + [0.05, 0.0, 0.0])
+    assert trial(MoveToPose(pose=target, free_axis="all")).until_done() is SUCCESS
+    distance, angle = tool_error(station, target)
+    assert distance < 2e-3 and angle > 1.0
+
+
+def test_wrong_free_rotations_are_refused(station, trial):
+    pose = station.robot.tool_pose
+    assert trial(MoveToPose(pose=pose, free_axis="up")).fails_with(
+        "free_axis must be 'x', 'y', 'z'"
+    )
+    assert trial(MoveToPose(pose=pose, cone=0.1)).fails_with("a cone needs a free_axis")
+    assert trial(MoveToPose(pose=pose, linear=True, free_axis="z")).fails_with("has no free_axis")
+
+
 def test_move_to_configuration_arrives(station, trial):
     assert trial(MoveToConfiguration(configuration=NEAR_HOME)).until_done() is SUCCESS
     assert station.robot.q == pytest.approx(NEAR_HOME, abs=2e-3)

@@ -88,12 +88,15 @@ class CupGraspGenerator:
         ]
         cost = CURVATURE_WEIGHT * np.clip(depth[kept].max(axis=1) / limit, 0.0, 1.0)
         n = len(frames)
+        position = np.repeat((points + _GAP * normals)[kept], _YAWS, axis=0)
         return GraspCandidates(
             np.array(frames),
-            np.repeat((points + _GAP * normals)[kept], _YAWS, axis=0),
+            position,
             np.zeros(n),
             np.ones(n),
             {"curvature": np.repeat(cost, _YAWS)},
+            free_axis=np.array(frames)[:, :, 2],
+            pivot=position,
         )
 
     def _depth(self, points: np.ndarray, normals: np.ndarray, radius: float) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -177,9 +178,10 @@ def sphere_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[Antipo
     if not _fits(2.0 * radius, hand):
         return
     vertical = down / np.linalg.norm(down)
-    for closing in _orthogonal(vertical, np.array([1.0, 0.0, 0.0]), _EIGHTHS):
+    for i, closing in enumerate(_orthogonal(vertical, np.array([1.0, 0.0, 0.0]), _EIGHTHS)):
+        first = (-1.0) ** i  # either finger
         for tilt in (0.0, math.pi / 4, math.pi / 2):
-            a = math.cos(tilt) * vertical + math.sin(tilt) * np.cross(closing, vertical)
+            a = math.cos(tilt) * vertical + first * math.sin(tilt) * np.cross(closing, vertical)
             yield AntipodalGrasp(
                 solid.T_os.translation, closing, a, 2.0 * radius,
                 contact=_POINT_CONTACT, radius=radius,
@@ -338,7 +340,16 @@ class AntipodalGraspGenerator:
                 f"{1e3 * (self.hand.tip + self.hand.palm):.0f} mm beyond the palm",
                 reason="grasp",
             )
-        return found
+        solid = self.solids[0]
+        if not self._single or solid.kind == "box":
+            return found
+        axis = down if solid.kind == "sphere" else solid.T_os.rotation[:, 2]
+        shape = (len(found), 3)
+        return replace(
+            found,
+            free_axis=np.broadcast_to(axis, shape),
+            pivot=np.broadcast_to(solid.T_os.translation, shape),
+        )
 
     def _no_fit(self) -> str:
         width, hand = least_width(self.solids), self.hand

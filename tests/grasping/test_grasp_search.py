@@ -1,0 +1,58 @@
+"""Grasps that may be turned about an axis of the object, and arms that reach few poses."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bt_manip import spatial
+from bt_manip.behaviours.poses import centre_pose
+from bt_manip.cell.objects import Cube, Cylinder, Sphere
+from bt_manip.grasping import GraspPlanner
+from bt_manip.runner import Station, build_station
+
+FIVE_JOINTS = Path(__file__).parents[1] / "robots/models/five_joints.toml"
+TABLE = 1.015  # [m] height of its surface
+
+
+@pytest.fixture(scope="module")
+def built(parts) -> Station:
+    return build_station(parts, robot=str(FIVE_JOINTS))
+
+
+@pytest.fixture
+def five(built):
+    """Give the arm of five joints at the table, with nothing to grip on it."""
+    for name in ("cube", "it"):
+        if name in built.cell.entities:
+            built.cell.remove(name)
+    return built
+
+
+def plan(station, thing, radius, yaw, turn=0.0):
+    """Plan a grasp of a thing on the table, seen from the arm's first joint."""
+    foot = station.arm.model.model.jointPlacements[1].translation
+    x, y = foot[:2] + radius * np.array([np.cos(yaw), np.sin(yaw)])
+    quat = (np.cos(0.5 * turn), 0.0, 0.0, np.sin(0.5 * turn))
+    station.cell.add(thing, spatial.pose((x, y, TABLE + thing.rest_height), quat), name="it")
+    centre = centre_pose(station.cell, "it").translation
+    found = GraspPlanner(station.cell, station.arm).plan("it", 0.15, centre)
+    return found, centre
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.4, 1.1])
+@pytest.mark.parametrize("make", [Cube, Cylinder, Sphere])
+def test_an_arm_of_five_joints_grips_from_above_at_any_turn(five, make, turn):
+    found, _ = plan(five, make(), 0.5, -0.4, turn)
+    assert found.T_wt.rotation[2, 2] == pytest.approx(-1.0, abs=1e-4)
+
+
+def test_a_ball_too_far_to_grip_from_above_is_gripped_on_the_side_that_the_joints_reach(five):
+    found, centre = plan(five, Sphere(radius=0.025), 0.76, -0.4)
+    approach = found.T_wt.rotation[:, 2]
+    assert 0.3 < -approach[2] < 0.9
+    outwards = np.arctan2(approach[1], approach[0])
+    assert outwards == pytest.approx(-0.4, abs=1e-3)
+    assert found.T_wt.translation == pytest.approx(centre, abs=1e-5)
+    tool = five.arm.model.pose(found.q_pregrasp)
+    assert tool.rotation == pytest.approx(found.T_wt.rotation, abs=1e-4)
