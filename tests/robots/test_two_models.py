@@ -51,6 +51,18 @@ def test_the_pedestal_stands_under_the_base(robot):
     assert np.allclose(geom.size, (0.05, 0.05, 0.1)) and np.allclose(geom.pos, (0.0, 0.0, 0.1))
 
 
+@pytest.mark.parametrize("finger", ["left_finger", "pincers/left_finger"])
+def test_bodies_of_both_models_and_the_pedestal_may_be_excluded(description, finger):
+    pairs = (("column", finger), ("pedestal", "boom"))
+    excluding = Robot(dataclasses.replace(description, exclude=pairs), gripper=TwoFingerGripper)
+    compile_alone(excluding)
+    model = excluding.mj_model
+    ids = [(model.body("column").id, model.body("pincers/left_finger").id)]
+    ids.append((model.body("pedestal").id, model.body("boom").id))
+    signatures = {(min(pair) << 16) + max(pair) for pair in ids}
+    assert set(model.exclude_signature.tolist()) == signatures
+
+
 def test_the_model_is_the_one_that_is_simulated(robot, rng):
     model = robot.make_model()
     assert verify(robot.mj_model, model.model, rng=rng, qpos=model.locked_qpos).worst < 1e-9
