@@ -5,6 +5,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from bt_manip.cell import literal_name
 from bt_manip.exceptions import did_you_mean
 from bt_manip.robots import Robot, RobotError
 
@@ -97,7 +98,7 @@ class Cup:
 def _find_actuator(robot: Robot, name: str | None) -> Any:
     """Return the adhesion actuator of a name, or the only one; None if there is none."""
     found = adhesion_actuators(robot.gripper_root)
-    names = [actuator.name for actuator in found]
+    names = [literal_name(actuator.name or "") for actuator in found]
     where = robot.description.where
     if name is not None:
         if name not in names:
@@ -108,7 +109,7 @@ def _find_actuator(robot: Robot, name: str | None) -> Any:
     if len(found) > 1:
         raise RobotError(
             f"{where}: the model has {len(found)} adhesion actuators: name one of "
-            f"{', '.join(map(str, names))} as 'gripper.actuator'"
+            f"{', '.join(names)} as 'gripper.actuator'"
         )
     return found[0] if found else None
 

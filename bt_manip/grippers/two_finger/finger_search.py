@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
+from bt_manip.cell import literal_name
 from bt_manip.robots import RobotError, effort_limit
 
 from .finger_bench import (
@@ -138,7 +139,7 @@ def _independent_joints(bench: FingerBench, arm_joints: Sequence[str], where: st
     if driven:
         groups = [group for group in groups if group & driven.keys()]
     found = [min(group, key=lambda j: (driven.get(j, model.nu), j)) for group in groups]
-    names = ", ".join(f"'{model.joint(j).name}'" for j in found)
+    names = ", ".join(f"'{literal_name(model.joint(j).name)}'" for j in found)
     if len(found) > 2:
         raise RobotError(
             f"{where}: {len(found)} joints beyond '{arm_joints[-1]}' move independently: {names}; "
