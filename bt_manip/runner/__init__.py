@@ -7,12 +7,12 @@ from .events import RunEvent as RunEvent
 from .events import log_line as log_line
 from .fixtures import naming_file as naming_file
 from .goal import GoalJudge as GoalJudge
-from .interventions import MAX_FORCE as MAX_FORCE
 from .interventions import Interventions as Interventions
 from .observer import RunObserver as RunObserver
 from .observer import recorder_suffixes as recorder_suffixes
 from .prepare import prepare as prepare
 from .prepare import prepare_station as prepare_station
+from .pulls import MAX_FORCE as MAX_FORCE
 from .python_tree import as_tree as as_tree
 from .python_tree import make_any as make_any
 from .python_tree import make_tree as make_tree

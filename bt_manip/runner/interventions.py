@@ -1,23 +1,17 @@
 """Changes from outside that act on a running simulation: pulls, and statuses set by hooks."""
 
-import math
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import mujoco
-import numpy as np
-
 from bt_manip.bt import Node, NodeStatus, Tree
-from bt_manip.cell import entity_of
 from bt_manip.exceptions import BtManipError
+
+from .pulls import MAX_FORCE, Pulls
 
 if TYPE_CHECKING:
     from .station import Station
 
-
-MAX_FORCE = 50.0
-"""Default limit of the force of a pull [N]: ten times the weight of an object of 0.5 kg."""
 
 _SETS = (NodeStatus.SUCCESS, NodeStatus.FAILURE)
 
@@ -36,12 +30,10 @@ class Interventions:
 
     def __init__(self, tree: Tree, station: "Station") -> None:
         """Begin without interventions."""
-        self._tree, self._cell, self._robots = tree, station.cell, station.robots
+        self._tree, self._cell = tree, station.cell
         self.observers: list[Callable[[dict[str, Any]], None]] = []
         self._requests: deque[dict[str, Any]] = deque()
-        self._pulls: dict[str, dict[str, Any]] = {}  # data, and effective mass [kg] at the start
-        self._bound: list[tuple[np.ndarray, mujoco.MjvPerturb, float]] = []
-        self._generation: int | None = None
+        self._pulls = Pulls(station.cell, station.robots, self._report)
         self._hooks: dict[Node, _NodeHooks] = {}
 
     # Any thread
@@ -91,13 +83,8 @@ class Interventions:
         """
         if data["kind"] == "override":
             self._node(data)
-        elif data["target"] is not None:
-            point, target, force = data["point"], data["target"], data["max_force"]
-            finite = all(map(math.isfinite, (*point, *target, force)))
-            if not (len(point) == len(target) == 3 and finite and force >= 0.0):
-                got = f"{point}, {target}, {force}"
-                raise BtManipError(f"a pull needs two points and a force, got {got}")
-            self._body(data["body"])
+        else:
+            self._pulls.check(data)
         self._requests.append(dict(data))
 
     # The thread of the run
@@ -113,27 +100,17 @@ class Interventions:
                 pulls[data["body"]] = data
             else:
                 self._arm(data)
-        for body, data in pulls.items():
-            if data["target"] is None:
-                self._let_go(body)
-            else:
-                self._begin_or_move(data)
+        for data in pulls.values():
+            self._pulls.set(data)
 
     @property
     def pulling(self) -> bool:
         """Whether `apply` has to be called before each control step."""
-        return bool(self._pulls)
+        return self._pulls.active
 
     def apply(self) -> None:
         """Set the forces of all pulls for the next control step."""
-        model, data = self._cell.model, self._cell.data
-        if self._generation != self._cell.generation:
-            self._bind()
-        for wrench, spring, max_force in self._bound:
-            mujoco.mjv_applyPerturbForce(model, data, spring)
-            force = math.sqrt(wrench[:3] @ wrench[:3])
-            if force > max_force:
-                wrench *= max_force / force
+        self._pulls.apply()
 
     def set_tick_hooks(
         self, owner: Any, node: Node, pre_tick: Hook | None, post_tick: Hook | None
@@ -159,20 +136,18 @@ class Interventions:
     def clear(self) -> None:
         """End all interventions."""
         self._requests.clear()
-        for body in list(self._pulls):
-            self._let_go(body)
+        self._pulls.clear()
         for node in self._hooks:
             node.set_tick_hooks()
         self._hooks.clear()
 
     def get_state(self) -> dict[str, Any]:
         """Return the active pulls as plain data."""
-        return {"pulls": [dict(pull) for pull in self._pulls.values()]}
+        return {"pulls": self._pulls.get_state()}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore a state of `get_state`."""
-        self._pulls = {one["body"]: dict(one) for one in state["pulls"]}
-        self._generation = None
+        self._pulls.set_state(state["pulls"])
 
     # Internal
 
@@ -187,60 +162,6 @@ class Interventions:
         if data["status"] not in (status.name for status in _SETS):
             raise BtManipError(f"a status can be set to SUCCESS or FAILURE, not {data['status']}")
         return node
-
-    def _body(self, name: str) -> int:
-        body = self._cell.body_id(name)
-        if entity_of(name) in self._robots:
-            raise BtManipError(f"'{name}' is part of a robot: only other bodies can be pulled")
-        if self._cell.model.body_weldid[body] == 0:
-            raise BtManipError(f"'{name}' cannot be pulled: it is fixed")
-        return body
-
-    def _begin_or_move(self, data: dict[str, Any]) -> None:
-        begins = data["body"] not in self._pulls
-        try:
-            mass = self._mass(data) if begins else self._pulls[data["body"]]["mass"]
-        except BtManipError:  # removed since the request
-            return
-        numbers = {key: data[key] for key in ("body", "point", "target", "max_force")}
-        self._pulls[data["body"]] = {**numbers, "mass": mass}
-        self._generation = None
-        self._report({"kind": "pull", **numbers, "begins": begins})
-
-    def _let_go(self, body: str) -> None:
-        if self._pulls.pop(body, None) is None:
-            return
-        self._generation = None
-        try:
-            self._cell.data.xfrc_applied[self._body(body)] = 0.0
-        except BtManipError:  # removed
-            pass
-        self._report({"kind": "pull", "body": body, "target": None, "begins": False})
-
-    def _mass(self, data: Mapping[str, Any]) -> float:
-        """Return the effective mass at a point: MuJoCo's in ``mjv_initPerturb``."""
-        model, physics, body = self._cell.model, self._cell.data, self._body(data["body"])
-        point = physics.xpos[body] + physics.xmat[body].reshape(3, 3) @ data["point"]
-        jacobian, solved = np.zeros((2, 3, model.nv))
-        mujoco.mj_jac(model, physics, jacobian, None, point, body)
-        mujoco.mj_solveM(model, physics, solved, jacobian)
-        return 3.0 / max(float(np.sum(jacobian * solved)), mujoco.mjMINVAL)
-
-    def _bind(self) -> None:
-        """Bind the pulls to the present model; those of removed bodies end."""
-        self._bound = []
-        for pull in list(self._pulls.values()):
-            try:
-                body = self._body(pull["body"])
-            except BtManipError:
-                self._let_go(pull["body"])
-                continue
-            spring = mujoco.MjvPerturb()
-            spring.select, spring.active = body, int(mujoco.mjtPertBit.mjPERT_TRANSLATE)
-            spring.localpos, spring.refselpos = pull["point"], pull["target"]
-            spring.localmass = pull["mass"]
-            self._bound.append((self._cell.data.xfrc_applied[body], spring, pull["max_force"]))
-        self._generation = self._cell.generation
 
     def _arm(self, data: dict[str, Any]) -> None:
         """Let the next tick of a node have a status, or one after it in the same tick."""
