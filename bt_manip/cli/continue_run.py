@@ -6,7 +6,7 @@ from typing import Any
 from bt_manip.cli.foreign_trees import ForeignTrees
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.page_session import execute_run
-from bt_manip.cli.run_job import RunOptions
+from bt_manip.cli.run_options import RunOptions
 
 REQUEST = ("tree", "cycles", "seed", "robot", "controller", "scene", "planner", "settings")
 """Fields of a recorded request that are options, too."""

@@ -10,7 +10,8 @@ import click
 
 from bt_manip.cli.interrupt import INTERRUPTED, Interrupt
 from bt_manip.cli.plugin_options import load_chosen_plugins
-from bt_manip.cli.run_job import RunJob, RunOptions, make_request
+from bt_manip.cli.run_job import RunJob
+from bt_manip.cli.run_options import RunOptions, make_request
 from bt_manip.exceptions import BtManipError
 from bt_manip.extras import require_extra
 

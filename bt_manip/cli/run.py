@@ -96,7 +96,7 @@ def run(interrupt: Interrupt, settings: tuple[str, ...], **options: Any) -> int:
     package.module:NAME, where NAME is a tree or a function that returns one.
     """
     from bt_manip.cli.page_session import execute_run
-    from bt_manip.cli.run_job import RunOptions
+    from bt_manip.cli.run_options import RunOptions
 
     with unfailing("stdout"):
         return execute_run(RunOptions(settings=parse_settings(settings), **options), interrupt)

@@ -28,7 +28,7 @@ def view(interrupt: Interrupt, settings: tuple[str, ...], **options: Any) -> int
     TREE, as for bt-manip run, is chosen at first; it runs when that is asked for on the page.
     """
     from bt_manip.cli.page_session import execute_on_page
-    from bt_manip.cli.run_job import RunOptions
+    from bt_manip.cli.run_options import RunOptions
 
     chosen = RunOptions(settings=parse_settings(settings), **OF_ONE_RUN, **options)
     with unfailing("stdout"):

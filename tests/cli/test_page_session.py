@@ -10,7 +10,7 @@ pytest.importorskip("viser", reason="the extra [view] is not installed")
 
 from bt_manip.cli.interrupt import Interrupt  # noqa: E402
 from bt_manip.cli.page_session import SAVED, PageSession  # noqa: E402
-from bt_manip.cli.run_job import RunOptions  # noqa: E402
+from bt_manip.cli.run_options import RunOptions  # noqa: E402
 from bt_manip.cli.view import OF_ONE_RUN  # noqa: E402
 from bt_manip.viewer.page import RunChoice  # noqa: E402
 
