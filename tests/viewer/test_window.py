@@ -120,14 +120,17 @@ def test_the_window_shows_the_robot_and_stays_open_until_ctrl_c(opengl, display,
         station = build_station()
         size = 640, 400  # MuJoCo opens its window at two thirds of the screen, in the corner
         expected = render(station.cell, width=size[0], height=size[1]).astype(int)
-        robot = abs(expected - without_robot(station, size)).max(axis=2) > 40
+        without = without_robot(station, size).astype(int)
+        robot = abs(expected - without).max(axis=2) > 40
         assert robot.sum() > 3000
 
         def shows_robot() -> bool:
             if not display.file.exists():
                 return False
             shown = display.pixels()[: size[1], : size[0]].astype(int)
-            return bool(abs(shown - expected)[robot].mean() < 25)
+            seen = robot & (abs(shown - without).max(axis=2) > 40)
+            alike = abs(shown - expected)[robot].mean() < 25
+            return bool(alike and seen.mean() == pytest.approx(robot.mean(), rel=0.2))
 
         wait_for(shows_robot, process, 120)
         wait_for(lambda: report.exists() and trace.exists(), process, 120)

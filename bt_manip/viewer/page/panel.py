@@ -55,7 +55,7 @@ class Panel:
     def sample(
         self, times: np.ndarray, joints: Mapping[str, tuple[np.ndarray, np.ndarray]]
     ) -> None:
-        """Note the states after one or several ticks, in some microseconds.
+        """Note the states after one or several ticks; those of a run come before it is drawn.
 
         Args:
             times: Simulated times [s].  # (n,)
