@@ -14,6 +14,7 @@ from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.grippers import find_fingers
 from bt_manip.registry import Parts
 from bt_manip.robots import (
+    Gripper,
     GripperDescription,
     Robot,
     RobotDescription,
@@ -86,16 +87,22 @@ def check_description(path: Path, parts: Parts) -> Checked:
         try:
             check(case)
         except AssertionError as failed:
-            findings.append(f"{description.where}: {failed}; {_REMEDIES[check.__name__]}")
+            key, remedy = _REMEDIES[check.__name__]
+            findings.append(f"{description.where}: key '{key}': {failed}; {remedy}")
     return Checked(findings, facts, make_robot(description, parts))
 
 
 _REMEDIES = {
-    "its_model_agrees_with_mujoco": "the model couples joints of the arm, which is not supported",
-    "it_reaches_what_it_can_reach": "check key 'tolerance', and the joints' ranges in the model",
-    "it_stands_still_at_home": "check keys 'effort' and 'exclude'",
-    "its_gripper_opens_and_closes": "check keys 'gripper.joints', 'gripper.motor', "
-    "'gripper.max_force' and 'gripper.frictionloss'",
+    "its_model_agrees_with_mujoco": (
+        "arm_joints",
+        "joints that the model couples do not form an arm",
+    ),
+    "it_reaches_what_it_can_reach": ("tolerance", "allow more, if the model's numbers are rounded"),
+    "it_stands_still_at_home": ("effort", "check it, and 'exclude' for bodies that touch"),
+    "its_gripper_opens_and_closes": (
+        "gripper",
+        "check its joints, motor and max_force; frictionloss = 0.0 replaces the model's friction",
+    ),
 }
 
 
@@ -114,9 +121,8 @@ def _read_parameters(path: Path, parts: Parts) -> None:
     gripper = read_gripper(path)
     if gripper is not None:
         kind = parts.grippers.get(gripper.kind)
-        check = getattr(kind, "check_parameters", None)
-        if check is not None:
-            check(gripper.read(path.stem))
+        if isinstance(kind, type) and issubclass(kind, Gripper):
+            kind.check_parameters(gripper.read(path.stem))
 
 
 def _unknown_names(description: RobotDescription) -> Iterator[str]:

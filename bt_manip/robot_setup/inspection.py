@@ -126,7 +126,7 @@ def summary(robot: Robot) -> list[str]:
         robot: The robot, compiled alone.
     """
     description, model = robot.description, robot.make_model()
-    limits, gripper = model.limits, description.gripper
+    limits = model.limits
     lines = [f"{description.name}: {description.model}", "joints:"]
     lines.append(f"  {'':24} {'from':>8} {'to':>8} {'speed':>8} {'effort':>8}")
     columns = (limits.lower, limits.upper, limits.velocity, limits.effort)
@@ -135,11 +135,11 @@ def summary(robot: Robot) -> list[str]:
         lines.append(f"  {joint:24} {numbers}")
     x, y, z = description.T_ft.translation
     lines.append(f"tool: at {x:.3f} {y:.3f} {z:.3f} m in '{description.tool_frame}'")
-    if gripper is None:
-        lines.append("gripper: none")
-    else:
-        status = robot.gripper.status if robot.gripper else ""
-        lines.append(f"gripper: {gripper.kind}, up to {gripper.max_force:g} N; {status}")
+    gripper = robot.gripper
+    force = (
+        f"{gripper.kind}, up to {gripper.max_force:g} N; {gripper.status}" if gripper else "none"
+    )
+    lines.append(f"gripper: {force}")
     reached = reach_map(robot, model)
     carried = payload(model, reached.configurations)
     return [*lines, *reached.lines(), f"payload: {carried:.2g} kg wherever it reaches the table"]

@@ -105,6 +105,17 @@ class Gripper(composer.Entity, abc.ABC):
         self._robot, self._description = robot, description
         self._ids: tuple[mujoco.MjModel, tuple[int, ...]] | None = None
 
+    @classmethod
+    def check_parameters(cls, table: TomlTable) -> None:
+        """Check the parameters of this kind without a model; by default none are.
+
+        Args:
+            table: The table ``[gripper]``.
+
+        Raises:
+            RobotError: If keys are missing, wrong or unknown; the message has a line for each.
+        """
+
     @property
     def mjcf_model(self) -> mjcf.RootElement:
         """An empty model, which composer attaches."""

@@ -10,6 +10,7 @@ from dm_control.composer.observation import observable
 
 from bt_manip.cell import BodyNames, entity_of
 from bt_manip.robots import Gripper, GripperError, Robot
+from bt_manip.toml_tables import TomlTable
 
 from ..solids import Solid
 from .cup import Cup, adhesion_actuators
@@ -74,6 +75,11 @@ class SuctionGripper(Gripper):
         self.cup = Cup(robot, read_parameters(table, built))
         self._names: BodyNames | None = None
         self._reset()
+
+    @classmethod
+    def check_parameters(cls, table: TomlTable) -> None:
+        """Check the parameters, as of a cup that the model has."""
+        read_parameters(table, built=False)
 
     def _build_observables(self) -> SuctionGripperObservables:
         return SuctionGripperObservables(self)

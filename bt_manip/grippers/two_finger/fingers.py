@@ -8,6 +8,7 @@ import pinocchio as pin
 from dm_control import mjcf
 
 from bt_manip.robots import Gripper, Robot
+from bt_manip.toml_tables import TomlTable
 
 from ..solids import Solid
 from .antipodal_grasps import AntipodalGraspGenerator
@@ -76,6 +77,11 @@ class DrivenFingers(Gripper):
         self._contacts = FingerContacts(robot.mjcf_model, self.mechanism)
         self._dt = 0.0
         self._reset()
+
+    @classmethod
+    def check_parameters(cls, table: TomlTable) -> None:
+        """Check the parameters."""
+        read_parameters(table)
 
     @property
     def width(self) -> float:

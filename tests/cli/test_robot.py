@@ -1,0 +1,62 @@
+"""bt-manip robot new, check and show."""
+
+import pytest
+
+from bt_manip.models import bundled_path
+
+PANDA = bundled_path("panda/panda.xml")
+
+
+@pytest.fixture(scope="module")
+def described(tmp_path_factory):
+    return tmp_path_factory.mktemp("described") / "arm.toml"
+
+
+def test_new_writes_a_description_and_says_what_to_run_next(bt_manip, described):
+    code, out, err = bt_manip("robot", "new", PANDA, "-o", described)
+    assert (code, err) == (0, "")
+    assert out.splitlines() == [
+        f"wrote {described}; next:",
+        f"  bt-manip robot check {described}",
+        f"  bt-manip run pick_place --robot {described} --view",
+    ]
+    assert described.read_text().startswith(f"# {PANDA}\n")
+
+
+def test_check_exits_with_1_if_there_are_findings(bt_manip, described, tmp_path):
+    wrong = tmp_path / "wrong.toml"
+    text = described.read_text().replace(str(PANDA.name), "no.xml")
+    wrong.write_text(text.replace("velocity = [1.5", "velocity = [-1.5"))
+    code, out, err = bt_manip("robot", "check", wrong)
+    assert code == 1
+    assert "key 'velocity' is a number above 0, got -1.5" in out
+    assert err == f"{wrong}: 1 finding\n"
+
+
+def test_check_saves_a_picture_or_says_why_not(bt_manip, described):
+    code, out, err = bt_manip("robot", "check", described)
+    assert (code, out) == (0, "")
+    assert err.startswith("reach: ")
+    assert described.with_suffix(".png").is_file() or "no picture: " in err
+    assert err.endswith(f"{described}: 0 findings\n")
+
+
+def test_show_prints_a_registered_robot(bt_manip):
+    code, out, err = bt_manip("robot", "show", "panda")
+    assert (code, err) == (0, "")
+    assert "  joint1 " in out and "gripper: two_finger, up to 140 N" in out
+    assert "reach: " in out and "payload: " in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("new", "nothing.xml"), "no model file nothing.xml"),
+        (("new", PANDA, "--joints", "joint1,jont2"), "no joint 'jont2'; did you mean"),
+        (("show", "pnda"), "did you mean 'panda'"),
+    ],
+)
+def test_bad_input_exits_with_2(bt_manip, tmp_path, monkeypatch, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = bt_manip("robot", *arguments)
+    assert code == 2 and message in err

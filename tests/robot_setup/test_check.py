@@ -1,0 +1,105 @@
+"""Findings about descriptions, each with the key and what to change."""
+
+from collections.abc import Callable
+
+import pytest
+
+from bt_manip.models import bundled_path
+from bt_manip.robot_setup import Checked, check_description
+
+PANDA = f"""
+model = "{bundled_path("panda/panda.xml")}"
+arm_joints = ["joint1", "joint2", "joint3", "joint4", "joint5", "joint6", "joint7"]
+home = [0.0, -0.7854, 0.0, -2.3562, 0.0, 1.5708, 0.7854]
+velocity = 2.0
+acceleration = 5.0
+jerk = 500.0
+[tool]
+frame = "tool"
+[gripper]
+joints = ["finger_joint1", "finger_joint2"]
+fingers = ["left_finger", "right_finger"]
+max_speed = 0.1
+max_force = 60.0
+"""
+
+
+@pytest.fixture
+def checked(parts, tmp_path) -> Callable[..., Checked]:
+    def check(*changes: tuple[str, str]) -> Checked:
+        text = PANDA
+        for before, after in changes:
+            assert before in text
+            text = text.replace(before, after)
+        path = tmp_path / "arm.toml"
+        path.write_text(text)
+        return check_description(path, parts)
+
+    return check
+
+
+def keys(result: Checked) -> list[str]:
+    return [finding.split("key '")[1].split("'")[0] for finding in result.findings]
+
+
+def test_a_good_description_has_no_findings_but_reach_and_payload(checked):
+    result = checked()
+    assert result.findings == []
+    assert result.facts[0].startswith("reach: ") and "#" in result.facts[1]
+    assert result.facts[-1].startswith("payload: ")
+
+
+def test_wrong_keys_of_all_tables_are_found_at_once(checked):
+    result = checked(
+        ("velocity = 2.0", "velocity = -1.0"),
+        ("jerk", "jrk"),
+        ('frame = "tool"', "frame = 3"),
+        ("max_speed = 0.1", "max_speed = 0"),
+        ('["left_finger", "right_finger"]', '["left_finger"]'),
+    )
+    assert keys(result) == [
+        "tool.frame", "velocity", "jerk", "jrk", "gripper.fingers", "gripper.max_speed",
+    ]  # fmt: skip
+    assert all("arm.toml" in finding for finding in result.findings)
+    assert result.robot is None
+
+
+def test_unknown_names_are_found_at_once_with_the_nearest_ones(checked):
+    result = checked(
+        ('"joint7"', '"joint8"'),
+        ('frame = "tool"', 'frame = "tol"'),
+        ('"finger_joint2"', '"finger_joint3"'),
+        ("velocity = 2.0", 'velocity = 2.0\nexclude = [["link0", "lnk2"]]'),
+        ("max_force = 60.0", 'max_force = 60.0\nmotor = "split"'),
+    )
+    assert keys(result) == [
+        "arm_joints", "tool.frame", "exclude", "gripper.joints", "gripper.motor",
+    ]  # fmt: skip
+    assert "there is no joint 'joint8'; did you mean 'joint" in result.findings[0]
+
+
+def test_self_collision_at_home_names_both_bodies(checked):
+    result = checked(("-0.7854, 0.0, -2.3562, 0.0, 1.5708", "1.7, 0.0, -3.0, 0.0, 0.1"))
+    assert "home" in keys(result)
+    assert " mm inside '" in result.findings[0] and "choose another home" in result.findings[0]
+
+
+def test_a_tool_that_does_not_point_like_the_fingers_is_found(checked):
+    result = checked(('frame = "tool"', 'frame = "tool"\nrpy = [3.14159, 0.0, 0.0]'))
+    assert "180 degrees from that of the fingers" in "".join(result.findings)
+    assert "position = [" in "".join(result.findings)
+
+
+def test_a_tool_beside_the_fingers_is_found(checked):
+    result = checked(('frame = "tool"', 'frame = "tool"\nposition = [0.0, 0.0, 0.2]'))
+    assert "mm from the middle of the finger pads" in "".join(result.findings)
+
+
+def test_a_gripper_that_does_not_open_so_wide_is_found(checked):
+    result = checked(("max_force = 60.0", "max_force = 60.0\nopen_width = 0.2"))
+    assert "open_width" in "".join(result.findings)
+
+
+def test_an_arm_too_weak_for_itself_is_found(checked):
+    result = checked(("jerk = 500.0", "jerk = 500.0\neffort = 8.0"))
+    assert "effort" in keys(result)
