@@ -10,6 +10,7 @@ from bt_manip.robots import Robot, RobotModel
 CHECK_INTERVAL = 7  # control steps between two checks
 CONSECUTIVE_DETECTIONS = 2  # checks in a row in which sustained contact has to exceed the threshold
 TORQUE_THRESHOLD = 0.03  # of a joint's effort limit; about 10 N at the Panda's hand
+FORCE_THRESHOLD = 1.2  # [N] at the tool, if its torque is larger: weak arms meet that in handling
 FRICTION_MARGIN = 2.2  # of a joint's dry friction, whose sign is uncertain near rest
 INITIAL_MARGIN = 1.5  # of the external torque that is present when a motion begins
 IMPULSE_THRESHOLD = 7e-3  # [s] in which the torque threshold makes the threshold of the impulse
@@ -78,7 +79,8 @@ def external_load(robot: Robot, model: RobotModel) -> ExternalLoad:
 
 def torque_thresholds(model: RobotModel) -> np.ndarray:
     """Return the external torque of each joint from which it is a contact [N m]."""  # (nq,)
-    return TORQUE_THRESHOLD * model.limits.effort + FRICTION_MARGIN * model.friction
+    threshold = np.maximum(TORQUE_THRESHOLD * model.limits.effort, FORCE_THRESHOLD * model.levers)
+    return threshold + FRICTION_MARGIN * model.friction
 
 
 class ExternalForceGuard:

@@ -31,6 +31,9 @@ _COLUMNS = (
 )
 """Columns beside the number of the cycle; in narrow terminals the last ones are left out."""
 
+DEFLECTION = 0.02
+"""Deflection of a joint by contact from which it is told [rad]."""
+
 _FEWEST = 4
 """Number of these columns that are never left out; the names of objects are wrapped instead."""
 
@@ -44,6 +47,11 @@ def print_cycles(console: Console, report: RunReport) -> None:
                 print_wrapped(console, f"cycle {number}: {cycle.reason}")
             for pair in cycle.unexpected_contacts:
                 print_wrapped(console, f"cycle {number}: {pair[0]} touched {pair[1]}")
+        largest = max(cycle.max_deflection_rad for cycle in report.cycles)
+        if largest > DEFLECTION:
+            print_wrapped(
+                console, f"At rest or in contact, joints gave way by {1e3 * largest:.0f} mrad."
+            )
     print_wrapped(console, summary(report))
 
 

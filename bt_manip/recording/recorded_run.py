@@ -42,7 +42,7 @@ class RobotSeries(NamedTuple):
     error: np.ndarray
     """Tracking error: position minus reference [rad].  # (n, nq)"""
     free: np.ndarray
-    """Whether grippers and the entities they hold touched only each other.  # (n,)"""
+    """Whether it moved, grippers and the entities they hold touching only each other.  # (n,)"""
     use: np.ndarray
     """Largest fraction of each kind of limit, as in `CycleLimitUse`.  # (n, 5)"""
     tick_t: np.ndarray
@@ -173,7 +173,7 @@ class RecordedRun:
             recording.joints[robot],
             steps["t"],
             steps["q"] - steps["q_ref"],
-            steps["free"],
+            steps["free"] & steps["v_ref"].any(axis=1),
             use,
             np.array(ticks),
             np.array(forces) if forces else np.zeros((0, 0)),

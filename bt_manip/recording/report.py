@@ -61,6 +61,7 @@ class RobotCycle:
         picked: Names of the objects that it gripped.
         grip_force_n: As in `CycleReport`, of its last Grasp.
         max_tracking_error_rad: As there, while no robot touched anything but its held object.
+        max_deflection_rad: As there.
         limits: Largest fractions of limits used.
         saturated_steps: Control steps in which an effort was clipped to its limit.
         max_torque_rate_nm_s: Largest change of a joint's torque [N m/s].
@@ -70,6 +71,7 @@ class RobotCycle:
     picked: tuple[str, ...] = ()
     grip_force_n: float | None = None
     max_tracking_error_rad: float | None = None
+    max_deflection_rad: float = 0.0
     limits: CycleLimitUse = field(default_factory=CycleLimitUse)
     saturated_steps: int = 0
     max_torque_rate_nm_s: float = 0.0
@@ -109,8 +111,9 @@ class CycleReport:
         duration_s: Simulated time that it took [s].
         phases: The action leaves, in the order of their ends.
         grip_force_n: Least of the gripper's forces at the end of Grasp [N], or None.
-        max_tracking_error_rad: Largest difference between a joint and its reference while gripper
-            and payload touched only each other, or None [rad].
+        max_tracking_error_rad: Largest difference between a joint and its reference while the
+            reference moved and gripper and payload touched only each other, or None [rad].
+        max_deflection_rad: Largest difference at all other times, as while gripping [rad].
         limits: Largest fractions of limits used.
         saturated_steps: Control steps in which an effort was clipped to its limit.
         unexpected_contacts: Pairs of names of unexpected contacts.
@@ -132,6 +135,7 @@ class CycleReport:
     phases: tuple[Phase, ...] = ()
     grip_force_n: float | None = None
     max_tracking_error_rad: float | None = None
+    max_deflection_rad: float = 0.0
     limits: CycleLimitUse = field(default_factory=CycleLimitUse)
     saturated_steps: int = 0
     unexpected_contacts: tuple[tuple[str, str], ...] = ()

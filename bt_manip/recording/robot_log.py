@@ -71,6 +71,7 @@ class MotionStatistics:
         self.torque_rate = 0.0  # [N m/s]
         self.tool_speed = 0.0  # [m/s]
         self.tracking_error: float | None = None  # [rad]
+        self.deflection = 0.0  # [rad]
 
     def update(self, block: StepBlock) -> None:
         """Update the maxima with control steps."""
@@ -88,10 +89,11 @@ class MotionStatistics:
         self._use = np.maximum(self._use, use.max(axis=0))
         self.torque_rate = max(self.torque_rate, float(np.abs(torque_rate).max()))
         self.tool_speed = max(self.tool_speed, float(np.linalg.norm(velocity, axis=1).max()))
-        free = np.array([touch.free for touch in block.touches])
+        error = np.abs(block.q - block.q_ref).max(axis=1)
+        free = np.array([touch.free for touch in block.touches]) & block.v_ref.any(axis=1)
         if free.any():
-            error = float(np.abs(block.q[free] - block.q_ref[free]).max())
-            self.tracking_error = max(self.tracking_error or 0.0, error)
+            self.tracking_error = max(self.tracking_error or 0.0, float(error[free].max()))
+        self.deflection = max(self.deflection, float(error[~free].max(initial=0.0)))
 
     @property
     def limit_use(self) -> CycleLimitUse:
@@ -154,6 +156,7 @@ class RobotLog:
             picked=tuple(self.picked),
             grip_force_n=self.grip,
             max_tracking_error_rad=statistics.tracking_error,
+            max_deflection_rad=statistics.deflection,
             limits=statistics.limit_use,
             saturated_steps=self._robot.controller.saturated_steps - self._saturated_before,
             max_torque_rate_nm_s=statistics.torque_rate,
@@ -170,6 +173,7 @@ def combined(robots: Iterable[RobotCycle]) -> dict[str, Any]:
     return {
         "grip_force_n": min(grips, default=None),
         "max_tracking_error_rad": max(errors, default=None),
+        "max_deflection_rad": max(cycle.max_deflection_rad for cycle in cycles),
         "limits": CycleLimitUse(*limits.tolist()),
         "saturated_steps": sum(cycle.saturated_steps for cycle in cycles),
         "max_torque_rate_nm_s": max(cycle.max_torque_rate_nm_s for cycle in cycles),

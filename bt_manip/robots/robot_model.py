@@ -31,6 +31,8 @@ class RobotModel:
         home: Configuration of the arm at the start [rad].  # (nq,)
         locked_qpos: MuJoCo positions at which all other joints are locked.
         payload: The held payload, or None.
+        levers: Largest distance of the tool from each joint: the sum of the links' lengths between
+            them; 1 for a slide, whose effort is a force [m].  # (nq,)
     """
 
     def __init__(
@@ -80,6 +82,7 @@ class RobotModel:
         joint = self.model.frames[self.tool_frame_id].parentJoint
         self._bare = self.model.inertias[joint].copy()  # inertia of the link with the tool
         self.payload: Payload | None = None
+        self.levers = _levers(self.model, self.tool_frame_id)
 
     def copy(self) -> "RobotModel":
         """Return a copy with its own `data`."""
@@ -124,3 +127,14 @@ class RobotModel:
         """Return the required motor efforts, including viscous and dry friction."""
         tau = pin.rnea(self.model, self.data, q, v, a)
         return tau + self.damping * v + self.friction * np.sign(v)  # (nv,)
+
+
+def _levers(model: pin.Model, tool_frame_id: int) -> np.ndarray:
+    frame = model.frames[tool_frame_id]
+    lengths = [
+        np.linalg.norm(model.jointPlacements[i].translation) for i in range(2, model.njoints)
+    ]
+    lengths.append(np.linalg.norm(frame.placement.translation))
+    levers = np.cumsum(lengths[::-1])[::-1]
+    slides = [joint.shortname().startswith("JointModelP") for joint in model.joints[1:]]
+    return np.where(slides, 1.0, levers)  # (nq,)

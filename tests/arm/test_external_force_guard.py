@@ -7,13 +7,21 @@ import pytest
 
 from bt_manip import spatial
 from bt_manip.arm import Arm, ExternalForceGuard
+from bt_manip.arm.external_force_guard import (
+    FORCE_THRESHOLD,
+    FRICTION_MARGIN,
+    TORQUE_THRESHOLD,
+    torque_thresholds,
+)
 from bt_manip.cell import Cell
 from bt_manip.collision import CollisionWorld
 from bt_manip.control import ComputedTorque
 from bt_manip.exceptions import MotionError
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
+from bt_manip.runner import build_station
 from tests.measuring.disturbances import contacts
+from tests.measuring.small_arm import write_small_arm
 from tests.robot_fixtures import Box
 
 THERE = np.array([0.6, -0.3, 0.3, -2.0, 0.2, 1.8, 0.4])
@@ -184,6 +192,19 @@ def test_restored_guard_detects_at_the_same_step(bench):
     bench.cell.restore(states[0])
     bench.arm.set_state(states[1])
     assert bench.until_detected(30) == first
+
+
+def test_weak_arms_tolerate_the_force_of_handling_an_object(parts, tmp_path):
+    weak = write_small_arm(tmp_path, effort=2.5, friction=0.0)
+    model = build_station(parts, robot=str(weak)).arm.model
+    assert (torque_thresholds(model) >= FORCE_THRESHOLD * model.levers).all()
+    assert model.levers[0] == pytest.approx(0.645)
+
+
+def test_the_thresholds_of_strong_arms_follow_from_their_effort_limits(bench):
+    model = bench.arm.model
+    expected = TORQUE_THRESHOLD * model.limits.effort + FRICTION_MARGIN * model.friction
+    assert torque_thresholds(model).tolist() == expected.tolist()
 
 
 def test_torque_within_dry_friction_at_the_start_is_not_tolerated_twice(bench, monkeypatch):

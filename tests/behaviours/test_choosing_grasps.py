@@ -144,3 +144,12 @@ def test_over_what_stands_fixed_the_tool_only_points_down(station, trial):
 
 def test_a_thing_in_reach_at_a_height_that_is_not_is_told(station, trial):
     assert trial(Hover(object="cube", height=2.0)).fails_with("unreachable, though 'cube' is not")
+
+
+@pytest.mark.parametrize("height", ["auto", None])
+def test_an_automatic_height_is_the_first_that_the_arm_reaches(station, trial, height):
+    given = {} if height is None else {"height": height}
+    hovering = trial(Hover(object="cube", **given))
+    assert hovering.until_done() is NodeStatus.SUCCESS
+    above = station.robot.tool_pose.translation - station.cell.pose("cube").translation
+    assert above[2] == pytest.approx(0.4, abs=5e-3)

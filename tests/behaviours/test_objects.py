@@ -200,3 +200,10 @@ def test_where_an_object_rests_is_checked_from_the_physics(station, trial):
 def test_a_held_object_rests_nowhere(with_the_cube, trial):
     assert trial(IsOn(object="cube", support="table")).fails_with("'cube' touches 'panda/")
     assert trial(IsIn(object="cube", container="basket")).fails_with("'cube' touches 'panda/")
+
+
+def test_a_spawned_object_comes_with_the_pose_that_was_chosen(station, trial):
+    spawning = trial(SpawnObject(region="0.1;0.2;-0.3;-0.2", object="{object}", pose="{pose}"))
+    assert spawning.tick() is SUCCESS
+    chosen = spawning.tree.blackboard["pose"]
+    assert chosen.isApprox(station.cell.pose(spawning.tree.blackboard["object"]), 1e-4)

@@ -130,6 +130,7 @@ def test_the_grip_and_the_motion_are_measured(picked):
     cycle = picked.cycles[0]
     assert cycle.grip_force_n is not None and 47.5 <= cycle.grip_force_n <= 60.0
     assert cycle.max_tracking_error_rad is not None and cycle.max_tracking_error_rad < 2e-3
+    assert 0.0 < cycle.max_deflection_rad < 20e-3
     assert 0.5 < cycle.limits.velocity <= 1.0 + 1e-6
     assert 0.5 < cycle.limits.jerk <= 1.0 + 1e-6
     assert 0.0 < cycle.limits.effort < 1.0
