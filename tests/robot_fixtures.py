@@ -66,6 +66,15 @@ def five_joints() -> Robot:
     return robot
 
 
+@pytest.fixture(scope="session")
+def rail_robot() -> Robot:
+    """Give an arm of six joints on a rail, compiled alone."""
+    description = read_description(Path(__file__).parent / "robots/models/rail.toml")
+    robot = Robot(description, gripper=TwoFingerGripper)
+    compile_alone(robot)
+    return robot
+
+
 @pytest.fixture
 def rng() -> np.random.Generator:
     return np.random.default_rng(1)

@@ -140,7 +140,7 @@ class Arm:
         speed = check_speed(speed)
         target = check_configuration(q, self.model.nq)
         limits = self.model.limits
-        target = check_position_limits(target, limits.lower, limits.upper)
+        target = check_position_limits(target, limits.lower, limits.upper, self.model.units)
         self._move(ConfigurationRequest(target, speed), planner=planner, rng=rng)
 
     def move_to_pose(

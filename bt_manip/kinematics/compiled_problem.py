@@ -208,9 +208,10 @@ def _limits(
     lower, upper = limits.lower + margin, limits.upper - margin
     if (lower > upper).any():
         i = int(np.flatnonzero(lower > upper)[0])
+        unit = arm.units[i]
         raise invalid(
-            f"a margin of {margin[i]:g} rad leaves {joints[i]} no range: its limits "
-            f"are {limits.lower[i]:.4f} to {limits.upper[i]:.4f} rad"
+            f"a margin of {margin[i]:g} {unit} leaves {joints[i]} no range: its limits "
+            f"are {limits.lower[i]:.4f} to {limits.upper[i]:.4f} {unit}"
         )
     return lower, upper
 

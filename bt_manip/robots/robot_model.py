@@ -12,6 +12,8 @@ from .model_building import build_model, find
 from .payload import Payload
 from .robot_description import Tolerance, ToolLimits
 
+_SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
+
 
 class RobotModel:
     """Kinematics and dynamics of an arm in a world, including its payload.
@@ -22,6 +24,7 @@ class RobotModel:
     Attributes:
         model: Pinocchio's model; its frames are MuJoCo's bodies and sites.
         data: Pinocchio's data.
+        units: Unit of each joint's position: ``"rad"``, or ``"m"`` for a slide.
         tool_frame_id: Id of the tool frame.
         limits: Joint limits.
         tool_limits: Limits of the tool's motion along a line.
@@ -75,6 +78,8 @@ class RobotModel:
         self.tool_limits = ToolLimits() if tool_limits is None else tool_limits
         self.tolerance = Tolerance() if tolerance is None else tolerance
         dofs = [mj_model.joint(name).dofadr[0] for name in joints]
+        slides = mj_model.jnt_type[[mj_model.joint(name).id for name in joints]] == _SLIDE
+        self.units = tuple("m" if slide else "rad" for slide in slides)
         self.damping = mj_model.dof_damping[dofs].copy()
         self.friction = mj_model.dof_frictionloss[dofs].copy()
         middle = 0.5 * (np.maximum(limits.lower, -np.pi) + np.minimum(limits.upper, np.pi))

@@ -1,6 +1,7 @@
 """Other arms than the Panda, with and without a gripper."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -12,7 +13,8 @@ from bt_manip.cell import Cell
 from bt_manip.collision import CollisionWorld
 from bt_manip.control import ComputedTorque
 from bt_manip.exceptions import MotionError
-from bt_manip.robots import Robot, RobotDescription, compile_alone, panda
+from bt_manip.grippers import TwoFingerGripper
+from bt_manip.robots import Robot, RobotDescription, compile_alone, panda, read_description
 from bt_manip.trajectories import limit_use
 from tests.robot_fixtures import MENAGERIE_ARMS, UR5E_JOINTS, Box, menagerie_robot
 
@@ -105,3 +107,44 @@ def test_arm_with_low_jerk_limits_continues_after_any_pause(rng):
             arm.advance(1e-3)
             rest += 1
         assert np.array_equal(arm.q, target)
+
+
+def test_an_arm_on_a_rail_moves_within_its_limits_of_metres_and_radians(rail_robot, rng):
+    arm = Arm(rail_robot)
+    limits, travelled = arm.model.limits, 0.0
+    arm.reset(arm.model.home)
+    for _ in range(8):
+        q = arm.q.copy()
+        arm.move_to_configuration(rng.uniform(0.8 * limits.lower, 0.8 * limits.upper))
+        assert limit_use(arm.trajectory, limits).inside
+        while arm.moving:
+            arm.advance(1e-3)
+        travelled = max(travelled, abs(arm.q[0] - q[0]))
+    assert travelled > 0.5
+    with pytest.raises(MotionError, match=r"joint 1 cannot go to 0.7000 m: .* -0.6000 to 0.6000 m"):
+        arm.move_to_configuration([0.7, *arm.q[1:]])
+
+
+def test_an_arm_on_a_rail_follows_a_line_along_the_rail(rail_robot):
+    arm = Arm(rail_robot)
+    T = spatial.pointing_down([0.5, -0.4, 0.3])
+    arm.reset(arm.ik.nearest(T, arm.model.home).q)
+    target = pin.SE3(T.rotation, T.translation + [0.0, 0.8, 0.0])
+    arm.move_linear(target)
+    assert limit_use(arm.trajectory, arm.model.limits).inside
+    while arm.moving:
+        arm.advance(1e-3)
+        assert np.linalg.norm((arm.model.pose(arm.q).translation - T.translation)[[0, 2]]) < 1e-4
+    assert np.abs(pin.log6(target.actInv(arm.model.pose(arm.q))).np).max() < 1e-5
+
+
+def test_an_arm_on_a_rail_does_not_drive_into_an_obstacle():
+    description = read_description(Path(__file__).parents[1] / "robots/models/rail.toml")
+    cell, robot = Cell(), Robot(description, gripper=TwoFingerGripper)
+    cell.add(robot, spatial.pose((0.0, 0.0, 1.0)), free=False)
+    cell.add(Box((0.1, 0.04, 1.6)), spatial.pose((0.0, 0.35, 1.9)), name="post")
+    model = robot.make_model()
+    arm = Arm(robot, model=model, world=CollisionWorld(robot, model))
+    with pytest.raises(MotionError, match="'post'"):
+        arm.move_to_configuration([0.35, *arm.q[1:]])
+    arm.move_to_configuration([-0.35, *arm.q[1:]])

@@ -484,3 +484,17 @@ def test_a_free_target_beyond_the_reach_is_refused_without_a_search(model, ik):
     for given in ({}, {"cone": 0.2}, {"cone": np.pi}, {"pivot": [0.0, 0.0, 0.05]}):
         found = ik.solve(PoseTarget("tool", far, free_axis="z", **given), model.home)
         assert not found.solved and found.iterations == 0 and "m out of reach" in found.reason
+
+
+def test_an_arm_on_a_rail_solves_poses_along_all_of_it(rail_robot, rng):
+    ik = InverseKinematics(rail_robot.make_model())
+    limits = ik.model.limits
+    for q in random_configurations(ik.model, rng, 60):
+        T = ik.model.pose(q)
+        found = ik.solve(T, ik.model.home)
+        assert found.solved and limits.contain(found.q)
+        position, angle = error_in_mujoco(rail_robot, found.q, T)
+        assert position <= 2e-6 and angle <= 2e-6
+        assert ik.solve(PoseTarget(ik.tool, T, free_axis="z"), ik.model.home).solved
+    with pytest.raises(MotionError, match=r"a margin of 0.7 m leaves .*rail no range"):
+        ik.solve(IKProblem(targets=PoseTarget("tool", T), margin=0.7), ik.model.home)

@@ -20,7 +20,7 @@ GRIP_FORCE = 50.0
 """Largest force with which Close grips [N]: the default of CloseGripper."""
 
 STEP = 1e-3
-"""Step of the joint sliders [rad]."""
+"""Step of the joint sliders [rad] or [m]."""
 
 EDITING = 1.0
 """Wall time after its last change in which a slider does not follow the joint [s]."""
@@ -112,12 +112,14 @@ class _RobotJog:
         gui, limits = server.gui, self._arm.model.limits
         self._lower = np.maximum(limits.lower, -2.0 * np.pi)
         self._upper = np.minimum(limits.upper, 2.0 * np.pi)
-        self._folder = gui.add_folder(f"{robot.name} [rad]")
+        self._folder = gui.add_folder(robot.name)
         with self._folder:
             self._sliders = [
-                gui.add_slider(name, low, high, STEP, min(max(round(q, 3), low), high))
-                for name, low, high, q in zip(
-                    robot.robot.description.arm_joints,
+                gui.add_slider(
+                    f"{name} [{unit}]", low, high, STEP, min(max(round(q, 3), low), high)
+                )
+                for name, unit, low, high, q in zip(
+                    robot.robot.description.arm_joints, self._arm.model.units,
                     self._lower.tolist(), self._upper.tolist(), robot.robot.q.tolist(),
                     strict=True,
                 )
