@@ -93,7 +93,7 @@ def _open_pages(number: int, stalled: int = 0) -> Iterator[Page]:
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as readers:
         assert readers.stdout is not None
         for _ in range(number):
-            readers.stdout.readline()
+            assert readers.stdout.readline() == b"open\n"
         yield page
         readers.kill()
     page.close()
