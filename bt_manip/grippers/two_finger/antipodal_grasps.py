@@ -259,7 +259,7 @@ def grasp_candidates(
     k = np.flatnonzero(enough <= largest)
     return GraspCandidates(
         object_axes[k] @ tool_axes.T,
-        (centre - back[:, None] * approach)[k],
+        (centre - back[:, None] * approach - hand.offset(width)[:, None] * closing)[k],
         width[k],
         hand.opening(np.minimum(width + 2.0 * margin, hand.stroke))[k],
         {name: cost[k] for name, cost in costs.items()},

@@ -13,9 +13,10 @@ from bt_manip import spatial
 
 from ..solids import geom_surface
 
+_SLIDE, _HINGE = int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE)
 STOPS = 17  # measured positions of a joint over its range, by simulation
-_FINE_STOPS = 65  # the same of a joint that moves nothing but its own finger
-SLAB = 4e-3  # [m] on both sides of a plane within which a finger's surface counts
+_STOPS_ALONE = {_SLIDE: 5, _HINGE: 65}  # the same of a joint that moves nothing but its finger
+BEHIND = 4e-3  # [m] behind the tool, from where to the tips a finger's surface counts
 _STEPS = 150  # maximum number of simulation steps of 1 ms for each position
 _STILL = 2e-3  # [rad/s] or [m/s] below which a joint counts as settled
 _POLE = 250.0  # [rad/s] of the loop that moves the joint to each position
@@ -73,12 +74,11 @@ class FingerBench:
         model.dof_frictionloss[:] = 0.0
         arm = [int(model.joint(name).id) for name in arm_joints]
         self.body = int(model.jnt_bodyid[arm[-1]])
-        kinds = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
         self.joints = [
             j
             for j in range(model.njnt)
             if j not in arm
-            and int(model.jnt_type[j]) in kinds
+            and int(model.jnt_type[j]) in (_SLIDE, _HINGE)
             and self.body in ancestors(model, int(model.jnt_bodyid[j]))
         ]
         frozen = np.setdiff1d(np.arange(model.nv), model.jnt_dofadr[self.joints])
@@ -98,7 +98,8 @@ class FingerBench:
         alone = len(self.coupled(joint)) == 1
         stops = []
         lower, upper = (float(limit) for limit in model.jnt_range[joint])
-        for targets[0] in np.linspace(lower, upper, _FINE_STOPS if alone else STOPS):
+        count = _STOPS_ALONE[int(model.jnt_type[joint])] if alone else STOPS
+        for targets[0] in np.linspace(lower, upper, count):
             if alone:
                 data.qpos[model.jnt_qposadr[driven]] = targets
                 mujoco.mj_fwdPosition(model, data)
@@ -224,23 +225,25 @@ class FingerSurface:
             found.append(geom_surface(model, geom) @ T_bg.rotation.T + T_bg.translation)
         self._triangles = np.concatenate(found)
 
-    def section(self, T_tb: pin.SE3, height: float = 0.0) -> np.ndarray:
-        """Return the corners of the surface's part near a plane z = height, at most `SLAB` from it.
+    def beyond(self, T_tb: pin.SE3, height: float) -> np.ndarray:
+        """Return the corners of the surface's part above a plane z = height [m].
 
         Args:
             T_tb: Pose of the body in a frame whose z axis is normal to the plane.
             height: Height of the plane [m].
         """  # (n, 3)
         a = self._triangles @ T_tb.rotation.T + T_tb.translation
-        a[..., 2] -= height
         b = np.roll(a, -1, axis=1)
-        found = [a[np.abs(a[..., 2]) <= SLAB]]
-        for level in (-SLAB, SLAB):
-            start, end = a[..., 2] - level, b[..., 2] - level
-            cross = (start < 0.0) != (end < 0.0)
-            t = start[cross] / (start[cross] - end[cross])
-            found.append(a[cross] + t[:, None] * (b[cross] - a[cross]))
-        return np.concatenate(found) + (0.0, 0.0, height)
+        start, end = a[..., 2] - height, b[..., 2] - height
+        cross = (start < 0.0) != (end < 0.0)
+        t = start[cross] / (start[cross] - end[cross])
+        return np.concatenate([a[start >= 0.0], a[cross] + t[:, None] * (b[cross] - a[cross])])
+
+    def section(self, T_tb: pin.SE3, height: float) -> np.ndarray:
+        """Return the corners of the part at most `BEHIND` from a plane z = height [m]."""  # (n, 3)
+        part, rest = (self.beyond(T_tb, height + d) for d in (-BEHIND, BEHIND))
+        cut = rest[:, 2] < height + BEHIND + 1e-9
+        return np.concatenate([part[part[:, 2] <= height + BEHIND], rest[cut]])
 
     def points(self, T_tb: pin.SE3) -> np.ndarray:
         """Return the corners of the surface in a frame [m].

@@ -13,7 +13,7 @@ from bt_manip.cell import literal_name
 from bt_manip.robots import RobotError, effort_limit
 
 from .finger_bench import (
-    SLAB,
+    BEHIND,
     STOPS,
     FingerBench,
     FingerSurface,
@@ -290,7 +290,7 @@ def _tool(bench: FingerBench, pads: _Pads, body: int) -> pin.SE3:
         height = 0.0
         while abs(gap(height + step) - reference) < _MEETS:
             height += step
-        ends.append(height - np.sign(step) * SLAB)
+        ends.append(height - np.sign(step) * BEHIND)
     height = max(0.5 * (ends[0] + ends[1]), ends[1] - _TIP_DISTANCE)
     first, second = corners(height)
     both = np.concatenate([first, second])

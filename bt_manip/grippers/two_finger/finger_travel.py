@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from bt_manip.robots import RobotError
 
-from .finger_bench import STOPS, FingerBench, FingerSurface, Settled, relative_motion
+from .finger_bench import BEHIND, STOPS, FingerBench, FingerSurface, Settled, relative_motion
 
 _TENDON = int(mujoco.mjtObj.mjOBJ_TENDON)
 _SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
@@ -33,11 +33,11 @@ _MARGIN = 1.2  # of the motors' efforts, for friction
 class FingerTravel:
     """Travel of two fingers as a function of their joints.
 
-    The opening is the distance between the fingers along their relative motion, near the plane
-    through the tool centre point that is orthogonal to the approach direction. Each finger has a
-    distance s from the centre; the opening is the sum of both. Fingers of one motor have half the
-    opening each, also if only one of them moves. By the principle of virtual work, a force of 1 N
-    at the finger requires an effort of ds/dq at the joint.
+    The opening is the distance between the fingers along their relative motion, from the tool
+    centre point to the tips along the approach direction. Each finger has a distance s from the
+    centre; the opening is the sum of both. Fingers of one motor have half the opening each, also if
+    only one of them moves. By the principle of virtual work, a force of 1 N at the finger requires
+    an effort of ds/dq at the joint.
 
     Attributes:
         open_width: Maximum opening [m].
@@ -193,7 +193,7 @@ def measure_travel(
         for surface, sweep in zip(surfaces, sweeps, strict=True)
     ]
     sections = [
-        [surface.section(T) for T in column]
+        [surface.beyond(T, -BEHIND) for T in column]
         for surface, column in zip(surfaces, poses, strict=True)
     ]
     for name, surface, column, crossing in zip(

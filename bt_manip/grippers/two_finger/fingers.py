@@ -1,5 +1,6 @@
 """Control of two fingers in every step, by position or by force."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -37,7 +38,10 @@ MET = 1e-3
 _TOUCHED = 0.2  # [N] normal force above which a finger is in contact
 _SPEED = 0.1  # [m/s] of each finger, or its maximum if lower
 _SLOW = 0.04  # [m/s] speed of each finger after the first contact
+_MOMENTUM = 0.1  # [N s] of a finger after the first contact, at most
+_STOPPING = 1.5e-3  # [m] in which a finger stops from its default speed
 _STEADY_BAND = (0.95, 1.20)  # relative to the commanded force
+_JAW_BAND = (0.95, 1.40)  # the same of a moving and a fixed jaw, which meet at an angle
 _MET_FORCE = 5.0  # [N] of fingers closed on each other
 
 _NOTHING: Touched = ((), ())
@@ -57,6 +61,7 @@ class DrivenFingers(Gripper):
 
     state: str
     """Control state: still, moving, closing, gripping or releasing."""
+    _given_speed: float | None = None
     _stroke: Stroke | None
     _touched: Touched | None
 
@@ -74,6 +79,7 @@ class DrivenFingers(Gripper):
         self._open, self._min = travel.open_width, travel.min_width
         self._fingers = make_transmission(self.mechanism)
         self._speed = min(_SPEED, parameters.max_speed)
+        self._acceleration = StrokeLimits(self._speed).acceleration
         self._contacts = FingerContacts(robot.mjcf_model, self.mechanism)
         self._dt = 0.0
         self._reset()
@@ -154,8 +160,13 @@ class DrivenFingers(Gripper):
         self._dt = float(model.opt.timestep)
         fingers = self._fingers
         fingers.bind(model, data)
-        self._loop = FingerLoop(fingers.mass, fingers.loss)
         self._contacts.bind(model, data)
+        most = StrokeLimits(0.0).acceleration
+        self._acceleration = min(most, self.max_force / fingers.mass)
+        self._loop = FingerLoop(fingers.mass, fingers.loss, self._acceleration)
+        stoppable = math.sqrt(2.0 * self._acceleration * _STOPPING)
+        self._speed = self._given_speed or min(_SPEED, self._parameters.max_speed, stoppable)
+        self._slow = min(_SLOW, _MOMENTUM / fingers.mass)
 
     def initialize_episode(
         self, physics: mjcf.Physics, random_state: np.random.RandomState
@@ -194,11 +205,11 @@ class DrivenFingers(Gripper):
         self.state = STILL
         self._motion = Motion(0.5 * self._open, 0.0, 0.0)
         self._stroke = None
-        self._limits = StrokeLimits(self._speed)
+        self._limits = self._stroke_limits(self._speed)
         self._target = self._motion.s
         self._slowed = False
         self._asked = 0.0  # [N] force commanded by the last close()
-        self._press = Press()
+        self._press = Press(self.mechanism.travel.friction, self._fingers.mass)
         self._in_band = 0  # steps
         self._forces = (0.0, 0.0)
         self._touched = _NOTHING
@@ -209,17 +220,23 @@ class DrivenFingers(Gripper):
             self._touched = self._contacts.names()
         return self._touched
 
+    def _stroke_limits(self, speed: float) -> StrokeLimits:
+        limits = StrokeLimits(speed)
+        slower = self._acceleration / limits.acceleration  # of heavy mechanisms
+        return StrokeLimits(speed, limits.acceleration * slower, limits.jerk * slower)
+
     def _travel(self, target: float | None) -> None:
         self._stroke = Stroke(self._motion, target, self._limits)
 
     def _look_for_contact(self) -> None:
         left, right = self._forces
-        if left > _TOUCHED and right > _TOUCHED:
+        one_moves = self.mechanism.travel.one_moves  # and pushes the object to the fixed jaw
+        if (left > _TOUCHED and right > _TOUCHED) or (one_moves and left > _TOUCHED):
             met = self.width < self._min + MET
             self._begin_grip(_MET_FORCE if met else self._asked)
         elif (left > _TOUCHED or right > _TOUCHED) and not self._slowed:
             self._slowed = True
-            self._limits = self._limits._replace(speed=min(self._limits.speed, _SLOW))
+            self._limits = self._limits._replace(speed=min(self._limits.speed, self._slow))
             self._travel(0.5 * self._min)
 
     def _begin_grip(self, force: float) -> None:
@@ -241,13 +258,16 @@ class DrivenFingers(Gripper):
                 self._begin_grip(_MET_FORCE)
 
     def _press_on(self, left: float, right: float) -> None:
-        arrived = self._press.advance(self._dt, 0.5 * (left + right))
+        one_moves = self.mechanism.travel.one_moves
+        measured = min(left, right) if one_moves else 0.5 * (left + right)
+        arrived = self._press.advance(self._dt, measured)
         if arrived and self.state == RELEASING:
             self._motion = Motion(0.5 * self.width, 0.0, 0.0)
             self._travel(self._target)
             self.state = MOVING
             return
-        low, high = _STEADY_BAND[0] * self._asked, _STEADY_BAND[1] * self._asked
+        band = _JAW_BAND if one_moves else _STEADY_BAND
+        low, high = band[0] * self._asked, band[1] * self._asked
         inside = low <= left <= high and low <= right <= high
         self._in_band = self._in_band + 1 if inside else 0
 

@@ -17,7 +17,6 @@ from .fingers import (
     STILL,
     DrivenFingers,
 )
-from .stroke import StrokeLimits
 
 _RELEASE = 0.04  # [s] in which the force falls to zero before opening
 _STEADY_TIME = 0.05  # [s] inside the force band until the grip is steady
@@ -50,14 +49,15 @@ class TwoFingerGripper(DrivenFingers):
 
         Args:
             robot: A robot with a two-finger gripper.
-            speed: Default speed of each finger in commands [m/s]; default: 0.1, or the gripper's
-                maximum if lower.
+            speed: Default speed of each finger in commands [m/s]; default: 0.1, or less if this is
+                the gripper's maximum or if a finger could not stop within 1.5 mm.
 
         Raises:
             RobotError: If the robot has no gripper, or its model and description do not match.
             GripperError: If the gripper cannot move at this speed.
         """
         super()._build(robot)
+        self._given_speed = speed
         self._speed = self._checked_speed(speed)
         self._reset()
 
@@ -87,7 +87,7 @@ class TwoFingerGripper(DrivenFingers):
         low, high = self._min, self._open
         if not low - 1e-9 <= width <= high + 1e-9:
             raise GripperError(f"the gripper opens from {low:g} to {high:g} m, not {width:g} m")
-        self._limits = StrokeLimits(self._checked_speed(speed))
+        self._limits = self._stroke_limits(self._checked_speed(speed))
         self._target = 0.5 * width
         if self.state in PRESSING:
             self._change_force(RELEASING, 0.0, _RELEASE)
@@ -106,7 +106,7 @@ class TwoFingerGripper(DrivenFingers):
             GripperError: If the gripper cannot reach this force or speed.
         """
         force = self.check_force(force)
-        self._limits = StrokeLimits(self._checked_speed(speed))
+        self._limits = self._stroke_limits(self._checked_speed(speed))
         self._asked = force
         self._in_band = 0
         if self.state in PRESSING:

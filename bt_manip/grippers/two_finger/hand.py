@@ -8,8 +8,15 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
+from bt_manip import spatial
+
+from .finger_bench import FingerSurface
 from .mechanism import Mechanism
 
+FIXED_JAW_CLEARANCE = 1e-3
+"""Clearance between a fixed jaw and the object before the other jaw pushes it there [m]."""
+
+_JAW_DEPTH = 0.25  # of the opening, from the jaw's face, from which on its body is a palm
 _SIGNS = np.array(list(product((-1.0, 1.0), repeat=3)))  # (8, 3) corners of a box
 
 
@@ -31,6 +38,20 @@ class Hand(NamedTuple):
     """Distance of the palm behind the tool centre point [m]."""
     pad: float
     """Half the width of a finger [m]."""
+    centre: float = 0.0
+    """Coordinate along `closing` of the midpoint between the closed fingers [m]."""
+    shift: float = 0.0
+    """Change of that coordinate per opening: 0.5 if the second finger is fixed."""
+
+    def offset(self, width: np.ndarray) -> np.ndarray:
+        """Return the coordinate along `closing` at which the centre of an object is gripped [m].
+
+        A fixed jaw is placed beside the object, `FIXED_JAW_CLEARANCE` from it.
+
+        Args:
+            width: Gripped width [m].
+        """
+        return self.centre + self.shift * (width + 2.0 * FIXED_JAW_CLEARANCE)
 
     def opening(self, width: np.ndarray) -> np.ndarray:
         """Return the relative opening at widths [m]: 1 for open, 0 for closed."""
@@ -56,11 +77,15 @@ def measure_hand(
     tips = both[both[:, 2] > both[:, 2].max() - 0.02]
     across = np.cross([0.0, 0.0, 1.0], closing)
     welded = model.body_weldid[model.site_bodyid[tool_site]]
+    jaw = fingers[1] if travel.one_moves else ()
     palm = [
         corners[:, 2].max()
         for geom, corners in boxes.items()
-        if model.body_weldid[model.geom_bodyid[geom]] == welded
+        if model.body_weldid[model.geom_bodyid[geom]] == welded and geom not in jaw
     ]
+    if jaw:
+        depth = travel.centre[0] + _JAW_DEPTH * travel.open_width
+        palm.append(_inside_jaw(model, jaw[0], placed[jaw[0]], closing, depth))
     return Hand(
         closing,
         travel.open_width,
@@ -68,7 +93,28 @@ def measure_hand(
         float(both[:, 2].max()),
         -float(max(palm, default=-np.inf)),
         float(np.abs(tips @ across).max()),
+        *travel.centre,
     )
+
+
+def _inside_jaw(
+    model: mujoco.MjModel, geom: int, T_tg: pin.SE3, closing: np.ndarray, depth: float
+) -> float:
+    """Return how far a fixed jaw's body reaches along the approach, between the jaws [m].
+
+    Args:
+        model: The compiled model.
+        geom: A geom of the body.
+        T_tg: Its pose in the tool frame.
+        closing: Direction towards the other finger in the tool frame.  # (3,)
+        depth: Coordinate along it from which on the body is between the jaws [m].
+    """
+    T_bg = spatial.pose(model.geom_pos[geom], model.geom_quat[geom])
+    across = np.cross(closing, [0.0, 0.0, 1.0])
+    R = np.stack([[0.0, 0.0, 1.0], across, closing])  # to a frame whose z axis is `closing`
+    T_fb = pin.SE3(R, np.zeros(3)) * T_tg * T_bg.inverse()
+    inside = FingerSurface(model, int(model.geom_bodyid[geom])).beyond(T_fb, depth)
+    return float(inside[:, 0].max(initial=-np.inf))
 
 
 def _corners(model: mujoco.MjModel, geom: int, T_tg: pin.SE3) -> np.ndarray:

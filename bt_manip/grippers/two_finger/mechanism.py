@@ -181,13 +181,16 @@ def _joints_below(bases: list[Any]) -> list[Any]:
 def _with_joints(
     alone: mujoco.MjModel, bases: list[Any], parameters: TwoFingerParameters
 ) -> mujoco.MjModel:
-    """Return the model with the described armature; dry friction does not affect the travel."""
-    if parameters.armature is None:
+    """Return the model with the described armature and dry friction."""
+    if parameters.armature is None and parameters.frictionloss is None:
         return alone
     model = copy.copy(alone)
     dofs = [model.jnt_dofadr[model.joint(j.full_identifier).id] for j in _joints_below(bases)]
-    model.dof_armature[dofs] = parameters.armature
-    mujoco.mj_setConst(model, mujoco.MjData(model))
+    if parameters.frictionloss is not None:
+        model.dof_frictionloss[dofs] = parameters.frictionloss
+    if parameters.armature is not None:
+        model.dof_armature[dofs] = parameters.armature
+        mujoco.mj_setConst(model, mujoco.MjData(model))
     return model
 
 

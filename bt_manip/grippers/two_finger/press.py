@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from typing import Any
 
 _FIRST = 2.0  # [N] force at the start of the first ramp
-_DAMPING = 20.0  # [N s/m] of each finger
+_DAMPING = 20.0  # [N s/m] of each finger, or
+_SETTLING = 0.01  # [s] time constant of the damping of heavy fingers
 _STEP_SHARE = 0.3  # maximum synchronizing force, relative to the grip force
 _FORCE_GAIN = 5.0  # [1/s] integral action on the mean of the measured forces
 _TRIM_SHARE = 0.2  # maximum of the integral term, relative to the grip force
@@ -19,8 +20,15 @@ class Press:
     resistance along the closing direction.
     """
 
-    def __init__(self) -> None:
-        """Initialize with zero force."""
+    def __init__(self, friction: float = 0.0, mass: float = 0.0) -> None:
+        """Initialize with zero force.
+
+        Args:
+            friction: Dry friction of a finger, which the integral term may balance [N].
+            mass: Effective mass of a finger [kg].
+        """
+        self._friction = friction
+        self._damping = max(_DAMPING, mass / _SETTLING)
         self.force = 0.0  # [N] of each finger
         self._ramp = (0.0, 0.0, 0.0)  # from [N], to [N], duration [s]
         self._time = 0.0  # [s] since the ramp began
@@ -57,7 +65,7 @@ class Press:
             self.force = start + (end - start) * share
             return False
         self.force = end
-        bound = _TRIM_SHARE * end
+        bound = _TRIM_SHARE * end + self._friction
         trim = self._trim + _FORCE_GAIN * (end - measured) * dt
         self._trim = min(max(trim, -bound), bound)
         return True
@@ -78,7 +86,7 @@ class Press:
         step = 0.5 * (stiffness * (difference - self._offset) + damping * (v1 - v2))
         step = min(max(step, -most), most)
         f = -(self.force + self._trim)
-        return f - step - _DAMPING * v1, f + step - _DAMPING * v2
+        return f - step - self._damping * v1, f + step - self._damping * v2
 
     def get_state(self) -> dict[str, Any]:
         """Return the state as plain data."""
