@@ -24,6 +24,7 @@ from .finger_travel import FingerNames, FingerTravel, measure_travel
 
 _OPENS = 2e-3  # [m] change of the distance of two surfaces that open and close
 _MEETS = 2e-3  # [m] of the smallest distance within which surfaces are pads
+_UNEVEN = 6e-3  # [m] difference of the distance of the pads along them
 _WIDE = 0.5  # share of the largest opening from which on surfaces are pads
 _APART = 5e-4  # [m] distance of the pads when they count as closed
 _MAX_DISTANCE = 1.0  # [m] of measured distances
@@ -288,7 +289,7 @@ def _tool(bench: FingerBench, pads: _Pads, body: int) -> pin.SE3:
     ends = []
     for step in (-_STEP, _STEP):
         height = 0.0
-        while abs(gap(height + step) - reference) < _MEETS:
+        while abs(gap(height + step) - reference) < _UNEVEN:
             height += step
         ends.append(height - np.sign(step) * BEHIND)
     height = max(0.5 * (ends[0] + ends[1]), ends[1] - _TIP_DISTANCE)

@@ -1,0 +1,166 @@
+"""Grippers of every kind open, close, and hold a cube by friction alone."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from bt_manip.cell import Cell
+from bt_manip.control import ComputedTorque, Hold
+from bt_manip.grasping import GripperClearance
+from bt_manip.grippers import TwoFingerGripper, find_fingers, solids_of, two_finger_gripper
+from bt_manip.robots import Robot, RobotDescription
+from bt_manip.spatial import pose
+from tests.control.conftest import Post
+from tests.grippers.mechanisms import ARM, MECHANISMS, Block, model_of
+
+EDGE = 0.04  # [m] of the cube
+FORCE = 10.0  # [N]
+
+
+class Scene:
+    """A gripper that hangs over the floor, its fingers open."""
+
+    def __init__(self, robot):
+        self.robot, self.gripper = robot, robot.gripper
+        self.control = control = ComputedTorque(robot)
+        robot.attach(control)
+        self.cell = Cell()
+        self.cell.add(robot, pose((0.0, 0.0, 1.5), (0.0, 1.0, 0.0, 0.0)), free=False)
+        control.reference = Hold(robot.q)
+        mujoco.mj_forward(self.cell.model, self.cell.data)
+
+    def until(self, condition, seconds=3.0):
+        """Step until a condition holds; return the largest force of a finger."""
+        largest = 0.0
+        for _ in range(round(seconds / self.cell.dt)):
+            if condition():
+                return largest
+            self.cell.step()
+            largest = max(largest, *self.gripper.forces)
+        raise AssertionError(f"not within {seconds} s: {self.gripper.status}")
+
+    def grasp(self, edge):
+        """Stand a cube on a post where it is gripped from above, by a planned grasp."""
+        with self.cell.editing():
+            self.cell.add(Block(edge), pose((1.0, 1.0, 0.5 * edge)), free=True)
+        clearance = GripperClearance(self.cell, self.robot, ["cube"])
+        generator = self.gripper.grasp_generator(
+            "cube", solids_of(self.cell, "cube"), clearance.geom_poses, np.zeros(3),
+            np.random.default_rng(0),
+        )  # fmt: skip
+        down = np.array([0.0, 0.0, -1.0])
+        grasps = [g for g in generator.candidates(down) if g.T_ot.rotation[:, 2] @ down > 0.999]
+        T_wo = self.robot.tool_pose * grasps[0].T_ot.inverse()
+        self.cell.remove("cube")
+        with self.cell.editing():
+            x, y, z = T_wo.translation
+            self.cell.add(Post(0.4 * edge), pose((x, y, z - 0.5 * edge)))
+            self.cell.add(Block(edge), T_wo, free=True)
+        mujoco.mj_forward(self.cell.model, self.cell.data)
+
+
+@pytest.fixture(params=MECHANISMS)
+def kind(request):
+    return request.param
+
+
+def build(kind, folder, **gripper):
+    """Return the robot with a gripper, described by what was found of it."""
+    file = folder / "post.xml"
+    file.write_text(model_of(kind))
+    found = find_fingers(mujoco.MjModel.from_xml_path(str(file)), ARM)
+    given = {"joints": found.joints, "fingers": found.fingers, "max_force": 20.0}
+    return Robot(
+        RobotDescription(
+            name="rig", model=str(file), arm_joints=ARM, tool_frame=found.body, T_ft=found.T_bt,
+            home=(0.0,), velocity=(1.0,), acceleration=(5.0,), jerk=(100.0,),
+            gripper=two_finger_gripper(**given | {"max_speed": 0.2} | gripper),
+        ),
+        gripper=TwoFingerGripper,
+    )  # fmt: skip
+
+
+@pytest.fixture
+def scene(kind, tmp_path):
+    return Scene(build(kind, tmp_path))
+
+
+def test_it_closes_on_nothing_and_opens(kind, scene):
+    gripper = scene.gripper
+    assert gripper.is_open
+    gripper.close(FORCE)
+    scene.until(lambda: gripper.closed_on_nothing)
+    scene.cell.step(300)
+    assert gripper.closed_on_nothing and not gripper.moving and not gripper.steady
+    # Where no finger stops the other, the motor presses against the joint's soft limit.
+    assert gripper.width == pytest.approx(MECHANISMS[kind].closed, abs=4e-3)
+    gripper.open()
+    scene.until(lambda: gripper.is_open)
+    assert gripper.width == pytest.approx(MECHANISMS[kind].opened, rel=0.05)
+
+
+def test_it_grips_with_the_asked_force_and_holds(kind, scene):
+    gripper, cell = scene.gripper, scene.cell
+    scene.grasp(EDGE if MECHANISMS[kind].opened > 0.05 else 0.03)
+    assert not gripper.held
+    gripper.close(FORCE)
+    assert scene.until(lambda: gripper.steady) < 2.5 * FORCE
+    assert gripper.held == ("cube",) and not gripper.closed_on_nothing
+    cell.remove("post")
+    cell.step(300)
+    before = cell.pose("cube").translation
+    cell.step(500)
+    assert np.linalg.norm(cell.pose("cube").translation - before) < 1e-3
+    assert gripper.steady and gripper.held == ("cube",)
+    if MECHANISMS[kind].one_moves:  # the jaws are not parallel
+        assert min(gripper.forces) == pytest.approx(FORCE, rel=0.03)
+    else:
+        assert np.mean(gripper.forces) == pytest.approx(FORCE, rel=0.02)
+    gripper.open()
+    scene.until(lambda: gripper.is_open and gripper.is_free)
+
+
+@pytest.mark.parametrize("kind", ["one_slide", "one_jaw"])
+def test_a_fixed_jaw_stands_beside_the_object(kind, scene):
+    scene.grasp(0.03)
+    model, data = scene.cell.model, scene.cell.data
+    (cube,) = np.flatnonzero(model.geom_bodyid == model.body("cube/").id)
+    moving, fixed = (
+        min(mujoco.mj_geomDistance(model, data, geom, int(cube), 1.0, None) for geom in geoms)
+        for geoms in scene.gripper.mechanism.geoms
+    )
+    assert fixed == pytest.approx(1e-3, abs=1e-4)
+    assert moving > 5e-3
+
+
+@pytest.mark.parametrize("kind", ["springs", "one_jaw"])
+def test_a_state_goes_on_bit_for_bit(scene):
+    scene.grasp(0.03)
+    gripper, cell = scene.gripper, scene.cell
+    gripper.close(FORCE)
+    cell.step(300)
+    parts = (gripper, scene.control)
+    snapshot, states = cell.snapshot(), [part.get_state() for part in parts]
+    cell.step(200)
+    first = cell.data.qpos.copy()
+    cell.restore(snapshot)
+    for part, state in zip(parts, states, strict=True):
+        part.set_state(state)
+    cell.step(200)
+    assert np.array_equal(first, cell.data.qpos)
+
+
+@pytest.mark.parametrize("kind", ["springs"])
+def test_springs_do_not_change_the_opening(scene):
+    gripper = scene.gripper
+    gripper.move(0.07)
+    scene.until(lambda: not gripper.moving)
+    scene.cell.step(200)
+    assert gripper.width == pytest.approx(0.07, abs=2e-4)
+
+
+@pytest.mark.parametrize("kind", ["coupled_slides"])
+def test_a_smaller_opening_may_be_described(kind, tmp_path):
+    gripper = build(kind, tmp_path, open_width=0.06, min_width=0.02).gripper
+    travel = gripper.mechanism.travel
+    assert (travel.min_width, travel.open_width) == (0.02, 0.06)
