@@ -154,8 +154,8 @@ class TwoFingerGripper(DrivenFingers):
 
     @property
     def status(self) -> str:
-        """Short description: the finger forces, if pressing, and the opening."""
-        apart = f"{1e3 * self.width:.0f} mm apart"
+        """Short description: the finger forces, if pressing, and the opening of the largest."""
+        apart = f"{1e3 * self.width:.0f} of {1e3 * self._open:.0f} mm apart"
         if self.state in (CLOSING, *PRESSING):
             left, right = self.forces
             return f"fingers press with {left:.1f} and {right:.1f} N, {apart}"
