@@ -209,7 +209,9 @@ class DrivenFingers(Gripper):
         self._target = self._motion.s
         self._slowed = False
         self._asked = 0.0  # [N] force commanded by the last close()
-        self._press = Press(self.mechanism.travel.friction, self._fingers.mass)
+        # A single jaw pushes the object to the other one, against the damping.
+        pushing = self._fingers.mass if self.mechanism.travel.one_moves else 0.0
+        self._press = Press(self.mechanism.travel.friction, pushing)
         self._in_band = 0  # steps
         self._forces = (0.0, 0.0)
         self._touched = _NOTHING

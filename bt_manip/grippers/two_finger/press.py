@@ -6,7 +6,7 @@ from typing import Any
 
 _FIRST = 2.0  # [N] force at the start of the first ramp
 _DAMPING = 20.0  # [N s/m] of each finger, or
-_SETTLING = 0.01  # [s] time constant of the damping of heavy fingers
+_SETTLING = 0.01  # [s] time constant of the damping of a finger that pushes an object
 _STEP_SHARE = 0.3  # maximum synchronizing force, relative to the grip force
 _FORCE_GAIN = 5.0  # [1/s] integral action on the mean of the measured forces
 _TRIM_SHARE = 0.2  # maximum of the integral term, relative to the grip force
@@ -25,7 +25,7 @@ class Press:
 
         Args:
             friction: Dry friction of a finger, which the integral term may balance [N].
-            mass: Effective mass of a finger [kg].
+            mass: Effective mass of a finger that pushes an object [kg].
         """
         self._friction = friction
         self._damping = max(_DAMPING, mass / _SETTLING)
