@@ -9,7 +9,8 @@ _DAMPING = 20.0  # [N s/m] of each finger, or
 _SETTLING = 0.01  # [s] time constant of the damping of a finger that pushes an object
 _STEP_SHARE = 0.3  # maximum synchronizing force, relative to the grip force
 _FORCE_GAIN = 5.0  # [1/s] integral action on the mean of the measured forces
-_TRIM_SHARE = 0.2  # maximum of the integral term, relative to the grip force
+_TRIM_SHARE = 0.2  # maximum of the integral term, relative to the grip force, or
+_FRICTION_SHARE = 2.0  # relative to the dry friction, if more
 
 
 class Press:
@@ -65,7 +66,7 @@ class Press:
             self.force = start + (end - start) * share
             return False
         self.force = end
-        bound = _TRIM_SHARE * end + self._friction
+        bound = max(_TRIM_SHARE * end, _FRICTION_SHARE * self._friction)
         trim = self._trim + _FORCE_GAIN * (end - measured) * dt
         self._trim = min(max(trim, -bound), bound)
         return True
