@@ -85,7 +85,7 @@ def test_both_fingers_press_with_the_asked_force_off_centre(over_cube, force):
     gripper.close(force)
     until(cell, lambda: gripper.steady)
     assert gripper.held == ("cube",)
-    cell.step(500)
+    cell.step(700)
     left, right = gripper.forces
     assert 0.5 * (left + right) == pytest.approx(force, rel=0.01)
     # What the floor's friction carries of the fingers' difference; one motor cannot take it away.
