@@ -63,6 +63,7 @@ class CompiledPhysics:
                 self.free_joints[name] = (int(joint.qposadr[0]), int(joint.dofadr[0]))
         self._step_start = integration_state(self.model, self.data)
         self._step_start_valid = False
+        self._trial: mujoco.MjData | None = None  # repeats a step; making one takes many steps
         self._warnings = self.data.warning.number
         self._warned = self._warnings.tobytes()
 
@@ -142,7 +143,10 @@ class CompiledPhysics:
         """  # (nstate,)
         if not self._step_start_valid:
             return None
-        trial = mujoco.MjData(self.model)
+        if self._trial is None:
+            self._trial = mujoco.MjData(self.model)
+        trial = self._trial
+        mujoco.mj_resetData(self.model, trial)
         mujoco.mj_setState(self.model, trial, self._step_start, INTEGRATION)
         mujoco.mj_step(self.model, trial)
         now = integration_state(self.model, self.data)
