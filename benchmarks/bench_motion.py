@@ -126,13 +126,13 @@ def free_rotation_rows(model: RobotModel, targets: int = 200) -> Iterable[Row]:
     """Measure targets with free rotations beside solving 32 sampled rotations, from home.
 
     Positions are random in the box around the workspace, also out of reach; the tool points down,
-    or anywhere.
+    anywhere, or within 0.5 rad of down.
     """
     ik, rng = InverseKinematics(model), np.random.default_rng(79)
     drawn = rng.uniform(model.limits.lower, model.limits.upper, (2000, model.nq))
     lower, upper = np.quantile([model.pose(q).translation for q in drawn], [0.02, 0.98], axis=0)
-    turns = [pin.SE3(pin.utils.rotate("z", 2.0 * np.pi * k / 32), np.zeros(3)) for k in range(32)]
-    for what in ("down", "anywhere"):
+    turns = [pin.utils.rotate("z", 2.0 * np.pi * k / 32) for k in range(32)]
+    for what, cone in (("down", 0.0), ("anywhere", 0.0), ("down within 0.5 rad", 0.5)):
         poses = []
         for position in rng.uniform(lower, upper, (targets, 3)):
             T = spatial.pointing_down(position, rng.uniform(-np.pi, np.pi))
@@ -140,10 +140,22 @@ def free_rotation_rows(model: RobotModel, targets: int = 200) -> Iterable[Row]:
                 T = pin.SE3(spatial.pose((0, 0, 0), rng.normal(size=4)).rotation, position)
             poses.append(T)
         free, times = timed(
-            lambda T: ik.solve(PoseTarget(ik.tool, T, free_axis="z"), model.home), poses
+            lambda T, cone=cone: ik.solve(
+                PoseTarget(ik.tool, T, free_axis="z", cone=cone), model.home
+            ),
+            poses,
         )
         begun = time.thread_time()
-        sampled = [any([ik.solve(T * turn, model.home).solved for turn in turns]) for T in poses]
+        sampled = []
+        for T in poses:
+            tilts = cone * np.sqrt(rng.uniform(size=32)) * rng.choice([-1.0, 1.0], size=32)
+            rotations = [
+                turn @ pin.utils.rotate("x", tilt) @ turns[int(rng.integers(32)) if cone else 0]
+                for turn, tilt in zip(turns, tilts, strict=True)
+            ]
+            sampled.append(
+                any([ik.solve(T * pin.SE3(R, np.zeros(3)), model.home).solved for R in rotations])
+            )
         per_target = 1e3 * (time.thread_time() - begun) / targets
         solved = np.mean([result.solved for result in free])
         yield (

@@ -56,11 +56,14 @@ class MaximumReach:
         if isinstance(target, pin.SE3):
             T_wt = target
         else:
-            # The last joint's origin is on a circle about the axis, or with a cone on a sphere.
-            T_wt, pivot = target.pose, np.asarray(target.pivot)
-            axis = np.asarray(target.free_axis) * (target.cone == 0.0)
-            point = pivot + axis * axis.dot(point - pivot)
-            free = float(np.linalg.norm(self._last_origin - point))
+            # The last joint's origin is on a circle about the axis, which tilts inside the cone.
+            T_wt, pivot, axis = target.pose, np.asarray(target.pivot), np.asarray(target.free_axis)
+            tolerance, cone = target.tolerances
+            cone = min(cone, 0.5 * np.pi)
+            along = axis.dot(point - pivot)
+            beside = float(np.linalg.norm(point - pivot - along * axis))
+            free = tolerance + beside + abs(along) * np.sin(cone)
+            point = pivot + np.cos(cone) * along * axis
         offset = T_wt.act(point) - self._fixed
         excess = float(offset.dot(offset)) ** 0.5 - self.distance - free
         return excess if excess > REACH_MARGIN else 0.0

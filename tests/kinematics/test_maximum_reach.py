@@ -1,8 +1,11 @@
 """Maximum reach: no configuration exceeds it, and poses beyond it are refused."""
 
+import numpy as np
+import pinocchio as pin
 import pytest
 
 from bt_manip import spatial
+from bt_manip.kinematics import PoseTarget
 from tests.measuring.kinematics import random_configurations
 
 
@@ -19,3 +22,27 @@ def test_no_configuration_reaches_farther_than_the_maximum_reach(model, ik, rng)
         assert ik.solve(model.pose(q), q, restarts=0).solved
         farthest = max(farthest, ik._reach.distance_at(q))
     assert 0.97 * ik._reach.distance < farthest <= ik._reach.distance + 1e-9
+
+
+def test_no_target_with_free_rotations_that_the_arm_reaches_is_refused(model, ik, rng):
+    refused = 0
+    for q in random_configurations(model, rng, 1000):
+        T, axis, pivot = model.pose(q), rng.normal(size=3), 0.2 * rng.normal(size=3)
+        axis /= np.linalg.norm(axis)
+        for cone in (0.0, 0.4, 2.0):
+            tilt = np.cross(axis, rng.normal(size=3))
+            turn = pin.exp3(cone * tilt / np.linalg.norm(tilt)) @ pin.exp3(
+                rng.uniform(-3, 3) * axis
+            )
+            middle = pin.SE3(np.eye(3), pivot)
+            turned = T * middle * pin.SE3(turn, np.zeros(3)).inverse() * middle.inverse()
+            target = PoseTarget("tool", turned, free_axis=axis, cone=cone, pivot=pivot)
+            assert ik._reach.excess(target) == 0.0
+            refused += ik._reach.excess(turned) > 0.0
+    assert refused > 100
+
+
+def test_a_wide_tolerance_widens_the_reach(ik):
+    far = spatial.pointing_down([0.85, 0.0, 0.1])
+    tight, wide = (PoseTarget("tool", far, free_axis="z", tolerance=t) for t in (1e-6, (0.3, 1e-6)))
+    assert ik._reach.excess(tight) > 0.0 and ik._reach.excess(wide) == 0.0
