@@ -11,7 +11,7 @@ import pinocchio as pin
 from bt_manip import spatial
 from bt_manip.cell import escaped_name, literal_name
 from bt_manip.collision import CollisionWorld, permanent_self_collisions
-from bt_manip.grippers import FoundFingers, find_fingers, two_finger_gripper
+from bt_manip.grippers import FoundFingers, find_fingers, suction_gripper, two_finger_gripper
 from bt_manip.registry import Parts
 from bt_manip.robots import (
     GripperDescription,
@@ -112,7 +112,7 @@ def describe_robot(
         "tool_limits": "CHOSEN: limits of the tool along a line [m/s], [m/s2], [m/s3].",
         "velocity": ("From the model [rad/s]." if data.velocity_known else f"{_CHOSEN} [rad/s]."),
     }
-    if gripper is not None or arm.fingers:
+    if gripper is not None or arm.fingers or _cup(alone) is not None:
         description, more = _with_gripper(description, gripper, at, tool_frame)
         notes |= more
     robot = make_robot(description, parts)
@@ -148,6 +148,12 @@ def describe_robot(
     return Draft(description, notes, make_robot(description, parts), placement.share)
 
 
+def _cup(model: mujoco.MjModel) -> int | None:
+    """Return the body of the first adhesion actuator; None without one."""
+    cups = np.flatnonzero(model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_BODY))
+    return int(model.actuator_trnid[cups[0], 0]) if cups.size else None
+
+
 def _middle(model: mujoco.MjModel, arm: ArmChain) -> np.ndarray:
     joints = list(arm.joints)
     return np.where(model.jnt_limited[joints], model.jnt_range[joints].mean(axis=1), 0.0)
@@ -157,24 +163,33 @@ def _with_gripper(
     description: RobotDescription, model: str | None, mount: str, tool_frame: str | None
 ) -> tuple[RobotDescription, dict[str, str]]:
     """Return the description with the gripper and the tool frame, and comments on them."""
-    T_mg = pin.SE3.Identity()
-    if model is not None:
-        # Measured as attached, then turned so that it points away from the arm.
-        carried = GripperDescription(max_force=1.0, model=model, mount=mount)
-        assembled = assemble(replace(description, gripper=carried), description.name)
-        found = find_fingers(assembled.alone, description.arm_joints, where=model)
-        T_mg = _outwards(assembled.alone, description, found, mount)
-    carried = GripperDescription(max_force=1.0, model=model, mount=mount, T_mg=T_mg)
-    assembled = assemble(
-        replace(description, gripper=None if model is None else carried), description.name
-    )
     names = [escaped_name(joint) for joint in description.arm_joints]
-    found = find_fingers(assembled.alone, names, where=model or description.model)
-    prefix = "" if model is None else f"{assembled.gripper.full_identifier}"
+    T_mg = pin.SE3.Identity()
+    carried = None if model is None else GripperDescription(model=model, mount=mount)
+    assembled = assemble(replace(description, gripper=carried), description.name)
+    prefix = "" if model is None else assembled.gripper.full_identifier
 
     def local(full: str) -> str:
         return literal_name(full.removeprefix(prefix))
 
+    cup = _cup(assembled.alone)
+    if cup is not None:
+        sites = np.flatnonzero(assembled.alone.site_bodyid == cup)
+        if tool_frame is None and len(sites) != 1:
+            body = local(assembled.alone.body(cup).name)
+            raise RobotError(
+                f"{model or description.model}: the suction cup '{body}' has {len(sites)} sites: "
+                "name the one at its lip whose z axis is the cup's (--tool-frame)"
+            )
+        frame = tool_frame or local(assembled.alone.site(sites[0]).name)
+        gripper = suction_gripper(model=model, mount=mount if model else None)
+        return replace(description, tool_frame=frame, gripper=gripper), {}
+    found = find_fingers(assembled.alone, names, where=model or description.model)
+    if carried is not None:  # turned so that it points away from the arm, then measured again
+        T_mg = _outwards(assembled.alone, description, found, mount)
+        carried = replace(carried, T_mg=T_mg)
+        assembled = assemble(replace(description, gripper=carried), description.name)
+        found = find_fingers(assembled.alone, names, where=carried.model or "")
     notes = {"gripper": "Measured on the model.", "gripper.max_speed": f"{_CHOSEN} [m/s]."}
     notes["gripper.max_force"] = "What the model's actuator exerts on each finger [N]."
     force = found.max_force
