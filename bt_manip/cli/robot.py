@@ -8,6 +8,7 @@ import click
 
 from bt_manip.cli.completion import complete_part
 from bt_manip.cli.plugin_options import load_chosen_plugins
+from bt_manip.exceptions import BtManipError
 
 if TYPE_CHECKING:
     from bt_manip.robots import Robot
@@ -50,6 +51,8 @@ def new(
     MODEL is a path of MJCF or URDF, or menagerie:NAME or menagerie:NAME/ENTRY. Limits that the
     model does not have are conservative, and marked in the file.
     """
+    if output.exists():
+        raise click.UsageError(f"{output} exists: remove it, or choose another file (-o)")
     os.environ.setdefault("MUJOCO_GL", "disable")
     from bt_manip.robot_setup import describe_robot, description_text
 
@@ -65,7 +68,10 @@ def new(
     carried = "" if gripper is None else f" with {gripper}"
     head = f"{model}{carried}\n\nWritten by bt-manip robot new."
     text = description_text(draft.description, draft.notes, output.resolve().parent, head)
-    output.write_text(text, encoding="utf-8")
+    try:
+        output.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise BtManipError(f"cannot write {output}: {error.strerror}") from error
     click.echo(f"wrote {output}; next:")
     click.echo(f"  bt-manip robot check {output}")
     click.echo(f"  bt-manip run pick_place --robot {output} --view")

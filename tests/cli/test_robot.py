@@ -23,6 +23,11 @@ def test_new_writes_a_description_and_says_what_to_run_next(bt_manip, described)
     assert described.read_text().startswith(f"# {PANDA}\n")
 
 
+def test_new_overwrites_nothing(bt_manip, described):
+    code, _, err = bt_manip("robot", "new", PANDA, "-o", described)
+    assert code == 2 and "exists: remove it, or choose another file (-o)" in err
+
+
 def test_check_exits_with_1_if_there_are_findings(bt_manip, described, tmp_path):
     wrong = tmp_path / "wrong.toml"
     text = described.read_text().replace(str(PANDA.name), "no.xml")
@@ -52,6 +57,7 @@ def test_show_prints_a_registered_robot(bt_manip):
     ("arguments", "message"),
     [
         (("new", "nothing.xml"), "no model file nothing.xml"),
+        (("new", PANDA, "-o", "no/such/folder.toml"), "cannot write no/such/folder.toml"),
         (("new", PANDA, "--joints", "joint1,jont2"), "no joint 'jont2'; did you mean"),
         (("show", "pnda"), "did you mean 'panda'"),
     ],

@@ -11,6 +11,7 @@ from bt_manip.robot_setup import Draft, check_description, describe_robot, descr
 from bt_manip.robots import RobotError, read_description
 
 PANDA = str(bundled_path("panda/panda.xml"))
+SIX_JOINTS = Path(__file__).parents[1] / "grippers" / "models" / "six_joints.urdf"
 TWO_LINK = Path(__file__).parents[1] / "robots" / "models" / "two_link.urdf"
 
 
@@ -68,3 +69,23 @@ def test_an_arm_that_cannot_point_its_tool_down_is_refused(parts):
 def test_a_second_gripper_is_refused(parts):
     with pytest.raises(RobotError, match="has a gripper of its own, with joint 'finger_joint1'"):
         describe_robot(PANDA, parts, name="one", gripper=PANDA)
+
+
+def test_velocities_and_efforts_of_urdf_are_kept(parts):
+    found = describe_robot(str(SIX_JOINTS), parts, name="six").description
+    assert found.arm_joints == ("pan", "lift", "elbow", "roll", "pitch", "turn")
+    assert found.velocity == (3.0,) * 6
+    assert found.effort is None and found.gripper is None
+
+
+def test_an_adhesion_actuator_is_a_suction_cup(parts, tmp_path):
+    cup = """<mujoco><worldbody><body name="cup"><geom type="cylinder" size="0.015 0.02"
+        pos="0 0 0.02"/><site name="lip" pos="0 0 0.04"/></body></worldbody>
+        <actuator><adhesion body="cup" gain="40" ctrlrange="0 1"/></actuator></mujoco>"""
+    (tmp_path / "cup.xml").write_text(cup)
+    gripper = str(tmp_path / "cup.xml")
+    found = describe_robot(str(SIX_JOINTS), parts, name="six", gripper=gripper).description
+    assert (found.gripper.kind, found.tool_frame) == ("suction", "lip")
+    (tmp_path / "cup.xml").write_text(cup.replace('<site name="lip" pos="0 0 0.04"/>', ""))
+    with pytest.raises(RobotError, match=r"the suction cup 'cup' has 0 sites: .* \(--tool-frame\)"):
+        describe_robot(str(SIX_JOINTS), parts, name="six", gripper=gripper)
