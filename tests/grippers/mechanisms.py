@@ -3,8 +3,6 @@
 from math import cos, tan
 from typing import NamedTuple
 
-from dm_control import composer, mjcf
-
 ARM = ("turn",)
 
 _MODEL = """
@@ -156,21 +154,3 @@ def model_of(kind: str) -> str:
     """Return the MJCF of a gripper on an arm of one joint."""
     parts = {**MECHANISMS, "none": Kind("")}[kind]
     return _MODEL.format(palm=parts.palm, rest=parts.rest, actuators=parts.actuators)
-
-
-class Block(composer.Entity):
-    """A cube of 50 g to grip.
-
-    Its name in a cell is ``cube``.
-    """
-
-    def _build(self, edge: float) -> None:
-        self._root = mjcf.RootElement(model="cube")
-        self._root.worldbody.add(
-            "geom", type="box", size=[0.5 * edge] * 3, mass=0.05, friction=(0.8, 0.01, 1e-4),
-            solref=(0.004, 1.0), condim=4,
-        )  # fmt: skip
-
-    @property
-    def mjcf_model(self) -> mjcf.RootElement:
-        return self._root
