@@ -15,11 +15,11 @@ from .pd_law import per_joint
 
 join = b"".join
 
-MIN_INERTIA = 5e-4
+MIN_INERTIA = 8e-4
 """Inertia of a joint that feedback assumes at least, over the effort limit [kg m2 / N m].
 
-With the default gains the motor saturates at an error of 0.4 rad. Industrial arms have at least
-three times as much.
+With the default gains the motor saturates at an error of 0.26 rad. Industrial arms mostly have
+more.
 """
 
 MAX_INERTIA_RATIO = 8.0
