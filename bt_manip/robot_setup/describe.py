@@ -18,6 +18,7 @@ from bt_manip.robots import (
     Robot,
     RobotDescription,
     RobotError,
+    Tolerance,
     ToolLimits,
     assemble,
     model_file,
@@ -33,6 +34,9 @@ from .reach import DownwardReach
 _FORCE, _FINGER_SPEED = 50.0, 0.1  # [N], [m/s] where the model has none
 _PADS = {"solref": [0.004, 1.0], "solimp": [0.95, 0.99, 0.001]}
 _ANY_EFFORT = 1e4  # [N m] until efforts are estimated
+_FEW_JOINTS = Tolerance(position=1e-4, rotation=5e-3)
+"""Of arms that do not reach all rotations of the tool, for objects that tilt while gripped."""
+
 _TOOL_LIMITS = ToolLimits(velocity=1.0, acceleration=5.0, jerk=500.0)
 _MAX_FRICTION = 5.0  # [N] of the fingers, by dry friction of the gripper's joints
 _MAX_MASS = 3.0  # [kg] of a finger, with the armature of its joints
@@ -105,11 +109,13 @@ def describe_robot(
         jerk=data.jerk,
         effort=tuple(_ANY_EFFORT if bound is None else bound for bound in data.effort),
         tool_limits=_TOOL_LIMITS,
+        tolerance=_FEW_JOINTS if len(arm.joints) < 6 else Tolerance(),
     )
     notes = {
         "acceleration": f"{_CHOSEN} if it has any [rad/s2].",
         "jerk": "CHOSEN: the acceleration is reached in 20 ms [rad/s3].",
         "tool_limits": "CHOSEN: limits of the tool along a line [m/s], [m/s2], [m/s3].",
+        "tolerance": "CHOSEN: five joints cannot follow a gripped object that tilts [m], [rad].",
         "velocity": ("From the model [rad/s]." if data.velocity_known else f"{_CHOSEN} [rad/s]."),
     }
     if gripper is not None or arm.fingers or _cup(alone) is not None:

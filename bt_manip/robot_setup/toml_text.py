@@ -9,7 +9,7 @@ from typing import Any
 import pinocchio as pin
 
 from bt_manip import spatial
-from bt_manip.robots import MENAGERIE, GripperDescription, RobotDescription, ToolLimits
+from bt_manip.robots import MENAGERIE, GripperDescription, RobotDescription, Tolerance, ToolLimits
 
 _WIDTH = 100  # columns, at most
 _DIGITS = 6  # after the point: micrometres and microradians
@@ -34,9 +34,10 @@ def description_text(
     base: dict[str, Any] = _pose(one.T_rb) | ({"pedestal": one.pedestal} if one.pedestal else {})
     lines += _table("base", base, notes)
     lines += _table("tool", {"frame": one.tool_frame, **_pose(one.T_ft)}, notes)
-    default, limits = ToolLimits(), one.tool_limits
-    changed = {k: v for k, v in vars(limits).items() if v != getattr(default, k)}
-    lines += _table("tool_limits", changed, notes)
+    for name, default in (("tool_limits", ToolLimits()), ("tolerance", Tolerance())):
+        given = vars(getattr(one, name))
+        changed = {k: v for k, v in given.items() if v != getattr(default, k)}
+        lines += _table(name, changed, notes)
     lines += _gripper(one.gripper, folder, notes)
     return "\n".join([*lines, ""])
 

@@ -8,10 +8,11 @@ import pytest
 from bt_manip.collision import CollisionWorld, self_collisions
 from bt_manip.models import bundled_path
 from bt_manip.robot_setup import Draft, check_description, describe_robot, description_text
-from bt_manip.robots import RobotError, read_description
+from bt_manip.robots import RobotError, Tolerance, read_description
 
 PANDA = str(bundled_path("panda/panda.xml"))
 SIX_JOINTS = Path(__file__).parents[1] / "grippers" / "models" / "six_joints.urdf"
+FIVE_JOINTS = Path(__file__).parents[1] / "robots" / "models" / "five_joints.xml"
 TWO_LINK = Path(__file__).parents[1] / "robots" / "models" / "two_link.urdf"
 
 
@@ -89,3 +90,11 @@ def test_an_adhesion_actuator_is_a_suction_cup(parts, tmp_path):
     (tmp_path / "cup.xml").write_text(cup.replace('<site name="lip" pos="0 0 0.04"/>', ""))
     with pytest.raises(RobotError, match=r"the suction cup 'cup' has 0 sites: .* \(--tool-frame\)"):
         describe_robot(str(SIX_JOINTS), parts, name="six", gripper=gripper)
+
+
+def test_an_arm_of_five_joints_gets_a_tolerance_for_what_it_cannot_reach(parts, tmp_path):
+    draft = describe_robot(str(FIVE_JOINTS), parts, name="five")
+    path = tmp_path / "five.toml"
+    path.write_text(description_text(draft.description, draft.notes, tmp_path, "five"))
+    assert read_description(path).tolerance == Tolerance(position=1e-4, rotation=5e-3)
+    assert describe_robot(PANDA, parts, name="one").description.tolerance == Tolerance()
