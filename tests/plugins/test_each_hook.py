@@ -184,7 +184,9 @@ def after_tick(station):
     if "cube" in station.cell.entities and not at_rest(station.cell, "cube"):
         print("it moves")
 """
-    assert "it moves" in run("register_faults", "--fault", "wind at=rest", body=body, extra=extra)
+    assert "it moves" in run(
+        "register_faults", "--fault", "wind at=rest force=1", body=body, extra=extra
+    )
     assert "it moves" not in run("register_faults", body=body, extra=extra)
 
 
