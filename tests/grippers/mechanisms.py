@@ -107,6 +107,10 @@ MECHANISMS = {
         + finger("right", -0.06, slide(0.02, 0.055), -1.0),
         closed=0.015, opened=0.085, centre=0.0025,
     ),
+    "slide_and_hinge": Kind(
+        finger("left", 0.0, slide(0.0, 0.04), 1.0)
+        + finger("right", 0.0, hinge(0.0, 1.0, 0.0, 0.5), -1.0),
+    ),
     "coupled_slides": Kind(
         finger("left", -0.0135, slide(0.021, 0.057), 1.0)
         + finger("right", 0.0135, slide(-0.057, -0.021), -1.0),

@@ -230,7 +230,7 @@ class FingerSurface:
 
         Args:
             T_tb: Pose of the body in a frame whose z axis is normal to the plane.
-            height: Height of the plane [m].
+            height: Height of the plane [m]; minus infinity for the whole surface.
         """  # (n, 3)
         a = self._triangles @ T_tb.rotation.T + T_tb.translation
         b = np.roll(a, -1, axis=1)
@@ -244,14 +244,6 @@ class FingerSurface:
         part, rest = (self.beyond(T_tb, height + d) for d in (-BEHIND, BEHIND))
         cut = rest[:, 2] < height + BEHIND + 1e-9
         return np.concatenate([part[part[:, 2] <= height + BEHIND], rest[cut]])
-
-    def points(self, T_tb: pin.SE3) -> np.ndarray:
-        """Return the corners of the surface in a frame [m].
-
-        Args:
-            T_tb: Pose of the body in that frame.
-        """  # (n, 3)
-        return np.array(self._triangles.reshape(-1, 3) @ T_tb.rotation.T + T_tb.translation)
 
 
 def collision_geoms_of(model: mujoco.MjModel, body: int) -> list[int]:

@@ -137,7 +137,8 @@ class _Course(NamedTuple):
         qpos: Positions of all joints.  # (m, nq)
         spring: Spring efforts.  # (m, nv)
         lengths: Position of the motor's joint or tendon.  # (m,)
-        faces: Coordinates of both fingers' inner faces along the closing direction [m].  # (m, 2)
+        faces: Coordinates of the inner faces of both fingers, or of the one that moves, along the
+            closing direction [m].  # (m, 2) or (m, 1)
     """
 
     qpos: np.ndarray
@@ -202,17 +203,19 @@ def measure_travel(
         if not any(len(points) for points in crossing):
             raise RobotError(_beside(surface, name, column, where))
     closing = _closing(poses, sections)
-    faces = np.full((len(sweeps[0]), 2), np.nan)
-    for i, (first, second) in enumerate(zip(*sections, strict=True)):
-        faces[i, 0] = (first @ closing).min() if len(first) else np.nan
-        faces[i, 1] = (second @ closing).max() if len(second) else np.nan
+    first, second = (
+        np.array([(side * (points @ closing)).min(initial=np.inf) for points in column])
+        for side, column in zip((1.0, -1.0), sections, strict=True)
+    )
+    first[np.isinf(first)] = second[np.isinf(second)] = np.nan
     motor = _Motor(model, names.motor)
     if sweeps[0] is sweeps[1]:
-        course = _course(sweeps[0], faces, faces[:, 0] - faces[:, 1], motor)
+        faces = np.column_stack([first, -second])
+        course = _course(sweeps[0], faces, first + second, motor)
         return _coupled(bench, course, joints, names, closing, where)
     courses = [
-        _course(sweeps[0], faces, faces[:, 0], motor),
-        _course(sweeps[1], faces, -faces[:, 1], motor),
+        _course(sweep, sign * face[:, None], face, motor)
+        for sweep, sign, face in zip(sweeps, (1.0, -1.0), (first, second), strict=True)
     ]
     return _independent(bench, courses, joints, names, closing, where)
 
@@ -234,7 +237,7 @@ class _Motor:
 
 
 def _beside(surface: FingerSurface, name: str, poses: Sequence[pin.SE3], where: str) -> str:
-    heights = np.concatenate([surface.points(T) for T in poses])[:, 2]
+    heights = np.concatenate([surface.beyond(T, -np.inf) for T in poses])[:, 2]
     if not len(heights):
         return f"{where}: finger '{name}' has no geom that collides"
     ahead = heights.max() < 0.0
@@ -333,7 +336,7 @@ def _independent(
 ) -> FingerTravel:
     """Return the travel of fingers with a motor each."""
     model = bench.model
-    first, second = courses[0].faces[:, 0], courses[1].faces[:, 1]
+    first, second = (course.faces[:, 0] for course in courses)
     for face, i in ((first, 0), (-second, 1)):
         _check_opening(face, names, where, i)
     centre = 0.5 * float(first[0] + second[0])
