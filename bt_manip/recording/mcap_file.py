@@ -79,6 +79,24 @@ class BlockWriter(Writer):
         about = channel_id, sequence, log_time, publish_time
         chunk.record_writer.write(PACK_HEAD(Opcode.MESSAGE, length, *about) + data)
 
+    def add_messages(self, channel: int, times: np.ndarray, data: Sequence[bytes]) -> None:
+        """Add messages of any lengths, as `add_message` would one by one.
+
+        Args:
+            channel: The number of their channel.
+            times: Times of the messages, whole numbers [ns].  # (n,)
+            data: Their contents.
+        """
+        n, length = len(times), MESSAGE_HEAD.itemsize - FRAMING
+        records = [
+            PACK_HEAD(Opcode.MESSAGE, length + len(content), channel, 0, time, time) + content
+            for time, content in zip(times.tolist(), data, strict=True)
+        ]
+        chunk = self._count(channel, n, int(times.min()), int(times.max()))
+        offsets = np.cumsum([chunk.count, *map(len, records[:-1])])
+        chunk.message_indices[channel].blocks.append(np.column_stack((times, offsets)))
+        chunk.record_writer.write(b"".join(records))
+
     def add_block(
         self,
         channel: int,
@@ -239,8 +257,7 @@ class McapFile:
             if isinstance(data, np.ndarray):
                 self._writer.add_block(channel, ticks, data, sequences)
                 return
-            for nanoseconds, content in zip(ticks.tolist(), data, strict=True):
-                self._writer.add_message(channel, nanoseconds, content, nanoseconds)
+            self._writer.add_messages(channel, ticks, data)
 
     def end_tick(self, nanoseconds: int) -> None:
         """Write the chunk if it is full at a simulated time [ns]."""

@@ -371,7 +371,7 @@ class RobotChannel:
         wrenches = tool_wrenches(np.frombuffer(b"".join(wrist for _, wrist, _ in ticks)))
         texts = []
         for (_, _, (forces, held, *rest)), wrench in zip(ticks, wrenches, strict=True):
-            grip = ",".join([f"{force:.6g}" for force in forces])
+            grip = ",".join(["%.6g"] * len(forces)) % tuple(forces)
             state = STATE % (*wrench, grip, to_json(held), *rest)
             texts.append(state.encode())
         self._file.add_all(self._state, np.array([time for time, _, _ in ticks]), texts)

@@ -64,6 +64,7 @@ class EventStream(RunObserver):
         self._run, self._cell, self._tree = run, run.station.cell, run.tree
         self._nodes: list[Any] | None = None
         self._entries: dict[str, tuple[Any, int]] = {}  # blackboard entries and their sequences
+        self._written: list[Any] = []  # the same without their keys
         self._entities: dict[str, Any] = {}
         self._generation: int | None = None
         self._detector: ContactEventDetector | None = None
@@ -175,8 +176,18 @@ class EventStream(RunObserver):
                     self._emit("entity", {"name": name, "kind": kind, "present": present})
 
     def _compare_blackboard(self) -> None:
+        scopes = self._tree.scopes
+        written = [
+            part
+            for scope in scopes.values()
+            for entry in scope.entries.values()
+            for part in (entry, entry.sequence)
+        ]
+        if written == self._written:
+            return
+        self._written = written
         entries, present = self._entries, set()
-        for path, scope in self._tree.scopes.items():
+        for path, scope in scopes.items():
             for name, entry in scope.entries.items():
                 key = f"{path}/{name}" if path else name
                 present.add(key)

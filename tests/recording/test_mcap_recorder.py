@@ -311,7 +311,7 @@ def test_a_block_of_messages_is_as_if_they_were_added_one_by_one():
                 rows = np.frombuffer(b"".join(data), dtype=np.uint8).reshape(len(data), -1)
                 writer.add_message(channel, 5, data[0], 5)
                 writer.add_block(channel, times[1:4], rows[1:4])
-                writer.add_block(channel, times[4:], rows[4:])
+                writer.add_messages(channel, times[4:], data[4:])
             else:
                 for time, content in zip(times.tolist(), data, strict=True):
                     writer.add_message(channel, time, content, time)
