@@ -8,7 +8,7 @@ from mcap.reader import make_reader
 
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
-from bt_manip.recording import McapRecorder, Recording, Timeline
+from bt_manip.recording import McapRecorder, Recording, Timeline, mcap_file
 from bt_manip.runner import EventStream, RunObserver
 
 
@@ -30,6 +30,7 @@ class States(RunObserver):
 
 @pytest.fixture(scope="module")
 def recorded(make_run, tmp_path_factory):
+    """Record a run in several chunks."""
     path = tmp_path_factory.mktemp("timeline") / "run.mcap"
     root = Sequence(
         "root",
@@ -43,7 +44,9 @@ def recorded(make_run, tmp_path_factory):
     events = []
     states = States(events)
     run = make_run(root, cycles=2)
-    run.execute([EventStream(events.append), McapRecorder(path), states])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(mcap_file, "CHUNK_DURATION", 0.2)
+        run.execute([EventStream(events.append), McapRecorder(path), states])
     return path, states
 
 

@@ -175,7 +175,7 @@ def test_panels_that_need_a_run_are_left_out(recorded):
 
 def test_the_page_says_that_a_recording_is_incomplete(recorded, panels, tmp_path):
     with recorded[0].open("rb") as file:
-        chunk = make_reader(file).get_summary().chunk_indexes[-2]
+        chunk = make_reader(file).get_summary().chunk_indexes[-1]
     end = chunk.chunk_start_offset + chunk.chunk_length
     (tmp_path / "cut.mcap").write_bytes(recorded[0].read_bytes()[: end + 5])
     page = ReplayPage(Recording(tmp_path / "cut.mcap"), panels, port=0, start=0.1)
