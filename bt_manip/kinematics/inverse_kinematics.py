@@ -281,23 +281,8 @@ class InverseKinematics:
         margin: float = 0.0,
         tolerance: float | None = None,
     ) -> CompiledProblem:
-        if isinstance(request, IKProblem | Target) and tolerance is not None:
-            raise invalid(
-                "each target of a problem has its own tolerance: ask for "
-                f"PoseTarget(tolerance=...), got tolerance={tolerance!r} beside a problem"
-            )
-        if isinstance(request, IKProblem):
-            if margin:
-                raise invalid(
-                    "a problem has its own margin: ask for IKProblem(margin=...), "
-                    f"got margin={margin!r} beside a problem"
-                )
-            return compile_problem(self.model, self._joints, request, q0, self._inverse_speed)
-        if isinstance(request, Target):
-            if request.weight is not None:
-                raise invalid(f"the {request.label} is a cost: ask for IKProblem(targets=[...])")
-            problem = self._compile(IKProblem(targets=[request]), q0)
-            return problem._replace(lower=problem.lower + margin, upper=problem.upper - margin)
+        if isinstance(request, (IKProblem, Target)):
+            return self._compile_problem(request, q0, margin, tolerance)
         tolerances = self._tolerances if tolerance is None else (tolerance, tolerance)
         self._tool_residual.set_target(check_pose(request), tolerances, self._accepted)
         constraint = self._tool_constraint
@@ -309,6 +294,26 @@ class InverseKinematics:
         return CompiledProblem(
             constraint, lower, upper, self._joints, frames, residuals, None, request
         )
+
+    def _compile_problem(
+        self, request: IKProblem | Target, q0: np.ndarray, margin: float, tolerance: float | None
+    ) -> CompiledProblem:
+        if tolerance is not None:
+            raise invalid(
+                "each target of a problem has its own tolerance: ask for "
+                f"PoseTarget(tolerance=...), got tolerance={tolerance!r} beside a problem"
+            )
+        if isinstance(request, IKProblem):
+            if margin:
+                raise invalid(
+                    "a problem has its own margin: ask for IKProblem(margin=...), "
+                    f"got margin={margin!r} beside a problem"
+                )
+            return compile_problem(self.model, self._joints, request, q0, self._inverse_speed)
+        if request.weight is not None:
+            raise invalid(f"the {request.label} is a cost: ask for IKProblem(targets=[...])")
+        problem = self._compile(IKProblem(targets=[request]), q0)
+        return problem._replace(lower=problem.lower + margin, upper=problem.upper - margin)
 
     def _out_of_reach(self, problem: CompiledProblem) -> float:
         return 0.0 if problem.tool_target is None else self._reach.excess(problem.tool_target)

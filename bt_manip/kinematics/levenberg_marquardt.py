@@ -62,7 +62,7 @@ def levenberg_marquardt(
             gives up at a step that would take less, unless the targets may be met already.
     """
     least_error, stalled, best_q = np.inf, 0, q
-    squared_bound, accepted_bound = residual.squared_bound, residual.accepted_bound
+    squared_bound = residual.squared_bound
     box_upper = np.maximum(upper, lower + _BOX_WIDTH)
     for iteration in range(iterations + 1):
         error = residual.evaluate(q)
@@ -81,12 +81,12 @@ def levenberg_marquardt(
         gradient = error.dot(jacobian)
         dq = _box_step(jacobian, gradient, DAMPING * squared, lower - q, box_upper - q)
         decrease = -float(gradient.dot(dq))
-        if decrease < min_decrease * squared and squared > accepted_bound:
+        if decrease < min_decrease * squared and squared > residual.accepted_bound:
             break
         q = q + dq
     q = np.minimum(np.maximum(best_q, lower), upper)
     met, solved = False, False
-    if least_error * least_error <= accepted_bound:
+    if least_error * least_error <= residual.accepted_bound:
         error = residual.evaluate(q)
         met = residual.met
         gradient = error.dot(residual.jacobian())
