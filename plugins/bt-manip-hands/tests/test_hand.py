@@ -1,0 +1,126 @@
+"""The hand wraps its fingers around an object, holds it with a force, and says when it does not."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bt_manip.behaviours import (
+    CloseGripper,
+    Drop,
+    Grasp,
+    Hover,
+    IsHolding,
+    Lift,
+    OpenGripper,
+    Reach,
+)
+from bt_manip.bt import NodeStatus, Sequence
+from bt_manip.cell.objects import Box, Cube, Cylinder, Sphere
+from bt_manip.robots import RobotError
+from bt_manip.runner import build_station
+from bt_manip.spatial import pose
+
+ROBOT = "ur5e_allegro"
+TABLE = 1.015  # [m]
+FORCE = 8.0  # [N]
+
+
+def standing(entity, seed=0):
+    """Build a station with an object at a random place on the table."""
+    station = build_station(robot=ROBOT, seed=seed)
+    x, y, yaw = np.random.default_rng(seed).uniform([0.2, -0.3, -np.pi], [0.4, 0.3, np.pi])
+    turn = (math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw))
+    station.cell.add(entity, pose((x, y, TABLE + entity.rest_height), turn), name="thing")
+    station.cell.step(100)
+    return station
+
+
+def pick():
+    return Sequence(children=[
+        OpenGripper(), Hover(object="thing"), Reach(object="thing"),
+        Grasp(object="thing", force=FORCE), Lift(height=0.2), IsHolding(object="thing"),
+    ])  # fmt: skip
+
+
+def picked(entity):
+    station, tree = standing(entity), pick()
+    assert station.run(tree).status is NodeStatus.SUCCESS, tree.tip().feedback_message
+    return station
+
+
+def rate(seeds):
+    """Return the share of seeds with which a cube of 6 cm ends in the basket."""
+    put = [
+        standing(Cube(size=0.06), seed)
+        .run(Sequence(children=[pick(), Drop(container="basket", height=0.3)]))
+        .status
+        is NodeStatus.SUCCESS
+        for seed in seeds
+    ]
+    return sum(put) / len(put)
+
+
+def test_it_picks_a_cube_of_6_cm_and_drops_it():
+    assert rate(range(2)) == 1.0
+
+
+@pytest.mark.soak
+def test_it_drops_at_least_15_of_20_cubes_of_6_cm_into_the_basket():
+    assert rate(range(20)) >= 15 / 20
+
+
+@pytest.mark.parametrize(
+    "entity",
+    [Box(size=(0.08, 0.05, 0.06)), Cylinder(radius=0.03, height=0.08), Sphere(radius=0.035)],
+    ids=lambda entity: entity.kind,
+)
+def test_it_picks_other_shapes(entity):
+    picked(entity)
+
+
+def test_what_it_holds_is_known_to_everybody():
+    station = picked(Cube(size=0.06))
+    assert station.gripper.held == ("thing",)
+    assert station.gripper.forces[0] == pytest.approx(FORCE, rel=0.3)
+    assert station.arm.payload is not None
+    world = station.arm.world
+    world.refresh()
+    assert world.held == "thing" and not world.collisions(station.robot.q)
+    summary = station.cell.contact_monitor.summary()
+    assert summary.unexpected == () and summary.held == ("thing",)
+
+
+def test_a_run_continues_from_a_state_bit_for_bit():
+    station = picked(Cube(size=0.06))
+    state = station.get_state()
+    station.cell.step(100)
+    ended = station.cell.state_bytes()
+    station.set_state(state)
+    station.cell.step(100)
+    assert station.cell.state_bytes() == ended
+
+
+def test_it_notices_that_it_has_closed_on_nothing():
+    station = standing(Cube(size=0.06))
+    close = CloseGripper(force=FORCE)
+    assert station.run(close).status is NodeStatus.SUCCESS
+    assert station.gripper.closed_on_nothing and station.gripper.held == ()
+    grasp = Grasp(object="thing", force=FORCE)
+    assert station.run(grasp).status is NodeStatus.FAILURE
+    assert grasp.feedback_message == "the gripper closed without gripping 'thing'"
+
+
+def test_an_object_that_is_too_wide_fails_with_its_width():
+    hover = Hover(object="thing")
+    assert standing(Box(size=(0.12, 0.12, 0.12))).run(hover).status is NodeStatus.FAILURE
+    assert "'thing' does not fit the hand: it is" in hover.feedback_message
+
+
+def test_wrong_keys_of_a_description_are_refused(tmp_path):
+    from bt_manip_hands.plugin import ROBOTS
+
+    text = (ROBOTS / "ur5e_allegro.toml").read_text()
+    (tmp_path / "arm.toml").write_text(text.replace("stiffness =", "stifness ="))
+    with pytest.raises(RobotError, match=r"arm.toml:\d+: key 'gripper.stiffness' is missing"):
+        build_station(robot=str(tmp_path / "arm.toml"))
