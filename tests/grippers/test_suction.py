@@ -175,7 +175,7 @@ def test_an_object_is_set_down_at_a_pose(station):
 
 def test_a_held_object_neither_slips_nor_sags_while_the_arm_holds_it_level(station):
     picked(station, Box(size=(0.05, 0.05, 0.05), mass=0.5))
-    level = MoveToPose(pose=pose((0.5, 0.1, 1.4), (0.5**0.5, 0.0, 0.5**0.5, 0.0)))
+    level = MoveToPose(pose=pose((0.5, 0.1, 1.4), (0.5**0.5, 0.0, 0.5**0.5, 0.0)), speed=0.3)
     assert station_run(station, level) is NodeStatus.SUCCESS, level.feedback_message
     before = station.robot.tool_pose.actInv(station.cell.pose("thing"))
     station.cell.step(3000)
@@ -254,7 +254,7 @@ def test_wrong_descriptions_are_refused_with_the_key(parts, tmp_path, old, new, 
 def test_pick_place_puts_all_into_the_basket(menagerie, tmp_path, arm, model, cycles):
     report = tmp_path / "report.json"
     options = {"--robot": MODELS / f"{arm}.toml", "--cycles": cycles, "--report": report}
-    settings = ("--set", "force=40", "--set", f"cube={model}")
+    settings = ("--set", f"cube={model}")
     words = [str(word) for option in options.items() for word in option]
     code = subprocess.run(
         [sys.executable, "-m", "bt_manip", "run", "pick_place", "--quiet", *words, *settings],

@@ -9,19 +9,17 @@ from bt_manip.cell import literal_name
 from bt_manip.exceptions import did_you_mean
 from bt_manip.robots import Robot, RobotError
 
-from .lip import LIP_TRAVEL
+from .lip import LIP_RADIUS, LIP_TRAVEL, MAX_SAG, ring
 from .parameters import SuctionParameters
 
 _NAME = "suction_cup"
-_LIP_RADIUS = 2e-3  # [m] of the sphere at the centre of the lip that is built
-_BELL = 0.4  # height of the bell in diameters
+_BELL = 0.5  # height of the bell in diameters
 _STEM = 0.3  # diameter of the stem in diameters
-_MASSES = (1e-3, 0.015, 0.03)  # [kg] of lip, bell and stem
+_MASSES = (1e-3, 0.015, 0.03)  # [kg] of each sphere of the lip, of bell and stem
 _SENSOR_REACH = 0.3  # [m] radius of the sensor zone, large enough for all contacts of the cup
 _SOLMIX = 1e6  # weight of the lip's contact parameters; that of other geoms is 1
 _SOLREF = (0.004, 1.0)
-_SOLIMP = (0.9999, 0.9999, 0.001)
-"""Contact impedance of the lip: the largest, as creep in rolling is proportional to 1 minus it."""
+_SOLIMP = (0.95, 0.95, 0.001)  # a stiffer lip bounces off light objects, a softer one creeps
 _RUBBER = (0.13, 0.14, 0.16, 1.0)
 _METAL = (0.62, 0.64, 0.67, 1.0)
 
@@ -36,17 +34,18 @@ def adhesion_actuators(root: Any) -> list[Any]:
 
 
 class Cup:
-    """A cup with one contact, at the centre of its lip, that also resists bending and torsion.
+    """A cup: a body with an adhesion actuator, which pulls along the normals of its contacts.
 
-    MuJoCo's adhesion pulls along the normals of the contacts of a body. A lip of radius r that is
-    pressed on with a force F resists bending moments up to r F, where it would tip over its edge.
-    The contact has these as rolling and torsional friction, so that flat and curved faces are held
-    alike; its sliding friction is the object's.
+    A cup that is built has a ring of small spheres as its lip, so that balls reach into it. A cup
+    of the model may have a single contact. A lip of radius r that is pressed on with a force F
+    resists bending moments up to r F, where it would tip over its edge: such a cup gets these as
+    rolling and torsional friction. Sliding friction is the object's.
 
     Attributes:
         body: The cup's body (a PyMJCF element).
         actuator: Its adhesion actuator.
         radius: Radius of the lip [m].
+        hollow: Whether round faces reach into it.
     """
 
     def __init__(self, robot: Robot, parameters: SuctionParameters) -> None:
@@ -59,8 +58,10 @@ class Cup:
         if self.actuator is None:
             self.body = _build(robot, parameters)
             self.actuator = self.body.root.actuator.add("adhesion", name=_NAME, body=self.body)
-            lip = [self.body.geom[0]]
+            lip = [geom for geom in self.body.geom if geom.type == "sphere"]
+            self.hollow = True
         else:
+            self.hollow = False
             self.body = self.actuator.body
             lip = self.body.find_all("geom", immediate_children_only=True)
         if parameters.holding_force is not None:
@@ -69,10 +70,11 @@ class Cup:
             self.actuator.set_attributes(ctrlrange=(0.0, 1.0), **gain)
         diameter = parameters.diameter or _measure(robot, self.body)
         self.radius = 0.5 * diameter
+        lever = 0.5 * self.radius if self.hollow else self.radius
         for geom in lip:
             geom.set_attributes(
-                gap=LIP_TRAVEL, condim=6, friction=(0.0, self.radius, self.radius), priority=0,
-                solmix=_SOLMIX, solref=_SOLREF, solimp=_SOLIMP,
+                gap=LIP_TRAVEL, condim=6, friction=(0.0, lever, lever),
+                priority=0, solmix=_SOLMIX, solref=_SOLREF, solimp=_SOLIMP,
             )  # fmt: skip
         # Group 5 is hidden in every viewer unless asked for.
         site = self.body.add(
@@ -125,13 +127,19 @@ def _build(robot: Robot, parameters: SuctionParameters) -> Any:
     body = site.parent.add("body", name=_NAME, **pose)
     assert parameters.diameter is not None
     diameter, end = parameters.diameter, -parameters.length
-    bell = max(-_BELL * diameter, 0.7 * end)
+    hollow = -0.5 * MAX_SAG * diameter - 2.0 * LIP_RADIUS  # a ball reaches into the cup
+    bell = max(hollow - _BELL * diameter, 0.5 * (hollow + end))
+    for number, point in enumerate(ring(0.5 * diameter - LIP_RADIUS)):
+        body.add(
+            "geom", name=f"{_NAME}_lip{number}", type="sphere", size=(LIP_RADIUS,),
+            pos=(point[0], point[1], -LIP_RADIUS), mass=_MASSES[0], rgba=_RUBBER,
+        )  # fmt: skip
     body.add(
-        "geom", name=f"{_NAME}_lip", type="sphere", size=(_LIP_RADIUS,), pos=(0, 0, -_LIP_RADIUS),
-        mass=_MASSES[0], rgba=_RUBBER,
+        "geom", name=f"{_NAME}_skirt", type="cylinder", size=(0.5 * diameter - LIP_RADIUS,),
+        fromto=(0, 0, -LIP_RADIUS, 0, 0, hollow), contype=0, conaffinity=0, mass=0, rgba=_RUBBER,
     )  # fmt: skip
     for name, first, last, width, mass, rgba in (
-        ("bell", -1.2 * _LIP_RADIUS, bell, diameter, _MASSES[1], _RUBBER),
+        ("bell", hollow, bell, diameter, _MASSES[1], _RUBBER),
         ("stem", bell, end, _STEM * diameter, _MASSES[2], _METAL),
     ):
         body.add(

@@ -10,7 +10,7 @@ from bt_manip.exceptions import MotionError
 from bt_manip.robots import GraspCandidates
 
 from ..solids import Polyhedron, Solid
-from .lip import MAX_SAG, ring
+from .lip import LIP_RADIUS, MAX_SAG, ring
 
 CURVATURE_WEIGHT = 0.3
 """Cost of a surface that is as curved as the cup can seal."""
@@ -19,7 +19,7 @@ _GAP = 0.2e-3  # [m] between lip and face at a grasp: planned paths end without 
 _EDGE = 2e-3  # [m] from the lip to the edge of a face, at least: the arm's position error
 _BUMP = 1e-3  # [m] by which a surface may stand out under the lip
 _BELOW = -0.1  # cosine of approach and straight down, below which a grasp approaches from below
-_YAWS = 4  # orientations of the tool about the axis of the cup
+_YAWS = 6  # orientations of the tool about the axis of the cup
 _MAX_FACES = 32  # of a solid, the largest ones
 _TOLERANCE = 4  # digits of normals and of offsets [m] to which triangles are of one face
 _EIGHTHS = tuple(0.25 * math.pi * k for k in range(8))  # [rad] of a turn
@@ -43,7 +43,15 @@ class CupGraspGenerator:
         com: Its centre of mass, in its frame [m].  # (3,)
     """
 
-    def __init__(self, name: str, solids: Sequence[Solid], radius: float, com: np.ndarray) -> None:
+    def __init__(
+        self,
+        name: str,
+        solids: Sequence[Solid],
+        radius: float,
+        com: np.ndarray,
+        *,
+        hollow: bool = True,
+    ) -> None:
         """Generate grasps of an object with a cup.
 
         Args:
@@ -51,7 +59,10 @@ class CupGraspGenerator:
             solids: Its convex solids.
             radius: Radius of the cup's lip [m].
             com: Its centre of mass, in its frame [m].  # (3,)
+            hollow: Whether round faces reach into the cup, until they touch the inner side of the
+                lip.
         """
+        self._hollow = hollow
         self.name, self.solids, self.radius, self.com = name, list(solids), radius, np.array(com)
 
     def candidates(self, down: np.ndarray) -> GraspCandidates:
@@ -86,9 +97,12 @@ class CupGraspGenerator:
             for normal in normals[kept]
             for k in range(_YAWS)
         ]
+        inside = self._depth(points, normals, self.radius - 2.0 * LIP_RADIUS)[kept].min(axis=1)
+        shift = _GAP - (inside.clip(min=0.0) if self._hollow else 0.0)
+        lips = points[kept] + np.reshape(shift, (-1, 1)) * normals[kept]
         cost = CURVATURE_WEIGHT * np.clip(depth[kept].max(axis=1) / limit, 0.0, 1.0)
         n = len(frames)
-        position = np.repeat((points + _GAP * normals)[kept], _YAWS, axis=0)
+        position = np.repeat(lips, _YAWS, axis=0)
         return GraspCandidates(
             np.array(frames),
             position,

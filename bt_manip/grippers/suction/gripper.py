@@ -199,7 +199,7 @@ class SuctionGripper(Gripper):
         rng: np.random.Generator,
     ) -> CupGraspGenerator:
         """Return the generator of grasps on the faces of an object."""
-        return CupGraspGenerator(name, solids, self.cup.radius, com)
+        return CupGraspGenerator(name, solids, self.cup.radius, com, hollow=self.cup.hollow)
 
     # Composer's hooks
 

@@ -14,14 +14,19 @@ MAX_SAG = 0.5
 A ball is held from 1.25 times this radius on.
 """
 
-_RAYS = 8
+LIP_RADIUS = 1.5e-3
+"""Radius of the spheres that are the lip of a cup that is built [m]."""
+
+RAYS = 8
+"""Number of points on the lip at which a seal is checked, and of these spheres."""
+
 _MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
 
 
 def ring(radius: float) -> np.ndarray:
     """Return points on the lip, in the frame of the tool [m]."""  # (n, 3)
-    angle = 2.0 * np.pi * np.arange(_RAYS) / _RAYS
-    return radius * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(_RAYS)])
+    angle = 2.0 * np.pi * np.arange(RAYS) / RAYS
+    return radius * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(RAYS)])
 
 
 def seals(

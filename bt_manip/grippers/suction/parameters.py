@@ -12,6 +12,9 @@ from bt_manip.toml_tables import TomlTable
 DEFAULT_LENGTH = 0.05
 """Length of a cup with its stem that is built [m]."""
 
+MIN_DIAMETER = 0.005
+"""Diameter that every cup exceeds [m]."""
+
 
 @dataclass(frozen=True)
 class SuctionParameters:
@@ -83,10 +86,12 @@ def read_parameters(table: TomlTable, built: bool) -> SuctionParameters:
     """
     needed = table.needed_number if built else table.number
     parameters = SuctionParameters(
-        diameter=needed("diameter", above=0.0),
+        diameter=needed("diameter", above=MIN_DIAMETER),
         pressure=needed("pressure", above=0.0),
         length=table.number("length", DEFAULT_LENGTH, above=0.0) or DEFAULT_LENGTH,
         actuator=table.text("actuator"),
     )
     table.finish()
+    if built and parameters.length < (parameters.diameter or 0.0):
+        raise table.error("length", "is at least the diameter")
     return parameters
