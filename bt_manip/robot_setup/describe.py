@@ -138,7 +138,7 @@ def describe_robot(
         robot = make_robot(replace(description, effort=effort), parts)
     downward = DownwardReach(robot, robot.make_model())
     reach = downward.measure()
-    if not reach.reached.any():
+    if not reach.reached(-np.inf).any():
         find_home(downward, reach, pin.SE3.Identity())  # raises, with the remedy
     placement = place_base(robot, reach)
     home = find_home(downward, reach, placement.T_rb)

@@ -20,9 +20,9 @@ _TABLE_X = (-0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 _TABLE_Y = (-0.35, -0.25, -0.15, -0.05, 0.05, 0.15, 0.25, 0.35)
 _BASKET_SIZE = 0.15  # [m] that the base keeps from the middle of the basket
 
-_BASE_X, _BASE_Z = np.arange(0.0, 0.41, 0.05), np.arange(0.0, 0.41, 0.05)  # [m] moved
+_BASE_X, _BASE_Z = np.arange(0.0, 0.41, 0.05), np.arange(0.0, 0.21, 0.05)  # [m] moved
 _LEAST_TABLE = 0.1  # share of the table that the arm needs to pick from
-_MOVED = 0.4  # cost of a metre by which the base is moved, in shares of the positions reached
+_MOVED = 1.0  # cost of a metre by which the base is moved, in shares of the positions reached
 _HOME_HEIGHT = 0.3  # [m] of the tool over the table at home, or less for a small arm
 _CORNERS = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T  # of a box
 _FOOT = (0.05, 0.15)  # [m] least and largest half width of a pedestal
@@ -84,9 +84,10 @@ def find_home(downward: DownwardReach, reach: RadialReach, base: pin.SE3) -> np.
     """
     direction = np.array([np.cos(reach.front), np.sin(reach.front)])
     height = min(_HOME_HEIGHT, 0.4 * reach.radii[-1]) - base.translation[2]
+    possible = reach.reached(-base.translation[2])
     rows = np.argsort(np.abs(reach.heights - height), kind="stable")
     for row in rows:
-        reached = reach.radii[reach.reached[row]]
+        reached = reach.radii[possible[row]]
         if not reached.size:
             continue
         middle = 0.5 * (reached[0] + reached[-1])
@@ -107,7 +108,7 @@ def _covered(reach: RadialReach, axis: np.ndarray, z: float) -> tuple[float, flo
     def share(x: Sequence[float], y: Sequence[float], height: float) -> float:
         points = np.array(np.meshgrid(x, y)).reshape(2, -1)
         radius = np.hypot(points[0] - axis[0], points[1] - axis[1])
-        return float(reach.covers(radius, np.full(radius.shape, height - z)).mean())
+        return float(reach.covers(radius, np.full(radius.shape, height - z), -z).mean())
 
     pick = [share(_PICK_X, _PICK_Y, height) for height in _PICK_HEIGHTS]
     table = min(share(_TABLE_X, _TABLE_Y, height) for height in _PICK_HEIGHTS[:2])

@@ -17,6 +17,7 @@ _AHEAD = 0.5  # [rad] by which the first hinge has to be nearer to the middle of
 _RADII = np.linspace(0.05, 1.0, 20)  # of the farthest position
 _HEIGHTS = np.linspace(-0.5, 0.8, 14)  # of the farthest position
 _FEW, _MANY = 20, 60  # initial guesses of a search, besides the last solution or the middle
+_ROUNDING = 1e-3  # [m] of the height of a joint
 _CLEARANCE = 5e-3  # [m] of the arm from itself at home
 
 
@@ -30,22 +31,29 @@ class RadialReach(NamedTuple):
         front: Direction in which the arm points in the middle of that hinge's range [rad].
         radii: Distances from the axis [m].  # (n,)
         heights: Heights above the origin of the base [m].  # (m,)
-        reached: Whether each position is reached without self-collision.  # (m, n)
+        lowest: Height of the lowest joint when each position is reached without self-collision,
+            -inf where it is not [m].  # (m, n)
     """
 
     axis: np.ndarray
     front: float
     radii: np.ndarray
     heights: np.ndarray
-    reached: np.ndarray
+    lowest: np.ndarray
 
-    def covers(self, radius: np.ndarray, height: np.ndarray) -> np.ndarray:
+    def reached(self, floor: float) -> np.ndarray:
+        """Return whether each position is reached with all joints above a height [m]."""  # (m, n)
+        return np.array(self.lowest > floor - _ROUNDING)
+
+    def covers(self, radius: np.ndarray, height: np.ndarray, floor: float) -> np.ndarray:
         """Return whether the measured positions next to each position are reached.
 
         Args:
             radius: Distances from the axis [m].  # (k,)
             height: Heights above the origin of the base [m].  # (k,)
+            floor: Height above which all joints stay [m].
         """  # (k,)
+        reached = self.reached(floor)
         inside = np.ones(radius.shape, dtype=bool)
         cells = []
         for values, grid in ((radius, self.radii), (height, self.heights)):
@@ -53,7 +61,7 @@ class RadialReach(NamedTuple):
             cells.append(np.clip(np.searchsorted(grid, values) - 1, 0, len(grid) - 2))
         column, row = cells
         for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)):
-            inside &= self.reached[row + i, column + j]
+            inside &= reached[row + i, column + j]
         return inside
 
 
@@ -83,7 +91,7 @@ class DownwardReach:
         best, least = None, np.inf
         for result in self._ik.solutions(_down(self._ik, position), self._middle, restarts=_MANY):
             q = np.array(result.q)
-            if self._is_free(q, _CLEARANCE):
+            if self._lowest(q) > -_ROUNDING and self._is_free(q, _CLEARANCE):
                 off = (q - self._middle) / self._half
                 volume = manipulability(self._model.jacobian(q))
                 cost = float(np.sum(2.0 * off**2 + off**8) - 0.3 * np.log(volume + 1e-9))
@@ -97,13 +105,14 @@ class DownwardReach:
         size = self._size(axis)
         front, q = self._front(axis, size)
         direction = np.array([np.cos(front), np.sin(front)])
-        reached = np.zeros((len(_HEIGHTS), len(_RADII)), dtype=bool)
+        lowest = np.full((len(_HEIGHTS), len(_RADII)), -np.inf)
         for i, height in enumerate(size * _HEIGHTS):
             for j, radius in enumerate(size * _RADII):
-                found = self.solve(np.array([*(axis + radius * direction), height]), q)
+                position = np.array([*(axis + radius * direction), height])
+                found = self.solve(position, q, floor=-np.inf)
                 if found is not None:
-                    reached[i, j], q = True, found
-        return RadialReach(axis, front, size * _RADII, size * _HEIGHTS, reached)
+                    lowest[i, j], q = self._lowest(found), found
+        return RadialReach(axis, front, size * _RADII, size * _HEIGHTS, lowest)
 
     def _axis(self) -> np.ndarray:
         model, data = self._robot.mj_model, self._robot.mj_data
@@ -128,27 +137,32 @@ class DownwardReach:
                 best, front, nearest = q, float(azimuth), abs(q[0] - self._middle[0])
         return front, best
 
-    def solve(self, position: np.ndarray, q0: np.ndarray) -> np.ndarray | None:
-        """Return a configuration with the tool at a position [m], or None.
+    def solve(self, position: np.ndarray, q0: np.ndarray, floor: float = 0.0) -> np.ndarray | None:
+        """Return a configuration with the tool at a position, or None.
 
         Args:
             position: Of the tool [m].  # (3,)
             q0: The first initial guess.  # (nq,)
+            floor: Height above which all joints have to be [m]; those above 0 are preferred.
         """  # (nq,)
         problem = _down(self._ik, position)
         result = self._ik.solve(problem, q0, restarts=0)
-        if result.solved and self._is_free(result.q):
+        if result.solved and self._lowest(result.q) > -_ROUNDING and self._is_free(result.q):
             return np.array(result.q)
-        for result in self._ik.solutions(problem, q0, restarts=_FEW):
-            if self._is_free(result.q):
-                return np.array(result.q)
-        return None
+        free = (r.q for r in self._ik.solutions(problem, q0, restarts=_FEW) if self._is_free(r.q))
+        best = max(free, key=lambda q: min(self._lowest(q), 0.0), default=None)
+        if best is None or self._lowest(best) < floor - _ROUNDING:
+            return None
+        return np.array(best)
 
-    def _is_free(self, q: np.ndarray, within: float = 0.0) -> bool:
+    def _lowest(self, q: np.ndarray) -> float:
+        """Return the height of the lowest joint [m]."""
         model = self._model
         pin.forwardKinematics(model.model, model.data, q)
-        above = all(T.translation[2] > -1e-3 for T in list(model.data.oMi)[1:])
-        return above and not self._world.collisions(q, within)
+        return float(min(T.translation[2] for T in list(model.data.oMi)[1:]))
+
+    def _is_free(self, q: np.ndarray, within: float = 0.0) -> bool:
+        return not self._world.collisions(q, within)
 
 
 def _down(ik: InverseKinematics, position: np.ndarray) -> IKProblem:
