@@ -102,15 +102,12 @@ class CupGraspGenerator:
         lips = points[kept] + np.reshape(shift, (-1, 1)) * normals[kept]
         cost = CURVATURE_WEIGHT * np.clip(depth[kept].max(axis=1) / limit, 0.0, 1.0)
         n = len(frames)
-        position = np.repeat(lips, _YAWS, axis=0)
         return GraspCandidates(
             np.array(frames),
-            position,
+            np.repeat(lips, _YAWS, axis=0),
             np.zeros(n),
             np.ones(n),
             {"curvature": np.repeat(cost, _YAWS)},
-            free_axis=np.array(frames)[:, :, 2],
-            pivot=position,
         )
 
     def _depth(self, points: np.ndarray, normals: np.ndarray, radius: float) -> np.ndarray:
