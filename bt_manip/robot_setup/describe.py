@@ -119,7 +119,11 @@ def describe_robot(
         "velocity": ("From the model [rad/s]." if data.velocity_known else f"{_CHOSEN} [rad/s]."),
     }
     if gripper is not None or arm.fingers or _cup(alone) is not None:
-        description, more = _with_gripper(description, gripper, at, tool_frame)
+        try:
+            description, more = _with_gripper(description, gripper, at, tool_frame)
+        except RobotError as error:
+            joints_of_arm = ",".join(description.arm_joints)
+            raise RobotError(f"{error} (the arm: --joints {joints_of_arm})") from error
         notes |= more
     robot = make_robot(description, parts)
     overlaps = permanent_self_collisions(CollisionWorld(robot, robot.make_model()))

@@ -1,9 +1,12 @@
 """bt-manip robot new, check and show."""
 
+from pathlib import Path
+
 import pytest
 
 from bt_manip.models import bundled_path
 
+REPOSITORY = Path(__file__).resolve().parents[2]
 PANDA = bundled_path("panda/panda.xml")
 
 
@@ -66,3 +69,9 @@ def test_bad_input_exits_with_2(bt_manip, tmp_path, monkeypatch, arguments, mess
     monkeypatch.chdir(tmp_path)
     code, _, err = bt_manip("robot", *arguments)
     assert code == 2 and message in err
+
+
+def test_new_says_that_an_arm_has_no_gripper(bt_manip, tmp_path):
+    arm = REPOSITORY / "tests" / "grippers" / "models" / "six_joints.urdf"
+    code, _, err = bt_manip("robot", "new", arm, "-o", tmp_path / "six.toml")
+    assert (code, err) == (0, "no gripper: the model has none, and --gripper MODEL gives it one\n")
