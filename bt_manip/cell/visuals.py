@@ -87,7 +87,7 @@ class SceneSource(Protocol):
     def extent(self) -> float: ...  # noqa: D102
 
     def entities(self) -> Mapping[str, Any]:
-        """Return the present entities by name, with a value that differs when their looks do.
+        """Return the present entities by name, with a value for their appearance.
 
         The entity ``world`` has what belongs to no other.
         """

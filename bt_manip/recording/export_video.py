@@ -30,12 +30,8 @@ KINDS = {
 class SceneModel:
     """A model of MuJoCo that shows a recorded scene; floor, sky and lights are the arena's.
 
-    Each frame is a mocap body. Shapes of entities that are not there, or look different now, are
-    transparent.
-
-    Attributes:
-        model: The compiled model.
-        data: Its state.
+    Each frame is a mocap body. Shapes of entities that are not there, or have another appearance
+    now, are transparent.
     """
 
     def __init__(self, scene: RecordedScene) -> None:
@@ -46,7 +42,7 @@ class SceneModel:
             spec.delete(camera)
         # Without their names, since one of them is "world", too.
         bodies = {name: spec.worldbody.add_body(mocap=True) for name in scene.frames}
-        looks: list[tuple[str, int]] = []
+        appearances: list[tuple[str, int]] = []
         for time in (*scene.times[[0, -1]], *scene.times[1:-1]):
             scene.seek(time)
             for one in scene.cameras:
@@ -55,15 +51,17 @@ class SceneModel:
                         name=one.name, pos=one.position, quat=one.quat_wxyz, fovy=one.fovy
                     )
             for entity, number in scene.entities().items():
-                if (entity, number) not in looks:
-                    looks.append((entity, number))
-                    self._add(spec, bodies, entity, len(looks) - 1)
+                if (entity, number) not in appearances:
+                    appearances.append((entity, number))
+                    self._add(spec, bodies, entity, len(appearances) - 1)
         self.model = spec.compile()
         self.data = mujoco.MjData(self.model)
         names = [self.model.geom(i).name for i in range(self.model.ngeom)]
         self._geoms = {
-            look: [i for i, name in enumerate(names) if name.startswith(f"look{number}/")]
-            for number, look in enumerate(looks)
+            appearance: [
+                i for i, name in enumerate(names) if name.startswith(f"appearance{number}/")
+            ]
+            for number, appearance in enumerate(appearances)
         }
         self._alpha = self.model.geom_rgba[:, 3].copy()
 
@@ -76,7 +74,7 @@ class SceneModel:
             self.model.geom_rgba[geoms, 3] = self._alpha[geoms] if shown else 0.0
 
     def _add(
-        self, spec: mujoco.MjSpec, bodies: dict[str, mujoco.MjsBody], entity: str, look: int
+        self, spec: mujoco.MjSpec, bodies: dict[str, mujoco.MjsBody], entity: str, appearance: int
     ) -> None:
         """Add the present shapes of an entity."""
         number = itertools.count()
@@ -84,7 +82,7 @@ class SceneModel:
             for shape in shapes:
                 if entity == WORLD and shape.size[2] == PLANE_THICKNESS:
                     continue  # the arena has a floor, with its texture
-                name = f"look{look}/{next(number)}"
+                name = f"appearance{appearance}/{next(number)}"
                 geom = bodies[frame].add_geom(
                     name=name,
                     type=KINDS[shape.kind],

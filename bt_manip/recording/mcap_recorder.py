@@ -116,7 +116,7 @@ class McapRecorder(EventStream):
         super().run_started(run)
         self._templates = FrameTemplates()
         self._station = run.station
-        self._shown: dict[str, Any] = {}  # the looks of the entities, by name
+        self._shown: dict[str, Any] = {}  # the appearance of the entities, by name
         self._layout: dict[str, Any] | None = None
         self._poses: list[tuple[float, int, bytes]] = []  # time, number of ticks, poses
         self._robots: list[RobotChannel] = []
@@ -286,9 +286,9 @@ class McapRecorder(EventStream):
         for name in [name for name in self._shown if name not in present]:
             del self._shown[name]
             self._add(f"/scene/{name}", removal())
-        for name, looks in present.items():
-            if self._shown.get(name) != looks:
-                self._shown[name] = looks
+        for name, appearance in present.items():
+            if self._shown.get(name) != appearance:
+                self._shown[name] = appearance
                 self._file.add_topic(f"/scene/{name}", SceneUpdate)
                 self._add(f"/scene/{name}", self._scene.geometry(name, self._now))
 

@@ -49,7 +49,7 @@ class RecordedScene:
             BtManipError: If the recording has no complete chunk.
         """
         self._poses: list[bytes] = []
-        self._looks: dict[str, list[tuple[int, SceneUpdate]]] = {}
+        self._appearances: dict[str, list[tuple[int, SceneUpdate]]] = {}
         self._shapes: dict[tuple[str, int], dict[str, list[VisualShape]]] = {}
         self._views: list[tuple[int, Any]] = []  # ticks; cameras, centre and extent
         topics = [t for t in recording.topics if t.startswith((SCENE, "/tf")) or t == CAMERAS]
@@ -71,7 +71,9 @@ class RecordedScene:
                     names = [one.frame for one in cameras]
                 else:
                     update = SceneUpdate.FromString(data)
-                    self._looks.setdefault(topic.removeprefix(SCENE), []).append((tick, update))
+                    self._appearances.setdefault(topic.removeprefix(SCENE), []).append(
+                        (tick, update)
+                    )
                     names = [one.frame_id for one in update.entities]
                 for name in names:
                     frames.setdefault(name, len(frames))
@@ -111,16 +113,18 @@ class RecordedScene:
         return float(self._latest(self._views)[2])
 
     def entities(self) -> dict[str, int]:
-        """Return the present entities, with the number of times that their looks had changed."""
-        found = {name: self._number(looks) for name, looks in self._looks.items()}
-        return {n: i for n, i in found.items() if i >= 0 and not self._looks[n][i][1].deletions}
+        """Return the present entities, with the number of changes of their appearance."""
+        found = {name: self._number(updates) for name, updates in self._appearances.items()}
+        return {
+            n: i for n, i in found.items() if i >= 0 and not self._appearances[n][i][1].deletions
+        }
 
     def shapes(self, entity: str) -> dict[str, list[VisualShape]]:
         """Return the visible shapes of a present entity, by the frame of their body."""
         key = entity, self.entities()[entity]
         if key not in self._shapes:
             with self._recording.decoding():
-                self._shapes[key] = shapes_of(self._looks[entity][key[1]][1])
+                self._shapes[key] = shapes_of(self._appearances[entity][key[1]][1])
         return self._shapes[key]
 
     def poses(self) -> np.ndarray:

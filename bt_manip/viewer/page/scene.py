@@ -29,7 +29,7 @@ class SceneView:
         """Start with an empty scene on a ``viser.ViserServer``."""
         self._server = server
         server.scene.configure_environment_map(environment_intensity=BRIGHTNESS)
-        self._shown: dict[str, Any] = {}  # the looks of the entities, by name
+        self._shown: dict[str, Any] = {}  # the appearance of the entities, by name
         self._digests: dict[str, str] = {}  # of their shapes: those of another cell may be equal
         self._nodes: dict[str, Any] = {}  # by entity
         self._frames: dict[str, dict[str, Any]] = {}  # by entity and body
@@ -43,14 +43,14 @@ class SceneView:
         with self._server.atomic():
             for name in [name for name in self._shown if name not in present]:
                 self._remove(name)
-            for name, looks in present.items():
-                if self._shown.get(name) != looks:
+            for name, appearance in present.items():
+                if self._shown.get(name) != appearance:
                     shapes = source.shapes(name)
                     digest = _digest(shapes)
                     if self._digests.get(name) != digest:
                         self._remove(name)
                         self._add(name, shapes)
-                    self._shown[name], self._digests[name] = looks, digest
+                    self._shown[name], self._digests[name] = appearance, digest
         self._source = source
         index = {name: i for i, name in enumerate(source.frames)}
         frames = {body: node for bodies in self._frames.values() for body, node in bodies.items()}
