@@ -48,7 +48,7 @@ def test_at_rest_in_the_middle_nothing_is_used(statistics):
     statistics.update(rows(3))
     use = statistics.limit_use
     assert (use.position, use.velocity, use.acceleration, use.jerk, use.effort) == (0.0,) * 5
-    assert statistics.tracking_error == 0.0
+    assert (statistics.tracking_error, statistics.deflection) == (None, 0.0)
 
 
 def test_each_fraction_is_that_of_the_joint_that_uses_most(statistics):
@@ -89,10 +89,18 @@ def test_the_first_step_has_no_difference(statistics):
     assert statistics.limit_use.jerk == 0.0
 
 
-def test_tracking_counts_only_while_nothing_outside_is_touched(statistics):
-    q = column((0.001, 2.0), (0.5, 2.0), (0.0, 1.998))
-    statistics.update(rows(3, q=q, touches=touches(True, False, True)))
+def test_tracking_counts_only_in_motion_that_touches_nothing_outside(statistics):
+    q = column((0.001, 2.0), (0.5, 2.0), (0.0, 1.998), (0.0, 2.3))
+    v_ref = column((0.1, 0.0), (0.1, 0.0), (0.0, -0.1), (0.0, 0.0))
+    statistics.update(rows(4, q=q, v_ref=v_ref, touches=touches(True, False, True, True)))
     assert statistics.tracking_error == pytest.approx(0.002)
+    assert statistics.deflection == pytest.approx(0.5)
+
+
+def test_an_error_at_rest_is_a_deflection(statistics):
+    statistics.update(rows(2, q=column((0.0, 2.0), (0.0, 2.3))))
+    assert statistics.tracking_error is None
+    assert statistics.deflection == pytest.approx(0.3)
 
 
 def test_without_a_free_step_there_is_no_tracking_error(statistics):
