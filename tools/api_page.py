@@ -75,6 +75,7 @@ STABLE = {
 
 EXPERIMENTAL = {
     "bt_manip.bt": "read_tree Reading declare Stubs Libraries LeafMapping",
+    "bt_manip.cell": "BodyNames entity_of",
     "bt_manip.cell.randomization": "Randomization",
     "bt_manip.collision": "CollisionWorld FreeSpace CollisionPair",
     "bt_manip.trajectories": (
@@ -86,7 +87,8 @@ EXPERIMENTAL = {
         "SuctionGripper suction_gripper GRIP_DEPTH Solid"
     ),
     "bt_manip.grasping": ("GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE"),
-    "bt_manip.robots": "GraspGenerator GraspCandidates",
+    "bt_manip.robots": "GraspGenerator GraspCandidates ensure_motors",
+    "bt_manip.toml_tables": "TomlTable",
     "bt_manip.control": "ControllerManager",
     "bt_manip.recording": (
         "Recorder RunReport Trace read_report read_trace McapRecorder Recording RecordingError "
