@@ -6,7 +6,7 @@ from .automatic import first_reachable, number_or_auto
 from .gripping import GrippingBehaviour
 from .poses import centre_pose, top_grasp_poses
 
-HOVER_HEIGHTS = (0.4, 0.3, 0.2, 0.15, 0.1)
+HOVER_HEIGHTS = (0.4, 0.3, 0.2, 0.15, 0.1, 0.07)
 """Heights over an object to choose from, the preferred one first [m]."""
 
 
@@ -21,7 +21,7 @@ class Hover(GrippingBehaviour):
     object = Input(str, doc="Name of the object.")
     height = number_or_auto(
         "Height of the tool over the object's centre [m]; auto: 0.4, or the next lower of 0.3, "
-        "0.2, 0.15 and 0.1 that the arm reaches.",
+        "0.2, 0.15, 0.1 and 0.07 that the arm reaches.",
     )
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
     grasp = Output(

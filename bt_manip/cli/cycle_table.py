@@ -31,8 +31,11 @@ _COLUMNS = (
 )
 """Columns beside the number of the cycle; in narrow terminals the last ones are left out."""
 
+TRACKING_ERROR = 2e-3
+"""Tracking error in free motion above which it is printed, with the use of the motors [rad]."""
+
 DEFLECTION = 0.02
-"""Deflection of a joint by contact from which it is told [rad]."""
+"""Deflection of a joint by contact above which it is printed [rad]."""
 
 _FEWEST = 4
 """Number of these columns that are never left out; the names of objects are wrapped instead."""
@@ -47,6 +50,17 @@ def print_cycles(console: Console, report: RunReport) -> None:
                 print_wrapped(console, f"cycle {number}: {cycle.reason}")
             for pair in cycle.unexpected_contacts:
                 print_wrapped(console, f"cycle {number}: {pair[0]} touched {pair[1]}")
+        worst = max(report.cycles, key=lambda cycle: cycle.max_tracking_error_rad or 0.0)
+        if (error := worst.max_tracking_error_rad or 0.0) > TRACKING_ERROR:
+            steps = worst.saturated_steps
+            saturated = (
+                f"at their effort limits in {steps} control steps" if steps else "not saturated"
+            )
+            print_wrapped(
+                console,
+                f"In free motion, joints were up to {1e3 * error:.1f} mrad from their reference; "
+                f"the motors were {saturated} in that cycle.",
+            )
         largest = max(cycle.max_deflection_rad for cycle in report.cycles)
         if largest > DEFLECTION:
             print_wrapped(

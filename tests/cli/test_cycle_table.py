@@ -72,3 +72,20 @@ def test_a_long_name_is_wrapped():
 )  # fmt: skip
 def test_a_sentence_says_how_the_run_ended(run, says):
     assert summary(run) == says
+
+
+def words(run: RunReport) -> str:
+    return " ".join(" ".join(printed(run, 80)).split())
+
+
+def test_large_tracking_errors_and_deflections_are_reported_with_the_motors():
+    exact = cycle(max_tracking_error_rad=1.9e-3, max_deflection_rad=0.019)
+    saturated = cycle(max_tracking_error_rad=4.52e-3, saturated_steps=71)
+    free = cycle(max_tracking_error_rad=3e-3, max_deflection_rad=0.0304)
+    assert "mrad from" not in words(report(exact))
+    text = words(report(exact, free))
+    assert "up to 3.0 mrad from their reference; the motors were not saturated" in text
+    assert "joints gave way by 30 mrad" in text
+    text = words(report(exact, free, saturated))
+    assert "up to 4.5 mrad from their reference" in text
+    assert "the motors were at their effort limits in 71 control steps" in text
