@@ -75,7 +75,7 @@ STABLE = {
 
 EXPERIMENTAL = {
     "bt_manip.bt": "read_tree Reading declare Stubs Libraries LeafMapping",
-    "bt_manip.cell": "BodyNames entity_of",
+    "bt_manip.cell": "entity_of",
     "bt_manip.cell.randomization": "Randomization",
     "bt_manip.collision": "CollisionWorld FreeSpace CollisionPair",
     "bt_manip.trajectories": (

@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 from dm_control import composer, mjcf
 
+from bt_manip.cell import BodyNames
 from bt_manip.toml_tables import PythonSource, TomlFile, TomlTable
 
 from .errors import GripperError, RobotError
@@ -104,6 +105,7 @@ class Gripper(composer.Entity, abc.ABC):
         self._mjcf_root = mjcf.RootElement(model=f"{self.kind}_gripper")
         self._robot, self._description = robot, description
         self._ids: tuple[mujoco.MjModel, tuple[int, ...]] | None = None
+        self._names: tuple[mujoco.MjModel, BodyNames] | None = None
 
     @classmethod
     def check_parameters(cls, table: TomlTable) -> None:
@@ -281,6 +283,14 @@ class Gripper(composer.Entity, abc.ABC):
             names = [body.full_identifier for body in self.contact_bodies]
             self._ids = model, tuple(int(model.body(name).id) for name in names)
         return self._ids[1]
+
+    @property
+    def body_names(self) -> BodyNames:
+        """Names ``entity/body`` of the bodies and geoms of the compiled model."""
+        model = self._robot.mj_model
+        if self._names is None or self._names[0] is not model:
+            self._names = model, BodyNames(model)
+        return self._names[1]
 
     # State
 

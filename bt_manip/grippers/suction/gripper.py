@@ -8,7 +8,7 @@ import pinocchio as pin
 from dm_control import composer, mjcf
 from dm_control.composer.observation import observable
 
-from bt_manip.cell import BodyNames, entity_of
+from bt_manip.cell import entity_of
 from bt_manip.robots import Gripper, GripperError, Robot
 from bt_manip.toml_tables import TomlTable
 
@@ -73,7 +73,6 @@ class SuctionGripper(Gripper):
             )
         built = not adhesion_actuators(robot.gripper_root)
         self.cup = Cup(robot, read_parameters(table, built))
-        self._names: BodyNames | None = None
         self._reset()
 
     @classmethod
@@ -183,7 +182,7 @@ class SuctionGripper(Gripper):
         """Return the root body of the free object that seals the cup; 0 for none."""
         model, held = self.robot.mj_model, self.held
         for body in np.flatnonzero(model.body_dofnum == 6) if held else ():
-            if entity_of(self._body_names().of_body[body]) == held[0]:
+            if entity_of(self.body_names.of_body[body]) == held[0]:
                 return int(body)
         return 0
 
@@ -206,7 +205,6 @@ class SuctionGripper(Gripper):
     def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Bind to the compiled model."""
         self.cup.bind(physics.model.ptr)
-        self._names = None
 
     def initialize_episode(
         self, physics: mjcf.Physics, random_state: np.random.RandomState
@@ -259,14 +257,9 @@ class SuctionGripper(Gripper):
         self._interrupted = 0.0  # [s] without contact
         self._steps = 0  # since the cup was sealed
 
-    def _body_names(self) -> BodyNames:
-        if self._names is None:
-            self._names = BodyNames(self.robot.mj_model)
-        return self._names
-
     def _near(self) -> list[str]:
         """Return the entities within the travel of the lip, sorted by name."""
-        label = self._body_names().of_geom
+        label = self.body_names.of_geom
         pairs = self.robot.mj_data.contact.geom
         own = np.isin(pairs, self.cup.geoms)
         others = pairs[:, ::-1][own & ~own[:, ::-1]]
@@ -278,7 +271,7 @@ class SuctionGripper(Gripper):
         solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
         for name in entities:
             try:
-                geoms = np.flatnonzero(self._body_names().geoms(name) & solid)
+                geoms = np.flatnonzero(self.body_names.geoms(name) & solid)
             except KeyError:  # it is no longer in the cell
                 continue
             if seals(model, data, self.robot.tool_site_id, self.cup.radius, geoms.tolist()):

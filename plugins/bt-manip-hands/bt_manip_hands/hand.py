@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 from dm_control import mjcf
 
-from bt_manip.cell import BodyNames, entity_of
+from bt_manip.cell import entity_of
 from bt_manip.grippers import Solid
 from bt_manip.robots import Gripper, Robot, ensure_motors
 
@@ -61,7 +61,6 @@ class Hand(Gripper):
                 # Of two geoms of equal priority the larger friction counts: that of the object.
                 geom.set_attributes(friction=(0.0, 0.01, 0.0), condim=4, priority=0)
         self._sensors = [self._add_sensor(body) for body in self._thumb]
-        self._names: BodyNames | None = None
         self._reset()
 
     def _add_sensor(self, body: Any) -> Any:
@@ -136,7 +135,7 @@ class Hand(Gripper):
     @property
     def held(self) -> tuple[str, ...]:
         """Names of the entities that the thumb and a finger touch."""
-        label = self._body_names().of_body
+        label = self.body_names.of_body
         thumb, fingers = (
             {entity_of(label[body]) for body in self._touching(ids)}
             for ids in (self._thumb_ids, self._finger_ids)
@@ -205,7 +204,6 @@ class Hand(Gripper):
             {int(model.body(body.full_identifier).id) for body in bodies}
             for bodies in (self._thumb, self._fingers)
         )
-        self._names = None
 
     def initialize_episode(
         self, physics: mjcf.Physics, random_state: np.random.RandomState
@@ -253,11 +251,6 @@ class Hand(Gripper):
         """Return the joint positions at a position on the synergy [rad]."""  # (n,)
         parameters = self._parameters
         return np.asarray(parameters.open + s * (parameters.closed - parameters.open))
-
-    def _body_names(self) -> BodyNames:
-        if self._names is None:
-            self._names = BodyNames(self.robot.mj_model)
-        return self._names
 
     def _touching(self, bodies: set[int]) -> set[int]:
         """Return the bodies of others that some bodies of the hand touch."""
