@@ -9,7 +9,7 @@ HAND, ARM = "wonik_allegro", "universal_robots_ur5e"
 _SHARED = Path(__file__).resolve().parents[4] / "shared"
 
 
-@pytest.fixture(scope="session", autouse=True)
+@pytest.fixture(scope="module", autouse=True)
 def menagerie(tmp_path_factory):
     """Let ``menagerie:`` mean a folder with arm and hand, or skip where one is missing.
 
