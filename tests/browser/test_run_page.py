@@ -81,7 +81,7 @@ def test_log_blackboard_and_plot_are_in_tabs(window):
     window.wait_for_text("s cube added")
     window.wait_for_text("s cycle 1 started")
     window.open_tab("Blackboard")
-    window.wait_for_text("cube\\s+cube")
+    window.wait_for_text("cube\\s+auto")
     window.open_tab("Tracking error")
     plot = window.page.locator(".uplot canvas")
     plot.wait_for()
