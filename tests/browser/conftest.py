@@ -117,7 +117,13 @@ class Window:
 
     def open_tab(self, name: str) -> None:
         """Bring a tab to the front."""
-        self.page.get_by_role("tab", name=name, exact=True).click(force=True)
+        tab = self.page.get_by_role("tab", name=name, exact=True)
+
+        def selected() -> bool:
+            tab.click(force=True)  # lost if the page is drawn anew meanwhile
+            return tab.get_attribute("aria-selected") == "true"
+
+        wait_until(selected)
 
     def wait_for_text(self, pattern: str) -> str:
         """Return the first text of the page that matches, waiting for it."""
