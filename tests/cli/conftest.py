@@ -3,6 +3,7 @@
 import importlib
 import os
 import pty
+import re
 import select
 import signal
 import subprocess
@@ -116,11 +117,12 @@ class Terminal:
         )
         os.close(theirs)
 
-    def wait_for(self, text: bytes) -> None:
+    def wait_for(self, pattern: bytes) -> None:
+        """Wait until a regular expression is found in what was shown."""
         deadline = time.monotonic() + 60.0  # [s] of a hopeless wait, not of a passing test
-        while text not in self.shown:
+        while not re.search(pattern, self.shown):
             if time.monotonic() > deadline or not self._read():
-                raise AssertionError(f"{text!r} never came:\n{self.shown.decode()}")
+                raise AssertionError(f"{pattern!r} never came:\n{self.shown.decode()}")
 
     def interrupt(self) -> None:
         self._process.send_signal(signal.SIGINT)
