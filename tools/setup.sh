@@ -62,7 +62,7 @@ if ! suits .venv/bin/python || ! .venv/bin/python -m pip --version >/dev/null 2>
     "$python" -m venv --clear .venv
 fi
 
-set -- -e ".[dev,groot,record,view]"
+set -- -e ".[dev,groot,learn,ray,record,view]"
 for package in plugins/*/pyproject.toml; do
     [ -f "$package" ] && set -- "$@" -e "$(dirname "$package")"
 done
