@@ -11,7 +11,6 @@ from .collision_world import CollisionWorld
 
 SAMPLES = 500  # configurations at which bodies that always touch have to touch
 _LISTED = 4  # pairs in a message
-_UNLIMITED = np.pi  # [rad] or [m] to which unlimited joints are sampled
 
 
 class SelfCollision(NamedTuple):
@@ -50,7 +49,7 @@ def permanent_self_collisions(world: CollisionWorld) -> list[tuple[str, str]]:
         world: The collision world of the robot, which may be compiled alone.
     """
     limits, rng = world.robot.limits, np.random.default_rng(0)
-    lower, upper = np.maximum(limits.lower, -_UNLIMITED), np.minimum(limits.upper, _UNLIMITED)
+    lower, upper = limits.sampling_bounds()
     pairs: list[tuple[str, str]] | None = None
     for _ in range(SAMPLES):
         touching = [one[:2] for one in self_collisions(world, rng.uniform(lower, upper))]

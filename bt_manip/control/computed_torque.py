@@ -167,7 +167,7 @@ def added_inertia(model: RobotModel) -> np.ndarray:
     limits = model.limits
     needed = MIN_INERTIA * limits.effort
     rng = np.random.default_rng(0)
-    lower, upper = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
+    lower, upper = limits.sampling_bounds()
     samples = [model.home, *rng.uniform(lower, upper, (_CONFIGURATIONS, model.nq))]
     inverses = [np.linalg.inv(crba(model.model, model.data, q)) for q in samples]
     inertia = 1.0 / np.max([np.diagonal(inverse) for inverse in inverses], axis=0)

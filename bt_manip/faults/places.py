@@ -140,7 +140,7 @@ def _ahead(context: FaultContext, distance: float) -> Iterator[np.ndarray]:
 def _length(context: FaultContext) -> float:
     """Return the greatest horizontal distance of the tool from the base that was sampled [m]."""
     model, limits = context.robot.arm.model, context.robot.robot.limits
-    lower, upper = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
+    lower, upper = limits.sampling_bounds()
     base = context.cell.pose(context.robot.name).translation
     rng = np.random.default_rng(0)
     tools = [model.pose(rng.uniform(lower, upper)).translation - base for _ in range(500)]

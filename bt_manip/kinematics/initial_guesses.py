@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.robots import RobotModel
+from bt_manip.robots import RobotModel, sampling_bounds
 
 from .compiled_problem import CompiledProblem
 from .targets import PoseTarget
@@ -33,7 +33,7 @@ class InitialGuesses:
             count: Number of stored configurations.
             rng: Random generator for them.
         """
-        lower, upper = _within_a_turn(arm.limits.lower, arm.limits.upper)
+        lower, upper = arm.limits.sampling_bounds()
         self.stored = rng.uniform(lower, upper, (count, arm.nq))
         poses = [arm.pose(q) for q in self.stored]
         self._rotation = np.array([T.rotation for T in poses])
@@ -97,17 +97,10 @@ class InitialGuesses:
 
 
 def _draw(problem: CompiledProblem, n: int, rng: np.random.Generator) -> np.ndarray:
-    lower, upper = _within_a_turn(problem.lower, problem.upper)
+    lower, upper = sampling_bounds(problem.lower, problem.upper)
     drawn = rng.uniform(lower, upper, (CANDIDATES, len(lower)))
     squared = np.empty(CANDIDATES)
     for i, q in enumerate(drawn):
         error = problem.constraints.evaluate(q)
         squared[i] = error.dot(error)
     return drawn[np.argsort(squared, kind="stable")[:n]]
-
-
-def _within_a_turn(lower: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return limits of at most half a turn in both directions, where they contain a position."""
-    least = np.where(upper < -np.pi, lower, np.maximum(lower, -np.pi))
-    most = np.where(lower > np.pi, upper, np.minimum(upper, np.pi))
-    return least, most

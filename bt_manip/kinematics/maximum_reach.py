@@ -42,8 +42,7 @@ class MaximumReach:
         placement = arm.frames[model.tool_frame_id].placement
         self._last_origin = placement.inverse().translation  # in the tool
         self._fixed = _foot(arm, self._data)
-        lower = np.maximum(model.limits.lower, -np.pi)
-        upper = np.minimum(model.limits.upper, np.pi)
+        lower, upper = model.limits.sampling_bounds()
         distances = np.array([self.distance_at(q) for q in samples])
         far = np.argsort(-distances, kind="stable")[:_GUESSES]
         self.distance = max(_maximize(self.distance_at, samples[i], lower, upper) for i in far)

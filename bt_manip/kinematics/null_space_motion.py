@@ -17,8 +17,7 @@ class NullSpaceMotion:
         """Prepare for an arm; its data are written to."""
         self._model, self._data, self._frame = model.model, model.data, model.tool_frame_id
         self._redundant = model.nq > 6
-        lower = np.maximum(model.limits.lower, -np.pi)
-        upper = np.minimum(model.limits.upper, np.pi)
+        lower, upper = model.limits.sampling_bounds()
         self._middle, self._inverse_half = 0.5 * (lower + upper), 2.0 / (upper - lower)
 
     def step(self, q: np.ndarray, dq: np.ndarray, gain: float) -> np.ndarray:

@@ -68,7 +68,7 @@ def estimate_efforts(model: RobotModel) -> tuple[float, ...]:
     """  # (nv,)
     rng, limits = np.random.default_rng(0), model.limits
     model = model.with_payload(Payload(_PAYLOAD_SHARE * pin.computeTotalMass(model.model)))
-    lower, upper = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
+    lower, upper = limits.sampling_bounds()
     most = np.zeros(model.nq)
     for _ in range(_EFFORT_SAMPLES):
         sign = rng.choice((-1.0, 1.0), (2, model.nq))

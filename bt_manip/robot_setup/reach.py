@@ -78,8 +78,7 @@ class DownwardReach:
         self._robot, self._model = robot, model
         self._ik = InverseKinematics(model)
         self._world = CollisionWorld(robot, model)
-        lower = np.maximum(model.limits.lower, -np.pi)
-        upper = np.minimum(model.limits.upper, np.pi)
+        lower, upper = model.limits.sampling_bounds()
         self._middle, self._half = 0.5 * (lower + upper), 0.5 * (upper - lower)
 
     def configuration(self, position: np.ndarray) -> np.ndarray | None:

@@ -23,6 +23,7 @@ from .gripper import Gripper as Gripper
 from .gripper import GripperDescription as GripperDescription
 from .joint_limits import JointLimits as JointLimits
 from .joint_limits import effort_limit as effort_limit
+from .joint_limits import sampling_bounds as sampling_bounds
 from .model_building import build_model as build_model
 from .motors import ensure_motors as ensure_motors
 from .panda import panda as panda

@@ -57,6 +57,20 @@ class JointLimits:
         """Return whether a configuration is inside the position limits."""
         return bool((q >= self.lower - tolerance).all() and (q <= self.upper + tolerance).all())
 
+    def sampling_bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return finite position limits to sample within, as the function of this name does."""
+        return sampling_bounds(self.lower, self.upper)
+
+
+def sampling_bounds(lower: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return finite limits to sample within: at most half a turn from zero, pi metres for slides.
+
+    Limits that lie beyond on one side of zero are kept.
+    """
+    least = np.where(upper < -np.pi, lower, np.maximum(lower, -np.pi))
+    most = np.where(lower > np.pi, upper, np.minimum(upper, np.pi))
+    return least, most
+
 
 def read_limits(mj_model: mujoco.MjModel, description: RobotDescription) -> JointLimits:
     """Return the limits of the arm's joints from its model and description.

@@ -82,7 +82,7 @@ class RobotModel:
         self.units = tuple("m" if slide else "rad" for slide in slides)
         self.damping = mj_model.dof_damping[dofs].copy()
         self.friction = mj_model.dof_frictionloss[dofs].copy()
-        middle = 0.5 * (np.maximum(limits.lower, -np.pi) + np.minimum(limits.upper, np.pi))
+        middle = np.mean(limits.sampling_bounds(), axis=0)
         self.home = middle if home is None else np.array(home, dtype=float)
         joint = self.model.frames[self.tool_frame_id].parentJoint
         self._bare = self.model.inertias[joint].copy()  # inertia of the link with the tool

@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
+from .joint_limits import sampling_bounds
 from .model_building import find
 
 
@@ -49,8 +50,7 @@ def verify(
     """
     joints = [find(mj_model, "joint", name) for name in list(pin_model.names)[1:]]
     at_q, at_v = mj_model.jnt_qposadr[joints], mj_model.jnt_dofadr[joints]
-    lower = np.maximum(pin_model.lowerPositionLimit, -np.pi)
-    upper = np.minimum(pin_model.upperPositionLimit, np.pi)
+    lower, upper = sampling_bounds(pin_model.lowerPositionLimit, pin_model.upperPositionLimit)
     data, pin_data = mujoco.MjData(mj_model), pin_model.createData()
     if qpos is not None:
         data.qpos[:] = qpos

@@ -54,7 +54,7 @@ def it_reaches_what_it_can_reach(case: RobotCase) -> None:
     _, robot = case.stand()
     model = robot.make_model()
     ik, rng = InverseKinematics(model), np.random.default_rng(1)
-    lower, upper = np.maximum(model.limits.lower, -np.pi), np.minimum(model.limits.upper, np.pi)
+    lower, upper = model.limits.sampling_bounds()
     found = [ik.solve(model.pose(rng.uniform(lower, upper)), model.home) for _ in range(POSES)]
     reached = sum(result.solved for result in found)
     assert reached >= REACHED * POSES, f"'{case.name}' reaches {reached} of {POSES} poses"

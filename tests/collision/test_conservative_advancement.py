@@ -85,8 +85,7 @@ def test_no_check_contradicts_it_for_arms_with_meshes(name, menagerie, monkeypat
     for seed in range(3):
         rng = np.random.default_rng(seed)
         world, _ = arm_among_obstacles(rng, arm=arm)
-        limits = Robot(arm).limits
-        inside = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
+        inside = Robot(arm).limits.sampling_bounds()
         _, free, known = compare(world, 60, rng, np.array(arm.home), inside)
         assert known > 0.6 * free
 
