@@ -250,16 +250,8 @@ class ReachFromAbove:
 
     def _base(self) -> tuple[np.ndarray, float]:
         """Return the position of the first joint, and the length of the stretched arm [m]."""
-        model = self._arm.model.model
-        lengths = [np.linalg.norm(T.translation) for T in model.jointPlacements[2:]]
-        tool = model.frames[self._arm.model.tool_frame_id].placement.translation
-        travel = sum(
-            max(
-                abs(model.lowerPositionLimit[joint.idx_q]),
-                abs(model.upperPositionLimit[joint.idx_q]),
-            )
-            for joint in model.joints[1:]
-            if joint.shortname().startswith("JointModelP")
-        )
-        length = float(sum(lengths) + np.linalg.norm(tool) + travel)
-        return np.array(model.jointPlacements[1].translation), length
+        model = self._arm.model
+        slides = [unit == "m" for unit in model.units]
+        travel = np.maximum(np.abs(model.limits.lower), np.abs(model.limits.upper))[slides]
+        length = float(sum(model.link_lengths) + sum(travel))
+        return np.array(model.model.jointPlacements[1].translation), length

@@ -36,8 +36,7 @@ class MaximumReach:
         self._arm, self._last = arm, arm.njoints - 1
         self.distance = np.inf
         serial = list(arm.parents)[1:] == list(range(arm.njoints - 1))
-        revolute = all("JointModelR" in joint.shortname() for joint in arm.joints.tolist()[1:])
-        if not (serial and revolute and arm.njoints > 3):
+        if not serial or "m" in model.units or arm.njoints <= 3:
             return
         placement = arm.frames[model.tool_frame_id].placement
         self._last_origin = placement.inverse().translation  # in the tool

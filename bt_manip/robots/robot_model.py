@@ -34,6 +34,8 @@ class RobotModel:
         home: Configuration of the arm at the start [rad].  # (nq,)
         locked_qpos: MuJoCo positions at which all other joints are locked.
         payload: The held payload, or None.
+        link_lengths: Distance of each joint from the next one, of the last from the tool, with
+            slides at zero [m].  # (nq,)
         levers: Largest distance of the tool from each joint: the sum of the links' lengths between
             them; 1 for a slide, whose effort is a force [m].  # (nq,)
     """
@@ -84,10 +86,12 @@ class RobotModel:
         self.friction = mj_model.dof_frictionloss[dofs].copy()
         middle = np.mean(limits.sampling_bounds(), axis=0)
         self.home = middle if home is None else np.array(home, dtype=float)
-        joint = self.model.frames[self.tool_frame_id].parentJoint
-        self._bare = self.model.inertias[joint].copy()  # inertia of the link with the tool
+        tool = self.model.frames[self.tool_frame_id]
+        self._bare = self.model.inertias[tool.parentJoint].copy()  # of the link with the tool
         self.payload: Payload | None = None
-        self.levers = _levers(self.model, self.tool_frame_id)
+        placements = [*self.model.jointPlacements[2:], tool.placement]
+        self.link_lengths = np.array([np.linalg.norm(T.translation) for T in placements])
+        self.levers = np.where(slides, 1.0, np.cumsum(self.link_lengths[::-1])[::-1])
 
     def copy(self) -> "RobotModel":
         """Return a copy with its own `data`."""
@@ -132,14 +136,3 @@ class RobotModel:
         """Return the required motor efforts, including viscous and dry friction."""
         tau = pin.rnea(self.model, self.data, q, v, a)
         return tau + self.damping * v + self.friction * np.sign(v)  # (nv,)
-
-
-def _levers(model: pin.Model, tool_frame_id: int) -> np.ndarray:
-    frame = model.frames[tool_frame_id]
-    lengths = [
-        np.linalg.norm(model.jointPlacements[i].translation) for i in range(2, model.njoints)
-    ]
-    lengths.append(np.linalg.norm(frame.placement.translation))
-    levers = np.cumsum(lengths[::-1])[::-1]
-    slides = [joint.shortname().startswith("JointModelP") for joint in model.joints[1:]]
-    return np.where(slides, 1.0, levers)  # (nq,)
