@@ -7,14 +7,17 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
-from typing import Any, BinaryIO, ClassVar
+from typing import TYPE_CHECKING, Any, BinaryIO, ClassVar
 
 from bt_manip.bt import NodeStatus, instance_to_xml
 from bt_manip.exceptions import BtManipError
-from bt_manip.recording import Recording, RecordingError
+from bt_manip.recording import RecordingError
 from bt_manip.runner import EventStream, RunEvent
 
 from .messages import HIGHEST_UID, transition
+
+if TYPE_CHECKING:
+    from bt_manip.recording import Recording
 
 MAGIC = b"BTCPP4-FileLogger2\x01"
 """Name and version of the format, at the beginning of a ``.btlog``."""
@@ -75,7 +78,7 @@ class TransitionLog(EventStream):
         if time.monotonic() - self._flushed > FLUSH:
             self._flush()
 
-    def write_recording(self, recording: Recording) -> None:
+    def write_recording(self, recording: "Recording") -> None:
         """Write the statuses of a recording; the file's time of its start is the present time.
 
         Raises:

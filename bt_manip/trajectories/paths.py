@@ -1,13 +1,17 @@
 """Paths in joint space over the path parameter s from 0 to 1."""
 
 from functools import lru_cache
-from math import factorial
+from math import comb
 from typing import Any, Protocol
 
 import numpy as np
-from scipy.interpolate import PPoly, make_interp_spline
 
 DEGREE = 5  # of splines: their third derivatives, and with them the jerk, are smooth
+_POWERS = np.arange(DEGREE + 1)
+_EXPONENTS = np.maximum(_POWERS - np.arange(3)[:, None], 0)
+"""Exponents of the monomials of a piece and of their first and second derivative."""  # (3, 6)
+_FACTORS = np.array([_POWERS**0, _POWERS, _POWERS * (_POWERS - 1)], dtype=float)
+"""Their factors."""  # (3, 6)
 
 
 class Path(Protocol):
@@ -61,13 +65,16 @@ class SplinePath:
         self.knots = np.array(knots)
         self.nq = self.knots.shape[1] if nq is None else nq
         self.end = self.knots[-1, : self.nq]
-        breakpoints, powers = _unit_splines(len(self.knots))
-        polynomials = PPoly(powers @ self.knots, breakpoints)
-        self._derivatives = [polynomials, polynomials.derivative(1), polynomials.derivative(2)]
+        self._breakpoints, splines = _unit_splines(len(self.knots))
+        self._coefficients = splines @ self.knots  # (k, DEGREE + 1, m)
 
     def evaluate(self, s: np.ndarray, order: int = 2) -> list[np.ndarray]:
         """Return all coordinates and their derivatives by s up to an order."""  # (n, m) each
-        return [derivative(s) for derivative in self._derivatives[: order + 1]]
+        piece = self._breakpoints[1:-1].searchsorted(s, side="right")
+        u = s - self._breakpoints[piece]
+        monomials = (_FACTORS * u[:, None, None] ** _EXPONENTS)[:, : order + 1]
+        values = monomials @ self._coefficients[piece]
+        return [values[:, i] for i in range(order + 1)]
 
     def get_state(self) -> dict[str, Any]:
         """Return the path as plain data."""
@@ -76,15 +83,29 @@ class SplinePath:
 
 @lru_cache(maxsize=8)
 def _unit_splines(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return breakpoints and powers (highest first) of the splines through n unit vectors.
+    """Return breakpoints and coefficients (lowest first) of the splines through n unit vectors.
 
-    A spline is linear in its knots, so these are computed once for each number of knots.
-    """  # (k + 1,), (DEGREE + 1, k, n)
-    spline = make_interp_spline(np.linspace(0.0, 1.0, n), np.eye(n), k=DEGREE)
-    breakpoints = spline.t[DEGREE:-DEGREE]
-    orders = range(DEGREE, -1, -1)
-    powers = [spline(breakpoints[:-1], order) / factorial(order) for order in orders]
-    return breakpoints, np.array(powers)
+    A spline is linear in its knots, so these are computed once for each number of knots. The
+    k = n - 5 pieces interpolate the knots and have equal derivatives up to the fourth where they
+    meet; not-a-knot: they do not meet at the two knots next to either end.
+    """  # (k + 1,), (k, DEGREE + 1, n)
+    knots = np.arange(float(n))  # at unit steps: well conditioned
+    breakpoints = np.concatenate((knots[:1], knots[3:-3], knots[-1:]))
+    k, m = len(breakpoints) - 1, DEGREE + 1
+    equations, right = np.zeros((k * m, k, m)), np.zeros((k * m, n))
+    piece = breakpoints[1:-1].searchsorted(knots, side="right")
+    equations[range(n), piece] = (knots - breakpoints[piece])[:, None] ** _POWERS
+    right[range(n), range(n)] = 1.0
+    rows = iter(range(n, k * m))
+    for i, width in enumerate(np.diff(breakpoints)[:-1]):
+        for order in range(DEGREE):
+            row = next(rows)
+            for power in range(order, m):
+                equations[row, i, power] = comb(power, order) * width ** (power - order)
+            equations[row, i + 1, order] = -1.0
+    coefficients = np.linalg.solve(equations.reshape(k * m, k * m), right).reshape(k, m, n)
+    step = 1.0 / (n - 1)
+    return breakpoints * step, coefficients / step ** _POWERS[:, None]
 
 
 def path_from_state(state: dict[str, Any]) -> Path:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
 
 from bt_manip.trajectories import SplinePath, StraightPath
 
@@ -14,6 +15,14 @@ def test_a_quintic_spline_reproduces_a_quintic_polynomial():
     for order, values in enumerate(path.evaluate(x)):
         expected = np.polyval(np.polyder(coefficients, order), x)
         assert np.abs(values[:, 0] - expected).max() < 1e-8 * 10**order
+
+
+@pytest.mark.parametrize("n", [6, 7, 12, 40])
+def test_a_spline_is_that_of_scipy(n, rng):
+    knots, s = rng.standard_normal((n, 3)), np.linspace(0.0, 1.0, 101)
+    expected = make_interp_spline(np.linspace(0.0, 1.0, n), knots, k=5)
+    for order, values in enumerate(SplinePath(knots).evaluate(s)):
+        assert np.abs(values - expected(s, order)).max() < 1e-11 * n**order
 
 
 def test_a_spline_passes_through_its_knots(rng):
