@@ -20,6 +20,14 @@ from bt_manip.runner import Run, RunObserver, RunRequest, find_tree, prepare
 
 CYCLES = 3
 BLOCK = 10  # ticks
+IMPORTS = "import mujoco, pinocchio; from dm_control import composer"
+FIRST_STEP = """
+import os, runpy, sys
+from bt_manip.cell import Cell
+Cell.step = lambda *_, **__: os._exit(0)
+sys.argv = ["bt-manip", "run", "pick_place", "--quiet"]
+runpy.run_module("bt_manip", run_name="__main__")
+"""
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
@@ -138,6 +146,18 @@ def command(*arguments: str, runs: int = 5, **variables: str) -> float:
     return statistics.median(times)
 
 
+def start(pairs: int = 7) -> tuple[float, float]:
+    """Time processes, in alternation: a run up to its first step, and bare imports; medians [s]."""
+    times: dict[str, list[float]] = {FIRST_STEP: [], IMPORTS: []}
+    for _ in range(pairs):
+        for code, found in times.items():
+            began = time.perf_counter()
+            subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+            found.append(time.perf_counter() - began)
+    first, imports = map(statistics.median, times.values())
+    return first, imports
+
+
 def help_with_plugins(count: int = 20) -> float:
     """Time the help where many plugins are installed, all of which import mujoco; median [s]."""
     with tempfile.TemporaryDirectory() as temporary:
@@ -158,6 +178,7 @@ def rows() -> list[tuple[str, str, str]]:
     whole, alone = control_step(Judge())
     recorded, beside = control_step(Recorder("pick_place", 0))
     factor, bare, cycle = whole_run()
+    first, imports = start()
     return [
         (
             "control step: control, trajectory, contacts, its share of the tick",
@@ -175,6 +196,11 @@ def rows() -> list[tuple[str, str, str]]:
             f"{factor / bare:.2f} of bare mj_step, {bare:.0f}",
         ),
         ("mean cycle", f"{cycle:.2f} s simulated", "at most 5 s"),
+        (
+            "from the command bt-manip run pick_place to the first physics step",
+            f"{first:.2f} s",
+            f"{first / imports:.2f} x importing mujoco, pinocchio and composer, {imports:.2f} s",
+        ),
         ("bt-manip --help", f"{command('--help'):.2f} s", ""),
         ("the same, with 20 plugins", f"{help_with_plugins():.2f} s", "at most 0.3 s"),
         ("bt-manip list", f"{command('list'):.2f} s", ""),
