@@ -27,7 +27,7 @@ LAYERS = (
     {"arm", "grasping"},
     {"behaviours"},
     {"runner"},
-    {"viewer", "recording", "groot", "testing", "faults", "robot_setup"},
+    {"viewer", "recording", "groot", "testing", "faults", "evaluation", "robot_setup"},
     {"cli"},
 )  # fmt: skip
 """Packages and single modules by layer, from the lowest."""
@@ -279,8 +279,8 @@ def test_a_constant_has_one_meaning_in_a_package():
 
 
 LAZY = (
-    "bt_manip", "bt_manip.plugins", "bt_manip.recording", "bt_manip.testing", "bt_manip.viewer",
-    "bt_manip.viewer.page",
+    "bt_manip", "bt_manip.evaluation", "bt_manip.plugins", "bt_manip.recording",
+    "bt_manip.testing", "bt_manip.viewer", "bt_manip.viewer.page",
 )  # fmt: skip
 """Packages that import what they export when it is first used."""
 

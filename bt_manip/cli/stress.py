@@ -72,7 +72,8 @@ def stress(
     from rich.console import Console
     from rich.progress import track
 
-    from bt_manip.faults import StressTable, StressTester, plan_cases, run_cases
+    from bt_manip.evaluation import run_episodes
+    from bt_manip.faults import StressTable, StressTester, plan_cases
     from bt_manip.recording import check_writable
 
     for file in (markdown, json_file):
@@ -86,7 +87,7 @@ def stress(
     results, code = [], 0
     console = Console(stderr=True)
     try:
-        done = run_cases(tester, cases, jobs or os.cpu_count() or 1)
+        done = run_episodes(tester, cases, jobs or os.cpu_count() or 1)
         for result in track(
             done, "stress", len(cases), console=console, transient=True,
             disable=not console.is_terminal,

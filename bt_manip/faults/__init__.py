@@ -27,7 +27,6 @@ from .stress import StressPhase as StressPhase
 from .stress import StressResult as StressResult
 from .stress import StressTester as StressTester
 from .stress import plan_cases as plan_cases
-from .stress import run_cases as run_cases
 from .stress_table import LEGEND as LEGEND
 from .stress_table import StressTable as StressTable
 from .tree_faults import BehaviourException as BehaviourException

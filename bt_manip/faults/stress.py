@@ -1,10 +1,7 @@
 """Stress tests: each fault at each phase of a tree, for several seeds, in parallel processes."""
 
-import multiprocessing
-import signal
 import zlib
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -261,51 +258,3 @@ def plan_cases(
         if not faults or fault in faults
         for phase in chosen
     ]
-
-
-def run_cases(
-    make_tester: Callable[[], StressTester], cases: Sequence[StressCase], jobs: int = 1
-) -> Iterator[StressResult]:
-    """Run cases in parallel processes and yield their results in any order.
-
-    When the iteration ends early, the processes are ended at once.
-
-    Args:
-        make_tester: Makes the tester of a process; it can be pickled.
-        cases: The cases.
-        jobs: Number of processes; 1: this one.
-    """
-    if jobs == 1:
-        yield from map(make_tester().run, cases)
-        return
-    # Forking would copy locks of threads that libraries have started.
-    context = multiprocessing.get_context("spawn")
-    done = False
-    with ProcessPoolExecutor(jobs, context, _start_worker, (make_tester,)) as pool:
-        try:
-            # Workers inherit the mask: Ctrl-C reaches this process only, which ends them.
-            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-            try:
-                futures = [pool.submit(_run_in_worker, case) for case in cases]
-            finally:
-                signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-            for future in as_completed(futures):
-                yield future.result()
-            done = True
-        finally:
-            if not done:
-                pool.shutdown(wait=False, cancel_futures=True)
-                for process in multiprocessing.active_children():
-                    process.kill()
-
-
-_WORKER: list[StressTester] = []
-"""The tester of this process, where it is a worker."""
-
-
-def _start_worker(make_tester: Callable[[], StressTester]) -> None:
-    _WORKER[:] = [make_tester()]
-
-
-def _run_in_worker(case: StressCase) -> StressResult:
-    return _WORKER[0].run(case)

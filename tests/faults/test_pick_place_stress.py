@@ -4,7 +4,8 @@ from functools import partial
 
 import pytest
 
-from bt_manip.faults import StressTester, plan_cases, run_cases
+from bt_manip.evaluation import run_episodes
+from bt_manip.faults import StressTester, plan_cases
 
 RECOVERED = {"move", "knock", "push", "obstacle", "stuck_finger", "tick_delay", "sensor_nan"}
 
@@ -14,7 +15,7 @@ def unacceptable(seeds, faults=(), phases=(), jobs=1):
     cases = plan_cases(tester(), seeds, faults, phases)
     return [
         result
-        for result in run_cases(tester, cases, jobs)
+        for result in run_episodes(tester, cases, jobs)
         if not result.acceptable
         or (result.case.fault in RECOVERED and result.outcome not in ("recovered", "none"))
     ]

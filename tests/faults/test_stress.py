@@ -4,13 +4,13 @@ from functools import partial
 
 import pytest
 
+from bt_manip.evaluation import run_episodes
 from bt_manip.exceptions import BtManipError
 from bt_manip.faults import (
     FaultError,
     StressTable,
     StressTester,
     plan_cases,
-    run_cases,
     stress,
 )
 
@@ -72,7 +72,7 @@ def tree(tmp_path):
 
 def results_of(tester, *faults, seeds=1, jobs=1):
     cases = plan_cases(tester(), seeds, faults)
-    found = {result.case: result for result in run_cases(tester, cases, jobs)}
+    found = {result.case: result for result in run_episodes(tester, cases, jobs)}
     return [found[case] for case in cases]
 
 

@@ -1,0 +1,238 @@
+"""Run independent episodes in parallel processes, and again where a process died."""
+
+import multiprocessing
+import os
+import pickle
+import signal
+import threading
+import traceback
+from collections import deque
+from collections.abc import Callable, Collection, Iterable, Iterator
+from multiprocessing.connection import Connection, wait
+from typing import Any, NoReturn, Protocol, TypeVar
+
+from bt_manip.exceptions import BtManipError
+
+Episode = TypeVar("Episode")
+Result = TypeVar("Result")
+E_contra = TypeVar("E_contra", contravariant=True)
+R_co = TypeVar("R_co", covariant=True)
+
+ATTEMPTS = 3
+"""Number of processes that may die with an episode before it counts as lost."""
+
+EXIT_TIME = 5.0
+"""Wall time to wait for the exit code of a process that has closed its pipe [s]."""
+
+
+class WorkerDiedError(BtManipError):
+    """The process of an episode died, as by ``kill -9`` or for lack of memory."""
+
+
+class Worker(Protocol[E_contra, R_co]):
+    """Runs episodes in one process, one after the other.
+
+    The result of an episode depends on the episode alone, not on earlier ones.
+    """
+
+    def run(self, episode: E_contra, /) -> R_co:
+        """Run an episode; both the episode and its result can be pickled."""
+
+
+class RemoteWorker(Protocol):
+    """A worker in another process."""
+
+    def send(self, episode: Any) -> None:
+        """Start an episode."""
+
+    def receive(self) -> Any:
+        """Return the result of the episode.
+
+        Raises:
+            WorkerDiedError: If the process died.
+            Exception: What the worker raised.
+        """
+
+
+class Pool(Protocol):
+    """Starts workers in other processes and waits for them."""
+
+    def start(self) -> RemoteWorker:
+        """Start a worker."""
+
+    def wait(self, workers: Collection[Any]) -> Collection[Any]:
+        """Wait until at least one of the busy workers has ended its episode; return these."""
+
+    def close(self) -> None:
+        """End all processes at once."""
+
+
+def raise_lost(episode: object, error: WorkerDiedError) -> NoReturn:
+    """Raise the error of an episode whose processes died."""
+    raise WorkerDiedError(f"episode {episode} was given up after {ATTEMPTS} attempts: {error}")
+
+
+def run_episodes(
+    make_worker: Callable[[], Worker[Episode, Result]],
+    episodes: Iterable[Episode],
+    jobs: int = 1,
+    *,
+    pool: Pool | None = None,
+    lost: Callable[[Episode, WorkerDiedError], Result] = raise_lost,
+) -> Iterator[Result]:
+    """Run episodes in parallel processes and yield their results in the order of their ends.
+
+    An episode whose process died runs again in a new one, up to `ATTEMPTS` times. When the
+    iteration ends early, by Ctrl-C, an exception or ``close()``, the processes are ended at once.
+    A worker's process ends when this one does.
+
+    Args:
+        make_worker: Makes the worker of a process; it can be pickled.
+        episodes: The episodes; taken as they are needed.
+        jobs: Number of processes; 1: this one, where no pool is given.
+        pool: Starts the workers; None: processes of this machine.
+        lost: Returns the result of an episode that was given up; by default it raises.
+
+    Raises:
+        WorkerDiedError: If an episode was given up.
+        Exception: The first exception of a worker.
+    """
+    if jobs == 1 and pool is None:
+        yield from map(make_worker().run, episodes)
+        return
+    pool = pool or ProcessPool(make_worker)
+    waiting = iter(episodes)
+    again: deque[tuple[Episode, int]] = deque()
+    idle: list[Any] = []
+    busy: dict[Any, tuple[Episode, int]] = {}
+    results: list[Result] = []
+    try:
+        while True:
+            while len(busy) < jobs:
+                if again:
+                    episode, attempt = again.popleft()
+                else:
+                    try:
+                        episode, attempt = next(waiting), 1
+                    except StopIteration:
+                        break
+                worker = idle.pop() if idle else pool.start()
+                worker.send(episode)
+                busy[worker] = episode, attempt
+            yield from results  # while the workers are busy with the next ones
+            if not busy:
+                return
+            results = []
+            for worker in pool.wait(busy):
+                episode, attempt = busy.pop(worker)
+                try:
+                    results.append(worker.receive())
+                    idle.append(worker)
+                except WorkerDiedError as error:
+                    if attempt < ATTEMPTS:
+                        again.append((episode, attempt + 1))
+                    else:
+                        results.append(lost(episode, error))
+    finally:
+        pool.close()
+
+
+class ProcessPool:
+    """Processes of this machine, each with a pipe of its own, so that one may die alone."""
+
+    def __init__(self, make_worker: Callable[[], Worker[Any, Any]]) -> None:
+        """Keep what makes the worker of a process."""
+        self._make_worker = make_worker
+        self._processes: list[_Process] = []
+
+    def start(self) -> "_Process":
+        """Start a process."""
+        process = _Process(self._make_worker)
+        self._processes.append(process)
+        return process
+
+    def wait(self, workers: Collection["_Process"]) -> "Collection[_Process]":
+        """Wait for a result or the death of a process."""
+        by_pipe = {worker.pipe: worker for worker in workers}
+        return [by_pipe[pipe] for pipe in wait(by_pipe) if isinstance(pipe, Connection)]
+
+    def close(self) -> None:
+        """Kill the processes."""
+        for process in self._processes:
+            process.kill()
+
+
+class _Process:
+    """A process with a worker.
+
+    Attributes:
+        pipe: Takes episodes and gives results.
+    """
+
+    def __init__(self, make_worker: Callable[[], Worker[Any, Any]]) -> None:
+        # Forking would copy locks of threads that libraries have started.
+        context = multiprocessing.get_context("spawn")
+        self.pipe, other = context.Pipe()
+        self._process = context.Process(target=_work, args=(make_worker, other), daemon=True)
+        # The process inherits the mask: Ctrl-C reaches this process only, which ends it.
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            self._process.start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        other.close()  # the only other end is the process's: its death ends the pipe
+
+    def send(self, episode: Any) -> None:
+        try:
+            self.pipe.send(episode)
+        except OSError:  # it is dead, as `receive` will find
+            pass
+
+    def receive(self) -> Any:
+        try:
+            raised, result = self.pipe.recv()
+        except (EOFError, OSError):
+            self._process.join(EXIT_TIME)
+            code = self._process.exitcode or 0
+            how = f"ended by signal {-code}" if code < 0 else f"ended with exit code {code}"
+            self.pipe.close()
+            raise WorkerDiedError(f"its process {how}") from None
+        if raised:
+            raise result
+        return result
+
+    def kill(self) -> None:
+        self._process.kill()
+        self._process.join()
+        self.pipe.close()
+
+
+def _work(make_worker: Callable[[], Worker[Any, Any]], pipe: Connection) -> None:
+    """Run episodes until the pipe or the parent process ends."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    try:
+        worker = make_worker()
+        while True:
+            pipe.send((False, worker.run(pipe.recv())))
+    except EOFError:
+        return
+    except Exception as error:
+        pipe.send((True, portable(error)))
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def portable(error: Exception) -> Exception:
+    """Return an exception that can be pickled, with the traceback as a note."""
+    try:
+        found = pickle.loads(pickle.dumps(error))
+    except Exception:
+        found = RuntimeError(f"{type(error).__name__}: {error}")
+    assert isinstance(found, Exception)
+    found.add_note("".join(traceback.format_exception(error)))
+    return found

@@ -1,0 +1,78 @@
+"""Episodes run in parallel processes; an episode whose process died runs again."""
+
+import os
+import signal
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from bt_manip.evaluation import WorkerDiedError, run_episodes
+from bt_manip.exceptions import BtManipError
+
+
+class Squares:
+    """A worker whose episodes 3 and above kill their process the first few times."""
+
+    def __init__(self, folder: Path, deaths: int) -> None:
+        self._folder, self._deaths = folder, deaths
+
+    def run(self, episode: int) -> tuple[int, int]:
+        if episode < 0:
+            raise BtManipError(f"{episode} is negative")
+        if episode >= 3:
+            (self._folder / f"{episode}-{os.getpid()}").touch()
+            if len(list(self._folder.glob(f"{episode}-*"))) <= self._deaths:
+                os.kill(os.getpid(), signal.SIGKILL)
+        return episode * episode, os.getpid()
+
+
+@pytest.fixture
+def squares(tmp_path):
+    return lambda deaths=0: partial(Squares, tmp_path, deaths)
+
+
+def test_all_episodes_run_in_as_many_processes_as_asked_for(squares):
+    results = list(run_episodes(squares(), range(40), 2))
+    assert sorted(result for result, _ in results) == [n * n for n in range(40)]
+    processes = {process for _, process in results}
+    assert len(processes) == 2 and os.getpid() not in processes
+
+
+def test_one_job_runs_in_this_process(squares):
+    assert list(run_episodes(squares(), range(3), 1)) == [(n * n, os.getpid()) for n in range(3)]
+
+
+def test_an_episode_whose_process_died_runs_again(squares):
+    results = list(run_episodes(squares(2), range(5), 2))
+    assert sorted(result for result, _ in results) == [0, 1, 4, 9, 16]
+
+
+def test_an_episode_that_kills_every_process_is_given_up(squares):
+    with pytest.raises(WorkerDiedError, match="episode 3 .* 3 attempts: .* signal 9"):
+        list(run_episodes(squares(3), range(4), 2))
+
+
+def test_the_result_of_a_lost_episode_can_be_given(squares):
+    results = list(run_episodes(squares(3), range(4), 2, lost=lambda n, error: (-n, 0)))
+    assert sorted(result for result, _ in results) == [-3, 0, 1, 4]
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_what_a_worker_raises_is_raised(squares, jobs):
+    with pytest.raises(BtManipError, match="-1 is negative"):
+        list(run_episodes(squares(), [0, -1], jobs))
+
+
+def test_what_fails_to_make_a_worker_raises(tmp_path):
+    with pytest.raises(TypeError):
+        list(run_episodes(partial(Squares, tmp_path), range(3), 2))
+
+
+def test_no_process_outlives_the_iteration(squares):
+    episodes = run_episodes(squares(), iter(range(1000)), 2)
+    processes = {next(episodes)[1] for _ in range(20)}
+    episodes.close()
+    for process in processes:
+        with pytest.raises(ProcessLookupError):
+            os.kill(process, 0)
