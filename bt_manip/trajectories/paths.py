@@ -1,7 +1,6 @@
 """Paths in joint space over the path parameter s from 0 to 1."""
 
 from functools import lru_cache
-from math import comb
 from typing import Any, Protocol
 
 import numpy as np
@@ -85,27 +84,33 @@ class SplinePath:
 def _unit_splines(n: int) -> tuple[np.ndarray, np.ndarray]:
     """Return breakpoints and coefficients (lowest first) of the splines through n unit vectors.
 
-    A spline is linear in its knots, so these are computed once for each number of knots. The
-    k = n - 5 pieces interpolate the knots and have equal derivatives up to the fourth where they
-    meet; not-a-knot: they do not meet at the two knots next to either end.
-    """  # (k + 1,), (k, DEGREE + 1, n)
-    knots = np.arange(float(n))  # at unit steps: well conditioned
-    breakpoints = np.concatenate((knots[:1], knots[3:-3], knots[-1:]))
-    k, m = len(breakpoints) - 1, DEGREE + 1
-    equations, right = np.zeros((k * m, k, m)), np.zeros((k * m, n))
-    piece = breakpoints[1:-1].searchsorted(knots, side="right")
-    equations[range(n), piece] = (knots - breakpoints[piece])[:, None] ** _POWERS
-    right[range(n), range(n)] = 1.0
-    rows = iter(range(n, k * m))
-    for i, width in enumerate(np.diff(breakpoints)[:-1]):
-        for order in range(DEGREE):
-            row = next(rows)
-            for power in range(order, m):
-                equations[row, i, power] = comb(power, order) * width ** (power - order)
-            equations[row, i + 1, order] = -1.0
-    coefficients = np.linalg.solve(equations.reshape(k * m, k * m), right).reshape(k, m, n)
+    A spline is linear in its knots, so these are computed once for each number of knots. It has
+    n - 5 pieces; not-a-knot: none begins at the two knots next to either end.
+    """  # (n - 4,), (n - 5, DEGREE + 1, n)
+    at = np.arange(float(n))
+    breakpoints = np.concatenate((at[:1], at[3:-3], at[-1:]))
+    weights = np.linalg.inv(_b_splines(breakpoints, at))
+    # Each piece is the polynomial through DEGREE + 1 of its points.
+    unit = np.linspace(0.0, 1.0, DEGREE + 1)
+    width = np.diff(breakpoints)[:, None]
+    points = breakpoints[:-1, None] + width * unit
+    values = (_b_splines(breakpoints, points.ravel()) @ weights).reshape(*points.shape, n)
+    coefficients = np.linalg.inv(unit[:, None] ** _POWERS) @ values
     step = 1.0 / (n - 1)
-    return breakpoints * step, coefficients / step ** _POWERS[:, None]
+    return breakpoints * step, coefficients / ((width * step) ** _POWERS)[:, :, None]
+
+
+def _b_splines(breakpoints: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Return the values of the B-splines of the breakpoints at x, by the Cox-de Boor recursion."""
+    # (k + 1,), (m,) -> (m, k + DEGREE)
+    t = np.pad(breakpoints, DEGREE, mode="edge")
+    x = np.minimum(x, np.nextafter(t[-1], 0.0))[:, None]  # pieces are half-open
+    values = ((t[:-1] <= x) & (x < t[1:])).astype(float)
+    for degree in range(1, DEGREE + 1):
+        widths = t[degree:] - t[:-degree]
+        rising = np.divide(x - t[:-degree], widths, where=widths > 0.0, out=np.zeros(values.shape))
+        values = rising[:, :-1] * values[:, :-1] + (1.0 - rising[:, 1:]) * values[:, 1:]
+    return values
 
 
 def path_from_state(state: dict[str, Any]) -> Path:
