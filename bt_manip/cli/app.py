@@ -1,5 +1,6 @@
 """The command ``bt-manip``, its sub-commands and exit codes."""
 
+import errno
 import importlib
 import importlib.util
 import os
@@ -132,14 +133,22 @@ def _run_app(interrupt: Interrupt, arguments: list[str] | None) -> int:
         click.echo(f"Error: {error}", err=True)
         return BAD_INPUT
     except BrokenPipeError:
-        # The reader of the pipe is gone; Python's flush at exit must not fail again.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         return 0
     except Exception as error:
+        if isinstance(error, OSError) and error.errno == errno.ENOSPC:
+            _drop_output()
+            click.echo(f"Error: {error.filename or 'standard output'}: {error.strerror}", err=True)
+            return FAULT
         if interrupt.requested:  # an import turned it into another exception
             return INTERRUPTED
         _print_fault(error)
         return FAULT
+
+
+def _drop_output() -> None:
+    """Discard what is not written yet, so that Python's flush at exit does not fail again."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _print_fault(error: Exception) -> None:

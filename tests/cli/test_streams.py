@@ -85,6 +85,14 @@ def test_bad_input_is_2_without_an_error_stream(bt_manip, tmp_path):
         assert subprocess.run(command, stderr=full, timeout=60).returncode == 2
 
 
+def test_a_list_that_cannot_be_written_is_one_error():
+    command = [sys.executable, "-m", "bt_manip", "list", "controllers"]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, timeout=60)
+    assert done.returncode == 3
+    assert done.stderr == b"Error: standard output: No space left on device\n"
+
+
 # Views that raise
 
 
