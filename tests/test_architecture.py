@@ -27,7 +27,10 @@ LAYERS = (
     {"arm", "grasping"},
     {"behaviours"},
     {"runner"},
-    {"viewer", "recording", "groot", "testing", "faults", "evaluation", "robot_setup"},
+    {
+        "viewer", "recording", "groot", "testing", "faults", "evaluation", "robot_setup",
+        "demonstrations",
+    },
     {"cli"},
 )  # fmt: skip
 """Packages and single modules by layer, from the lowest."""
@@ -54,6 +57,7 @@ WITHIN_LAYER = {
     ("robot_setup", "testing"),
     ("groot", "recording"),
     ("viewer", "recording"),
+    ("demonstrations", "recording"),
 }
 """Imports inside a layer: which package, and what it may import."""
 
@@ -279,8 +283,8 @@ def test_a_constant_has_one_meaning_in_a_package():
 
 
 LAZY = (
-    "bt_manip", "bt_manip.evaluation", "bt_manip.plugins", "bt_manip.recording",
-    "bt_manip.testing", "bt_manip.viewer", "bt_manip.viewer.page",
+    "bt_manip", "bt_manip.demonstrations", "bt_manip.evaluation", "bt_manip.plugins",
+    "bt_manip.recording", "bt_manip.testing", "bt_manip.viewer", "bt_manip.viewer.page",
 )  # fmt: skip
 """Packages that import what they export when it is first used."""
 

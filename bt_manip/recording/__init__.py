@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from bt_manip.recording.export_video import write_video as write_video
     from bt_manip.recording.files import RecordingError as RecordingError
     from bt_manip.recording.files import check_writable as check_writable
+    from bt_manip.recording.files import reading as reading
     from bt_manip.recording.files import whole_file as whole_file
     from bt_manip.recording.files import writing as writing
     from bt_manip.recording.mcap_recorder import McapRecorder as McapRecorder

@@ -105,7 +105,7 @@ def whole_file(path: Path, *, sync: bool = True) -> Iterator[BinaryIO]:
         return
     part = _part(target)
     try:
-        with part.open("xb") as file:
+        with part.open("x+b") as file:  # h5py reads what it writes
             yield file
             file.flush()
             if sync:

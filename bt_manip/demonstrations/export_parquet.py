@@ -1,0 +1,72 @@
+"""Export of demonstrations as an Apache Parquet table with a row for each step."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bt_manip.demonstrations.store import Demonstration, DemonstrationStore
+from bt_manip.exceptions import BtManipError
+from bt_manip.extras import require_extra
+from bt_manip.png import png
+from bt_manip.recording import whole_file, writing
+
+
+def write_demonstration_table(store: DemonstrationStore, path: Path) -> int:
+    """Write demonstrations as Parquet, one row for each environment step.
+
+    Columns are ``episode``, ``step``, ``t`` [s], ``obs.NAME``, ``action.KIND``, ``reward``,
+    ``done``, ``leaf`` and ``statuses``; images are PNG files. The metadata ``bt_manip`` hold the
+    manifest. Each demonstration is a row group.
+
+    Returns:
+        The number of demonstrations.
+
+    Raises:
+        BtManipError: If there are none, or pyarrow is not installed.
+    """
+    require_extra("learn", "Parquet", "pyarrow")
+    import pyarrow
+    from pyarrow import parquet
+
+    n, writer = 0, None
+    metadata = {"bt_manip": json.dumps(store.manifest)}
+    with writing(path, "export"), whole_file(path) as out:
+        for one in store:
+            columns = {name: _column(pyarrow, array) for name, array in _columns(one, store)}
+            table = pyarrow.table(columns).replace_schema_metadata(metadata)
+            if writer is None:
+                writer = parquet.ParquetWriter(out, table.schema)
+            writer.write_table(table, row_group_size=len(one))
+            n += 1
+        if writer is None:
+            raise BtManipError(f"'{store.folder}' has no demonstrations to export")
+        writer.close()
+    return n
+
+
+def _columns(one: Demonstration, store: DemonstrationStore) -> Iterator[tuple[str, Any]]:
+    n = len(one)
+    yield "episode", np.full(n, one.episode)
+    yield "step", np.arange(n)
+    yield "t", np.arange(n) * store.manifest["step_s"]
+    for name, array in one.observations.items():
+        yield f"obs.{name}", array[:-1]
+    for name, array in one.actions.items():
+        yield f"action.{name}", array
+    yield "reward", one.rewards
+    yield "done", one.dones
+    yield "leaf", list(one.leaves)
+    yield "statuses", one.statuses
+
+
+def _column(pyarrow: Any, array: Any) -> Any:
+    """Return a column: numbers, lists of a fixed size, or images as PNG."""
+    if isinstance(array, list) or array.ndim == 1:
+        return pyarrow.array(array)
+    if array.dtype == np.uint8 and array.ndim == 4:
+        return pyarrow.array([png(image) for image in array])
+    flat = array.reshape(len(array), -1)
+    return pyarrow.FixedSizeListArray.from_arrays(flat.ravel(), flat.shape[1])

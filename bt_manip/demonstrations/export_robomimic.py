@@ -1,0 +1,84 @@
+"""Export of demonstrations as one HDF5 file for robomimic."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from bt_manip.demonstrations.store import DemonstrationStore, put_array
+from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.recording import whole_file, writing
+
+VALID = 0.1
+"""Share of the demonstrations that ``mask/valid`` names."""
+
+
+def write_robomimic(store: DemonstrationStore, path: Path, actions: str = "") -> int:
+    """Write demonstrations in robomimic's layout.
+
+    Beside what robomimic reads, each demonstration has all kinds of actions as
+    ``action_dict/KIND``, the ``statuses`` of the nodes, and the running leaf as ``leaf``, an index
+    of the file's ``leaves``; the file has the ``manifest``.
+
+    Args:
+        store: The demonstrations.
+        path: The file; an existing one is replaced.
+        actions: The kind of ``actions``; empty: the first one.
+
+    Returns:
+        The number of demonstrations.
+
+    Raises:
+        BtManipError: If there are none, or there is no such kind.
+    """
+    import h5py
+
+    demos: list[str] = []
+    leaves: dict[str, int] = {}
+    total = 0
+    with writing(path, "export"), whole_file(path) as out, h5py.File(out, "w") as file:
+        data = file.create_group("data")
+        for one in store:
+            kind = actions or next(iter(one.actions))
+            if kind not in one.actions:
+                hint = did_you_mean(kind, one.actions)
+                raise BtManipError(f"the demonstrations have no actions '{kind}'{hint}")
+            demos.append(f"demo_{len(demos)}")
+            demo = data.create_group(demos[-1])
+            demo.attrs.update(num_samples=len(one), episode=one.episode, success=one.success)
+            for name, array in one.observations.items():
+                put_array(demo, f"obs/{name}", array[:-1])
+                put_array(demo, f"next_obs/{name}", array[1:])
+            for name, array in one.actions.items():
+                put_array(demo, f"action_dict/{name}", array)
+            leaf = [leaves.setdefault(path, len(leaves)) for path in one.leaves]
+            arrays = {
+                "actions": one.actions[kind],
+                "states": one.states[:-1],
+                "rewards": one.rewards,
+                "dones": one.dones.astype(np.int64),
+                "leaf": np.array(leaf),
+                "statuses": one.statuses,
+            }
+            for name, array in arrays.items():
+                put_array(demo, name, array)
+            total += len(one)
+        if not demos:
+            raise BtManipError(f"'{store.folder}' has no demonstrations to export")
+        data.attrs.update(total=total, env_args=json.dumps(store.manifest["env_args"]))
+        text = h5py.string_dtype()
+        file.create_dataset("leaves", data=[*leaves], dtype=text)
+        file.create_dataset("manifest", data=json.dumps(store.manifest), dtype=text)
+        for name, names in split(demos).items():
+            file.create_dataset(f"mask/{name}", data=np.array(names, dtype="S"))
+    return len(demos)
+
+
+def split(demos: list[str]) -> dict[str, list[str]]:
+    """Return names of demonstrations to train and to validate with; the same ones every time."""
+    chosen = np.random.default_rng(0).permutation(len(demos))[: round(VALID * len(demos))]
+    valid = {demos[i] for i in chosen}
+    return {
+        "train": [name for name in demos if name not in valid],
+        "valid": [name for name in demos if name in valid],
+    }

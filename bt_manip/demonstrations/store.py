@@ -1,0 +1,223 @@
+"""Folders of demonstrations: a manifest, and one HDF5 file for each episode."""
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bt_manip.exceptions import BtManipError
+from bt_manip.extras import require_extra
+from bt_manip.input_files import read_text
+from bt_manip.recording import reading, whole_file, writing
+
+FORMAT = "bt-manip demonstrations"
+VERSION = 1
+MANIFEST = "manifest.json"
+
+_MAX_MANIFEST_BYTES = 2**26  # 64 MiB; an episode takes 200 bytes
+_EPISODE = re.compile(r"episode_(\d{6,})\.h5")
+
+
+@dataclass(frozen=True)
+class Demonstration:
+    """One episode of an expert, as a policy that acts at the environment's rate would see it.
+
+    Row ``i`` of all arrays belongs to environment step ``i`` of ``n``; observations and states
+    have a further row, which is that after the last step.
+
+    Attributes:
+        episode: Its number, which its start depends on.
+        success: Whether the tree succeeded and its goal held.
+        reason: Why it did not succeed; empty on success.
+        digest: SHA-256 over the states and node statuses after each step.
+        observations: By name.  # (n + 1, ...)
+        actions: By kind: what reproduces the expert's step.  # (n, size)
+        rewards: The rewards.  # (n,)
+        dones: Whether the episode ended with the step.  # (n,)
+        states: State of the physics, MuJoCo's ``mjSTATE_INTEGRATION``.  # (n + 1, size)
+        leaves: Paths of the running leaves at the end of the step, joined by ``"; "``.  # (n,)
+        statuses: `bt_manip.bt.NodeStatus` of each node at the end of the step.  # (n, nodes)
+    """
+
+    episode: int
+    success: bool
+    reason: str = ""
+    digest: str = ""
+    observations: Mapping[str, np.ndarray] = field(default_factory=dict)
+    actions: Mapping[str, np.ndarray] = field(default_factory=dict)
+    rewards: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    dones: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    states: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    leaves: tuple[str, ...] = ()
+    statuses: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.uint8))
+
+    def __len__(self) -> int:
+        """Return the number of environment steps."""
+        return len(self.rewards)
+
+
+_ARRAYS = ("rewards", "dones", "states", "statuses")
+_FACTS = ("episode", "success", "reason", "digest")
+
+
+class DemonstrationStore:
+    """The demonstrations in a folder.
+
+    A file that is there is complete: it is written under another name and renamed. An episode that
+    failed and is not wanted has a file without steps, so that it does not run again.
+
+    Attributes:
+        folder: The folder.
+        manifest: What the demonstrations consist of, as plain data.
+    """
+
+    def __init__(self, folder: Path | str) -> None:
+        """Open a folder.
+
+        Raises:
+            BtManipError: If it has no manifest of this version, or h5py is not installed.
+        """
+        require_extra("learn", "demonstrations", "h5py")
+        self.folder = Path(folder)
+        path = self.folder / MANIFEST
+        with reading(path, "manifest of demonstrations"):
+            self.manifest: dict[str, Any] = json.loads(read_text(path, _MAX_MANIFEST_BYTES))
+            found = self.manifest["format"], self.manifest["version"]
+        if found != (FORMAT, VERSION):
+            raise BtManipError(f"'{path}' is of {found[0]} {found[1]}, not {FORMAT} {VERSION}")
+
+    @classmethod
+    def create(cls, folder: Path | str, identity: Mapping[str, Any]) -> "DemonstrationStore":
+        """Make a folder, or open one that holds demonstrations of the same identity.
+
+        Args:
+            folder: The folder.
+            identity: What the demonstrations consist of, as plain data.
+
+        Raises:
+            BtManipError: If it cannot be written, or its demonstrations have another identity.
+        """
+        folder = Path(folder)
+        if not (folder / MANIFEST).exists():
+            with writing(folder, "folder"):
+                folder.mkdir(parents=True, exist_ok=True)
+                if any(folder.iterdir()):
+                    raise BtManipError(f"'{folder}' holds other files: choose an empty folder")
+            _write_manifest(folder, {"format": FORMAT, "version": VERSION, **identity})
+        store = cls(folder)
+        there, here = store.manifest, json.loads(json.dumps(identity))
+        other = [key for key in here if there.get(key) != here[key]]
+        if other:
+            raise BtManipError(
+                f"'{folder}' holds demonstrations that differ in {', '.join(other)}: choose "
+                "another folder, or the same options and versions"
+            )
+        return store
+
+    def path(self, episode: int) -> Path:
+        """Return the file of an episode."""
+        return self.folder / f"episode_{episode:06}.h5"
+
+    def episodes(self) -> list[int]:
+        """Return the numbers of the episodes that have a file."""
+        found = (_EPISODE.fullmatch(path.name) for path in self.folder.iterdir())
+        return sorted(int(match[1]) for match in found if match)
+
+    def write(self, demonstration: Demonstration) -> None:
+        """Write the file of an episode; an existing one is replaced.
+
+        Raises:
+            RecordingError: If it cannot be written.
+        """
+        import h5py
+
+        buffer = BytesIO()
+        with h5py.File(buffer, "w") as file:
+            file.attrs.update({key: getattr(demonstration, key) for key in _FACTS})
+            if len(demonstration):
+                for group in ("observations", "actions"):
+                    for name, array in getattr(demonstration, group).items():
+                        put_array(file, f"{group}/{name}", array)
+                for name in _ARRAYS:
+                    put_array(file, name, getattr(demonstration, name))
+                file.create_dataset("leaves", data=demonstration.leaves, dtype=h5py.string_dtype())
+        path = self.path(demonstration.episode)
+        with writing(path, "demonstration"), whole_file(path, sync=False) as out:
+            out.write(buffer.getbuffer())
+
+    def read(self, episode: int) -> Demonstration:
+        """Read the file of an episode.
+
+        Raises:
+            BtManipError: If there is none, or it is something else.
+        """
+        import h5py
+
+        path = self.path(episode)
+        with reading(path, "demonstration"), h5py.File(path) as file:
+            facts = {key: file.attrs[key] for key in _FACTS}
+            facts |= {"episode": int(facts["episode"]), "success": bool(facts["success"])}
+            if "rewards" not in file:
+                return Demonstration(**facts)
+            groups: dict[str, Any] = {
+                group: {name: data[()] for name, data in file[group].items()}
+                for group in ("observations", "actions")
+            }
+            arrays = {name: file[name][()] for name in _ARRAYS}
+            leaves = tuple(text.decode() for text in file["leaves"][()])
+            return Demonstration(**facts, **groups, **arrays, leaves=leaves)
+
+    def __iter__(self) -> Iterator[Demonstration]:
+        """Iterate over the demonstrations, by number; those without steps are left out."""
+        for episode in self.episodes():
+            demonstration = self.read(episode)
+            if len(demonstration):
+                yield demonstration
+
+    def write_outcomes(self) -> None:
+        """Write the outcomes and digests of all episodes into the manifest."""
+        import h5py
+
+        outcomes = []
+        for episode in self.episodes():
+            with (
+                reading(self.path(episode), "demonstration"),
+                h5py.File(self.path(episode)) as file,
+            ):
+                facts = {key: file.attrs[key] for key in _FACTS}
+                steps = len(file["rewards"]) if "rewards" in file else 0
+            outcomes.append(
+                {**facts, "episode": episode, "success": bool(facts["success"]), "steps": steps}
+            )
+        self.manifest["episodes"] = outcomes
+        _write_manifest(self.folder, self.manifest)
+
+
+def read_demonstrations(folder: Path | str) -> DemonstrationStore:
+    """Open a folder of demonstrations, to iterate over.
+
+    Args:
+        folder: What ``bt-manip demos --to`` wrote.
+
+    Raises:
+        BtManipError: If it holds no demonstrations, or h5py is not installed.
+    """
+    return DemonstrationStore(folder)
+
+
+def put_array(group: Any, name: str, array: np.ndarray) -> None:
+    """Add an array to an HDF5 group; images are compressed, one by one."""
+    image = array.dtype == np.uint8 and array.ndim == 4
+    options = {"chunks": (1, *array.shape[1:]), "compression": "gzip"} if image else {}
+    group.create_dataset(name, data=array, **options)
+
+
+def _write_manifest(folder: Path, manifest: Mapping[str, Any]) -> None:
+    path = folder / MANIFEST
+    with writing(path, "manifest"), whole_file(path) as file:
+        file.write(json.dumps(manifest, indent=1).encode() + b"\n")

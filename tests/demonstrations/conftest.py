@@ -1,0 +1,50 @@
+"""Demonstrations of an arm of two joints, which no physics has seen."""
+
+import numpy as np
+import pytest
+
+from bt_manip.demonstrations import Demonstration, DemonstrationStore
+
+STEPS = 5
+IDENTITY = {
+    "tree": "pick",
+    "step_s": 0.05,
+    "env_args": {"env_name": "bt_manip/Pick-v0", "env_type": 2, "env_kwargs": {}},
+}
+
+
+@pytest.fixture
+def make_demonstration():
+    def make(episode=0, steps=STEPS, success=True):
+        rng = np.random.default_rng(episode)
+        return Demonstration(
+            episode,
+            success,
+            "" if success else "pick/Grasp: it slipped",
+            f"{episode:064}",
+            {
+                "joint_positions": rng.normal(size=(steps + 1, 2)),
+                "images.overview": rng.integers(0, 256, (steps + 1, 8, 12, 3), dtype=np.uint8),
+            },
+            {
+                "joint_targets": rng.normal(size=(steps, 3)),
+                "cartesian_deltas": rng.normal(size=(steps, 7)),
+            },
+            rng.normal(size=steps),
+            np.arange(steps) == steps - 1,
+            rng.normal(size=(steps + 1, 9)),
+            ("pick/Reach", "pick/Grasp", "pick/Lift", "pick/Lift", "")[:steps],
+            rng.integers(0, 4, (steps, 6), dtype=np.uint8),
+        )
+
+    return make
+
+
+@pytest.fixture
+def store(tmp_path, make_demonstration):
+    """Three demonstrations, and the file of an episode that failed."""
+    store = DemonstrationStore.create(tmp_path / "demos", IDENTITY)
+    for episode in (0, 1, 3):
+        store.write(make_demonstration(episode))
+    store.write(make_demonstration(2, steps=0, success=False))
+    return store

@@ -1,0 +1,89 @@
+"""The HDF5 file has the layout that robomimic reads."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+
+from bt_manip.demonstrations import DemonstrationStore, write_robomimic
+from bt_manip.exceptions import BtManipError
+from tests.demonstrations.conftest import IDENTITY, STEPS
+
+
+def test_each_demonstration_has_what_robomimic_reads(store, tmp_path):
+    path = tmp_path / "demos.hdf5"
+    assert write_robomimic(store, path, "cartesian_deltas") == 3
+    with h5py.File(path) as file:
+        data = file["data"]
+        assert sorted(data) == ["demo_0", "demo_1", "demo_2"]
+        assert data.attrs["total"] == 3 * STEPS
+        assert json.loads(data.attrs["env_args"]) == IDENTITY["env_args"]
+        for demo, one in zip(("demo_0", "demo_1", "demo_2"), store, strict=True):
+            group = data[demo]
+            assert group.attrs["num_samples"] == STEPS
+            assert group.attrs["episode"] == one.episode
+            np.testing.assert_array_equal(group["actions"], one.actions["cartesian_deltas"])
+            np.testing.assert_array_equal(group["states"], one.states[:-1])
+            np.testing.assert_array_equal(group["rewards"], one.rewards)
+            np.testing.assert_array_equal(group["dones"], one.dones)
+            for name, array in one.observations.items():
+                np.testing.assert_array_equal(group["obs"][name], array[:-1])
+                np.testing.assert_array_equal(group["next_obs"][name], array[1:])
+
+
+def test_labels_and_all_kinds_of_actions_are_kept(store, tmp_path):
+    path = tmp_path / "demos.hdf5"
+    write_robomimic(store, path)
+    with h5py.File(path) as file:
+        demo, one = file["data/demo_2"], store.read(3)
+        np.testing.assert_array_equal(demo["actions"], one.actions["cartesian_deltas"])
+        for kind, array in one.actions.items():
+            np.testing.assert_array_equal(demo["action_dict"][kind], array)
+        names = [text.decode() for text in file["leaves"]]
+        assert tuple(names[i] for i in demo["leaf"]) == one.leaves
+        np.testing.assert_array_equal(demo["statuses"], one.statuses)
+        assert json.loads(file["manifest"][()])["tree"] == "pick"
+
+
+def test_masks_split_the_demonstrations_to_train_and_to_validate(tmp_path, make_demonstration):
+    store = DemonstrationStore.create(tmp_path / "demos", IDENTITY)
+    for episode in range(20):
+        store.write(make_demonstration(episode, steps=1))
+    masks = []
+    for path in (tmp_path / "1.hdf5", tmp_path / "2.hdf5"):
+        write_robomimic(store, path)
+        with h5py.File(path) as file:
+            masks.append({k: [d.decode() for d in file[f"mask/{k}"]] for k in ("train", "valid")})
+            assert sorted(masks[-1]["train"] + masks[-1]["valid"]) == sorted(file["data"])
+    assert len(masks[0]["valid"]) == 2
+    assert masks[0] == masks[1]
+
+
+def test_a_wrong_kind_of_actions_and_an_empty_folder_are_refused(store, tmp_path):
+    path = tmp_path / "demos.hdf5"
+    with pytest.raises(BtManipError, match="no actions 'joint_target'; did you mean"):
+        write_robomimic(store, path, "joint_target")
+    empty = DemonstrationStore.create(tmp_path / "empty", IDENTITY)
+    with pytest.raises(BtManipError, match="has no demonstrations to export"):
+        write_robomimic(empty, path)
+    assert not path.exists()
+
+
+def test_robomimic_reads_sequences(store, tmp_path):
+    pytest.importorskip("torch", reason="torch is not installed")
+    dataset = pytest.importorskip("robomimic.utils.dataset", reason="robomimic is not installed")
+    path = tmp_path / "demos.hdf5"
+    write_robomimic(store, path, "joint_targets")
+    sequences = dataset.SequenceDataset(
+        hdf5_path=str(path),
+        obs_keys=("joint_positions",),
+        dataset_keys=("actions", "rewards", "dones", "leaf"),
+        seq_length=2,
+    )
+    assert len(sequences) == 3 * STEPS
+    one = store.read(0)
+    np.testing.assert_allclose(sequences[1]["actions"], one.actions["joint_targets"][1:3])
+    np.testing.assert_allclose(
+        sequences[1]["next_obs"]["joint_positions"], one.observations["joint_positions"][2:4]
+    )
