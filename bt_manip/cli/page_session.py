@@ -228,7 +228,8 @@ class PageSession:
         first, same = self._options, choice.tree == self._options.tree
         return replace(
             first, **choice._asdict(), window=False, report=None, trace=None, records=(),
-            snapshots=(), resume=None, continued=None, settings=first.settings if same else {},
+            snapshots=(), resume=None, continued=None, episode=None,
+            settings=first.settings if same else {},
             faults=first.faults if same else (),
         )  # fmt: skip
 

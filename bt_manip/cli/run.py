@@ -26,6 +26,10 @@ EXIT_CODES = (
     help="Runs of the tree from idle to SUCCESS or FAILURE; 0 goes on until Ctrl-C.",
 )  # fmt: skip
 @click.option(
+    "--episode", type=click.IntRange(min=0), metavar="N",
+    help="Run episode N of bt-manip evaluate instead of cycles.",
+)  # fmt: skip
+@click.option(
     "--seed", type=int, metavar="S", help="Seed of all randomness.  [default: the scene's, or 0]"
 )
 @station_options

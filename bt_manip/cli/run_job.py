@@ -125,6 +125,8 @@ class RunJob:
         prepared.identity.update(
             plugins=plugins.versions, faults=options.faults, foreign=options.foreign.fields()
         )
+        if options.episode is not None:
+            prepared.begin_episode(options.episode)
         self._console = Console(quiet=options.quiet)
         self._trace = Trace(options.trace) if options.trace else None
         self._recorder = Recorder(

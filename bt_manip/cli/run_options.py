@@ -1,6 +1,6 @@
 """The options of ``bt-manip run``, and the run that they request."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -42,6 +42,7 @@ class RunOptions:
     faults: tuple[str, ...] = ()
     view: bool = False
     configurations: Path | None = None
+    episode: int | None = None
     foreign: ForeignTrees = field(default_factory=ForeignTrees)
     continued: "Continuation | None" = None
     """The recorded run to go on with; then the options of the request are those of this run."""
@@ -66,35 +67,34 @@ def make_request(
     Raises:
         BtManipError: If there is no such tree, or an option is out of range.
     """
-    from bt_manip.registry import Surroundings
-    from bt_manip.runner import CONTROLLER, SCENE, RunRequest, find_tree, seed_of
+    from bt_manip.runner import request_of, seed_of
 
-    trees = {name: parts.trees.get(name) for name in parts.trees}
     watched: dict[str, Any] = {
         "real_time": None if options.view else options.speed or None,  # the page has a control
         "reading": options.foreign.reading(),
     }
     if options.continued is not None:
+        trees = {name: parts.trees.get(name) for name in parts.trees}
         return options.continued.request(trees, **watched)
-    wants = parts.surroundings.get(options.tree, Surroundings())
-    scene = options.scene or wants.scene or SCENE
-    seed = options.seed
-    if seed is None:
-        seed = seed_of(scene, parts)
-        seed = seed if resumed is None else int(resumed["request"].get("seed", seed))
-    return RunRequest(
-        tree=find_tree(options.tree, trees),
+    request = request_of(
+        options.tree,
+        parts,
         robot=options.robot,
-        controller=options.controller or wants.controller or CONTROLLER,
-        scene=scene,
+        controller=options.controller,
+        scene=options.scene,
         planner=options.planner,
         cycles=options.cycles,
-        seed=seed,
+        seed=options.seed,
         tick=options.tick_ms / 1e3,
         settings=options.settings,
         configurations=_configurations(options),
         **watched,
     )
+    if options.seed is not None:
+        return request
+    seed = seed_of(request.scene, parts)
+    seed = seed if resumed is None else int(resumed["request"].get("seed", seed))
+    return replace(request, seed=seed)
 
 
 def _configurations(options: RunOptions) -> "Mapping[str, Configuration]":

@@ -9,8 +9,7 @@ import numpy as np
 
 from bt_manip.bt import NodeKind, NodeStatus
 from bt_manip.exceptions import NodeError, did_you_mean
-from bt_manip.registry import Surroundings
-from bt_manip.runner import CONTROLLER, SCENE, Run, RunObserver, RunRequest, find_tree, prepare
+from bt_manip.runner import Run, RunObserver, prepare, request_of
 
 from .fault import FaultError
 from .injector import FaultInjector
@@ -108,16 +107,7 @@ class StressTester:
         self._tree = tree
         self._parts = parts = load_plugins(choice=choice, warn=lambda message: None).parts
         self.faults = parts.faults
-        wants = parts.surroundings.get(tree, Surroundings())
-        given = {key: value for key, value in options.items() if value is not None}
-        self._request = RunRequest(
-            find_tree(tree, {name: parts.trees.get(name) for name in parts.trees}),
-            **{
-                "controller": wants.controller or CONTROLLER,
-                "scene": wants.scene or SCENE,
-                **given,
-            },
-        )
+        self._request = request_of(tree, parts, **options)
         self._runs: dict[int, tuple[Run, dict[str, Any]]] = {}
 
     def phases(self) -> list[StressPhase]:

@@ -20,6 +20,7 @@ from .reloading import Reloader as Reloader
 from .request import CONTROLLER as CONTROLLER
 from .request import SCENE as SCENE
 from .request import RunRequest as RunRequest
+from .request import request_of as request_of
 from .run import Pacing as Pacing
 from .run import Run as Run
 from .scene import Fixture as Fixture

@@ -6,9 +6,10 @@ from types import MappingProxyType
 from typing import Any
 
 from bt_manip.exceptions import BtManipError
+from bt_manip.registry import Parts, Surroundings
 from bt_manip.robots import Configuration
 
-from .tree_source import TreeSource
+from .tree_source import TreeSource, find_tree
 
 CONTROLLER = "computed_torque"
 """Default controller."""
@@ -86,3 +87,22 @@ class RunRequest:
     def steps_per_tick(self) -> int:
         """Number of control steps per tick."""
         return round(self.tick / CONTROL_STEP)
+
+
+def request_of(tree: str, parts: Parts, **options: Any) -> RunRequest:
+    """Return the request of a tree, with its own scene and controller where none is given.
+
+    Args:
+        tree: The tree as the user names it.
+        parts: The registered parts.
+        **options: Fields of `RunRequest`; None: the default.
+
+    Raises:
+        BtManipError: If there is no such tree, or an option is out of range.
+    """
+    wants = parts.surroundings.get(tree, Surroundings())
+    defaults = {"scene": wants.scene, "controller": wants.controller}
+    given = {key: value for key, value in options.items() if value is not None}
+    chosen = {key: value for key, value in defaults.items() if value is not None}
+    registered = {name: parts.trees.get(name) for name in parts.trees}
+    return RunRequest(find_tree(tree, registered), **(chosen | given))

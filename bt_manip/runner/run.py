@@ -4,8 +4,10 @@ import contextlib
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.notebook import html_table
@@ -52,6 +54,7 @@ class Run:
         self.observers: Sequence[RunObserver] = ()
         self.stop: Stop = lambda: False
         self.reporters: list[Callable[[str, dict[str, Any]], None]] = []
+        self._initial: dict[str, Any] | None = None
 
     def _repr_html_(self) -> str:
         """Show the request, the present cycle and the tree in a notebook."""
@@ -80,6 +83,24 @@ class Run:
         """
         self.stop, self.observers = stop, observers
         _Loop(self, observers).run()
+
+    def begin_episode(self, episode: int) -> None:
+        """Return to the initial state, from which `execute` then runs one episode.
+
+        An episode is one run of the root. It depends only on the request and on its number, from
+        which the samples and the state of the station's random generator follow, not on what ran
+        before; so it is the same in any process, bit for bit.
+
+        Args:
+            episode: Its number, which is also that of its cycle.
+        """
+        if self._initial is None:
+            self._initial = self.get_state()
+        self.set_state(self._initial)
+        rng = np.random.default_rng((self.request.seed, episode))
+        self.station.rng.bit_generator.state = rng.bit_generator.state
+        self.request = replace(self.request, cycles=episode + 1)
+        self.cycle = episode
 
     def report(self, kind: str, data: dict[str, Any]) -> None:
         """Add an event to all event streams; `RunEvent` documents kinds and data."""

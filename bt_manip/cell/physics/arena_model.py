@@ -168,6 +168,7 @@ class ArenaModel:
         detached = dict(present[keep:])
         for name in detached:
             self.detach(name)
+            self.overrides.remove(name)  # `restore` sets those of the state
         for entry in entries[keep:]:
             name = entry["name"]
             known = detached.get(name)
