@@ -1,6 +1,5 @@
 """Plan grasps of objects."""
 
-import contextlib
 from collections.abc import Sequence
 
 import numpy as np
@@ -8,7 +7,6 @@ import pinocchio as pin
 
 from bt_manip.arm import Arm
 from bt_manip.cell import Cell
-from bt_manip.exceptions import MotionError
 from bt_manip.grippers import solids_of
 from bt_manip.robots import GraspCandidate, GraspGenerator, Robot
 
@@ -42,14 +40,14 @@ class GraspPlanner:
         self._generation = -1
         self._friction = b""  # of all geoms, at which the generators were made
 
-    def plan(self, name: str, heights: float | Sequence[float], centre: np.ndarray) -> GraspPlan:
+    def plan(self, name: str, heights: Sequence[float], centre: np.ndarray) -> GraspPlan:
         """Choose a grasp and the configuration from which the tool approaches it.
 
         Args:
             name: The object.
-            heights: Height of the pre-grasp pose over the object's centre, along the tool's axis
-                [m], or several, of which the first reachable one is taken; limited to
-                `MAX_SIDE_STANDOFF` where the approach is not from above.
+            heights: Heights of the pre-grasp pose over the object's centre, along the tool's axis,
+                of which the first reachable one is taken [m]; limited to `MAX_SIDE_STANDOFF` where
+                the approach is not from above.
             centre: The object's centre in the world [m].  # (3,)
 
         Raises:
@@ -57,14 +55,7 @@ class GraspPlanner:
             MotionError: When no grasp is feasible, with the reasons.
         """
         search = self._search(name, self.arm.model.pose(self.arm.q))
-        *higher, lowest = (heights,) if isinstance(heights, int | float) else heights
-        plan = None
-        for height in higher:
-            with contextlib.suppress(MotionError):  # the arm reaches grasps, but not from there
-                plan = search.best(height, centre)
-                break
-        else:
-            plan = search.best(lowest, centre)
+        plan = search.best(heights, centre)
         if plan is None:
             raise search.rejections.error()
         return plan

@@ -80,30 +80,43 @@ class GraspSearch:
         """
         self._arm, self._name, self._ranking = arm, name, ranking
         self._clearance, self.rejections = clearance, rejections
-        self._turned: dict[tuple[float, ...], bool] = {}  # whether turned grasps are reachable
+        self._turned: dict[tuple[float, ...], bool] = {}  # whether reached, by height and axis
 
     def nearest(self) -> RankedGrasp | None:
         """Return the grasp with clearance whose approach axis is nearest to the tool."""
         return next(self._with_clearance(self._ranking.by_distance()), None)
 
-    def best(self, height: float, centre: np.ndarray) -> GraspPlan | None:
+    def best(self, heights: Sequence[float], centre: np.ndarray) -> GraspPlan | None:
         """Return the plan of the feasible grasp of lowest cost.
 
         Args:
-            height: Height of the pre-grasp pose over the object's centre, along its axis [m].
+            heights: Heights of the pre-grasp pose over the object's centre, along its axis, in the
+                order in which they are tried [m].
             centre: The object's centre in the world [m].  # (3,)
 
         Raises:
-            MotionError: When the arm reaches a grasp but not its pre-grasp pose.
+            MotionError: When the arm reaches a grasp but no pre-grasp pose of it.
         """
-        grasps = self._with_clearance(self._ranking.by_cost())
+        grasps, left = self._with_clearance(self._ranking.by_cost()), list(heights)
         for batch in islice(_batches(grasps), MAX_BATCHES):
             if self.rejections.approaches >= MAX_APPROACHES:
                 break
-            plan = self._plan(batch, height, centre)
+            plan = self._plan_from_first(batch, left, centre)
             if plan is not None:
                 return plan
         return None
+
+    def _plan_from_first(
+        self, batch: Sequence[RankedGrasp], heights: list[float], centre: np.ndarray
+    ) -> GraspPlan | None:
+        """Return the plan at the first reachable height; drop the unreachable ones before it."""
+        while True:
+            try:
+                return self._plan(batch, heights[0], centre)
+            except MotionError:
+                if len(heights) == 1:
+                    raise
+                del heights[0]
 
     def _with_clearance(self, ranked: Iterable[RankedGrasp]) -> Iterator[RankedGrasp]:
         """Iterate over the grasps with sufficient clearance in their order, then the tight ones.
@@ -155,7 +168,7 @@ class GraspSearch:
             return turned
         best: tuple[float, GraspPlan] | None = None
         solved = False
-        reachable = any(self._turned.get(_turns(one), True) for one in batch)
+        reachable = any(self._turned.get((height, *_turns(one)), True) for one in batch)
         for starts, margin in _SEARCHES if reachable else ():
             if best is not None:
                 break
@@ -186,24 +199,21 @@ class GraspSearch:
         grasps: list[tuple[RankedGrasp, float]] = []  # with the distance to the pre-grasp pose
         targets = []
         for one in batch:
-            if one.free_axis is None or one.pivot is None:
+            if one.free_axis is None:
                 continue
-            key = _turns(one)
+            key = (height, *_turns(one))
             if key in self._turned:
                 continue
             self._turned[key] = False
             standoff = _standoff(one.T_wt, height, centre)
-            T_pregrasp = translate_along_tool_z(one.T_wt, -standoff)
-            pivot = one.pivot + [0.0, 0.0, standoff]
-            target = PoseTarget(arm.ik.tool, T_pregrasp, free_axis=one.free_axis, pivot=pivot)
             grasps.append((one, standoff))
-            targets.append(target)
+            targets.append(self._target(one, standoff))
         if not targets:
             return None
         for restarts, margin in _TURNED_SEARCHES:
             for found in arm.ik.solutions(targets, arm.q, restarts=restarts, margin=margin):
                 one, standoff = grasps[found.target]
-                self._turned[_turns(one)] = True
+                self._turned[height, *_turns(one)] = True
                 T_wt = translate_along_tool_z(arm.ik.model.pose(found.q), standoff)
                 T_ot = one.grasp.T_ot * one.T_wt.actInv(T_wt)
                 turned = one._replace(grasp=replace(one.grasp, T_ot=T_ot), T_wt=T_wt)
@@ -235,11 +245,20 @@ class GraspSearch:
             reason += f"; {rejections.total} grasps rejected before"
         return margin, GraspPlan(one.grasp, one.T_wt, q, reason)
 
+    def _target(self, one: RankedGrasp, standoff: float = 0.0) -> pin.SE3 | PoseTarget:
+        """Return the target of the tool at a distance before a grasp [m], turned or not."""
+        T_wt = translate_along_tool_z(one.T_wt, -standoff)
+        if one.free_axis is None or one.pivot is None:
+            return T_wt
+        pivot = one.pivot + [0.0, 0.0, standoff]
+        return PoseTarget(self._arm.ik.tool, T_wt, free_axis=one.free_axis, pivot=pivot)
+
     def _check_pregrasp(self, batch: Sequence[RankedGrasp], height: float) -> None:
         """Raise a `MotionError` when only the pre-grasp poses are unreachable."""
         arm, name = self._arm, self._name
         above = height > 0.0 and all(_from_above(one.T_wt) for one in batch)
-        if above and arm.ik.nearest([one.T_wt for one in batch], arm.q).solved:
+        targets = {_turns(one) or (i,): self._target(one) for i, one in enumerate(batch)}
+        if above and arm.ik.nearest(list(targets.values()), arm.q).solved:
             raise MotionError(
                 f"{height:g} m over '{name}' is unreachable, though '{name}' is not",
                 reason="unreachable",

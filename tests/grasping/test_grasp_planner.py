@@ -17,5 +17,5 @@ def test_an_arm_that_would_collide_with_itself_does_not_wait_for_itself(monkeypa
     monkeypatch.setattr(station.arm.world, "collisions", lambda q, within=0.0: [own])
     planner = GraspPlanner(station.cell, station.arm)
     with pytest.raises(MotionError, match="'panda/link7' would touch 'panda/link2'") as raised:
-        planner.plan(name, 0.1, station.cell.pose(name).translation)
+        planner.plan(name, [0.1], station.cell.pose(name).translation)
     assert raised.value.reason == "grasp"

@@ -8,7 +8,7 @@ import pytest
 from bt_manip import spatial
 from bt_manip.behaviours.poses import centre_pose
 from bt_manip.cell.objects import Cube, Cylinder, Sphere
-from bt_manip.grasping import GraspPlanner
+from bt_manip.grasping import GraspPlanner, GripperClearance
 from bt_manip.runner import Station, build_station
 
 FIVE_JOINTS = Path(__file__).parents[1] / "robots/models/five_joints.toml"
@@ -29,14 +29,14 @@ def five(built):
     return built
 
 
-def plan(station, thing, radius, yaw, turn=0.0):
+def plan(station, thing, radius, yaw, turn=0.0, heights=(0.15,)):
     """Plan a grasp of a thing on the table, seen from the arm's first joint."""
     foot = station.arm.model.model.jointPlacements[1].translation
     x, y = foot[:2] + radius * np.array([np.cos(yaw), np.sin(yaw)])
     quat = (np.cos(0.5 * turn), 0.0, 0.0, np.sin(0.5 * turn))
     station.cell.add(thing, spatial.pose((x, y, TABLE + thing.rest_height), quat), name="it")
     centre = centre_pose(station.cell, "it").translation
-    found = GraspPlanner(station.cell, station.arm).plan("it", 0.15, centre)
+    found = GraspPlanner(station.cell, station.arm).plan("it", heights, centre)
     return found, centre
 
 
@@ -56,3 +56,25 @@ def test_a_ball_too_far_to_grip_from_above_is_gripped_on_the_side_that_the_joint
     assert found.T_wt.translation == pytest.approx(centre, abs=1e-5)
     tool = five.arm.model.pose(found.q_pregrasp)
     assert tool.rotation == pytest.approx(found.T_wt.rotation, abs=1e-4)
+
+
+@pytest.mark.parametrize("make", [Cube, Cylinder])
+def test_the_first_height_that_the_arm_reaches_is_taken(five, make):
+    found, centre = plan(five, make(), 0.74, -0.4, heights=(0.4, 0.3, 0.2, 0.1))
+    tool = five.arm.model.pose(found.q_pregrasp).translation
+    assert tool - centre == pytest.approx([0.0, 0.0, 0.2], abs=1e-4)
+
+
+def test_heights_that_no_grasp_is_reached_from_do_not_repeat_the_clearance_checks(
+    five, monkeypatch
+):
+    measured = []
+    at_pose = GripperClearance.at_pose
+
+    def counted(self, T_wt):
+        measured.append(tuple(T_wt.translation.tolist() + T_wt.rotation.ravel().tolist()))
+        return at_pose(self, T_wt)
+
+    monkeypatch.setattr(GripperClearance, "at_pose", counted)
+    plan(five, Cube(), 0.74, -0.4, heights=(0.4, 0.3, 0.2))
+    assert len(set(measured)) == len(measured) > 0

@@ -135,10 +135,10 @@ def test_a_slippery_object_is_refused_with_the_coefficient_that_it_needs(on_the_
 
 def test_no_grasp_is_planned_where_no_force_holds(on_the_table):
     cell, planner = on_the_table(Cube())
-    planner.plan("it", 0.1, cell.pose("it").translation)
+    planner.plan("it", [0.1], cell.pose("it").translation)
     cell.override("it", friction=0.001)
     for find in (
-        lambda: planner.plan("it", 0.1, cell.pose("it").translation),
+        lambda: planner.plan("it", [0.1], cell.pose("it").translation),
         lambda: planner.nearest("it", planner.arm.robot.tool_pose),
     ):
         with pytest.raises(MotionError, match="at least 0.00198 at 2 x 140 N; 'it' has 0.001"):
@@ -154,9 +154,9 @@ def test_what_is_fixed_needs_no_friction(on_the_table):
 def test_grasps_follow_the_friction_as_it_changes(on_the_table):
     """The sides lean by 4.3 degrees, beyond 80 % of the cone of a friction of 0.05."""
     cell, planner = on_the_table(ConvexMesh())
-    planner.plan("it", 0.1, cell.pose("it").translation)
+    planner.plan("it", [0.1], cell.pose("it").translation)
     cell.override("it", friction=0.05)
     with pytest.raises(MotionError):
-        planner.plan("it", 0.1, cell.pose("it").translation)
+        planner.plan("it", [0.1], cell.pose("it").translation)
     cell.override("it", friction=None)
-    planner.plan("it", 0.1, cell.pose("it").translation)
+    planner.plan("it", [0.1], cell.pose("it").translation)
