@@ -116,11 +116,11 @@ def show(name: str, picture: Path | None) -> None:
     from bt_manip.runner import find_robot
 
     parts = load_chosen_plugins().parts
-    description = find_robot(name, parts.robots)
-    for line in summary(make_robot(description, parts)):
+    robot = make_robot(find_robot(name, parts.robots), parts)
+    for line in summary(robot):
         click.echo(line)
     if picture is not None:
-        _draw(make_robot(description, parts), picture)
+        _draw(robot, picture)
 
 
 def _draw(robot: "Robot", path: Path) -> None:

@@ -89,7 +89,7 @@ def check_description(path: Path, parts: Parts) -> Checked:
         except AssertionError as failed:
             key, remedy = _REMEDIES[check.__name__]
             findings.append(f"{description.where}: key '{key}': {failed}; {remedy}")
-    return Checked(findings, facts, make_robot(description, parts))
+    return Checked(findings, facts, robot)
 
 
 _REMEDIES = {

@@ -174,7 +174,6 @@ def _with_gripper(
 ) -> tuple[RobotDescription, dict[str, str]]:
     """Return the description with the gripper and the tool frame, and comments on them."""
     names = [escaped_name(joint) for joint in description.arm_joints]
-    T_mg = pin.SE3.Identity()
     carried = None if model is None else GripperDescription(model=model, mount=mount)
     assembled = assemble(replace(description, gripper=carried), description.name)
     prefix = "" if model is None else assembled.gripper.full_identifier
@@ -195,11 +194,6 @@ def _with_gripper(
         gripper = suction_gripper(model=model, mount=mount if model else None)
         return replace(description, tool_frame=frame, gripper=gripper), {}
     found = find_fingers(assembled.alone, names, where=model or description.model)
-    if carried is not None:  # turned so that it points away from the arm, then measured again
-        T_mg = _outwards(assembled.alone, description, found, mount)
-        carried = replace(carried, T_mg=T_mg)
-        assembled = assemble(replace(description, gripper=carried), description.name)
-        found = find_fingers(assembled.alone, names, where=carried.model or "")
     notes = {"gripper": "Measured on the model.", "gripper.max_speed": f"{_CHOSEN} [m/s]."}
     notes["gripper.max_force"] = "What the model's actuator exerts on each finger [N]."
     force = found.max_force
@@ -224,7 +218,7 @@ def _with_gripper(
         pads=_PADS,
         model=model,
         mount=mount if model else None,
-        T_mg=T_mg,
+        T_mg=None if model is None else _outwards(assembled.alone, description, found, mount),
         **changes,
     )
     if tool_frame is None:

@@ -53,6 +53,7 @@ class FingerBench:
 
     Attributes:
         model: The copy.
+        arm_joints: Full names of the arm's joints, from the base to the tool.
         joints: Ids of the moving joints: the hinges and slides beyond the arm's last link.
         body: Id of the arm's last link.
         frictionloss: Dry friction of the degrees of freedom of the model itself.  # (nv,)
@@ -66,6 +67,7 @@ class FingerBench:
             arm_joints: Full names of the arm's joints, from the base to the tool.
         """
         self.model = model = copy.copy(mj_model)
+        self.arm_joints = tuple(arm_joints)
         model.opt.timestep = 1e-3
         model.opt.gravity[:] = 0.0
         off = mujoco.mjtDisableBit

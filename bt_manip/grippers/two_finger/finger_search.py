@@ -82,7 +82,7 @@ def find_fingers(
     """
     bench = FingerBench(mj_model, arm_joints)
     model = bench.model
-    joints = _independent_joints(bench, arm_joints, where)
+    joints = _independent_joints(bench, where)
     pads = _find_pads(bench, _sequences(bench, joints), where)
     if len(joints) == 2 and joints[0] not in bench.coupled_to(pads.bodies[0]):
         joints.reverse()
@@ -94,10 +94,8 @@ def find_fingers(
     )
     body = _carrier(bench, pads.bodies[0])
     T_bt = _tool(bench, pads, body)
-    travel = measure_travel(
-        mj_model, names, arm_joints=arm_joints, tool_body=model.body(body).name, T_bt=T_bt,
-        where=where,
-    )  # fmt: skip
+    tool_body = model.body(body).name
+    travel = measure_travel(bench, names, tool_body=tool_body, T_bt=T_bt, where=where)
     moved = [("joint", name) for name in names.joints] if motor is None else [motor]
     effort = min(_effort_limit(mj_model, *motor) for motor in moved)
     return FoundFingers(
@@ -105,7 +103,7 @@ def find_fingers(
         names.fingers,
         names.motor,
         travel.force(effort, together=len(moved) == 1) if np.isfinite(effort) else None,
-        model.body(body).name,
+        tool_body,
         T_bt,
         travel,
     )
@@ -127,11 +125,11 @@ class _Pads(NamedTuple):
     normal: np.ndarray
 
 
-def _independent_joints(bench: FingerBench, arm_joints: Sequence[str], where: str) -> list[int]:
+def _independent_joints(bench: FingerBench, where: str) -> list[int]:
     """Return one joint of each group of coupled joints that an actuator moves."""
-    model, left = bench.model, list(bench.joints)
+    model, left, last = bench.model, list(bench.joints), bench.arm_joints[-1]
     if not left:
-        raise RobotError(f"{where} has no joints beyond the arm's last one, '{arm_joints[-1]}'")
+        raise RobotError(f"{where} has no joints beyond the arm's last one, '{last}'")
     groups = []
     while left:
         groups.append(bench.coupled(left[0]))
@@ -143,7 +141,7 @@ def _independent_joints(bench: FingerBench, arm_joints: Sequence[str], where: st
     names = ", ".join(f"'{literal_name(model.joint(j).name)}'" for j in found)
     if len(found) > 2:
         raise RobotError(
-            f"{where}: {len(found)} joints beyond '{arm_joints[-1]}' move independently: {names}; "
+            f"{where}: {len(found)} joints beyond '{last}' move independently: {names}; "
             "a two-finger gripper has one or two"
         )
     if not model.jnt_limited[found].all():

@@ -148,20 +148,13 @@ class _Course(NamedTuple):
 
 
 def measure_travel(
-    mj_model: mujoco.MjModel,
-    names: FingerNames,
-    *,
-    arm_joints: Sequence[str],
-    tool_body: str,
-    T_bt: pin.SE3,
-    where: str,
+    bench: FingerBench, names: FingerNames, *, tool_body: str, T_bt: pin.SE3, where: str
 ) -> FingerTravel:
     """Measure the travel of two fingers by moving the gripper over its range without load.
 
     Args:
-        mj_model: The robot, compiled on its own; it is not changed.
+        bench: The robot, compiled on its own.
         names: The gripper's joints, fingers and motor.
-        arm_joints: Full names of the arm's joints.
         tool_body: Full name of the body that carries the tool.
         T_bt: Pose of the tool in that body; its z axis is the approach direction.
         where: Name of the robot, for messages.
@@ -170,7 +163,6 @@ def measure_travel(
         RobotError: If the joints have no range, do not move the fingers, or move them so that one
             opening has several positions.
     """
-    bench = FingerBench(mj_model, arm_joints)
     model = bench.model
     joints = [int(model.joint(name).id) for name in names.joints]
     unlimited = [n for n, j in zip(names.joints, joints, strict=True) if not model.jnt_limited[j]]
@@ -180,7 +172,7 @@ def measure_travel(
     if outside:
         raise RobotError(
             f"{where}: {', '.join(outside)} is no gripper joint: it does not move beyond the arm's "
-            f"last joint, '{arm_joints[-1]}'"
+            f"last joint, '{bench.arm_joints[-1]}'"
         )
     surfaces = [FingerSurface(model, int(model.body(name).id)) for name in names.fingers]
     tool = int(model.body(tool_body).id)

@@ -49,21 +49,26 @@ class Mechanism:
         self.joints = [robot.find("joint", name) for name in parameters.joints]
         self.fingers = [robot.find("body", name) for name in parameters.fingers]
         self._robot, alone = robot, robot.alone
+        root = robot.mjcf_model
+        self._set_contacts(parameters)
+        self._set_joints(parameters)
+        bench = FingerBench(
+            _with_joints(alone, self._bases, parameters),
+            [joint.full_identifier for joint in robot.arm_joints],
+        )
+        joints = tuple(joint.full_identifier for joint in self.joints)
         if parameters.motor is None:
-            motor = self._find_motor()
+            found = bench.motor_of([alone.joint(name).id for name in joints])
+            motor = found and root.find(*found)
         else:
             tendon = robot.gripper_root.find("tendon", escaped_name(parameters.motor))
             motor = tendon or robot.find("joint", parameters.motor)
-        self._set_contacts(parameters)
-        self._set_joints(parameters)
-        joints = tuple(joint.full_identifier for joint in self.joints)
         first, second = (finger.full_identifier for finger in self.fingers)
         site = robot.tool_site
         self.travel = _limited(
             measure_travel(
-                _with_joints(alone, self._bases, parameters),
+                bench,
                 FingerNames(joints, (first, second), motor.full_identifier if motor else None),
-                arm_joints=[joint.full_identifier for joint in robot.arm_joints],
                 tool_body=site.parent.full_identifier,
                 T_bt=_pose_of(site, alone),
                 where=where,
@@ -71,21 +76,12 @@ class Mechanism:
             parameters,
             where,
         )
-        root = robot.mjcf_model
         self._moving = [root.find("joint", name) for name in self.travel.joints]
         driven = self.joints if motor is None else [motor]
         efforts = _efforts(alone, self.travel, joints, max_force, together=len(driven) == 1)
         self.actuators = ensure_motors(root, alone, driven, efforts, freed=self._moving)
         if self.travel.one_moves:
             self._stop_at_fixed_finger()
-
-    def _find_motor(self) -> Any:
-        """Return the joint or tendon that moves both fingers; None for a motor for each joint."""
-        robot = self._robot
-        bench = FingerBench(robot.alone, [joint.full_identifier for joint in robot.arm_joints])
-        joints = [robot.alone.joint(joint.full_identifier).id for joint in self.joints]
-        found = bench.motor_of(joints)
-        return found and robot.mjcf_model.find(*found)
 
     def _stop_at_fixed_finger(self) -> None:
         """Limit the joint where the fingers meet: MuJoCo ignores contacts of parent and child."""
