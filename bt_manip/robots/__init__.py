@@ -6,6 +6,7 @@ from .assembly import MENAGERIE as MENAGERIE
 from .assembly import assemble as assemble
 from .assembly import model_file as model_file
 from .assembly import read_model as read_model
+from .assembly import site_pose as site_pose
 from .configurations import Configuration as Configuration
 from .configurations import find_configuration as find_configuration
 from .configurations import load_configurations as load_configurations

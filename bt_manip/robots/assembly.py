@@ -170,7 +170,7 @@ def _attach(
     site = _find(root, "site", mount)
     T_mount = pin.SE3.Identity()
     if site is not None:
-        T_mount = _site_pose(alone, site)
+        T_mount = site_pose(alone, site)
     else:
         body = _find(root, "body", mount)
         if body is None:
@@ -201,7 +201,7 @@ def _tool_site(
     for model in (hand, root):
         site = _find(model, "site", name)
         if site is not None:
-            T = _site_pose(alone, site)
+            T = site_pose(alone, site)
             body = site.parent
             break
         body = _find(model, "body", name)
@@ -267,9 +267,12 @@ def _find_body(root: mjcf.RootElement, hand: mjcf.RootElement, name: str, where:
     return body
 
 
-def _site_pose(alone: mujoco.MjModel, site: Any) -> pin.SE3:
-    compiled = alone.site(site.full_identifier)
-    return spatial.pose(compiled.pos, compiled.quat)
+def site_pose(alone: mujoco.MjModel, site: Any) -> pin.SE3:
+    """Return the pose of a site in its body; one that was added is not in the compiled model."""
+    name = site.full_identifier
+    compiled = mujoco.mj_name2id(alone, int(_NAMED["site"]), name) >= 0
+    found = alone.site(name) if compiled else site
+    return spatial.pose(found.pos, found.quat)
 
 
 def _place(element: Any, T: pin.SE3) -> None:

@@ -7,11 +7,9 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import pinocchio as pin
 
-from bt_manip import spatial
 from bt_manip.cell import escaped_name
-from bt_manip.robots import Robot, RobotError, effort_limit, ensure_motors
+from bt_manip.robots import Robot, RobotError, effort_limit, ensure_motors, site_pose
 
 from .finger_bench import FingerBench, collision_geoms_of
 from .finger_travel import FingerNames, FingerTravel, measure_travel
@@ -70,7 +68,7 @@ class Mechanism:
                 bench,
                 FingerNames(joints, (first, second), motor.full_identifier if motor else None),
                 tool_body=site.parent.full_identifier,
-                T_bt=_pose_of(site, alone),
+                T_bt=site_pose(alone, site),
                 where=where,
             ),
             parameters,
@@ -140,15 +138,6 @@ class Mechanism:
     def rest(self, qvel: np.ndarray) -> None:
         """Set the velocities of all moving joints in a ``qvel`` to zero."""
         qvel[self._moving_dof_adr] = 0.0
-
-
-def _pose_of(site: Any, alone: mujoco.MjModel) -> pin.SE3:
-    """Return the pose of a site in its body; one that was added is not in the compiled model."""
-    kind, name = int(mujoco.mjtObj.mjOBJ_SITE), site.full_identifier
-    compiled = mujoco.mj_name2id(alone, kind, name)
-    if compiled >= 0:
-        return spatial.pose(alone.site_pos[compiled], alone.site_quat[compiled])
-    return spatial.pose(site.pos, site.quat)
 
 
 def _limited(travel: FingerTravel, parameters: TwoFingerParameters, where: str) -> FingerTravel:
