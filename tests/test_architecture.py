@@ -26,7 +26,7 @@ LAYERS = (
     {"planning", "control", "grippers"},
     {"arm", "grasping"},
     {"behaviours"},
-    {"runner"},
+    {"runner", "episodes"},
     {
         "viewer", "recording", "groot", "testing", "faults", "evaluation", "robot_setup",
         "demonstrations",
@@ -53,6 +53,7 @@ WITHIN_LAYER = {
     ("robots", "cell"),
     ("kinematics", "collision"),
     ("grasping", "arm"),
+    ("episodes", "runner"),
     ("testing", "faults"),
     ("robot_setup", "testing"),
     ("groot", "recording"),

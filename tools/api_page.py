@@ -56,6 +56,10 @@ STABLE = {
     "bt_manip.planning": (
         "Planner PlanningProblem PlanningResult RRTConnect LineTo ArcTo TurnAbout"
     ),
+    "bt_manip.episodes": (
+        "Episodes episode_request Observations ObservationSpec Images ActionKind ActionSpace "
+        "JointTorques JointTargets CartesianDeltas SubtreeChoice action_kind"
+    ),
     "bt_manip.arm": "Arm",
     "bt_manip.control": (
         "Controller ControlError ComputedTorque GravityCompensatedPD Reference Hold"

@@ -12,6 +12,7 @@ from .close_gripper import CloseGripper as CloseGripper
 from .drop import Drop as Drop
 from .follow_target import FollowTarget as FollowTarget
 from .grasp import Grasp as Grasp
+from .grasp import default_force as default_force
 from .hover import Hover as Hover
 from .is_at import IsAt as IsAt
 from .is_holding import IsHolding as IsHolding

@@ -100,8 +100,11 @@ class Tree:
                 message, culprit = f"setup: {error}", type(behaviour).__module__
                 raise NodeError(link.path, link.registration, message, culprit) from error
 
-    def tick(self) -> NodeStatus:
+    def tick(self, node: Link | None = None) -> NodeStatus:
         """Tick the tree, and again at once as long as it is woken up.
+
+        Args:
+            node: The node to tick in place of the root; no other one may be running above it.
 
         Returns:
             The status of the root; when it has completed, the root is idle afterwards.
@@ -112,7 +115,7 @@ class Tree:
         runtime = self._runtime
         if runtime.timers:
             runtime.fire_timers()
-        root = self._root
+        root = self._root if node is None else node
         status = root.execute()
         while status is RUNNING and runtime.wake_up:
             runtime.wake_up = False

@@ -213,6 +213,11 @@ class Gripper(composer.Entity, abc.ABC):
         """Whether it has closed without gripping anything."""
 
     @property
+    def gripping(self) -> bool:
+        """Whether its last command was to grip; a kind that knows overrides this."""
+        return self.steady or self.closed_on_nothing
+
+    @property
     @abc.abstractmethod
     def is_free(self) -> bool:
         """Whether it may move away: it touches nothing that moves with it."""

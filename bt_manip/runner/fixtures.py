@@ -132,6 +132,22 @@ def add_fixture(cell: Cell, fixture: Fixture, entity: composer.Entity, seed: int
     cell.place(entity, region, rng, name=fixture.name, free=fixture.free)
 
 
+def place_again(cell: Cell, fixtures: Sequence[Fixture], seed: int) -> set[str]:
+    """Sample the poses of fixtures in a built cell with another seed; return their names.
+
+    Raises:
+        CellError: If there is no free pose.
+    """
+    later = sampled_fixtures(fixtures)
+    if later:
+        with cell.editing():
+            entities = {name: cell.remove(name) for name in later}
+            for fixture in fixtures:
+                if fixture.name in later:
+                    add_fixture(cell, fixture, entities[fixture.name], seed)
+    return later
+
+
 @contextlib.contextmanager
 def naming_file(scene: Scene) -> Iterator[None]:
     """Prefix errors with the file of a scene that was read from a file."""

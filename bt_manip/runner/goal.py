@@ -51,18 +51,22 @@ class GoalJudge:
             reason: Why it failed.
         """
         self.stop()
-        self._follow_tree()
         self.tree_succeeded = succeeded
+        self.reason = self.why_not()
+        self.holds = not self.reason if self._goal else None
+        if succeeded and self.holds is False:
+            return False, NOT_MET + self.reason
+        return succeeded, reason
+
+    def why_not(self) -> str:
+        """Return why the goal does not hold now; empty if it does, or the tree declares none."""
+        self._follow_tree()
         reasons = []
         for i, condition in enumerate(self._goal):
             reasons += self._kept[i]
             if not self._is_judged(i):
                 reasons.append(why_not_met(condition))
-        self.holds = not any(reasons) if self._goal else None
-        self.reason = "; ".join(dict.fromkeys(filter(None, reasons)))
-        if succeeded and self.holds is False:
-            return False, NOT_MET + self.reason
-        return succeeded, reason
+        return "; ".join(dict.fromkeys(filter(None, reasons)))
 
     def stop(self) -> None:
         """Stop observing the cell."""

@@ -23,7 +23,7 @@ from bt_manip.registry import Parts, Registry
 from bt_manip.robots import Gripper, Robot, RobotDescription
 
 from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities
-from .fixtures import add_fixture, naming_file, sampled_fixtures
+from .fixtures import add_fixture, naming_file, place_again, sampled_fixtures
 from .observer import RunObserver, recorder_suffixes
 from .request import CONTROL_STEP, CONTROLLER, PLANNER, RunRequest
 from .run import Run
@@ -70,6 +70,7 @@ class Station:
         models: Makes objects by registered name or address.
         planners: The registered planners.
         randomizer: Randomizes the cell at the beginning of a cycle.
+        scene: The scene that it was built with.
     """
 
     cell: Cell
@@ -78,6 +79,7 @@ class Station:
     models: Catalogue
     planners: Registry[Any]
     randomizer: Randomizer
+    scene: Scene
 
     @property
     def first(self) -> CommandedRobot:
@@ -233,6 +235,19 @@ class Station:
         rows = robots | {"objects": ", ".join(self.cell.objects), "time": f"{self.cell.time:.2f} s"}
         return html_table("Station", rows) + html_image(self.cell._repr_png_())
 
+    def reseed(self, seed: int) -> None:
+        """Continue as if it had been built with another seed.
+
+        Sampled fixtures get new poses; the cell must be as it was built.
+
+        Raises:
+            CellError: If a fixture finds no free pose.
+        """
+        self.rng.bit_generator.state = np.random.default_rng(seed).bit_generator.state
+        with naming_file(self.scene):
+            moved = place_again(self.cell, self.scene.fixtures, seed)
+        self.randomizer.reseed(seed, moved)
+
     def get_state(self) -> dict[str, Any]:
         """Return the state of the station as plain data."""
         return {
@@ -351,4 +366,4 @@ def build_station(
             scene_objects=scene_objects,
             robots=tuple(robots),
         )  # fmt: skip
-    return Station(cell, robots, rng, catalogue, parts.planners, randomizer)
+    return Station(cell, robots, rng, catalogue, parts.planners, randomizer, scene)

@@ -1,6 +1,7 @@
 """Sampling and applying a randomization at the beginning of each cycle."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from typing import Any
 
@@ -136,6 +137,17 @@ class Randomizer:
                 values[key] = self._sample(kind, name, key, varied, nominal)
         self._randomize_observables(name, entity)
         return values
+
+    def reseed(self, seed: int, moved: Iterable[str] = ()) -> None:
+        """Sample with another seed from the next cycle on, which may be any.
+
+        Args:
+            seed: Seed of the run.
+            moved: Objects of the scene that have other nominal poses now: the present ones.
+        """
+        self._seed, self._resumed = seed, None
+        for name in moved:
+            self._scene[name] = replace(self._scene[name], T_wo=self._cell.pose(name))
 
     # State
 

@@ -134,6 +134,11 @@ class SuctionGripper(Gripper):
         return self.state == OPEN and self._force == 0.0
 
     @property
+    def gripping(self) -> bool:
+        """Whether its last command was to close."""
+        return self.state != OPEN
+
+    @property
     def steady(self) -> bool:
         """Whether it has been sealed for 50 ms, with the commanded force."""
         return (

@@ -134,6 +134,11 @@ class TwoFingerGripper(DrivenFingers):
         )
 
     @property
+    def gripping(self) -> bool:
+        """Whether its last command was to close."""
+        return self.state in (CLOSING, GRIPPING)
+
+    @property
     def steady(self) -> bool:
         """Whether each finger has pressed with 95 to 120 % of the commanded force for 50 ms."""
         return (

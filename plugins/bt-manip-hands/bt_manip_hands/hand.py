@@ -118,6 +118,11 @@ class Hand(Gripper):
         return self.state == OPEN and self._s == 0.0 and bool(np.abs(errors).max() < _AT_POSTURE)
 
     @property
+    def gripping(self) -> bool:
+        """Whether its last command was to close."""
+        return self.state == CLOSING
+
+    @property
     def steady(self) -> bool:
         """Whether thumb and fingers hold an object with about the commanded force."""
         return self.state == CLOSING and self._time >= _STEADY_TIME - 1e-9

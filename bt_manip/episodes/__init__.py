@@ -1,0 +1,16 @@
+"""Episodes of trees: reset, observations, actions of agents and of the expert, success."""
+
+from .actions import ACTIONS as ACTIONS
+from .actions import ActionKind as ActionKind
+from .actions import ActionSpace as ActionSpace
+from .actions import CartesianDeltas as CartesianDeltas
+from .actions import JointTargets as JointTargets
+from .actions import JointTorques as JointTorques
+from .actions import SubtreeChoice as SubtreeChoice
+from .actions import action_kind as action_kind
+from .episodes import STEP as STEP
+from .episodes import Episodes as Episodes
+from .episodes import episode_request as episode_request
+from .observations import Images as Images
+from .observations import Observations as Observations
+from .observations import ObservationSpec as ObservationSpec

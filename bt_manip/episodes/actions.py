@@ -1,0 +1,403 @@
+"""Actions of an agent: what they command for one step, and what the expert did in these terms."""
+
+import abc
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.behaviours import ArmBehaviour, default_force, payload_of
+from bt_manip.bt import NodeKind, NodeStatus
+from bt_manip.exceptions import BtManipError, NodeError
+from bt_manip.runner import CommandedRobot
+
+from .episodes import Episodes, Then
+from .references import StepReference, TorqueCommand
+
+MAX_ANGLE = 2.0 * np.pi
+"""Bound of the targets of joints without position limits [rad]."""
+
+MAX_TOOL_SPEED = 2.0
+"""Bound of the commanded displacements of the tool, over the step [m/s]."""
+
+MAX_TOOL_TURNING = 4.0 * np.pi
+"""Bound of the commanded rotations of the tool, over the step [rad/s]."""
+
+
+class ActionSpace(NamedTuple):
+    """The actions of one kind.
+
+    Attributes:
+        low: Least numbers.  # (n,)
+        high: Largest numbers.  # (n,)
+        names: Name of each number.
+        units: Unit of each number.
+        choices: What the numbers 0, 1, ... of a single discrete action mean; empty if continuous.
+    """
+
+    low: np.ndarray
+    high: np.ndarray
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    choices: tuple[str, ...] = ()
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of an action."""
+        return () if self.choices else self.low.shape
+
+    @property
+    def dtype(self) -> str:
+        """NumPy's name of the number type."""
+        return "int64" if self.choices else "float32"
+
+
+class ActionKind(abc.ABC):
+    """One kind of actions, for the robots of a station.
+
+    Either `step` acts in place of the tree, or ``watch``, `Episodes.expert_step` and ``recorded``
+    return the action that reproduces what the tree did in that step.
+
+    Attributes:
+        space: Its actions.
+    """
+
+    kind: ClassVar[str]
+    space: ActionSpace
+
+    def __init__(self, episodes: Episodes) -> None:
+        """Act in these episodes."""
+        self._episodes = episodes
+        self._robots = list(episodes.station.robots.values())
+
+    @abc.abstractmethod
+    def step(self, action: Any, then: Then = ()) -> None:
+        """Make one step with an action.
+
+        Args:
+            action: The action; numbers beyond the bounds are clipped.
+            then: Called after each control step.
+
+        Raises:
+            BtManipError: If it has another shape or is not finite.
+        """
+
+    def watch(self) -> None:  # noqa: B027 (optional)
+        """Begin to observe a step of the expert."""
+
+    @abc.abstractmethod
+    def recorded(self) -> np.ndarray:
+        """Return the action that reproduces the step since `watch`."""
+
+    def get_state(self) -> Any:
+        """Return the state that it keeps between steps, as plain data."""
+        return None
+
+    def set_state(self, state: Any) -> None:  # noqa: B027 (optional)
+        """Restore a state of `get_state`, after that of the episode."""
+
+
+class ArmAction(ActionKind):
+    """An action with numbers for each arm, and one for its gripper.
+
+    The gripper closes when its number is positive, and opens otherwise.
+    """
+
+    def __init__(self, episodes: Episodes) -> None:
+        """Act in these episodes."""
+        super().__init__(episodes)
+        low: list[float] = []
+        high: list[float] = []
+        names: list[str] = []
+        units: list[str] = []
+        alone = len(self._robots) == 1
+        for one in self._robots:
+            label = "robot" if alone else one.name
+            bounds = self._bounds(one)
+            low += list(bounds[0])
+            high += list(bounds[1])
+            names += [f"{label}_{name}" for name in bounds[2]]
+            units += bounds[3]
+            if one.gripper is not None:
+                low, high = [*low, -1.0], [*high, 1.0]
+                names, units = [*names, f"{label}_gripper"], [*units, "-"]
+        as_array = np.array(low, np.float32), np.array(high, np.float32)
+        self.space = ActionSpace(*as_array, tuple(names), tuple(units))
+        self._references: list[StepReference] = []
+
+    @abc.abstractmethod
+    def _bounds(self, one: CommandedRobot) -> tuple[Any, Any, list[str], list[str]]:
+        """Return least and largest numbers, names and units for one arm."""
+
+    @abc.abstractmethod
+    def _command(self, one: CommandedRobot, reference: StepReference, numbers: np.ndarray) -> None:
+        """Command one arm for the step that begins."""
+
+    @abc.abstractmethod
+    def _recorded(self, index: int, one: CommandedRobot) -> np.ndarray:
+        """Return the numbers of one arm for the observed step."""
+
+    def step(self, action: Any, then: Then = ()) -> None:
+        """Make one step; see `ActionKind.step`."""
+        action = np.asarray(action, dtype=float)
+        if action.shape != self.space.shape or not np.isfinite(action).all():
+            raise BtManipError(
+                f"an action consists of {len(self.space.low)} finite numbers "
+                f"({', '.join(self.space.names)}), got {action}"
+            )
+        numbers = np.clip(action, self.space.low, self.space.high)
+        self._take_over()
+        at = 0
+        for one, reference in zip(self._robots, self._references, strict=True):
+            n = len(self._bounds(one)[2])
+            if one.gripper is not None:
+                self._grip(one, reference, numbers[at + n] > 0.0)
+            self._command(one, reference, numbers[at : at + n])
+            at += n + (one.gripper is not None)
+        self._episodes.agent_step(then)
+
+    def recorded(self) -> np.ndarray:
+        """Return the action that reproduces the step since `watch`."""
+        numbers: list[float] = []
+        for i, one in enumerate(self._robots):
+            numbers += self._recorded(i, one).tolist()
+            if one.gripper is not None:
+                numbers.append(1.0 if one.gripper.gripping else -1.0)
+        return np.array(numbers, dtype=np.float32)
+
+    def get_state(self) -> Any:
+        """Return the references; None before the first action of an episode."""
+        return [one.get_state() for one in self._references] if self._acts else None
+
+    def set_state(self, state: Any) -> None:
+        """Restore a state of `get_state`."""
+        if state is not None:
+            self._take_over()
+            for reference, values in zip(self._references, state, strict=True):
+                reference.set_state(values)
+
+    @property
+    def _acts(self) -> bool:
+        """Whether the robots follow these references, and not the arms."""
+        return bool(self._references) and all(
+            one.controllers.reference is reference
+            for one, reference in zip(self._robots, self._references, strict=True)
+        )
+
+    def _take_over(self) -> None:
+        """Take the robots over from the tree, once in an episode."""
+        if self._acts:
+            return
+        self._episodes.release()
+        steps = round(self._episodes.step_time / self._episodes.station.cell.dt)
+        self._references = [StepReference(one.arm.q, one.arm.model, steps) for one in self._robots]
+        for one, reference in zip(self._robots, self._references, strict=True):
+            reference.payload = one.arm.payload
+            one.controllers.reference = reference
+
+    def _grip(self, one: CommandedRobot, reference: StepReference, close: bool) -> None:
+        """Open or close the gripper, and let the controller know what it holds."""
+        gripper, cell = one.robot.needed_gripper, self._episodes.station.cell
+        if close and not gripper.gripping:
+            gripper.close(default_force(gripper))
+        elif not close and (gripper.gripping or not (gripper.moving or gripper.is_open)):
+            gripper.open()
+        held = [name for name in gripper.held if cell.is_free(name)] if gripper.gripping else []
+        if not held:
+            reference.payload = None
+        elif reference.payload is None and gripper.steady:
+            reference.payload = payload_of(cell, held[0], one.arm.model.pose(one.robot.q))
+
+
+class JointTargets(ArmAction):
+    """Joint positions at the end of the step [rad], and the gripper.
+
+    The reference reaches them along a cubic, with a velocity that follows from the present and the
+    last two targets; the controller tracks it as it tracks planned motions. Targets beyond what the
+    velocity limits allow within the step are clipped.
+    """
+
+    kind = "joint_targets"
+
+    def _bounds(self, one: CommandedRobot) -> tuple[Any, Any, list[str], list[str]]:
+        limits = one.arm.model.limits
+        low, high = np.maximum(limits.lower, -MAX_ANGLE), np.minimum(limits.upper, MAX_ANGLE)
+        return low, high, list(one.robot.description.arm_joints), list(one.arm.model.units)
+
+    def _command(self, one: CommandedRobot, reference: StepReference, numbers: np.ndarray) -> None:
+        reference.move_to(numbers, one.robot.q)
+
+    def _recorded(self, index: int, one: CommandedRobot) -> np.ndarray:
+        return one.controllers.reference.q.copy()
+
+
+class CartesianDeltas(ArmAction):
+    """Displacement [m] and rotation vector [rad] of the tool, in world axes, and the gripper.
+
+    They are relative to the tool's reference pose at the start of the step. The joint targets
+    follow by differential inverse kinematics, with the least joint motion.
+    """
+
+    kind = "cartesian_deltas"
+
+    def _bounds(self, one: CommandedRobot) -> tuple[Any, Any, list[str], list[str]]:
+        step = self._episodes.step_time
+        high = np.repeat([MAX_TOOL_SPEED * step, MAX_TOOL_TURNING * step], 3)
+        names = ["x", "y", "z", "rotation_x", "rotation_y", "rotation_z"]
+        return -high, high, names, ["m"] * 3 + ["rad"] * 3
+
+    def _command(self, one: CommandedRobot, reference: StepReference, numbers: np.ndarray) -> None:
+        model, q = one.arm.model, reference.q
+        T = model.pose(q)
+        target = pin.SE3(pin.exp3(numbers[3:]) @ T.rotation, T.translation + numbers[:3])
+        reference.move_to(differential_ik(model, q, target), one.robot.q, uniformly=True)
+
+    def watch(self) -> None:
+        """Begin to observe a step of the expert."""
+        self._before = [one.arm.model.pose(one.controllers.reference.q) for one in self._robots]
+
+    def _recorded(self, index: int, one: CommandedRobot) -> np.ndarray:
+        before, now = self._before[index], one.arm.model.pose(one.controllers.reference.q)
+        turned = pin.log3(now.rotation @ before.rotation.T)
+        return np.concatenate([now.translation - before.translation, turned])
+
+
+class JointTorques(ArmAction):
+    """Joint torques beyond those that compensate gravity and friction-free motion, and the gripper.
+
+    The sum is clipped to the effort limits, and is constant during the step but for the
+    compensation.
+    """
+
+    kind = "joint_torques"
+
+    def _bounds(self, one: CommandedRobot) -> tuple[Any, Any, list[str], list[str]]:
+        effort = one.arm.model.limits.effort
+        units = ["N" if unit == "m" else "N m" for unit in one.arm.model.units]
+        return -effort, effort, list(one.robot.description.arm_joints), units
+
+    def _take_over(self) -> None:
+        super()._take_over()
+        cell = self._episodes.station.cell
+        for one, reference in zip(self._robots, self._references, strict=True):
+            if not isinstance(one.controllers.controller, TorqueCommand):
+                controller = TorqueCommand(one.robot)
+                controller.after_compile(cell.physics, cell.random_state)
+                controller.reference = reference
+                one.controllers.controller = controller
+
+    def _command(self, one: CommandedRobot, reference: StepReference, numbers: np.ndarray) -> None:
+        one.controllers.controller.command = numbers
+
+    def watch(self) -> None:
+        """Begin to observe a step of the expert."""
+        self._before_torques = [
+            one.robot.tau - one.arm.model.rnea(one.robot.q, one.robot.v, np.zeros_like(one.robot.q))
+            for one in self._robots
+        ]
+
+    def _recorded(self, index: int, one: CommandedRobot) -> np.ndarray:
+        return self._before_torques[index]
+
+
+class SubtreeChoice(ActionKind):
+    """The part of the tree to run during the step: a sub-tree, or a leaf that uses a robot.
+
+    0 runs none: what was running is halted. A part that is chosen again goes on, or starts anew
+    where it has completed.
+
+    Attributes:
+        status: Status of the chosen part after the last step.
+    """
+
+    kind = "subtree_choice"
+
+    def __init__(self, episodes: Episodes) -> None:
+        """List the parts of the tree."""
+        super().__init__(episodes)
+        self._nodes = [
+            link
+            for link in episodes.run.tree.nodes[1:]
+            if isinstance(link, ArmBehaviour) or link.kind is NodeKind.SUBTREE
+        ]
+        self._running: Any = None
+        self.status = NodeStatus.IDLE
+        choices = ("", *(link.path for link in self._nodes))
+        low, high = np.array([0.0]), np.array([len(choices) - 1.0])
+        self.space = ActionSpace(low, high, ("choice",), ("-",), choices)
+
+    def step(self, action: Any, then: Then = ()) -> None:
+        """Make one step; see `ActionKind.step`."""
+        number = int(action)
+        if not 0 <= number < len(self.space.choices):
+            raise BtManipError(
+                f"a choice is a number from 0 to {len(self.space.choices) - 1}, got {action}"
+            )
+        episodes = self._episodes
+        episodes.release()
+        node = self._nodes[number - 1] if number else None
+        if self._running is not None and self._running is not node:
+            self._running.halt()
+        self._running, self.status = node, NodeStatus.IDLE
+
+        def tick() -> None:
+            if self._running is None:
+                return
+            self.status = self._tick(self._running)
+            if self.status is not NodeStatus.RUNNING:
+                self._running = None
+
+        episodes.agent_step(then, tick)
+
+    def _tick(self, node: Any) -> NodeStatus:
+        try:
+            return self._episodes.run.tree.tick(node)
+        except NodeError as error:
+            if not isinstance(error.__cause__, BtManipError):
+                raise
+            node.halt()
+            return NodeStatus.FAILURE  # as of a part whose inputs are not there yet
+
+    def recorded(self) -> np.ndarray:
+        """Return the innermost part that runs."""
+        running = [i for i, n in enumerate(self._nodes, 1) if n.engine_status is NodeStatus.RUNNING]
+        return np.array(running[-1] if running else 0, dtype=np.int64)
+
+
+ACTIONS: dict[str, type[ActionKind]] = {
+    one.kind: one for one in (JointTorques, JointTargets, CartesianDeltas, SubtreeChoice)
+}
+"""The kinds of actions by name."""
+
+
+def differential_ik(model: Any, q: np.ndarray, T_wt: pin.SE3, iterations: int = 4) -> np.ndarray:
+    """Return the configuration near another one that puts the tool at a pose, as far as it can.
+
+    Damped least squares (Nakamura & Hanafusa, 1986), inside the position limits.
+
+    Args:
+        model: The arm's `RobotModel`.
+        q: Where to start [rad].  # (nq,)
+        T_wt: Pose of the tool in the world.
+        iterations: Number of steps.
+    """  # (nq,)
+    q = q.copy()
+    for _ in range(iterations):
+        T = model.pose(q)
+        turn = pin.log3(T_wt.rotation @ T.rotation.T)
+        error = np.concatenate([T_wt.translation - T.translation, turn])
+        J = model.jacobian(q)
+        q += J.T @ np.linalg.solve(J @ J.T + 1e-5 * np.eye(6), error)
+        q = np.clip(q, model.limits.lower, model.limits.upper)
+    return q
+
+
+def action_kind(name: str, episodes: Episodes) -> ActionKind:
+    """Return a kind of actions by name.
+
+    Raises:
+        BtManipError: If there is none of that name.
+    """
+    if name not in ACTIONS:
+        raise BtManipError(f"no actions are called '{name}', known are {', '.join(ACTIONS)}")
+    return ACTIONS[name](episodes)
