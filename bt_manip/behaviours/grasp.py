@@ -22,6 +22,9 @@ class Grasp(ArmBehaviour):
 
     The grip is steady when its force has stayed near the commanded one for a while; the impact of
     closing exceeds any force for milliseconds. The object then becomes the arm's payload.
+
+    An arm on which an external force acts meanwhile yields to it until the next motion: a jaw that
+    turns presses the object on its support, and pushes the arm aside.
     """
 
     needs_gripper = True
@@ -46,7 +49,10 @@ class Grasp(ArmBehaviour):
         gripper.close(self._force)
 
     def update(self) -> Status:
-        """Wait for a steady grip."""
+        """Wait for a steady grip; yield to the forces of closing."""
+        arm = self.arm
+        if arm.at_rest and not (arm.paused or arm.compliant or arm.undisturbed):
+            arm.stop(compliant=True)
         self.feedback_message = self.gripper.status
         if self.gripper.steady:
             return self._held()

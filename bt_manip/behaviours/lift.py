@@ -22,17 +22,17 @@ class Lift(MotionBehaviour):
 
     def start(self) -> None:
         """Move up the vertical through the tool."""
-        height = self.height
-        if height is not None:
-            self._lift(height)
+        if self.height is not None:
+            self._lift(self.height)
             return
-        try:
-            self._lift(LIFT_HEIGHT)
-        except MotionError as error:
-            height = FOLLOWED_PART * LIFT_HEIGHT * (error.fraction or 0.0)
-            if height < MIN_HEIGHT:
-                raise
-            self._lift(height)
+        height = LIFT_HEIGHT
+        while True:
+            try:
+                return self._lift(height)
+            except MotionError as error:
+                height *= FOLLOWED_PART * (error.fraction or 0.0)
+                if height < MIN_HEIGHT:
+                    raise
 
     def _lift(self, height: float) -> None:
         """Move up the vertical through the tool.

@@ -16,6 +16,7 @@ from bt_manip.behaviours import (
     pose_to_text,
 )
 from bt_manip.bt import NodeStatus
+from bt_manip.cell.objects import Box
 
 RUNNING, SUCCESS, FAILURE = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE
 HOME = (0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4)
@@ -87,6 +88,15 @@ def test_lift_raises_the_tool_straight_up(station, trial):
 
 def test_lift_beyond_the_arms_reach_fails_with_how_far_it_would_get(trial):
     assert trial(Lift(height=1.5)).fails_with("line")
+
+
+def test_an_automatic_lift_ends_below_an_obstacle_within_reach(station, trial):
+    before = station.robot.tool_pose.translation
+    shelf = spatial.pose(before + [0.0, 0.13, 0.3])
+    station.cell.add(Box(size=(0.1, 0.1, 0.02)), shelf, name="shelf", free=False)
+    assert trial(Lift(height=0.25)).fails_with("'shelf'")
+    assert trial(Lift()).until_done() is SUCCESS
+    assert 0.03 < station.robot.tool_pose.translation[2] - before[2] < 0.25
 
 
 def test_move_to_pose_arrives_at_the_pose(station, trial):

@@ -51,6 +51,13 @@ def test_an_arm_with_a_gripper_of_another_model_picks(tmp_path, menagerie):
     check_cycles(pick(tmp_path, arm, gripper, 2))
 
 
+def test_an_arm_with_a_turning_jaw_picks_at_the_first_attempt(tmp_path, more_models):
+    cycles = pick(tmp_path, more_models / "trs_so_arm100" / "so_arm100.xml", None, 1)
+    check_cycles(cycles)
+    assert {phase["status"] for phase in cycles[0]["phases"]} == {"SUCCESS"}
+    assert cycles[0]["max_tracking_error_rad"] < 1e-3 and cycles[0]["limits"]["effort"] < 1.0
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("model", MENAGERIE)
 def test_arms_of_menagerie_pick(tmp_path, menagerie, model):
