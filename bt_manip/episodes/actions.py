@@ -20,6 +20,9 @@ MAX_ANGLE = 2.0 * np.pi
 MAX_TOOL_SPEED = 2.0
 """Bound of the commanded displacements of the tool, over the step [m/s]."""
 
+MAX_TOOL_LAG = 0.05
+"""Largest distance from the tool's commanded pose at which that counts [m] and [rad]."""
+
 MAX_TOOL_TURNING = 4.0 * np.pi
 """Bound of the commanded rotations of the tool, over the step [rad/s]."""
 
@@ -100,7 +103,8 @@ class ActionKind(abc.ABC):
 class ArmAction(ActionKind):
     """An action with numbers for each arm, and one for its gripper.
 
-    The gripper closes when its number is positive, and opens otherwise.
+    The gripper closes where its number is positive, and opens otherwise: at the start of the step
+    at 1 and -1, later in proportion for numbers nearer to zero.
     """
 
     def __init__(self, episodes: Episodes) -> None:
@@ -147,14 +151,24 @@ class ArmAction(ActionKind):
             )
         numbers = np.clip(action, self.space.low, self.space.high)
         self._take_over()
-        at = 0
+        at, grips = 0, []
         for one, reference in zip(self._robots, self._references, strict=True):
             n = len(self._bounds(one)[2])
-            if one.gripper is not None:
-                self._grip(one, reference, numbers[at + n] > 0.0)
             self._command(one, reference, numbers[at : at + n])
-            at += n + (one.gripper is not None)
-        self._episodes.agent_step(then)
+            at += n
+            if one.gripper is not None:
+                grips.append((one, reference, numbers[at]))
+                at += 1
+        tick, ticks = 0, self._episodes.ticks
+
+        def grip() -> None:
+            nonlocal tick
+            for one, reference, number in grips:
+                if tick >= round((1.0 - abs(number)) * ticks):
+                    self._grip(one, reference, number > 0.0)
+            tick += 1
+
+        self._episodes.agent_step(then, grip)
 
     def recorded(self) -> np.ndarray:
         """Return the action that reproduces the step since `watch`."""
@@ -162,7 +176,8 @@ class ArmAction(ActionKind):
         for i, one in enumerate(self._robots):
             numbers += self._recorded(i, one).tolist()
             if one.gripper is not None:
-                numbers.append(1.0 if one.gripper.gripping else -1.0)
+                late = self._episodes.gripped.get(one.name, 0) / self._episodes.ticks
+                numbers.append((1.0 - late) * (1.0 if one.gripper.gripping else -1.0))
         return np.array(numbers, dtype=np.float32)
 
     def get_state(self) -> Any:
@@ -234,8 +249,8 @@ class JointTargets(ArmAction):
 class CartesianDeltas(ArmAction):
     """Displacement [m] and rotation vector [rad] of the tool, in world axes, and the gripper.
 
-    They are relative to the tool's reference pose at the start of the step. The joint targets
-    follow by differential inverse kinematics, with the least joint motion.
+    They are relative to the commanded pose, or to that of the reference at first and where this
+    could not follow. The joint targets are the nearest ones, by differential inverse kinematics.
     """
 
     kind = "cartesian_deltas"
@@ -248,9 +263,12 @@ class CartesianDeltas(ArmAction):
 
     def _command(self, one: CommandedRobot, reference: StepReference, numbers: np.ndarray) -> None:
         model, q = one.arm.model, reference.q
-        T = model.pose(q)
-        target = pin.SE3(pin.exp3(numbers[3:]) @ T.rotation, T.translation + numbers[:3])
-        reference.move_to(differential_ik(model, q, target), one.robot.q, uniformly=True)
+        T, last = model.pose(q), reference.T_wt
+        if last is not None and np.abs(pin.log6(T.actInv(last)).vector).max() < MAX_TOOL_LAG:
+            T = last
+        T = pin.SE3(pin.exp3(numbers[3:]) @ T.rotation, T.translation + numbers[:3])
+        reference.move_to(differential_ik(model, q, T), one.robot.q, uniformly=True)
+        reference.T_wt = T
 
     def watch(self) -> None:
         """Begin to observe a step of the expert."""
@@ -382,12 +400,14 @@ def differential_ik(model: Any, q: np.ndarray, T_wt: pin.SE3, iterations: int = 
         iterations: Number of steps.
     """  # (nq,)
     q = q.copy()
+    weights = (model.limits.velocity / model.limits.velocity.max()) ** 2
     for _ in range(iterations):
         T = model.pose(q)
         turn = pin.log3(T_wt.rotation @ T.rotation.T)
         error = np.concatenate([T_wt.translation - T.translation, turn])
         J = model.jacobian(q)
-        q += J.T @ np.linalg.solve(J @ J.T + 1e-5 * np.eye(6), error)
+        WJ = weights[:, np.newaxis] * J.T
+        q += WJ @ np.linalg.solve(J @ WJ + 1e-5 * np.eye(6), error)
         q = np.clip(q, model.limits.lower, model.limits.upper)
     return q
 

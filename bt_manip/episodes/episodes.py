@@ -50,6 +50,9 @@ class Episodes:
         step_time: Time of one step, of the expert or of an agent [s].
         seed: Seed of the episode.
         steps: Steps made in the episode.
+        ticks: Ticks of the tree in a step.
+        gripped: The tick of the last step of the expert in which each gripper that was commanded to
+            open or to close was, by the robot's name.
         status: Status of the tree; RUNNING until it ends.
     """
 
@@ -64,8 +67,8 @@ class Episodes:
         Raises:
             BtManipError: If the request is invalid.
         """
-        self._ticks = round(step_time / request.tick)
-        if self._ticks < 1 or abs(step_time / request.tick - self._ticks) > 1e-6:
+        self.ticks = round(step_time / request.tick)
+        if self.ticks < 1 or abs(step_time / request.tick - self.ticks) > 1e-6:
             raise BtManipError(
                 f"a step takes a whole number of ticks of {1e3 * request.tick:g} ms, "
                 f"got {1e3 * step_time:g} ms"
@@ -76,6 +79,8 @@ class Episodes:
         self.seed, self.steps = request.seed, 0
         self.status = NodeStatus.IDLE
         self._ticked = False
+        self.gripped: dict[str, int] = {}
+        self._gripping = self._read_gripping()
 
     def begin(self, seed: int) -> None:
         """Return to the start of the run of a seed, as if it had just been prepared.
@@ -93,6 +98,7 @@ class Episodes:
         run.request = replace(run.request, seed=seed)
         station.reseed(seed)
         self.seed, self.steps, self.status, self._ticked = seed, 0, NodeStatus.IDLE, False
+        self._gripping = self._read_gripping()
 
     def reset(self, seed: int) -> None:
         """Start the episode of a seed: the tree is ticked until it commands a robot.
@@ -122,9 +128,14 @@ class Episodes:
         Args:
             then: Called after each control step.
         """
-        for _ in range(self._ticks):
+        self.gripped = {}
+        for i in range(self.ticks):
             if not self._ticked and self.status is NodeStatus.RUNNING and not self.success:
                 self._tick()
+            gripping = self._read_gripping()
+            changed = [name for name in gripping if gripping[name] != self._gripping[name]]
+            self.gripped |= dict.fromkeys(changed, i)
+            self._gripping = gripping
             self._advance(then)
         self.steps += 1
 
@@ -137,9 +148,9 @@ class Episodes:
         """
         self.release()
         if tick is None:
-            self.station.cell.step(self._ticks * self.run.request.steps_per_tick, then=then)
+            self.station.cell.step(self.ticks * self.run.request.steps_per_tick, then=then)
         else:
-            for _ in range(self._ticks):
+            for _ in range(self.ticks):
                 tick()
                 self._advance(then)
         self.steps += 1
@@ -178,6 +189,10 @@ class Episodes:
         self.status = NodeStatus[state["status"]]
 
     # Internal
+
+    def _read_gripping(self) -> dict[str, bool]:
+        robots = self.station.robots.items()
+        return {name: one.gripper.gripping for name, one in robots if one.gripper is not None}
 
     def _tick(self) -> None:
         self.status = self.run.tree.tick()

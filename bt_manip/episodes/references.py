@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 
 from bt_manip.control import Controller
 from bt_manip.robots import Payload, Robot, RobotModel
@@ -23,6 +24,7 @@ class StepReference:
         v: Velocity [rad/s].  # (nq,)
         a: Acceleration [rad/s2].  # (nq,)
         payload: What the gripper holds; None for nothing.
+        T_wt: Commanded pose of the tool; None where joints are commanded.
     """
 
     def __init__(self, q: np.ndarray, model: RobotModel, steps: int, dt: float = 1e-3) -> None:
@@ -35,6 +37,7 @@ class StepReference:
             dt: Duration of a control step [s].
         """
         self.payload: Payload | None = None
+        self.T_wt: pin.SE3 | None = None
         self._limits, self._duration = model.limits, steps * dt
         s = np.linspace(0.0, 1.0, steps + 1)[:, np.newaxis]
         zero = np.zeros_like(s)
@@ -92,16 +95,21 @@ class StepReference:
 
     def get_state(self) -> Any:
         """Return the state between two steps, as plain data."""
-        payload = None if self.payload is None else self.payload.get_state()
-        return {"now": self._now.tolist(), "before": self._before.tolist(), "payload": payload}
+        return {
+            "now": self._now.tolist(),
+            "before": self._before.tolist(),
+            "payload": None if self.payload is None else self.payload.get_state(),
+            "T_wt": None if self.T_wt is None else self.T_wt.homogeneous.tolist(),
+        }
 
     def set_state(self, state: Any) -> None:
         """Restore a state of `get_state`."""
         self._now[:] = state["now"]
         self._before = np.array(state["before"])
         self._rows = self._rows[:0]
-        held = state["payload"]
+        held, T_wt = state["payload"], state["T_wt"]
         self.payload = None if held is None else Payload.from_state(held)
+        self.T_wt = None if T_wt is None else pin.SE3(np.array(T_wt))
 
 
 class TorqueCommand(Controller):
