@@ -16,6 +16,7 @@ from bt_manip.checks import (
     check_position_limits,
     check_positive,
     check_speed,
+    check_vector,
 )
 from bt_manip.collision import CollisionWorld
 from bt_manip.exceptions import MotionError
@@ -34,6 +35,7 @@ from .motion_planning import (
     PlanningScene,
     PoseRequest,
     Request,
+    ServoRequest,
     ToolPathRequest,
     in_sequence,
     plan,
@@ -46,6 +48,7 @@ MARGIN = 0.05  # [rad] from the joint limits that chosen configurations keep whe
 MAX_REST_JOINT_SPEED = 0.02  # [rad/s] of a measured joint that counts as at rest
 MAX_TRACKING_ERROR = 0.1  # [rad]; an external force is detected at about 0.01 rad
 RECOVERY_TIMEOUT = 1.0  # [s] in which joints come to rest after a compliant stop; usually 0.2
+SERVO_VELOCITY = 0.98  # of the velocity limits, for rounding
 RETRY_INTERVAL = 20  # control steps after which a change of the speed scale is tried again
 
 
@@ -231,6 +234,30 @@ class Arm:
         """
         speed = check_speed(speed)
         self._move(FollowRequest(check_pose(T_wt), speed))
+
+    def servo(self, q: np.ndarray, v: np.ndarray, duration: float) -> None:
+        """Pass a configuration with a velocity; to be called again before the arm comes to rest.
+
+        The arm continues from its present motion, passes the configuration later where the limits
+        require it, and then comes to rest. Collisions are not checked; external forces are. Where
+        no such motion keeps the limits, the arm stops.
+
+        Args:
+            q: The configuration [rad]; positions beyond the joint limits are clipped.  # (nq,)
+            v: The velocity there [rad/s]; it is reduced to what the limits allow.  # (nq,)
+            duration: Time until then [s].
+
+        Raises:
+            MotionError: When a number is not finite, or the arm cannot move now.
+        """
+        limits = self.model.limits
+        duration = check_positive(duration, "duration", "s")
+        q = check_configuration(q, self.model.nq).clip(limits.lower, limits.upper)
+        v = check_vector(v, "velocity", "rad/s", size=self.model.nq)
+        room = np.where(v > 0.0, limits.upper - q, q - limits.lower)
+        # Braking from v takes v^2 / 2a and, at limited jerk, up to twice that.
+        most = np.minimum(SERVO_VELOCITY * limits.velocity, np.sqrt(limits.acceleration * room))
+        self._move(ServoRequest(q, v.clip(-most, most), duration))
 
     def back_off(self, distance: float, speed: float = 1.0) -> None:
         """Move back along the path just travelled.

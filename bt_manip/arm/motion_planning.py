@@ -27,6 +27,7 @@ from bt_manip.robots import RobotModel
 from bt_manip.trajectories import (
     JointTrajectory,
     KinematicLimits,
+    MotionProfile,
     SequenceTrajectory,
     TailTrajectory,
     TimeScaledTrajectory,
@@ -35,6 +36,7 @@ from bt_manip.trajectories import (
     change_speed_scale,
     joint_profiles,
     limit_use,
+    passing_profiles,
     plan_stop,
     scale_to_effort_limits,
     time_parameterize,
@@ -89,7 +91,22 @@ class BackOffRequest(NamedTuple):
     speed: float
 
 
-Request = ConfigurationRequest | PoseRequest | ToolPathRequest | FollowRequest | BackOffRequest
+class ServoRequest(NamedTuple):
+    """Pass a configuration with a velocity, then come to rest."""
+
+    q: np.ndarray  # [rad]  (nq,)
+    v: np.ndarray  # [rad/s]  (nq,)
+    duration: float  # [s] until then
+
+
+Request = (
+    ConfigurationRequest
+    | PoseRequest
+    | ToolPathRequest
+    | FollowRequest
+    | BackOffRequest
+    | ServoRequest
+)
 
 
 def in_sequence(*parts: Trajectory | None) -> Trajectory:
@@ -139,13 +156,15 @@ def plan(
     targets: Iterator[np.ndarray] = iter(())
     if isinstance(request, ToolPathRequest):
         scene = scene._replace(world=None) if request.contact else scene
-    elif not isinstance(request, BackOffRequest):
+    elif not isinstance(request, BackOffRequest | ServoRequest):
         targets = _targets(request, state, scene)
     for start, s_dot, s_ddot in _starts(state):
         if isinstance(request, ToolPathRequest):
             stop, motion = _plan_tool_path(request, start, scene)
         elif isinstance(request, BackOffRequest):
             stop, motion = _plan_back_off(request, start, scene)
+        elif isinstance(request, ServoRequest):
+            stop, motion = _plan_servo(request, start, scene.model)
         else:
             targets, wanted = tee(targets)
             stop, motion = _plan_to_configurations(request, wanted, start, scene, rng)
@@ -268,21 +287,45 @@ def _turn(
     start: ArmState, target: np.ndarray, model: RobotModel, speed: float
 ) -> JointTrajectory | None:
     """Return the fastest synchronized motion to a target; None where it exceeds a limit."""
+    velocity = speed * model.limits.velocity
+    state = start.q, start.v, start.a
+    return _within_limits(lambda *limits: joint_profiles(state, target, velocity, *limits), model)
+
+
+def _within_limits(
+    plan: Callable[[np.ndarray, np.ndarray], list[MotionProfile]], model: RobotModel
+) -> JointTrajectory | None:
+    """Return a trajectory within all limits; None where there is none.
+
+    Args:
+        plan: Plans with given accelerations and jerks.
+        model: The arm with its payload.
+    """
     limits = model.limits
-
-    def turn(factor: float) -> JointTrajectory:
-        acceleration, jerk = factor * limits.acceleration, factor * limits.jerk
-        return JointTrajectory(
-            joint_profiles(
-                (start.q, start.v, start.a), target, speed * limits.velocity, acceleration, jerk
-            )
-        )
-
     try:
-        turned = scale_to_effort_limits(turn, model)
+        trajectory = scale_to_effort_limits(
+            lambda factor: JointTrajectory(
+                plan(factor * limits.acceleration, factor * limits.jerk)
+            ),
+            model,
+        )
     except MotionError:
         return None
-    return turned if limit_use(turned, limits).inside else None
+    return trajectory if limit_use(trajectory, limits).inside else None
+
+
+def _plan_servo(
+    request: ServoRequest, start: ArmState, model: RobotModel
+) -> tuple[Trajectory | None, Trajectory | None]:
+    """Plan to pass a configuration; where that exceeds a limit, a moving arm stops."""
+    state, target = (start.q, start.v, start.a), (request.q, request.v)
+    motion = _within_limits(
+        lambda *limits: passing_profiles(
+            state, target, request.duration, model.limits.velocity, *limits
+        ),
+        model,
+    )
+    return (None, motion) if motion is not None else (_stop(start, model)[0], None)
 
 
 def _ends_near(start: ArmState, target: np.ndarray, world: CollisionWorld) -> bool:

@@ -226,6 +226,40 @@ def joint_profiles(
     ]
 
 
+def passing_profiles(
+    start: tuple[np.ndarray, np.ndarray, np.ndarray],
+    target: tuple[np.ndarray, np.ndarray],
+    duration: float,
+    velocity: np.ndarray,
+    acceleration: np.ndarray,
+    jerk: np.ndarray,
+) -> list[MotionProfile]:
+    """Plan the motion of several joints through a state, and to rest as soon as possible.
+
+    Args:
+        start: Initial positions, velocities and accelerations.  # (nq,) each
+        target: Positions and velocities to pass at the same time.  # (nq,) each
+        duration: Time until then [s]; longer where the limits require it.
+        velocity: Limits [rad/s].  # (nq,)
+        acceleration: Limits [rad/s2].  # (nq,)
+        jerk: Limits [rad/s3].  # (nq,)
+    """
+    motion = _input(start, velocity, acceleration, jerk)
+    motion.target_position, motion.target_velocity = (x.tolist() for x in target)
+    motion.minimum_duration = duration
+    stop = _input((*target, np.zeros_like(velocity)), velocity, acceleration, jerk)
+    stop.control_interface = ruckig.ControlInterface.Velocity
+    profiles = []
+    parts = [_calculate(motion), _calculate(stop)]
+    shift = parts[0].duration
+    for first, then, q in zip(parts[0].profiles[0], parts[1].profiles[0], target[0], strict=True):
+        pass_ = MotionProfile.from_ruckig(first, shift, float(q))
+        rest = MotionProfile.from_ruckig(then, parts[1].duration)
+        later = [[shift + segment[0], *segment[1:]] for segment in rest.segments]
+        profiles.append(MotionProfile(pass_.segments + later, shift + rest.duration, rest.end))
+    return profiles
+
+
 def _scalar_input(start: ScalarState, limits: tuple[float, float, float], unit: float) -> Any:
     """Return Ruckig's input in units of the acceleration limit: its tolerances are absolute."""
     state = tuple([x / unit] for x in start)

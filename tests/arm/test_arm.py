@@ -409,3 +409,48 @@ def test_joint_farther_beyond_its_limit_is_refused(arm):
     goal[2] = arm.model.limits.upper[2] + 2e-6
     with pytest.raises(MotionError, match="joint 3 cannot go to"):
         arm.move_to_configuration(goal)
+
+
+def test_servo_passes_targets_on_a_smooth_motion_in_time(arm, watch):
+    """A policy that repeats a planned motion step by step repeats it."""
+    start, duration = arm.q.copy(), 0.05
+    arm.move_to_configuration(start + 0.4, speed=0.8)
+    planned = arm.trajectory
+    arm.reset(start)
+    watch.rows = [watch.now()]
+    for i in range(1, int(planned.duration / duration) + 1):
+        q, v, _ = (rows[0] for rows in planned.sample(np.array([i * duration])))
+        arm.servo(q, v, duration)
+        watch.run(50)
+        assert np.abs(arm.q - q).max() < 1e-3
+    watch.run()
+    watch.check()
+
+
+def test_servo_keeps_all_limits_whatever_is_asked_for(arm, watch, rng):
+    limits = arm.model.limits
+    far = False
+    for i in range(150):
+        towards = limits.upper if far else rng.uniform(limits.lower, limits.upper)
+        far = i % 50 > 30
+        arm.servo(towards, rng.uniform(-9.0, 9.0, 7), 0.05)
+        watch.run(50)
+    arm.stop()
+    watch.run()
+    watch.check()
+    assert watch.worst_effort() <= 1.0
+    assert not arm.v.any()
+
+
+def test_servo_comes_to_rest_when_nothing_else_is_asked_for(arm, watch):
+    q = arm.q + 0.02
+    arm.servo(q, np.full(7, 0.4), 0.05)
+    watch.run()
+    watch.check()
+    assert not arm.moving and (arm.q > q).all()
+
+
+def test_servo_rejects_what_is_not_finite_and_changes_nothing(arm):
+    with pytest.raises(MotionError, match="velocity"):
+        arm.servo(arm.q_ref, np.full(7, np.nan), 0.05)
+    assert not arm.moving
