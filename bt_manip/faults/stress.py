@@ -21,7 +21,6 @@ MAX_CYCLE = 60.0
 LATEST = 0.5
 """Largest share of the undisturbed duration of a phase after which a fault begins."""
 
-
 Outcome = Literal["recovered", "failed", "dishonest", "hung", "none"]
 """How a cycle with a fault ended.
 

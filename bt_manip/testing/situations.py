@@ -15,7 +15,6 @@ AT_REST = "at rest"
 AROUND_THE_CUBE = "around the cube"
 HOLDING = "holding a cube over the table"
 
-
 Make = Callable[[Station], object]
 """Function that changes a station from one situation to another."""
 

@@ -175,7 +175,8 @@ class ArenaModel:
             if known is not None and known.describe(name) == entry:
                 self.attach(name, known, new=False)
             elif factory is not None:
-                self.attach(name, Attachment.made(entry, self._cached(entry) or factory))
+                entity = self._reusable_entity(entry) or factory(entry)
+                self.attach(name, Attachment.described(entity, entry))
             else:
                 raise CellError(
                     f"the state has a '{name}' that this cell lacks, and no way to make it"
@@ -185,16 +186,14 @@ class ArenaModel:
         """Tell whether an entity was attached before, is detached now and was not edited."""
         return entity.parent is None and self._tracker.is_unedited(entity.mjcf_model)
 
-    def _cached(self, entry: Mapping[str, Any]) -> Factory | None:
-        """Return what gives the reusable entity of a kept physics that matches a description."""
+    def _reusable_entity(self, entry: Mapping[str, Any]) -> composer.Entity | None:
+        """Return the reusable entity of a kept physics that matches a description."""
+        wanted = entry["name"], entry["kind"], entry["parameters"]
         for name, entity in self.cache.entities():
             known = as_object(entity)
-            if (name, known.kind, dict(known.parameters)) == (
-                entry["name"],
-                entry["kind"],
-                entry["parameters"],
-            ) and self.is_reusable(entity):
-                return lambda _: entity
+            found = name, known.kind, dict(known.parameters)
+            if found == wanted and self.is_reusable(entity):
+                return entity
         return None
 
     # Changes

@@ -33,10 +33,10 @@ class Attachment(NamedTuple):
         return cls(entity, tuple(T_we.translation.tolist()), tuple(quat_wxyz(T_we).tolist()), free)
 
     @classmethod
-    def made(cls, description: Mapping[str, Any], factory: Factory) -> "Attachment":
-        """Make an entity and attach it as described."""
+    def described(cls, entity: composer.Entity, description: Mapping[str, Any]) -> "Attachment":
+        """Attach an entity as described."""
         return cls(
-            factory(description),
+            entity,
             tuple(description["position"]),
             tuple(description["quat_wxyz"]),
             description["free"],
