@@ -2,7 +2,7 @@
 
 import contextlib
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -81,8 +81,8 @@ class Run:
             Exception: Any exception of a behaviour, a controller or an observer, after `run_ended`
                 has been called for all observers.
         """
-        self.stop, self.observers = stop, observers
-        _Loop(self, observers).run()
+        self.stop = stop
+        RunLoop(self, observers).run()
 
     def begin_episode(self, episode: int) -> None:
         """Return to the initial state, from which `execute` then runs one episode.
@@ -134,10 +134,12 @@ class Run:
         self.cycle = state["cycle"]
 
 
-class _Loop:
-    """The state of one execution."""
+class RunLoop:
+    """One execution of a run: ticks of the tree, control steps, calls of the observers."""
 
     def __init__(self, run: Run, observers: Sequence[RunObserver]) -> None:
+        """Prepare to call the observers."""
+        run.observers = observers
         self._tree, self._cell = run.tree, run.station.cell
         self._run, self._request = run, run.request
         self._interventions = run.interventions
@@ -148,7 +150,23 @@ class _Loop:
         self._pacing = Pacing(run.request.real_time)
 
     def run(self) -> None:
-        """Run the cycles."""
+        """Run the requested cycles, and halt the tree."""
+        with self.observed(self._tree.halt):
+            self._pacing.start(self._cell.time)
+            run = self._run
+            while self._request.cycles == 0 or run.cycle < self._request.cycles:
+                if not self._cycle(run.cycle):
+                    self._tree.halt()
+                    self._brake()
+                    break
+
+    @contextlib.contextmanager
+    def observed(self, end: Callable[[], object] = lambda: None) -> Iterator[None]:
+        """Call the observers; on an exception inside, halt the tree and stop the arms.
+
+        Args:
+            end: Called before `run_ended` of the observers.
+        """
         started: list[RunObserver] = []
         try:
             for observer in self._observers:
@@ -157,13 +175,7 @@ class _Loop:
                 started.append(observer)
                 observer.run_started(self._run)
             self._note_model()
-            self._pacing.start(self._cell.time)
-            run = self._run
-            while self._request.cycles == 0 or run.cycle < self._request.cycles:
-                if not self._cycle(run.cycle):
-                    self._tree.halt()
-                    self._brake()
-                    break
+            yield
         except (Exception, SystemExit):
             # Further exceptions follow from the first one, which is the one to raise.
             for rescue in (self._tree.halt, self._brake):
@@ -171,7 +183,13 @@ class _Loop:
                     rescue()
             raise
         finally:
-            self._end(started)
+            with ExitStack() as stack:  # every observer ends, even if one raises
+                for observer in reversed(started):
+                    stack.callback(observer.run_ended)
+                self._run.cycle = 0
+                self._run.goal.stop()
+                self._interventions.clear()
+                end()
 
     def _brake(self) -> None:
         """Stop all arms, with observers."""
@@ -181,42 +199,38 @@ class _Loop:
                 arm.stop()
         end = self._cell.time + BRAKING
         while any(arm.moving for arm in arms) and self._cell.time < end:
-            self._steps()
-
-    def _end(self, started: Sequence[RunObserver]) -> None:
-        """Halt the tree and call `run_ended` of all observers, even if one raises."""
-        with ExitStack() as stack:
-            for observer in reversed(started):
-                stack.callback(observer.run_ended)
-            self._run.cycle = 0
-            self._run.goal.stop()
-            self._interventions.clear()
-            self._tree.halt()
+            self.step(self._request.steps_per_tick)
 
     def _cycle(self, cycle: int) -> bool:
         """Run the root from idle to its end; return False if the run was stopped meanwhile."""
         self._run.station.randomizer.begin(cycle)
-        self._note_model()
-        self._run.goal.begin(cycle)
-        for observer in self._observers:
-            observer.cycle_started(cycle)
+        self.begin_cycle(cycle)
         status = NodeStatus.RUNNING
         while status is NodeStatus.RUNNING:
             if self._run.stop():
                 return False
-            for observe in self._before_tick:
-                observe()
-            self._interventions.take_over()
-            status = self._tree.tick()
+            status = self.tick()
             if status is not NodeStatus.RUNNING:
                 self._run.cycle = cycle + 1
                 for robot in self._run.station.robots.values():
                     robot.controllers.return_to_default()
-            self._steps()
+            self.step(self._request.steps_per_tick)
+        self.end_cycle(status)
+        return True
+
+    def begin_cycle(self, cycle: int = 0) -> None:
+        """Begin to judge the goal in a cycle."""
+        self._note_model()
+        self._run.goal.begin(cycle)
+        for observer in self._observers:
+            observer.cycle_started(cycle)
+
+    def end_cycle(self, status: NodeStatus) -> tuple[bool, str]:
+        """Return whether a cycle succeeded, given the status of its tree, and why not."""
         succeeded, reason = self._run.goal.end(status is NodeStatus.SUCCESS, self._reason(status))
         for observer in self._observers:
             observer.cycle_ended("SUCCESS" if succeeded else "FAILURE", reason)
-        return True
+        return succeeded, reason
 
     def _reason(self, status: NodeStatus) -> str:
         if status is NodeStatus.SUCCESS:
@@ -225,16 +239,22 @@ class _Loop:
             return f"{self._tree.root.name}: the root was skipped, nothing was done"
         return self._tree.failure_reason()
 
-    def _steps(self) -> None:
-        """Make the control steps of one tick."""
+    def tick(self) -> NodeStatus:
+        """Tick the tree and return its status."""
+        for observe in self._before_tick:
+            observe()
+        self._interventions.take_over()
+        return self._tree.tick()
+
+    def step(self, steps: int) -> None:
+        """Make control steps after a tick."""
         cell = self._cell
         self._note_model()
-        steps = self._request.steps_per_tick
         if self._interventions.pulling:
             for _ in range(steps):
                 self._interventions.apply()
                 cell.step(then=self._after_step)
-        else:
+        elif steps:
             cell.step(steps, then=self._after_step)
         for observer in self._observers:
             observer.after_tick()

@@ -26,7 +26,7 @@ from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities
 from .fixtures import add_fixture, naming_file, place_again, sampled_fixtures
 from .observer import RunObserver, recorder_suffixes
 from .request import CONTROL_STEP, CONTROLLER, PLANNER, RunRequest
-from .run import Run
+from .run import Run, RunLoop
 from .scene import Scene, table_and_basket
 from .tree_source import TreeSource
 
@@ -183,43 +183,24 @@ class Station:
         elif tree.clock is time.monotonic:  # the default
             tree.clock = self.clock
         path = None if record is None else Path(record)
-        recorder = RunObserver() if path is None else _recorder(path)
+        observers = () if path is None else (_recorder(path),)
         tree.setup(**self.infrastructure)
-        cell, steps = self.cell, max(1, round(tick / self.cell.dt))
-        then = () if path is None else (recorder.after_step,)
-        start, generation = cell.time, cell.generation
+        cell, start = self.cell, self.cell.time
+        steps = max(1, round(tick / cell.dt))
         source = TreeSource(tree.tree_id, "python")
         run = Run(RunRequest(source, scene="", tick=steps * CONTROL_STEP), tree, self)
-        try:
-            recorder.run_started(run)
-            recorder.after_compile()
-            recorder.cycle_started(0)
-            run.goal.begin()
-            status = NodeStatus.RUNNING
-            while status is NodeStatus.RUNNING:
-                recorder.before_tick()
-                status = tree.tick()
-                if cell.generation != generation:
-                    generation = cell.generation
-                    recorder.after_compile()
-                if status is NodeStatus.RUNNING:
-                    if cell.time >= start + timeout:
-                        running = [n.path for n in tree if n.engine_status is NodeStatus.RUNNING]
-                        tree.halt()
-                        raise TimeoutError(
-                            f"after {timeout:g} s the tree is still at '{running[-1]}'"
-                        )
-                    cell.step(steps, then=then)
-                recorder.after_tick()
-            failed = status is NodeStatus.FAILURE
-            reason = tree.failure_reason() if failed else ""
-            succeeded, reason = run.goal.end(status is NodeStatus.SUCCESS, reason)
-            if status is NodeStatus.SUCCESS and not succeeded:
-                status = NodeStatus.FAILURE
-            recorder.cycle_ended("SUCCESS" if succeeded else "FAILURE", reason)
-        finally:
-            run.goal.stop()
-            recorder.run_ended()
+        loop = RunLoop(run, observers)
+        with loop.observed():
+            loop.begin_cycle()
+            while (status := loop.tick()) is NodeStatus.RUNNING:
+                if cell.time >= start + timeout:
+                    running = [n.path for n in tree if n.engine_status is NodeStatus.RUNNING]
+                    raise TimeoutError(f"after {timeout:g} s the tree is still at '{running[-1]}'")
+                loop.step(steps)
+            loop.step(0)
+            succeeded, reason = loop.end_cycle(status)
+        if status is NodeStatus.SUCCESS and not succeeded:
+            status = NodeStatus.FAILURE
         return TreeResult(status, reason, cell.time - start, path)
 
     def __repr__(self) -> str:
