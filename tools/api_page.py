@@ -57,7 +57,7 @@ STABLE = {
         "Planner PlanningProblem PlanningResult RRTConnect LineTo ArcTo TurnAbout"
     ),
     "bt_manip.episodes": (
-        "Episodes episode_request Observations ObservationSpec Images ActionKind ActionSpace "
+        "Episodes Observations ObservationSpec Images ActionKind ActionSpace "
         "JointTorques JointTargets CartesianDeltas SubtreeChoice action_kind"
     ),
     "bt_manip.arm": "Arm",

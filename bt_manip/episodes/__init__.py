@@ -10,7 +10,6 @@ from .actions import SubtreeChoice as SubtreeChoice
 from .actions import action_kind as action_kind
 from .episodes import STEP as STEP
 from .episodes import Episodes as Episodes
-from .episodes import episode_request as episode_request
 from .observations import Images as Images
 from .observations import Observations as Observations
 from .observations import ObservationSpec as ObservationSpec

@@ -1,13 +1,12 @@
 """Episodes of a tree in a station: reset, steps of the expert or of an agent, success."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any
 
 from bt_manip.bt import NodeStatus
 from bt_manip.exceptions import BtManipError
-from bt_manip.registry import Parts, Surroundings
-from bt_manip.runner import CONTROLLER, SCENE, RunRequest, find_tree, prepare
+from bt_manip.registry import Parts
+from bt_manip.runner import RunRequest, prepare
 
 STEP = 0.05
 """Time between two actions [s]."""
@@ -18,37 +17,20 @@ START_TIMEOUT = 10.0
 Then = Sequence[Callable[[], None]]
 
 
-def episode_request(tree: str, parts: Parts, **options: Any) -> RunRequest:
-    """Return the request of a registered tree's episodes, with the scene that it requires.
-
-    Args:
-        tree: Registered name of the tree, or where it is, as for `bt_manip.runner.find_tree`.
-        parts: The registered parts.
-        **options: Fields of `RunRequest`: ``robot``, ``scene``, ``settings``, ...
-
-    Raises:
-        BtManipError: If there is no such tree, or an option is out of range.
-    """
-    wants = parts.surroundings.get(tree, Surroundings())
-    options.setdefault("scene", wants.scene or SCENE)
-    options.setdefault("controller", wants.controller or CONTROLLER)
-    trees = {name: parts.trees.get(name) for name in parts.trees}
-    return RunRequest(find_tree(tree, trees), **options)
-
-
 class Episodes:
     """Runs episodes of a tree, one after the other, in one station.
 
-    An episode is identified by its seed: it is the first cycle of ``bt-manip run --seed``, bit for
-    bit, and does not depend on the episodes before it. After `reset` the tree has just commanded a
-    robot for the first time: what it does before that, such as adding objects, is done. Then either
-    the tree goes on as the expert (`expert_step`), or an agent acts (`agent_step`).
+    An episode is identified by a seed and a number, as in ``bt-manip run --seed S --episode N``,
+    and depends on nothing else. After `reset` the tree has just commanded a robot for the first
+    time: what it does before that, such as adding objects, is done. Then either the tree goes on as
+    the expert (`expert_step`), or an agent acts in its place (`agent_step`).
 
     Attributes:
         run: The tree in its station; its request has the seed of the episode.
         station: The station.
         step_time: Time of one step, of the expert or of an agent [s].
         seed: Seed of the episode.
+        episode: Number of the episode.
         steps: Steps made in the episode.
         ticks: Ticks of the tree in a step.
         gripped: The tick of the last step of the expert in which each gripper that was commanded to
@@ -73,48 +55,33 @@ class Episodes:
                 f"a step takes a whole number of ticks of {1e3 * request.tick:g} ms, "
                 f"got {1e3 * step_time:g} ms"
             )
-        self.run = prepare(replace(request, cycles=1), parts)
+        self.run = prepare(request, parts)
         self.station, self.step_time = self.run.station, step_time
-        self._home = self.run.get_state()
-        self.seed, self.steps = request.seed, 0
+        self.seed, self.episode, self.steps = request.seed, 0, 0
         self.status = NodeStatus.IDLE
         self._ticked = False
         self.gripped: dict[str, int] = {}
         self._gripping = self._read_gripping()
 
-    def begin(self, seed: int) -> None:
-        """Return to the start of the run of a seed, as if it had just been prepared.
+    def reset(self, seed: int, episode: int = 0) -> None:
+        """Start an episode: the tree is ticked until it commands a robot.
 
-        `run` can then be executed with observers, in place of `reset` and steps.
-
-        Raises:
-            BtManipError: If the scene cannot be randomized with this seed.
-        """
-        run, station = self.run, self.station
-        run.goal.stop()
-        for robot in station.robots.values():
-            robot.controllers.reference = robot.arm
-        run.set_state(self._home)
-        run.request = replace(run.request, seed=seed)
-        station.reseed(seed)
-        self.seed, self.steps, self.status, self._ticked = seed, 0, NodeStatus.IDLE, False
-        self._gripping = self._read_gripping()
-
-    def reset(self, seed: int) -> None:
-        """Start the episode of a seed: the tree is ticked until it commands a robot.
+        Args:
+            seed: Seed of the episode.
+            episode: Its number.
 
         Raises:
-            BtManipError: If the tree ends without commanding a robot, or commands none within
-                `START_TIMEOUT`.
+            BtManipError: If the scene cannot be randomized with this seed, or the tree ends without
+                commanding a robot, or commands none within `START_TIMEOUT`.
         """
-        self.begin(seed)
-        self.station.randomizer.begin(0)
-        self.run.goal.begin()
-        cell = self.station.cell
+        run, cell = self.run, self.station.cell
+        self._begin(seed, episode)
+        self.station.randomizer.begin(episode)
+        run.goal.begin(episode)
         while True:
             self._tick()
             if self.status is not NodeStatus.RUNNING:
-                reason = self.run.tree.failure_reason()
+                reason = run.tree.failure_reason()
                 raise BtManipError(f"the tree ended before it commanded a robot: {reason}")
             if self._commanded():
                 return
@@ -175,7 +142,7 @@ class Episodes:
         """Return the state of the episode as plain data."""
         return {
             "run": self.run.get_state(),
-            "seed": self.seed,
+            "episode": [self.seed, self.episode],
             "steps": self.steps,
             "status": self.status.name,
             "ticked": self._ticked,
@@ -183,12 +150,19 @@ class Episodes:
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Restore a state of `get_state`, also in another process."""
-        self.begin(state["seed"])
+        self._begin(*state["episode"])
         self.run.set_state(state["run"])
         self.steps, self._ticked = state["steps"], state["ticked"]
         self.status = NodeStatus[state["status"]]
 
     # Internal
+
+    def _begin(self, seed: int, episode: int) -> None:
+        """Return to the start of an episode, before the first tick."""
+        self.run.begin_episode(episode, seed)
+        self.seed, self.episode, self.steps = seed, episode, 0
+        self.status, self._ticked = NodeStatus.IDLE, False
+        self._gripping = self._read_gripping()
 
     def _read_gripping(self) -> dict[str, bool]:
         robots = self.station.robots.items()

@@ -57,6 +57,7 @@ class CommandedRobot:
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore a state of `get_state`."""
+        self.controllers.reference = self.arm
         self.arm.set_state(state["arm"])
         self.controllers.set_state(state["controllers"])
         if self.gripper is not None:

@@ -84,7 +84,7 @@ class Run:
         self.stop = stop
         RunLoop(self, observers).run()
 
-    def begin_episode(self, episode: int) -> None:
+    def begin_episode(self, episode: int, seed: int | None = None) -> None:
         """Return to the initial state, from which `execute` then runs one episode.
 
         An episode is one run of the root. It depends only on the request and on its number, from
@@ -93,10 +93,17 @@ class Run:
 
         Args:
             episode: Its number, which is also that of its cycle.
+            seed: Another seed for the request; None: the present one.
+
+        Raises:
+            CellError: If an object of the scene finds no free pose with this seed.
         """
         if self._initial is None:
             self._initial = self.get_state()
         self.set_state(self._initial)
+        if seed is not None:
+            self.request = replace(self.request, seed=seed)
+        self.station.reseed(self.request.seed)
         rng = np.random.default_rng((self.request.seed, episode))
         self.station.rng.bit_generator.state = rng.bit_generator.state
         self.request = replace(self.request, cycles=episode + 1)

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from bt_manip.episodes import ACTIONS, Episodes, Observations, action_kind, episode_request
+from bt_manip.episodes import ACTIONS, Episodes, Observations, action_kind
+from bt_manip.runner import request_of
 
 
 @pytest.fixture(scope="module")
 def episodes(parts):
-    return Episodes(episode_request("pick_place", parts), parts)
+    return Episodes(request_of("pick_place", parts), parts)
 
 
 def expert(episodes, kind):
@@ -35,7 +36,7 @@ def test_an_episode_does_not_depend_on_those_before_it(episodes, parts):
     episodes.expert_step()
     episodes.reset(3)
     episodes.expert_step()
-    fresh = Episodes(episode_request("pick_place", parts), parts)
+    fresh = Episodes(request_of("pick_place", parts), parts)
     fresh.reset(3)
     fresh.expert_step()
     assert episodes.station.cell.state_bytes() == fresh.station.cell.state_bytes()
@@ -73,7 +74,7 @@ def test_a_state_continues_bit_for_bit(episodes, parts):
         kind.step(target)
     state = {"episode": episodes.get_state(), "action": kind.get_state()}
     kind.step(target)
-    other = Episodes(episode_request("pick_place", parts), parts)
+    other = Episodes(request_of("pick_place", parts), parts)
     other.set_state(state["episode"])
     again = action_kind("joint_targets", other)
     again.set_state(state["action"])
