@@ -25,6 +25,7 @@ FAULT = 3
 _FOUND = "bt_manip.commands"
 
 COMMANDS = {
+    "demos": "bt_manip.cli.demos:demos",
     "export": "bt_manip.cli.export:export",
     "list": "bt_manip.cli.listing:list_parts",
     "models": "bt_manip.cli.models:models",

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 from bt_manip.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
+    from bt_manip.demonstrations.export_lerobot import write_lerobot as write_lerobot
     from bt_manip.demonstrations.export_parquet import (
         write_demonstration_table as write_demonstration_table,
     )
     from bt_manip.demonstrations.export_robomimic import write_robomimic as write_robomimic
+    from bt_manip.demonstrations.recorder import DemonstrationRecorder as DemonstrationRecorder
     from bt_manip.demonstrations.store import Demonstration as Demonstration
     from bt_manip.demonstrations.store import DemonstrationStore as DemonstrationStore
     from bt_manip.demonstrations.store import read_demonstrations as read_demonstrations

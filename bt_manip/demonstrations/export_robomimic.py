@@ -1,13 +1,18 @@
 """Export of demonstrations as one HDF5 file for robomimic."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from bt_manip.demonstrations.store import DemonstrationStore, put_array
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.recording import whole_file, writing
+
+GYM_TYPE = 2
+"""robomimic's number of environments of Gym."""
 
 VALID = 0.1
 """Share of the demonstrations that ``mask/valid`` names."""
@@ -35,11 +40,11 @@ def write_robomimic(store: DemonstrationStore, path: Path, actions: str = "") ->
 
     demos: list[str] = []
     leaves: dict[str, int] = {}
-    total = 0
+    total, kind = 0, actions
     with writing(path, "export"), whole_file(path) as out, h5py.File(out, "w") as file:
         data = file.create_group("data")
         for one in store:
-            kind = actions or next(iter(one.actions))
+            kind = kind or next(iter(one.actions))
             if kind not in one.actions:
                 hint = did_you_mean(kind, one.actions)
                 raise BtManipError(f"the demonstrations have no actions '{kind}'{hint}")
@@ -65,13 +70,20 @@ def write_robomimic(store: DemonstrationStore, path: Path, actions: str = "") ->
             total += len(one)
         if not demos:
             raise BtManipError(f"'{store.folder}' has no demonstrations to export")
-        data.attrs.update(total=total, env_args=json.dumps(store.manifest["env_args"]))
+        data.attrs.update(total=total, env_args=json.dumps(_env_args(store.manifest, kind)))
         text = h5py.string_dtype()
         file.create_dataset("leaves", data=[*leaves], dtype=text)
         file.create_dataset("manifest", data=json.dumps(store.manifest), dtype=text)
         for name, names in split(demos).items():
             file.create_dataset(f"mask/{name}", data=np.array(names, dtype="S"))
     return len(demos)
+
+
+def _env_args(manifest: Mapping[str, Any], actions: str) -> dict[str, Any]:
+    """Return which environment the demonstrations are of, as robomimic describes it."""
+    given = {key: manifest[key] for key in ("robot", "scene", "settings")}
+    kwargs = {**given, "action": actions}
+    return {"env_name": manifest["tree"], "env_type": GYM_TYPE, "env_kwargs": kwargs}
 
 
 def split(demos: list[str]) -> dict[str, list[str]]:

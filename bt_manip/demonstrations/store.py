@@ -31,7 +31,7 @@ class Demonstration:
     have a further row, which is that after the last step.
 
     Attributes:
-        episode: Its number, which its start depends on.
+        episode: Its number; with the seed of the manifest, it decides how the episode starts.
         success: Whether the tree succeeded and its goal held.
         reason: Why it did not succeed; empty on success.
         digest: SHA-256 over the states and node statuses after each step.
@@ -179,8 +179,8 @@ class DemonstrationStore:
             if len(demonstration):
                 yield demonstration
 
-    def write_outcomes(self) -> None:
-        """Write the outcomes and digests of all episodes into the manifest."""
+    def write_outcomes(self) -> list[dict[str, Any]]:
+        """Write the outcomes and digests of all episodes into the manifest, and return them."""
         import h5py
 
         outcomes = []
@@ -196,6 +196,7 @@ class DemonstrationStore:
             )
         self.manifest["episodes"] = outcomes
         _write_manifest(self.folder, self.manifest)
+        return outcomes
 
 
 def read_demonstrations(folder: Path | str) -> DemonstrationStore:

@@ -20,16 +20,19 @@ if TYPE_CHECKING:
     from bt_manip.recording.files import reading as reading
     from bt_manip.recording.files import whole_file as whole_file
     from bt_manip.recording.files import writing as writing
+    from bt_manip.recording.identification import identify as identify
     from bt_manip.recording.mcap_recorder import McapRecorder as McapRecorder
     from bt_manip.recording.recorded_run import Interval as Interval
     from bt_manip.recording.recorded_run import RecordedCycle as RecordedCycle
     from bt_manip.recording.recorded_run import RecordedRun as RecordedRun
     from bt_manip.recording.recorded_scene import RecordedScene as RecordedScene
     from bt_manip.recording.recorder import Recorder as Recorder
+    from bt_manip.recording.recorder import next_digest as next_digest
     from bt_manip.recording.recording import Recording as Recording
     from bt_manip.recording.report import CycleReport as CycleReport
     from bt_manip.recording.report import GrippedObject as GrippedObject
     from bt_manip.recording.report import RunReport as RunReport
+    from bt_manip.recording.report import cpu_name as cpu_name
     from bt_manip.recording.report import versions as versions
     from bt_manip.recording.report_file import ReportFile as ReportFile
     from bt_manip.recording.report_file import open_report_file as open_report_file
@@ -41,5 +44,6 @@ if TYPE_CHECKING:
     from bt_manip.recording.trace import TraceRecorder as TraceRecorder
     from bt_manip.recording.trace import read_trace as read_trace
     from bt_manip.recording.video import VideoRecorder as VideoRecorder
+    from bt_manip.recording.video import parse_size as parse_size
 
 __getattr__ = lazy_exports(__name__)

@@ -4,6 +4,7 @@ import importlib.metadata
 import json
 import math
 import platform
+from contextlib import suppress
 from dataclasses import dataclass, field, is_dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -234,6 +235,16 @@ def versions() -> dict[str, str]:
         except importlib.metadata.PackageNotFoundError:
             found[name] = "unknown"
     return found
+
+
+def cpu_name() -> str:
+    """Return the model of the processor, on which the last bits of a run depend."""
+    with suppress(OSError):
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            key, _, value = line.partition(":")
+            if key.strip() == "model name":
+                return value.strip()
+    return platform.processor() or platform.machine()
 
 
 def plain(value: Any) -> Any:

@@ -9,7 +9,9 @@ STEPS = 5
 IDENTITY = {
     "tree": "pick",
     "step_s": 0.05,
-    "env_args": {"env_name": "bt_manip/Pick-v0", "env_type": 2, "env_kwargs": {}},
+    "robot": "panda",
+    "scene": "table_and_basket",
+    "settings": {"cube": "auto"},
 }
 
 

@@ -18,7 +18,14 @@ def test_each_demonstration_has_what_robomimic_reads(store, tmp_path):
         data = file["data"]
         assert sorted(data) == ["demo_0", "demo_1", "demo_2"]
         assert data.attrs["total"] == 3 * STEPS
-        assert json.loads(data.attrs["env_args"]) == IDENTITY["env_args"]
+        args = json.loads(data.attrs["env_args"])
+        assert (args["env_name"], args["env_type"]) == ("pick", 2)
+        assert args["env_kwargs"] == {
+            "robot": "panda",
+            "scene": "table_and_basket",
+            "settings": {"cube": "auto"},
+            "action": "cartesian_deltas",
+        }
         for demo, one in zip(("demo_0", "demo_1", "demo_2"), store, strict=True):
             group = data[demo]
             assert group.attrs["num_samples"] == STEPS

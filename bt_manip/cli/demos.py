@@ -1,0 +1,164 @@
+"""``bt-manip demos``: record demonstrations of a tree, and export them."""
+
+import os
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import click
+
+from bt_manip.cli.completion import complete_part
+from bt_manip.cli.interrupt import INTERRUPTED
+from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
+from bt_manip.cli.settings import parse_settings
+from bt_manip.cli.station_options import station_options
+
+DEMONSTRATION_FORMATS = ("robomimic", "parquet", "lerobot")
+
+FAILED = 1
+"""Exit code when an episode failed."""
+
+
+class _RecordByDefault(click.Group):
+    """A group whose command ``record`` needs no name: ``bt-manip demos TREE``."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Add the name of the default command."""
+        if args and args[0] not in (*self.commands, *self.get_help_option_names(ctx)):
+            args = ["record", *args]
+        return super().parse_args(ctx, args)
+
+
+@click.group(cls=_RecordByDefault)
+def demos() -> None:
+    """Record demonstrations of TREE for learning, and export them.
+
+    bt-manip demos TREE is short for bt-manip demos record TREE.
+    """
+
+
+@demos.command(epilog="Exit codes: 0 every episode succeeded, 1 one failed, 2 bad input, 130 "
+               "interrupted.")  # fmt: skip
+@click.argument("tree", shell_complete=complete_part("trees"))
+@click.option(
+    "--episodes", type=click.IntRange(min=1), default=10, show_default=True, metavar="N",
+    help="Number of episodes, from 0.",
+)  # fmt: skip
+@click.option(
+    "--to", "folder", type=click.Path(path_type=Path), required=True, metavar="DIR",
+    help="Folder to write; episodes that it has are kept.",
+)  # fmt: skip
+@click.option(
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, metavar="S",
+    help="Seed of all randomness.",
+)  # fmt: skip
+@click.option("--all", "failures", is_flag=True, help="Keep the steps of failed episodes too.")
+@click.option(
+    "--images", default="", metavar="CAMERA,CAMERA", help="Record images of these cameras."
+)
+@click.option("--size", default="128x128", show_default=True, metavar="WxH", help="Of the images.")
+@click.option(
+    "--jobs", type=click.IntRange(min=1), metavar="N",
+    help="Number of processes.  [default: one for each core]",
+)  # fmt: skip
+@station_options
+def record(
+    tree: str,
+    episodes: int,
+    folder: Path,
+    failures: bool,
+    images: str,
+    size: str,
+    jobs: int | None,
+    settings: tuple[str, ...],
+    **options: Any,
+) -> int:
+    """Record what the tree does in episodes with different starts.
+
+    Each episode becomes a file in DIR, with observations, actions and the statuses of the nodes 20
+    times a second. The same command continues after an interruption.
+    """
+    if images:
+        from bt_manip.viewer import use_offscreen_opengl
+
+        use_offscreen_opengl()
+    else:
+        os.environ.setdefault("MUJOCO_GL", "disable")
+    from rich.console import Console
+    from rich.progress import track
+
+    from bt_manip.demonstrations import DemonstrationRecorder, DemonstrationStore
+    from bt_manip.evaluation import run_episodes
+    from bt_manip.recording import parse_size
+
+    load_chosen_plugins()  # warns of broken ones
+    make_recorder = partial(
+        DemonstrationRecorder,
+        folder,
+        tree,
+        choice=chosen(),
+        cameras=[name.strip() for name in images.split(",") if name.strip()],
+        size=parse_size(size),
+        failures=failures,
+        settings=parse_settings(settings),
+        **options,
+    )
+    store = DemonstrationStore.create(folder, make_recorder().identity())
+    done = set(store.episodes())
+    left = [episode for episode in range(episodes) if episode not in done]
+    console, code = Console(stderr=True), 0
+    try:
+        results = run_episodes(make_recorder, left, min(jobs or os.cpu_count() or 1, len(left)))
+        for _ in track(
+            results, "demos", len(left), console=console, transient=True,
+            disable=not console.is_terminal,
+        ):  # fmt: skip
+            pass
+    except KeyboardInterrupt:
+        code = INTERRUPTED
+    outcomes = store.write_outcomes()
+    failed = [one for one in outcomes if not one["success"]]
+    for one in failed:
+        click.echo(f"episode {one['episode']} failed: {one['reason']}")
+    steps = sum(one["steps"] for one in outcomes)
+    click.echo(
+        f"{folder}: {len(outcomes) - len(failed)} of {len(outcomes)} succeeded, {steps} steps"
+    )
+    return code or (FAILED if failed else 0)
+
+
+@demos.command()
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@click.option("--format", "form", type=click.Choice(DEMONSTRATION_FORMATS), required=True)
+@click.option(
+    "-o", "--out", type=click.Path(path_type=Path), required=True, metavar="OUT",
+    help="File to write; of lerobot, the folder.",
+)  # fmt: skip
+@click.option(
+    "--actions", default="joint_targets", show_default=True, metavar="KIND",
+    help="Actions that robomimic or lerobot learns.",
+)  # fmt: skip
+@click.option(
+    "--python", metavar="PYTHON", help="Python of an environment with lerobot, for lerobot."
+)
+def export(folder: Path, form: str, out: Path, actions: str, python: str | None) -> None:
+    """Export the demonstrations in DIR.
+
+    robomimic is one HDF5 file for robomimic, parquet a table with a row for each step, lerobot a
+    LeRobotDataset, which LeRobot itself writes.
+    """
+    if (python is not None) != (form == "lerobot"):
+        raise click.UsageError("--python belongs to --format lerobot, which needs it")
+    from bt_manip import demonstrations as formats
+    from bt_manip.recording import check_writable
+
+    store = formats.read_demonstrations(folder)
+    if python is not None:
+        n = formats.write_lerobot(store, out, actions, python)
+    else:
+        check_writable(out, "export")
+        if form == "robomimic":
+            n = formats.write_robomimic(store, out, actions)
+        else:
+            n = formats.write_demonstration_table(store, out)
+    click.echo(f"{out}: {n} demonstrations")

@@ -1,0 +1,43 @@
+"""Export of demonstrations as a LeRobotDataset, by lerobot in an environment of its own."""
+
+import subprocess
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from bt_manip.demonstrations import lerobot_script
+from bt_manip.demonstrations.export_parquet import write_demonstration_table
+from bt_manip.demonstrations.store import DemonstrationStore
+from bt_manip.exceptions import BtManipError
+
+
+def write_lerobot(store: DemonstrationStore, folder: Path, actions: str, python: str) -> int:
+    """Write demonstrations by LeRobot's own `LeRobotDataset`.
+
+    Args:
+        store: The demonstrations.
+        folder: The folder to make.
+        actions: The kind of ``action``.
+        python: The Python of an environment with lerobot.
+
+    Returns:
+        The number of demonstrations.
+
+    Raises:
+        BtManipError: If there are none, the folder exists, or the conversion failed.
+    """
+    if folder.exists():
+        raise BtManipError(f"'{folder}' exists: choose another folder, which LeRobot makes")
+    with TemporaryDirectory() as temporary:
+        table = Path(temporary, "demonstrations.parquet")
+        n = write_demonstration_table(store, table)
+        script = str(lerobot_script.__file__)
+        command = [python, script, str(table), str(folder.absolute()), actions]
+        try:
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        except OSError as error:
+            raise BtManipError(f"'{python}' does not run: {error.strerror}") from error
+        except subprocess.CalledProcessError as error:
+            lines = error.stderr.decode(errors="replace").strip().splitlines()
+            reason = lines[-1] if lines else f"exit code {error.returncode}"
+            raise BtManipError(f"lerobot in '{python}' failed: {reason}") from error
+    return n

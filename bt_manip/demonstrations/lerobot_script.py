@@ -1,0 +1,80 @@
+"""Convert the Parquet table of demonstrations to a LeRobotDataset.
+
+This script runs in an environment that has lerobot, and imports nothing of bt-manip: lerobot and
+bt-manip want different versions of the same packages.
+"""
+
+import io
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+
+def convert(table: Path, folder: Path, kind: str) -> None:
+    """Write a LeRobotDataset.
+
+    All observations but images are concatenated to ``observation.state``.
+
+    Args:
+        table: The table that `write_demonstration_table` wrote.
+        folder: The folder to make.
+        kind: Which actions are ``action``.
+    """
+    import numpy as np
+    from lerobot.datasets.lerobot_dataset import LeRobotDataset
+    from PIL import Image
+    from pyarrow import parquet, types
+
+    file = parquet.ParquetFile(table)
+    schema = file.schema_arrow
+    manifest = json.loads(schema.metadata[b"bt_manip"])
+    observed = [name for name in schema.names if name.startswith("obs.")]
+    images = [name for name in observed if types.is_binary(schema.field(name).type)]
+    states = [name for name in observed if name not in images]
+    dataset: Any = None
+    for group in range(file.num_row_groups):
+        columns = file.read_row_group(group).to_pydict()
+        for row in range(len(columns["step"])):
+            values = {name: np.atleast_1d(columns[name][row]) for name in states}
+            frame: dict[str, Any] = {
+                "observation.state": np.concatenate([*values.values()]).astype(np.float32),
+                "action": np.array(columns[f"action.{kind}"][row], dtype=np.float32),
+                "next.reward": np.array([columns["reward"][row]], dtype=np.float32),
+                "next.done": np.array([columns["done"][row]]),
+                "leaf": columns["leaf"][row],
+            }
+            for name in images:
+                image = np.array(Image.open(io.BytesIO(columns[name][row])))
+                frame["observation.images." + name.removeprefix("obs.images.")] = image
+            if dataset is None:
+                features = {name: feature(value) for name, value in frame.items()}
+                features["observation.state"]["names"] = [
+                    f"{name.removeprefix('obs.')}.{i}"
+                    for name, value in values.items()
+                    for i in range(value.size)
+                ]
+                dataset = LeRobotDataset.create(
+                    f"bt_manip/{folder.name}",
+                    round(1.0 / manifest["step_s"]),
+                    features,
+                    root=folder,
+                    robot_type=manifest["robot"],
+                    use_videos=False,
+                )
+            dataset.add_frame({**frame, "task": manifest["tree"]})
+        dataset.save_episode()
+    dataset.finalize()
+
+
+def feature(value: Any) -> dict[str, Any]:
+    """Return LeRobot's description of a value of a frame."""
+    if isinstance(value, str):
+        return {"dtype": "string", "shape": (1,), "names": None}
+    if value.ndim == 3:
+        return {"dtype": "image", "shape": value.shape, "names": ["height", "width", "channels"]}
+    return {"dtype": str(value.dtype), "shape": value.shape, "names": None}
+
+
+if __name__ == "__main__":
+    convert(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3])

@@ -1,0 +1,183 @@
+"""Recording what the expert of a tree does, at the rate of an environment."""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bt_manip.bt import NodeStatus
+from bt_manip.demonstrations.store import Demonstration, DemonstrationStore
+from bt_manip.episodes import (
+    STEP,
+    Episodes,
+    Images,
+    Observations,
+    action_kind,
+)
+from bt_manip.exceptions import BtManipError
+from bt_manip.recording import cpu_name, identify, next_digest, versions
+from bt_manip.runner import request_of
+
+MAX_STEPS = 1200
+"""Steps after which an episode has failed: 60 s; a pick and place takes 80."""
+
+
+KINDS = ("joint_targets", "cartesian_deltas")
+"""Kinds of actions that are recorded."""
+
+
+class DemonstrationRecorder:
+    """Records episodes of a tree in this process.
+
+    The tree is ticked once in each environment step, at its beginning: its commands begin when
+    actions do, so that the recorded actions reproduce them.
+
+    Attributes:
+        folder: The folder of the `DemonstrationStore`.
+        failures: Whether the steps of failed episodes are kept.
+        episodes: The episodes.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        tree: str,
+        *,
+        choice: Any = None,
+        cameras: Sequence[str] = (),
+        size: tuple[int, int] = (128, 128),
+        failures: bool = False,
+        **options: Any,
+    ) -> None:
+        """Load the plugins and build the station.
+
+        Args:
+            folder: The folder of the `DemonstrationStore`.
+            tree: The tree as the user names it.
+            choice: The `bt_manip.plugins.Choice` of plugins; None: that of the environment.
+            cameras: Cameras whose images are observed.
+            size: Width and height of the images [pixels].
+            failures: Whether the steps of failed episodes are kept.
+            **options: Fields of `bt_manip.runner.RunRequest`; None: the default.
+
+        Raises:
+            BtManipError: If the request is invalid.
+        """
+        from bt_manip.plugins import load_plugins
+
+        parts = load_plugins(choice=choice, warn=lambda message: None).parts
+        request = request_of(tree, parts, tick=STEP, **options)
+        self.folder, self.failures = folder, failures
+        self._images = Images(("rgb",) if cameras else (), tuple(cameras), *size)
+        self.episodes = Episodes(request, parts)
+        self._run = self.episodes.run
+        self._actions = [action_kind(name, self.episodes) for name in KINDS]
+        nodes = self._run.tree.nodes
+        self._leaves = {i: node.path for i, node in enumerate(nodes) if not node.links}
+
+    def identity(self) -> dict[str, Any]:
+        """Return what the demonstrations consist of, as plain data.
+
+        Raises:
+            BtManipError: If the first episode does not start.
+        """
+        request = self._run.request
+        self.episodes.reset(request.seed)
+        observations = Observations(self.episodes.station, self._images)
+        return {
+            "tree": request.tree.name,
+            "seed": request.seed,
+            **identify(self._run),
+            "versions": versions(),
+            "cpu": cpu_name(),
+            "failures": self.failures,
+            "step_s": STEP,
+            "observations": {name: one._asdict() for name, one in observations.specs.items()},
+            "actions": {
+                one.kind: {
+                    "names": one.space.names,
+                    "units": one.space.units,
+                    "low": one.space.low.tolist(),
+                    "high": one.space.high.tolist(),
+                }
+                for one in self._actions
+            },
+            "nodes": [node.path for node in self._run.tree.nodes],
+        }
+
+    def run(self, episode: int) -> None:
+        """Run an episode and write its file."""
+        try:
+            demonstration = self.record(episode)
+        except BtManipError as error:
+            demonstration = Demonstration(episode, False, str(error))
+        if not (demonstration.success or self.failures):
+            demonstration = Demonstration(episode, False, demonstration.reason)
+        DemonstrationStore(self.folder).write(demonstration)
+
+    def record(self, episode: int) -> Demonstration:
+        """Run an episode and return it.
+
+        Raises:
+            BtManipError: If it does not start, a node raises, or the physics diverges.
+        """
+        episodes, tree, cell = self.episodes, self._run.tree, self.episodes.station.cell
+        episodes.reset(episodes.seed, episode)
+        observations = Observations(episodes.station, self._images)
+        observed, states = [observations.read()], [cell.state_bytes()]
+        actions = defaultdict(list)
+        statuses: list[bytes] = []
+        digest, ended = b"", False
+        try:
+            while not ended:
+                for one in self._actions:
+                    one.watch()
+                episodes.expert_step()
+                for one in self._actions:
+                    actions[one.kind].append(one.recorded())
+                statuses.append(tree.statuses())
+                observed.append(observations.read())
+                states.append(cell.state_bytes())
+                digest = next_digest(digest, states[-1], statuses[-1])
+                success = episodes.success
+                ended = success or episodes.status is not NodeStatus.RUNNING
+                ended = ended or episodes.steps >= MAX_STEPS
+        finally:
+            observations.close()
+        rows = np.array([np.frombuffer(one, dtype=np.uint8) for one in statuses])
+        last = np.arange(len(rows)) == len(rows) - 1
+        return Demonstration(
+            episode,
+            success,
+            "" if success else self._why_not(),
+            digest.hex(),
+            {name: np.array([one[name] for one in observed]) for name in observed[0]},
+            {kind: np.array(numbers) for kind, numbers in actions.items()},
+            (last & success).astype(np.float32),
+            last,
+            _same_length(states),
+            tuple(self._running(row) for row in rows),
+            rows,
+        )
+
+    def _why_not(self) -> str:
+        if self.episodes.status is NodeStatus.RUNNING:
+            return f"no end within {MAX_STEPS * STEP:g} s simulated"
+        return self._run.tree.failure_reason() or self._run.goal.why_not()
+
+    def _running(self, statuses: np.ndarray) -> str:
+        """Return the paths of the running leaves."""
+        running = NodeStatus.RUNNING
+        return "; ".join(path for i, path in self._leaves.items() if statuses[i] == running)
+
+
+def _same_length(states: list[bytes]) -> np.ndarray:
+    """Return states as rows; where objects came or went, shorter ones are filled with NaN."""
+    rows = [np.frombuffer(state) for state in states]
+    size = max(map(len, rows))
+    filled = np.full((len(rows), size), np.nan)
+    for row, state in zip(filled, rows, strict=True):
+        row[: len(state)] = state
+    return filled
