@@ -75,14 +75,21 @@ class GoalJudge:
             self._cell.before_remove.remove(self._judge_before)
 
     def get_state(self) -> dict[str, Any]:
-        """Return what was judged in the present cycle, as plain data."""
-        return {"cycle": self._cycle, "kept": self._kept, "names": list(map(sorted, self._names))}
+        """Return what was judged in the present cycle, and what conditions remember, as data."""
+        return {
+            "cycle": self._cycle,
+            "kept": self._kept,
+            "names": list(map(sorted, self._names)),
+            "conditions": [condition.get_state() for condition in self._goal],
+        }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore a state of `get_state`; the cycle that begins next continues with it."""
         self._cycle = state["cycle"]
         self._kept = [list(kept) for kept in state["kept"]]
         self._names = [set(names) for names in state["names"]]
+        for condition, remembered in zip(self._goal, state.get("conditions", ()), strict=False):
+            condition.set_state(remembered)
 
     def _clear(self) -> None:
         self._kept = [[] for _ in self._goal]

@@ -77,18 +77,27 @@ class PrimitiveProp(Prop):
             "geom", name=name, type=type, size=size, pos=pos, euler=euler, rgba=self._rgba
         )
 
-    def _add_ring(self, inner: float, thickness: float, height: float, sides: int = 16) -> None:
-        """Add a wall around the vertical axis: flat sides, tangential to a circle.
+    def _add_ring(
+        self,
+        inner: float,
+        thickness: float,
+        height: float,
+        sides: int = 16,
+        centre: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
+        """Add a wall around a vertical axis: flat sides, tangential to a circle.
 
         Args:
             inner: Radius of the circle [m].
             thickness: Thickness of the wall [m].
             height: Height of the wall [m].
             sides: Number of sides.
+            centre: Of the circle [m].
         """
+        u, v = centre
         middle = inner + thickness / 2
         half_width = (inner + thickness) * math.tan(math.pi / sides)
         for i in range(sides):
             angle = 2 * math.pi * i / sides
-            pos = (middle * math.cos(angle), middle * math.sin(angle), height / 2)
+            pos = (u + middle * math.cos(angle), v + middle * math.sin(angle), height / 2)
             self._add("box", (thickness / 2, half_width, height / 2), pos, euler=(0, 0, angle))

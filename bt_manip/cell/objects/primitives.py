@@ -353,26 +353,33 @@ class Wall(PrimitiveProp):
 
 
 class HoleBoard(PrimitiveProp):
-    """A square board with a hole through its middle: a polygon of 16 sides around a circle."""
+    """A square board with a hole, a polygon of 16 sides around a circle.
+
+    The hole is through the middle of the board, or beside it by an ``offset``: a tolerance of
+    manufacturing that the board's pose does not tell.
+    """
 
     kind = "hole_board"
     category = "socket"
     defaults = {
         "hole": 0.0165,  # radius of the circle that fits into the hole [m]
         "size": (0.16, 0.16, 0.04),  # lengths along x, y and z [m]
+        "offset": [0.0, 0.0],  # of the hole from the middle, along x and y [m]
         "mass": 0.9, "friction": 0.4, "colour": (0.50, 0.53, 0.58),
     }  # fmt: skip
 
-    def _add_shapes(self, hole: float, size: Sequence[float]) -> None:
+    def _add_shapes(self, hole: float, size: Sequence[float], offset: Sequence[float]) -> None:
         x, y, z = size
+        u, v = offset
         # A ring closes the hole to a square opening in the board around it: the corners of the
         # opening are inside the ring, its sides outside of the hole.
         thickness = 0.8 * hole
         opening = (hole + thickness) / 2**0.5
-        if min(x, y) / 2 <= opening:
-            raise CellError(f"a hole of radius {hole:g} m needs a board wider than {2 * opening:g}")
-        self._add_ring(hole, thickness, z)
-        side, end = (x / 2 - opening) / 2, (y / 2 - opening) / 2
+        if not min(x / 2 - abs(u), y / 2 - abs(v)) > opening:
+            wide = 2 * (opening + max(abs(u), abs(v)))
+            raise CellError(f"a hole of radius {hole:g} m needs a board wider than {wide:g}")
+        self._add_ring(hole, thickness, z, centre=(u, v))
         for sign in (1, -1):
-            self._add("box", (side, y / 2, z / 2), (sign * (opening + side), 0, z / 2))
-            self._add("box", (opening, end, z / 2), (0, sign * (opening + end), z / 2))
+            side, end = (x / 2 - opening - sign * u) / 2, (y / 2 - opening - sign * v) / 2
+            self._add("box", (side, y / 2, z / 2), (u + sign * (opening + side), 0, z / 2))
+            self._add("box", (opening, end, z / 2), (u, v + sign * (opening + end), z / 2))

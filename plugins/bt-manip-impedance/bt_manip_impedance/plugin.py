@@ -5,14 +5,17 @@ from pathlib import Path
 from bt_manip import hookimpl
 
 TREES = Path(__file__).parent / "trees"
+SCENES = Path(__file__).parent / "scenes"
 
 
 @hookimpl
 def register_objects(register):
-    """Register the button."""
+    """Register the button and the drawer."""
+    from bt_manip_impedance.drawer import Drawer
     from bt_manip_impedance.push_button import PushButton
 
     register("push_button", PushButton)
+    register("drawer", Drawer)
 
 
 @hookimpl
@@ -28,22 +31,33 @@ def register_controllers(register):
 @hookimpl
 def register_behaviours(register):
     """Register the behaviours that need a compliant controller."""
+    from bt_manip_impedance.hand_over import FindFreeEnd, IsHandedOver
     from bt_manip_impedance.insert import Insert, IsInserted
-    from bt_manip_impedance.press import IsReleased, Press
+    from bt_manip_impedance.open_drawer import IsOpen, PullOpen, ReachHandle
+    from bt_manip_impedance.press import IsReleased, Press, WasPressed
 
     register(Press)
     register(IsReleased)
+    register(WasPressed)
     register(Insert)
     register(IsInserted)
+    register(ReachHandle)
+    register(PullOpen)
+    register(IsOpen)
+    register(FindFreeEnd)
+    register(IsHandedOver)
 
 
 @hookimpl
 def register_scenes(register):
-    """Register the button, and the peg with its hole, on the table."""
+    """Register the scenes of the tasks: in Python, and in files with what varies."""
+    from bt_manip.runner import scene_of
     from bt_manip_impedance.scene import button_on_table, peg_on_table
 
     register("button_on_table", button_on_table)
     register("peg_on_table", peg_on_table)
+    for path in sorted(SCENES.glob("*.toml")):
+        register(path.stem, scene_of(path))
 
 
 @hookimpl
@@ -52,7 +66,9 @@ def register_trees(register):
     register(
         "press_button",
         TREES / "press_button.xml",
-        scene="button_on_table",
+        scene="press_button",
         controller="cartesian_impedance",
     )
     register("insert_peg", TREES / "insert_peg.xml", scene="peg_on_table")
+    for name in ("peg_in_hole", "open_drawer", "hand_over"):
+        register(name, TREES / f"{name}.xml", scene=name)

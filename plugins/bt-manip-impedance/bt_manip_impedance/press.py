@@ -8,11 +8,9 @@ import pinocchio as pin
 from bt_manip.behaviours import MotionBehaviour
 from bt_manip.bt import Condition, Input, Status
 from bt_manip.cell import Cell, CellError
+from bt_manip_impedance.push_button import PRESSED
 
 RELEASED = 1e-4  # [m] depth up to which the cap counts as up
-
-PRESSED = 0.95
-"""Fraction of the travel at which the cap counts as down; its stop is soft."""
 
 CLEAR = 0.03
 """Height over the cap that the tool retreats to [m]."""
@@ -106,3 +104,20 @@ class IsReleased(Condition):
         if button.depth > RELEASED:
             return self.fail(f"'{self.object}' is {1e3 * button.depth:.1f} mm down")
         return Status.SUCCESS
+
+
+class WasPressed(Condition):
+    """Check that a button has been pressed down since it was made."""
+
+    object = Input(str, doc="Name of the button.")
+
+    def setup(self, *, cell: Cell, **_: Any) -> None:
+        """Keep the cell."""
+        self.cell = cell
+
+    def update(self) -> Status:
+        """Read the button's count."""
+        button = self.cell.entities.get(self.object)
+        if not hasattr(button, "presses"):
+            return self.fail(f"the cell has no button '{self.object}'")
+        return Status.SUCCESS if button.presses else self.fail(f"'{self.object}' was not pressed")

@@ -12,6 +12,9 @@ from bt_manip.cell import CellError
 
 RADIUS = 0.025  # [m]
 HOUSING = 0.02  # [m] height
+PRESSED = 0.95
+"""Fraction of the travel at which the cap counts as down; its stop is soft."""
+
 PRELOAD = 0.2  # fraction of the full force at which the cap begins to move
 
 
@@ -46,6 +49,7 @@ class PushButton(composer.Entity):
             raise CellError(f"force must be a positive number [N], got {force!r}")
         self._parameters = {"travel": travel, "force": force, "colour": tuple(colour)}
         self.travel = travel
+        self._presses, self._down = 0, False
         self._mjcf_root = root = mjcf.RootElement(model=name)
         housing = root.worldbody.add("body", name="housing")
         housing.add(
@@ -95,6 +99,14 @@ class PushButton(composer.Entity):
         self._data = physics.data.ptr
         self._address = int(physics.model.ptr.joint(self._joint.full_identifier).qposadr[0])
 
+    def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Count the presses (composer's hook)."""
+        depth = self.depth
+        if self._down:
+            self._down = depth > 0.5 * self.travel
+        elif depth >= PRESSED * self.travel:
+            self._down, self._presses = True, self._presses + 1
+
     @property
     def depth(self) -> float:
         """Depth of the cap below its released position [m]."""
@@ -104,6 +116,19 @@ class PushButton(composer.Entity):
     def pressed(self) -> bool:
         """Whether the cap is below half of its travel."""
         return self.depth > 0.5 * self.travel
+
+    @property
+    def presses(self) -> int:
+        """How often the cap has been pressed down since the button was made."""
+        return self._presses
+
+    def get_state(self) -> dict[str, Any]:
+        """Return the presses, for snapshots."""
+        return {"presses": self._presses, "down": self._down}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Restore a state of `get_state`."""
+        self._presses, self._down = state["presses"], state["down"]
 
 
 class PushButtonObservables(composer.Observables):

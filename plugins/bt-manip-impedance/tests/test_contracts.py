@@ -4,12 +4,17 @@ from dataclasses import replace
 
 import pytest
 
+from bt_manip import spatial
 from bt_manip.behaviours import CloseGripper, Grasp, Hover, Lift, Reach, extent
+from bt_manip.cell import is_in
+from bt_manip.runner import Fixture
 from bt_manip.runner import build_station as build
 from bt_manip.testing import Example, built_in_situations, contracts_of, play, trees_of
+from bt_manip_impedance import ReachHandle
 
 OVER_THE_BUTTON = "over the button"
 OVER_THE_HOLE = "the peg is held over the hole"
+AT_THE_HANDLE = "the handle of the drawer is held"
 
 test_contracts = contracts_of(
     "impedance",
@@ -20,13 +25,32 @@ test_contracts = contracts_of(
             fails=({"object": "table"}, {"max_force": 0.5}),
         ),
         "IsReleased": Example(ports={"object": "button"}, start=OVER_THE_BUTTON),
+        "WasPressed": Example(ports={"object": "button"}, start=OVER_THE_BUTTON, status="FAILURE"),
         "IsInserted": Example(
             ports={"object": "peg", "socket": "board"}, start=OVER_THE_HOLE, status="FAILURE"
         ),
         "Insert": Example(
             ports={"object": "peg", "socket": "board", "speed": 0.3},
             start=OVER_THE_HOLE,
-            fails=({"max_force": 0.1}, {"controller": "no_controller"}),
+            fails=({"max_force": 0.1}, {"controller": "no_controller"}, {"search": -1.0}),
+        ),
+        "ReachHandle": Example(
+            ports={"object": "drawer"},
+            fails=({"object": "table"}, {"height": -0.1}, {"height": 5.0}),
+        ),
+        "PullOpen": Example(
+            ports={"object": "drawer", "opening": 0.05, "speed": 0.5},
+            start=AT_THE_HANDLE,
+            fails=({"object": "table"}, {"opening": 1.0}, {"max_force": 0.1}),
+        ),
+        "IsOpen": Example(ports={"object": "drawer"}, status="FAILURE"),
+        "FindFreeEnd": Example(
+            ports={"object": "peg", "pose": "{pose}"},
+            start=OVER_THE_HOLE,
+            fails=({"object": "table"}, {"inset": -1.0}),
+        ),
+        "IsHandedOver": Example(
+            ports={"object": "peg", "giver": "panda", "receiver": "panda"}, status="FAILURE"
         ),
     },
 )
@@ -43,20 +67,38 @@ def peg_is_in_the_hole(station):
     assert bottom[2] < top[2] - 0.02
 
 
+def drawer_is_open(station):
+    """Return whether the drawer is open by 15 cm, without the gripper."""
+    assert station.cell.find("drawer").opening >= 0.15
+    assert not station.cell.contacts.touching("drawer", "arm")
+
+
+def rod_is_in_the_basket(station):
+    """Return whether the rod lies in the basket of the robot that took it."""
+    assert is_in(station.cell, "rod", "basket")
+
+
 test_trees = trees_of(
     "impedance",
-    end_states={"press_button": button_is_released, "insert_peg": peg_is_in_the_hole},
+    end_states={
+        "press_button": button_is_released,
+        "insert_peg": peg_is_in_the_hole,
+        "peg_in_hole": peg_is_in_the_hole,
+        "open_drawer": drawer_is_open,
+        "hand_over": rod_is_in_the_basket,
+    },
 )
 
 
 @pytest.fixture(scope="session")
 def build_station(parts):
-    """Give every test here the compliant arm, the button, and the peg with its board."""
+    """Give every test here the compliant arm, the button, the peg with its board, and a drawer."""
 
     def build_compliant():
         scene = parts.scenes.create("button_on_table")
         peg_and_board = parts.scenes.create("peg_on_table").fixtures[1:]
-        scene = replace(scene, fixtures=(*scene.fixtures, *peg_and_board))
+        drawer = Fixture("drawer", "drawer", spatial.pose((0.6, 0.25, scene.T_wb.translation[2])))
+        scene = replace(scene, fixtures=(*scene.fixtures, *peg_and_board, drawer))
         return build(parts, controller="cartesian_impedance", scene=scene)
 
     return build_compliant
@@ -64,7 +106,7 @@ def build_station(parts):
 
 @pytest.fixture(scope="session")
 def situations(build_station):
-    """Add situations right over the button and over the hole."""
+    """Add situations right over the button, over the hole and at the handle."""
 
     def hover(station):
         play(station, CloseGripper(force=10.0), Hover(object="button", height=0.06))
@@ -75,6 +117,10 @@ def situations(build_station):
         play(station, Hover(object="peg", height=0.15), Reach(object="peg"))
         play(station, Grasp(object="peg", force=40.0), Lift(height=0.1))
 
+    def hold_handle(station):
+        play(station, ReachHandle(object="drawer"), CloseGripper(force=50.0))
+
+    found.add(AT_THE_HANDLE, hold_handle)
     found.add(OVER_THE_BUTTON, hover)
     found.add(OVER_THE_HOLE, hold_peg)
     return found

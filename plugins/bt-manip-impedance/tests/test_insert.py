@@ -11,6 +11,7 @@ from bt_manip.bt import NodeStatus, Tree
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import build_station
 from bt_manip_impedance import Insert
+from bt_manip_impedance.insert import spiral
 
 TOO_NARROW = 0.0145  # [m] radius of a hole that the peg of 15 mm does not fit into
 
@@ -20,11 +21,11 @@ def parts():
     return load_plugins().parts
 
 
-def holding_the_peg(parts, **board):
-    """Return a station whose robot holds the peg."""
-    scene = parts.scenes.create("peg_on_table")
+def holding_the_peg(parts, scene="peg_on_table", **board):
+    """Return a station of a scene whose robot holds the peg."""
+    scene = parts.scenes.create(scene)
     *others, socket = scene.fixtures
-    socket = replace(socket, parameters=board)
+    socket = replace(socket, parameters={**socket.parameters, **board})
     station = build_station(parts, scene=replace(scene, fixtures=(*others, socket)))
     for behaviour in (
         Hover("hover", object="peg", height=0.15),
@@ -79,6 +80,36 @@ def test_a_stiff_controller_exceeds_the_allowed_force(parts):
     behaviour, status, _, _ = insert(station, controller="computed_torque")
     assert status is NodeStatus.FAILURE
     assert "at most 30 N are allowed" in behaviour.feedback_message
+
+
+def test_a_hole_that_is_not_where_it_should_be_is_found(parts):
+    station = holding_the_peg(parts, "peg_in_hole", offset=(0.001, -0.0015))
+    behaviour, status, active, forces = insert(station, search=0.004)
+    assert status is NodeStatus.SUCCESS, behaviour.feedback_message
+    assert active == ["computed_torque", "cartesian_impedance", "computed_torque"]
+    assert max(forces) < 30.0
+    off = station.cell.pose("peg").translation - station.cell.pose("board").translation
+    assert off[:2] == pytest.approx([0.001, -0.0015], abs=6e-4)
+
+
+def test_a_hole_outside_of_the_searched_circle_is_not_found(parts):
+    station = holding_the_peg(parts, "peg_in_hole", offset=(0.005, 0.0))
+    behaviour, status, _, forces = insert(station, search=0.001)
+    assert status is NodeStatus.FAILURE
+    assert "found no hole within 1.0 mm" in behaviour.feedback_message
+    assert max(forces) < 15.0
+
+
+def test_the_half_circles_of_a_spiral_touch_and_cover_the_circle():
+    centre, pitch = np.array([0.1, 0.2, 0.3]), 0.001
+    start, found = centre, list(spiral(centre, 0.004, pitch))
+    for via, end in found:
+        middle = 0.5 * (start + end)
+        assert np.linalg.norm(via - middle) == pytest.approx(0.5 * np.linalg.norm(end - start))
+        start = end
+    reached = [np.linalg.norm(end - centre) for _, end in found]
+    assert np.diff(reached) == pytest.approx(pitch / 2)
+    assert min(reached[-2:]) >= 0.004
 
 
 def test_an_insertion_that_is_halted_gives_the_arm_its_controller_back(parts):

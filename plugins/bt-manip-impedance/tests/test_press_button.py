@@ -5,7 +5,7 @@ import pytest
 from bt_manip.bt import BehaviourRegistry, NodeStatus, load_tree
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import build_station
-from bt_manip_impedance import Press
+from bt_manip_impedance import Press, WasPressed
 
 
 @pytest.fixture(scope="module")
@@ -49,6 +49,24 @@ def test_a_stiff_arm_exceeds_the_force_and_releases_the_button(parts):
     assert status is NodeStatus.FAILURE
     assert "at most 40 N are allowed" in reason
     assert at_end < 1e-4
+
+
+def test_a_press_is_counted_once_and_kept_in_a_snapshot(parts):
+    station = build_station(parts, scene=parts.scenes.create("press_button"))
+    cell, button = station.cell, station.cell.find("button")
+    before = cell.snapshot()
+    assert station.run(WasPressed("pressed", object="button")).status is NodeStatus.FAILURE
+    dof = cell.model.joint("button/press").dofadr[0]
+    for force in (15.0, 0.0):
+        cell.data.qfrc_applied[dof] = force
+        cell.step(300)
+    assert button.presses == 1
+    assert station.run(WasPressed("pressed", object="button")).status is NodeStatus.SUCCESS
+    after = cell.snapshot()
+    cell.restore(before)
+    assert button.presses == 0
+    cell.restore(after)
+    assert button.presses == 1
 
 
 def test_another_object_than_a_button_cannot_be_pressed(parts):

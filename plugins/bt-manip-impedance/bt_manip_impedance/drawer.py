@@ -1,0 +1,135 @@
+"""A cabinet with a drawer."""
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from dm_control import composer, mjcf
+from dm_control.composer.observation import observable
+
+from bt_manip.cell import CellError
+
+SIZE = (0.3, 0.24, 0.12)  # [m] of the cabinet along x, y and z
+WALL = 0.01  # [m] thickness of all boards
+GAP = 0.002  # [m] between the front of the drawer and the boards around it
+HANDLE = (0.06, 0.016, 0.04)  # [m] length along x, thickness, height
+GRIP = 0.04  # [m] distance of the handle's grasp from the front: fingers have clearance behind it
+MASS = 1.5  # [kg] of the drawer
+DAMPING = 10.0  # [N s/m] of the slide
+
+
+class Drawer(composer.Entity):
+    """A cabinet with a drawer that slides towards -x; its origin is the middle of its bottom."""
+
+    kind = "drawer"
+    category = "drawer"
+    free = False
+
+    def _build(
+        self,
+        name: str = "drawer",
+        travel: float = 0.2,
+        resistance: float = 5.0,
+        colour: Sequence[float] = (0.72, 0.53, 0.33),
+    ) -> None:
+        """Build the drawer, closed.
+
+        Args:
+            name: Model name.
+            travel: Travel of the drawer [m].
+            resistance: Friction of the slide: force that moves the drawer slowly [N].
+            colour: Red, green and blue of the cabinet, from 0 to 1.
+
+        Raises:
+            CellError: If the resistance is not positive, or the travel not above 0 and shorter than
+                the drawer.
+        """
+        x, y, z = (0.5 * length for length in SIZE)
+        if not 0.0 < travel < SIZE[0] - 2 * WALL:
+            raise CellError(f"travel must be above 0 and below {SIZE[0] - 2 * WALL} m: {travel!r}")
+        if not 0.0 < resistance < np.inf:
+            raise CellError(f"resistance must be a positive number [N], got {resistance!r}")
+        self._parameters = {"travel": travel, "resistance": resistance, "colour": tuple(colour)}
+        self.travel = travel
+        self._mjcf_root = root = mjcf.RootElement(model=name)
+        root.default.geom.set_attributes(
+            type="box", solref=(0.004, 1.0), friction=(0.8, 0.005, 1e-4)
+        )
+        half, light = 0.5 * WALL, (*(0.5 + 0.5 * part for part in colour), 1)
+        cabinet = root.worldbody.add("body", name="cabinet")
+        for size, pos in (
+            ((x, y, half), (0, 0, half)),
+            ((x, y, half), (0, 0, 2 * z - half)),
+            ((x, half, z - WALL), (0, y - half, z)),
+            ((x, half, z - WALL), (0, half - y, z)),
+            ((half, y - WALL, z - WALL), (x - half, 0, z)),
+        ):
+            cabinet.add("geom", size=size, pos=pos, rgba=(*colour, 1))
+        tray = cabinet.add("body", name="tray", pos=(-x, 0, z), gravcomp=1)
+        self._joint = tray.add(
+            "joint", name="slide", type="slide", axis=(-1, 0, 0), limited=True, range=(0, travel),
+            damping=DAMPING, frictionloss=resistance, solimpfriction=(0.99, 0.99, 0.001, 0.5, 2),
+        )  # fmt: skip
+        wide, high, deep = y - WALL - GAP, z - WALL - GAP, x - WALL
+        boards = (
+            ((half, wide, high), (half, 0, 0)),
+            ((deep, wide, half), (deep, 0, half - high)),
+            ((deep, half, 0.5 * high), (deep, wide - half, -0.5 * high)),
+            ((deep, half, 0.5 * high), (deep, half - wide, -0.5 * high)),
+        )
+        handle = (tuple(0.5 * length for length in HANDLE), (-0.5 * HANDLE[0], 0, 0))
+        for size, pos in (*boards, handle):
+            tray.add("geom", size=size, pos=pos, rgba=light, mass=MASS / 5)
+        # The slide guides the drawer, not its boards.
+        root.contact.add("exclude", name="tray_in_cabinet", body1=cabinet, body2=tray)
+
+    def _build_observables(self) -> "DrawerObservables":
+        return DrawerObservables(self)
+
+    @property
+    def mjcf_model(self) -> mjcf.RootElement:
+        """The MJCF model."""
+        return self._mjcf_root
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        """Its parameters, as plain data."""
+        return MappingProxyType(self._parameters)
+
+    @property
+    def joint(self) -> mjcf.Element:
+        """The slide joint; its position counts from closed [m]."""
+        return self._joint
+
+    def after_compile(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
+        """Bind to the compiled model (composer's hook)."""
+        self._data = physics.data.ptr
+        joint = physics.model.ptr.joint(self._joint.full_identifier)
+        self._position, self._velocity = int(joint.qposadr[0]), int(joint.dofadr[0])
+
+    @property
+    def opening(self) -> float:
+        """Distance of the drawer from closed [m]."""
+        return float(self._data.qpos[self._position])
+
+    @property
+    def speed(self) -> float:
+        """Speed at which it opens; negative while it closes [m/s]."""
+        return float(self._data.qvel[self._velocity])
+
+    @property
+    def T_oh(self) -> pin.SE3:
+        """Present pose of the grasp of its handle; the fingers close along y."""
+        x = -0.5 * SIZE[0] - self.opening - GRIP
+        return pin.SE3(np.eye(3), np.array([x, 0.0, 0.5 * SIZE[2]]))
+
+
+class DrawerObservables(composer.Observables):
+    """Observables of a drawer."""
+
+    @composer.observable
+    def opening(self) -> observable.MJCFFeature:
+        """Distance of the drawer from closed [m]."""
+        return observable.MJCFFeature("qpos", self._entity.joint)

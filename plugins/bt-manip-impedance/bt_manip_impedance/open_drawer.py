@@ -1,0 +1,183 @@
+"""Open a drawer by its handle."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip import spatial
+from bt_manip.behaviours import MotionBehaviour
+from bt_manip.bt import Condition, Input, Status
+from bt_manip.cell import Cell, CellError
+from bt_manip_impedance.drawer import Drawer
+
+MARGIN = 0.005
+"""How much farther than asked a drawer is pulled [m]."""
+
+LAG = 0.05
+"""How far the reference ends beyond the opening [m]: the springs of the tool give way."""
+
+MAX_REST_SPEED = 5e-3
+"""Speed of a drawer that counts as at rest [m/s]; as for objects."""
+
+OVER, DOWN = "over", "down"
+
+
+class ReachHandle(MotionBehaviour):
+    """Move the open gripper over the handle of a drawer, and straight down to it."""
+
+    memory = (*MotionBehaviour.memory, "_phase")
+
+    object = Input(str, doc="Name of the drawer.")
+    height = Input(float, default=0.12, doc="Height over the handle to come down from [m].")
+    speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
+
+    amounts = {**MotionBehaviour.amounts, "height": "m"}
+
+    _phase = OVER
+
+    def start(self) -> None:
+        """Move over the handle; the gripper is the same turned by half a turn."""
+        self._phase = OVER
+        poses = [self._tool_pose(self.height, yaw) for yaw in (0.0, math.pi)]
+        self.arm.move_to_pose(poses, speed=self.speed, approach=self.height)
+
+    def arrived(self) -> Status:
+        """Move down to the handle."""
+        if self._phase == DOWN:
+            return super().arrived()
+        self._phase = DOWN
+        return self.begin_motion(self._move_down)
+
+    def begin_again(self) -> Status:
+        """Retry the motion that another robot blocked."""
+        return self.begin_motion(self._move_down if self._phase == DOWN else self.start)
+
+    def _move_down(self) -> None:
+        poses = [self._tool_pose(0.0, yaw) for yaw in (0.0, math.pi)]
+        nearest = max(poses, key=lambda T: float(np.trace(T.rotation.T @ self.T_wt.rotation)))
+        self.arm.move_linear(nearest, speed=self.speed)
+
+    def _tool_pose(self, height: float, yaw: float) -> pin.SE3:
+        T_wh = self.cell.pose(self.object) * find_drawer(self.cell, self.object).T_oh
+        x_axis = T_wh.rotation[:, 0]
+        heading = math.atan2(x_axis[1], x_axis[0])
+        return spatial.pointing_down(T_wh.translation + (0.0, 0.0, height), heading + yaw)
+
+
+class PullOpen(MotionBehaviour):
+    """Pull a drawer open by the handle that the gripper holds, under a compliant controller.
+
+    The tool moves along the axis of the drawer. The compliance takes up the difference between this
+    axis and the arm's motion, and limits the force on a drawer that is stuck. Whatever the outcome,
+    the arm returns to its own controller once it is at rest.
+    """
+
+    memory = (*MotionBehaviour.memory, "_pulling", "_tare")
+
+    object = Input(str, doc="Name of the drawer.")
+    opening = Input(float, default=0.15, doc="How far it is opened [m].")
+    max_force = Input(float, default=40.0, doc="Force on the handle at which it gives up [N].")
+    speed = Input(float, default=0.2, doc="Fraction of the arm's limits, above 0 and up to 1.")
+    controller = Input(str, default="cartesian_impedance", doc="Registered compliant controller.")
+
+    amounts = {**MotionBehaviour.amounts, "opening": "m"}
+
+    _pulling = False
+    _tare: tuple[float, ...] = ()  # [N] force at the wrist at first, in the tool's axes
+
+    def start(self) -> None:
+        """Switch to the compliant controller and pull."""
+        drawer = find_drawer(self.cell, self.object)
+        if self.opening + MARGIN > drawer.travel:
+            raise CellError(f"'{self.object}' opens by {drawer.travel:g} m at most")
+        if self.object not in self.gripper.held:
+            raise CellError(f"the gripper does not hold '{self.object}'")
+        distance = self.opening + LAG - drawer.opening
+        pull = self.cell.pose(self.object).rotation @ np.array([-distance, 0.0, 0.0])
+        T_wt = self.T_wt
+        self.controllers.switch(self.controller)
+        self._pulling = True
+        self._tare = tuple(self.arm.robot.wrist_wrench().force.tolist())
+        goal = pin.SE3(T_wt.rotation, T_wt.translation + pull)
+        self.arm.move_linear(goal, speed=self.speed, contact=True)
+
+    def update(self) -> Status:
+        """Pull until the drawer is open, then wait until it is at rest."""
+        if self._blocked is not None:
+            return super().update()
+        drawer, arm = find_drawer(self.cell, self.object), self.arm
+        force = float(np.linalg.norm(arm.robot.wrist_wrench().force - np.array(self._tare)))
+        opened = drawer.opening
+        self.feedback_message = f"{1e3 * opened:.0f} mm open, {force:.1f} N"
+        if opened >= self.opening + MARGIN:
+            if arm.moving:
+                if not arm.follower.stopping:
+                    arm.stop()
+                return Status.RUNNING
+            return (
+                Status.SUCCESS
+                if self.steady(abs(drawer.speed) < MAX_REST_SPEED)
+                else Status.RUNNING
+            )
+        if self.object not in self.gripper.held:
+            return self.fail(f"the handle of '{self.object}' was lost {1e3 * opened:.0f} mm open")
+        if force > self.max_force:
+            return self.fail(
+                f"'{self.object}' is {1e3 * opened:.0f} mm open and holds back with {force:.1f} N, "
+                f"at most {self.max_force:g} N are allowed"
+            )
+        if arm.moving:
+            return Status.RUNNING
+        self._ended = self.cell.time if self._ended is None else self._ended
+        if self.cell.time - self._ended > self.SETTLING:
+            return self.fail(
+                f"'{self.object}' stopped {1e3 * opened:.0f} mm open, expected "
+                f"{1e3 * self.opening:.0f} mm"
+            )
+        return Status.RUNNING
+
+    def terminate(self, new_status: Status) -> None:
+        """Stop, and return to the arm's own controller."""
+        if self._pulling:
+            self._pulling = False
+            if self.arm.busy:
+                self.arm.stop()
+            self.controllers.return_to_default()
+        super().terminate(new_status)
+
+
+class IsOpen(Condition):
+    """Check that a drawer is open, and at rest."""
+
+    object = Input(str, doc="Name of the drawer.")
+    opening = Input(float, default=0.15, doc="How far it is open at least [m].")
+
+    def setup(self, *, cell: Cell, **_: Any) -> None:
+        """Keep the cell."""
+        self.cell = cell
+
+    def update(self) -> Status:
+        """Measure the position and velocity of the slide."""
+        try:
+            drawer = find_drawer(self.cell, self.object)
+        except CellError as error:
+            return self.fail(str(error))
+        if drawer.opening < self.opening:
+            return self.fail(f"'{self.object}' is {1e3 * drawer.opening:.0f} mm open")
+        if abs(drawer.speed) > MAX_REST_SPEED:
+            return self.fail(f"'{self.object}' moves at {1e3 * drawer.speed:.0f} mm/s")
+        return Status.SUCCESS
+
+
+def find_drawer(cell: Cell, name: str) -> Drawer:
+    """Return a drawer.
+
+    Raises:
+        CellError: If there is none of that name.
+    """
+    drawer = cell.find(name)
+    if not isinstance(drawer, Drawer):
+        raise CellError(f"'{name}' is not a drawer")
+    return drawer

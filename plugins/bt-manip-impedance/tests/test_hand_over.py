@@ -1,0 +1,71 @@
+"""A hand-over is judged from contacts; the free end of a held object is found."""
+
+import numpy as np
+import pytest
+
+from bt_manip import spatial
+from bt_manip.behaviours import Grasp, Hover, Lift, MoveToPose, Reach
+from bt_manip.bt import NodeStatus, Tree
+from bt_manip.cell import Cell, extent
+from bt_manip.cell.objects import Box
+from bt_manip.plugins import load_plugins
+from bt_manip.runner import build_station
+from bt_manip_impedance import FindFreeEnd, IsHandedOver
+
+HIGH = 0.5  # [m] of the posts, which stand for two robots
+
+
+@pytest.fixture
+def cell() -> Cell:
+    """Return a table, two posts on it, and a rod on the table."""
+    cell = Cell()
+    cell.add(Box(size=(1.0, 1.0, 0.1)), spatial.pose((0.0, 0.0, 0.05)), name="table", free=False)
+    for name, x in (("left", -0.1), ("right", 0.1)):
+        post = Box(size=(0.04, 0.04, HIGH))
+        cell.add(post, spatial.pose((x, 0.0, 0.1 + HIGH / 2)), name=name, free=False)
+    cell.add(Box(size=(0.3, 0.03, 0.03)), spatial.pose((0.0, 0.3, 0.115)), name="rod", free=True)
+    return cell
+
+
+def move(cell: Cell, x: float, y: float, z: float) -> None:
+    cell.move("rod", spatial.pose((x, y, z)))
+    cell.step(200)
+
+
+def test_an_object_is_handed_over_while_both_touch_it_in_the_air(cell):
+    condition = IsHandedOver("handed over", object="rod", giver="left", receiver="right")
+    tree = Tree(condition)
+    tree.setup(cell=cell)
+    on_posts, on_left, on_right = (0.0, 0.0), (-0.1, 0.0), (0.1, 0.0)
+    for (x, y), z, expected in (
+        ((0.0, 0.3), 0.115, NodeStatus.FAILURE),  # on the table
+        (on_left, 0.115 + HIGH, NodeStatus.FAILURE),  # with the giver
+        (on_right, 0.115 + HIGH, NodeStatus.FAILURE),  # with the receiver, but not by the giver
+        (on_posts, 0.115 + HIGH, NodeStatus.SUCCESS),  # with both
+        (on_right, 0.115 + HIGH, NodeStatus.SUCCESS),  # with the receiver
+        ((0.0, 0.3), 0.115, NodeStatus.FAILURE),  # put down
+    ):
+        move(cell, x, y, z)
+        assert tree.tick() is expected
+    assert "without putting it down on 'table'" in condition.feedback_message
+
+
+def test_the_tool_points_along_the_object_at_the_end_that_is_not_held():
+    parts = load_plugins().parts
+    station = build_station(parts, scene=parts.scenes.create("hand_over"))
+    held_out = spatial.pose((-0.06, 0.0, 1.55), (0.5**0.5, 0.0, 0.5**0.5, 0.0))
+    for behaviour in (
+        Hover("hover", object="rod", height=0.2, robot="left"),
+        Reach("reach", object="rod", robot="left"),
+        Grasp("grasp", object="rod", force=40.0, robot="left"),
+        Lift("lift", height=0.2, robot="left"),
+        MoveToPose("hold out", pose=held_out, free_axis="z", robot="left"),
+    ):
+        assert station.run(behaviour).status is NodeStatus.SUCCESS
+    tree = Tree(FindFreeEnd("find", object="rod", robot="right", pose="{pose}"))
+    tree.setup(**station.infrastructure)
+    assert tree.tick() is NodeStatus.SUCCESS
+    pose, end = tree.blackboard["pose"], extent(station.cell, "rod")[1][0]
+    assert pose.rotation[:, 2] == pytest.approx([-1.0, 0.0, 0.0], abs=0.01)
+    assert pose.translation[0] == pytest.approx(end + 0.09, abs=2e-3)
+    assert np.abs(pose.translation[1:] - station.cell.pose("rod").translation[1:]).max() < 2e-3

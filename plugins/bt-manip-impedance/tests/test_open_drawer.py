@@ -1,0 +1,52 @@
+"""A drawer is pulled open by its handle, with a limited force."""
+
+from dataclasses import replace
+
+import pytest
+
+from bt_manip.behaviours import CloseGripper
+from bt_manip.bt import NodeStatus
+from bt_manip.plugins import load_plugins
+from bt_manip.runner import build_station
+from bt_manip_impedance import IsOpen, PullOpen, ReachHandle
+
+
+@pytest.fixture(scope="module")
+def parts():
+    return load_plugins().parts
+
+
+def at_the_handle(parts, **drawer):
+    """Return a station whose robot holds the handle."""
+    scene = parts.scenes.create("open_drawer")
+    *others, fixture = scene.fixtures
+    scene = replace(scene, fixtures=(*others, replace(fixture, parameters=drawer)))
+    station = build_station(parts, scene=scene)
+    for behaviour in (ReachHandle("reach", object="drawer"), CloseGripper("close", force=50.0)):
+        assert station.run(behaviour).status is NodeStatus.SUCCESS
+    return station
+
+
+def test_a_drawer_is_open_after_it_has_been_pulled(parts):
+    station = at_the_handle(parts, resistance=10.0)
+    assert station.run(IsOpen("open", object="drawer")).status is NodeStatus.FAILURE
+    assert station.run(PullOpen("pull", object="drawer")).status is NodeStatus.SUCCESS
+    station.cell.step(300)
+    assert station.run(IsOpen("open", object="drawer")).status is NodeStatus.SUCCESS
+    assert 0.15 <= station.cell.find("drawer").opening < 0.17
+    assert station.controllers.active == "computed_torque"
+
+
+def test_a_drawer_that_is_stuck_is_not_pulled_with_more_than_the_allowed_force(parts):
+    station = at_the_handle(parts, resistance=200.0)
+    behaviour = PullOpen("pull", object="drawer", max_force=20.0)
+    assert station.run(behaviour).status is NodeStatus.FAILURE
+    assert "at most 20 N are allowed" in behaviour.feedback_message
+    assert station.cell.find("drawer").opening < 0.01
+
+
+def test_a_handle_that_is_not_held_is_not_pulled(parts):
+    station = build_station(parts, scene=parts.scenes.create("open_drawer"))
+    behaviour = PullOpen("pull", object="drawer")
+    assert station.run(behaviour).status is NodeStatus.FAILURE
+    assert behaviour.feedback_message == "the gripper does not hold 'drawer'"
