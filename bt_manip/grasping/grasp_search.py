@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 from itertools import islice
 from typing import NamedTuple
 
@@ -10,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.arm import MARGIN, Arm
+from bt_manip.cell import entity_of
 from bt_manip.exceptions import MotionError
 from bt_manip.kinematics import PoseTarget
 from bt_manip.planning import plan_straight_approach, translate_along_tool_z
@@ -33,7 +33,7 @@ BATCH_SIZE = 4  # equally good grasps that are solved together
 _SEARCHES = ((0, MARGIN), (1, MARGIN), (8, MARGIN), (8, 0.0))
 """Random restarts and joint limit margin [rad] of each IK search: usually the first succeeds."""
 
-_TURNED_SEARCHES = ((0, MARGIN), (8, MARGIN), (8, 0.0))  # of grasps that may be turned
+_DISTINCT = 0.1  # [rad] by which some joint of a configuration differs from all tried before
 
 _FROM_ABOVE = math.cos(math.radians(30.0))
 _AT_PREGRASP = 0.05  # [rad] of tool distance up to which the tool is already at the pre-grasp pose
@@ -80,7 +80,7 @@ class GraspSearch:
         """
         self._arm, self._name, self._ranking = arm, name, ranking
         self._clearance, self.rejections = clearance, rejections
-        self._turned: dict[tuple[float, ...], bool] = {}  # whether reached, by height and axis
+        self._reached: dict[tuple[float, ...], bool] = {}  # at any turn, by height and axis
 
     def nearest(self) -> RankedGrasp | None:
         """Return the grasp with clearance whose approach axis is nearest to the tool."""
@@ -156,77 +156,65 @@ class GraspSearch:
     def _plan(
         self, batch: Sequence[RankedGrasp], height: float, centre: np.ndarray
     ) -> GraspPlan | None:
-        """Return the plan with the nearest pre-grasp configuration, of equally good grasps."""
-        arm, rejections = self._arm, self.rejections
-        poses = [
-            translate_along_tool_z(one.T_wt, -_standoff(one.T_wt, height, centre)) for one in batch
+        """Return the plan with the nearest pre-grasp configuration, of equally good grasps.
+
+        Grasps that may be turned are first searched at any turn, one for all that differ by it.
+        """
+        if self._arm.world is not None:
+            self._arm.world.refresh()
+        reached = self._reached
+        free = {key: one for one in batch if (key := _turns(one, height)) and key not in reached}
+        reached.update(dict.fromkeys(free, False))
+        plan, solved = self._nearest(list(free.values()), height, centre)
+        reached.update((key, True) for i, key in enumerate(free) if i in solved)
+        if plan is not None:
+            return plan
+        fixed = [
+            one._replace(free_axis=None) for one in batch if reached.get(_turns(one, height), True)
         ]
-        if arm.world is not None:
-            arm.world.refresh()
-        turned = self._plan_turned(batch, height, centre)
-        if turned is not None:
-            return turned
+        plan, solved = self._nearest(fixed, height, centre)
+        if plan is None and not solved:
+            self._check_pregrasp(batch, height)
+            self.rejections.unreachable += len(batch)
+        return plan
+
+    def _nearest(
+        self, grasps: Sequence[RankedGrasp], height: float, centre: np.ndarray
+    ) -> tuple[GraspPlan | None, set[int]]:
+        """Return the plan nearest to the arm, and the indices of the grasps that it reaches."""
+        arm, rejections = self._arm, self.rejections
+        standoffs = [_standoff(one.T_wt, height, centre) for one in grasps]
+        targets = [self._target(*pair) for pair in zip(grasps, standoffs, strict=True)]
         best: tuple[float, GraspPlan] | None = None
-        solved = False
-        reachable = any(self._turned.get((height, *_turns(one)), True) for one in batch)
-        for starts, margin in _SEARCHES if reachable else ():
+        tried: list[np.ndarray] = []
+        reached: set[int] = set()
+        for restarts, margin in _SEARCHES if grasps else ():
             if best is not None:
                 break
-            for found in arm.ik.solutions(poses, arm.q, restarts=starts, margin=margin):
-                solved = True
+            for found in arm.ik.solutions(targets, arm.q, restarts=restarts, margin=margin):
+                reached.add(found.target)
                 if rejections.approaches >= MAX_APPROACHES:
                     break
-                planned = self._plan_from(batch[found.target], found.q)
+                if any(np.abs(found.q - q).max() <= _DISTINCT for q in tried):
+                    continue
+                tried.append(found.q)
+                planned = self._plan_from(grasps[found.target], found.q, standoffs[found.target])
                 if planned is not None and planned[0] >= MARGIN:
-                    return planned[1]
+                    return planned[1], reached
                 if planned is not None and (best is None or planned[0] > best[0]):
                     best = planned
-        if best is not None:
-            return best[1]
-        if not solved:
-            self._check_pregrasp(batch, height)
-            rejections.unreachable += len(batch)
-        return None
+        return best and best[1], reached
 
-    def _plan_turned(
-        self, batch: Sequence[RankedGrasp], height: float, centre: np.ndarray
-    ) -> GraspPlan | None:
-        """Return the plan nearest to the arm where grasps may be turned about a free axis.
-
-        Of grasps that differ by such a turn, the first stands for all.
-        """
-        arm = self._arm
-        grasps: list[tuple[RankedGrasp, float]] = []  # with the distance to the pre-grasp pose
-        targets = []
-        for one in batch:
-            if one.free_axis is None:
-                continue
-            key = (height, *_turns(one))
-            if key in self._turned:
-                continue
-            self._turned[key] = False
-            standoff = _standoff(one.T_wt, height, centre)
-            grasps.append((one, standoff))
-            targets.append(self._target(one, standoff))
-        if not targets:
-            return None
-        for restarts, margin in _TURNED_SEARCHES:
-            for found in arm.ik.solutions(targets, arm.q, restarts=restarts, margin=margin):
-                one, standoff = grasps[found.target]
-                self._turned[height, *_turns(one)] = True
-                T_wt = translate_along_tool_z(arm.ik.model.pose(found.q), standoff)
-                T_ot = one.grasp.T_ot * one.T_wt.actInv(T_wt)
-                turned = one._replace(grasp=replace(one.grasp, T_ot=T_ot), T_wt=T_wt)
-                if self._clearance.at_pose(T_wt).distance < SUFFICIENT_CLEARANCE:
-                    continue
-                planned = self._plan_from(turned, found.q) if self._can_close(turned) else None
-                if planned is not None and planned[0] >= MARGIN:
-                    return planned[1]
-        return None
-
-    def _plan_from(self, one: RankedGrasp, q: np.ndarray) -> tuple[float, GraspPlan] | None:
+    def _plan_from(
+        self, one: RankedGrasp, q: np.ndarray, standoff: float
+    ) -> tuple[float, GraspPlan] | None:
         """Return the approach from a configuration, with its joint limit margin [rad]."""
         arm, rejections = self._arm, self.rejections
+        if one.free_axis is not None:
+            one = one.turned(translate_along_tool_z(arm.ik.model.pose(q), standoff))
+            tight = self._clearance.at_pose(one.T_wt).distance < SUFFICIENT_CLEARANCE
+            if tight or not self._can_close(one):
+                return None
         collisions = arm.world.collisions(q) if arm.world is not None else []
         if collisions:
             rejections.collisions[collisions[0][:2]] += 1
@@ -281,17 +269,25 @@ class GraspSearch:
             if found.distance < 0.0:
                 rejections.collisions["gripper", found.entity] += 1
                 return False
-        error = plan_straight_approach(self._arm.ik, q, poses[-1], None).error
-        if error is not None:
-            rejections.reject_approach(error)
-        return error is None
+        world, lift = self._arm.world, plan_straight_approach(self._arm.ik, q, poses[-1], None)
+        if lift.error is not None:
+            rejections.reject_approach(lift.error)
+            return False
+        for first, second, _ in world.collisions(lift.end) if world is not None else ():
+            if self._name not in (entity_of(first), entity_of(second)):
+                rejections.collisions[first, second] += 1
+                return False
+        return True
 
 
-def _turns(one: RankedGrasp) -> tuple[float, ...]:
-    """Return a key that grasps have in common which differ by a turn about their free axis."""
+def _turns(one: RankedGrasp, *height: float) -> tuple[float, ...]:
+    """Return a key that grasps have in common which differ by a turn about their free axis.
+
+    Empty where there is none.
+    """
     if one.free_axis is None or one.pivot is None:
         return ()
-    return tuple((np.round([*one.free_axis, *one.pivot], 6) + 0.0).tolist())
+    return (*height, *(np.round([*one.free_axis, *one.pivot], 6) + 0.0).tolist())
 
 
 def _batches(grasps: Iterable[RankedGrasp]) -> Iterator[list[RankedGrasp]]:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +44,11 @@ class RankedGrasp(NamedTuple):
     pivot: np.ndarray | None = None
     """A point of that axis in the tool's frame [m]."""  # (3,)
 
+    def turned(self, T_wt: pin.SE3) -> "RankedGrasp":
+        """Return the grasp turned about its free axis to another pose of the tool."""
+        T_ot = self.grasp.T_ot * self.T_wt.actInv(T_wt)
+        return self._replace(grasp=replace(self.grasp, T_ot=T_ot), T_wt=T_wt)
+
     def describe(self) -> str:
         """Return approach direction, width and costs as text, the largest cost first."""
         tilt = math.degrees(math.acos(float(np.clip(-self.T_wt.rotation[2, 2], -1.0, 1.0))))
@@ -82,12 +88,22 @@ class GraspRanking:
             **candidates.costs,
         }
         self._total = np.stack(list(self._costs.values()), axis=1).sum(axis=1)
-        cosine = 0.5 * (np.einsum("nij,ij->n", R, T_now.rotation) - 1.0)
-        self._rotation = np.arccos(np.clip(cosine, -1.0, 1.0))
+        self._rotation = _angle(R, T_now.rotation)
+        self._turnable = np.zeros(len(candidates), dtype=bool)
+        if candidates.free_axis is not None and candidates.pivot is not None:
+            # Turned about the vertical or the approach axis, it is tilted and balanced the same.
+            axis = candidates.free_axis @ T_wo.rotation.T
+            along = np.maximum(abs(axis[:, 2]), abs(np.einsum("ij,ij->i", axis, R[:, :, 2])))
+            k = self._turnable = along > _PARALLEL
+            pivot = candidates.pivot @ T_wo.rotation.T + T_wo.translation
+            turn = _turn_towards(T_now.rotation, R[k], axis[k])
+            R[k] = turn @ R[k]
+            position[k] = pivot[k] + np.einsum("nij,nj->ni", turn, position[k] - pivot[k])
+        self._nearest = R, position
         offset, approach = T_now.translation - position, R[:, :, 2]
         on_axis = np.einsum("ij,ij->i", offset, approach)[:, None] * approach
         sideways = np.linalg.norm(offset - on_axis, axis=1)
-        self._tool_distance = self._rotation + _TRANSLATION_WEIGHT * sideways
+        self._tool_distance = _angle(R, T_now.rotation) + _TRANSLATION_WEIGHT * sideways
 
     def by_cost(self) -> Iterator[RankedGrasp]:
         """Iterate by cost; equally good grasps by the rotation of the tool."""
@@ -102,20 +118,23 @@ class GraspRanking:
             first += len(tier)
 
     def by_distance(self) -> Iterator[RankedGrasp]:
-        """Iterate by the distance of the tool to the approach axis, with a small cost term."""
+        """Iterate by the distance of the tool to the approach axis, with a small cost term.
+
+        Grasps with a free axis are turned to where the rotation of the tool is nearest.
+        """
+        R, position = self._nearest
         for i in np.argsort(self._tool_distance + _COST_WEIGHT * self._total, kind="stable"):
-            yield self._ranked(int(i))
+            one = self._ranked(int(i))
+            yield one.turned(pin.SE3(R[i], position[i])) if self._turnable[i] else one
 
     def _ranked(self, i: int) -> RankedGrasp:
         grasp, candidates = self.candidates[i], self.candidates
         T_wt = self._T_wo * grasp.T_ot
         free_axis = pivot = None
-        if candidates.free_axis is not None and candidates.pivot is not None:
-            axis = self._T_wo.rotation @ candidates.free_axis[i]
-            # Turned about the vertical or the approach axis, it is tilted and balanced the same.
-            if max(abs(axis[2]), abs(axis @ T_wt.rotation[:, 2])) > _PARALLEL:
-                free_axis = T_wt.rotation.T @ axis
-                pivot = grasp.T_ot.actInv(np.array(candidates.pivot[i]))
+        if self._turnable[i]:
+            assert candidates.free_axis is not None and candidates.pivot is not None
+            free_axis = grasp.T_ot.rotation.T @ candidates.free_axis[i]
+            pivot = grasp.T_ot.actInv(np.array(candidates.pivot[i]))
         return RankedGrasp(
             grasp,
             T_wt,
@@ -126,3 +145,21 @@ class GraspRanking:
             free_axis,
             pivot,
         )
+
+
+def _angle(R: np.ndarray, R_now: np.ndarray) -> np.ndarray:
+    """Return the angles between rotations and another [rad]."""  # (n,)
+    cosine = 0.5 * (np.einsum("nij,ij->n", R, R_now) - 1.0)
+    return np.arccos(np.clip(cosine, -1.0, 1.0))
+
+
+def _turn_towards(R_now: np.ndarray, R: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """Return the turns about an axis each that bring rotations nearest to another.
+
+    They maximize the trace of R_now^T turn R, which is a sinusoid of the angle.
+    """  # (n, 3, 3)
+    M = R @ R_now.T
+    sine = np.einsum("nij,nji->n", [pin.skew(u) for u in axis], M) if len(M) else np.zeros(0)
+    cosine = np.trace(M, axis1=1, axis2=2) - np.einsum("ni,nij,nj->n", axis, M, axis)
+    turns = [pin.exp3(a * u) for a, u in zip(np.arctan2(sine, cosine), axis, strict=True)]
+    return np.reshape(turns, (-1, 3, 3))

@@ -56,6 +56,8 @@ def test_a_ball_too_far_to_grip_from_above_is_gripped_on_the_side_that_the_joint
     assert found.T_wt.translation == pytest.approx(centre, abs=1e-5)
     tool = five.arm.model.pose(found.q_pregrasp)
     assert tool.rotation == pytest.approx(found.T_wt.rotation, abs=1e-4)
+    nearest = GraspPlanner(five.cell, five.arm).nearest("it", tool)[1]
+    assert nearest.rotation == pytest.approx(tool.rotation, abs=1e-4)
 
 
 @pytest.mark.parametrize("make", [Cube, Cylinder])

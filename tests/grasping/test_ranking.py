@@ -40,3 +40,14 @@ def test_a_rod_is_gripped_at_its_centre_of_mass_rather_than_beside_it():
     assert next(ranking(table).by_cost()).T_wt.translation[0] == pytest.approx(0.0)
     heavy = next(ranking(table, com=(0.06, 0.0, 0.0)).by_cost())
     assert heavy.T_wt.translation[0] == pytest.approx(0.6 * (0.1 - HAND.pad))
+
+
+def test_the_nearest_grasp_of_a_ball_is_turned_to_the_tool():
+    table = candidates(solid("sphere", 0.025))
+    for angle in (0.3, 1.4, -2.8):
+        T_now = pin.SE3(pin.utils.rotate("z", angle) @ np.diag([1.0, -1.0, -1.0]), np.zeros(3))
+        first = next(ranking(table, T_now=T_now).by_distance())
+        assert first.T_wt.rotation == pytest.approx(T_now.rotation, abs=1e-9)
+        assert first.T_wt.translation[:2] == pytest.approx([0.0, 0.0], abs=1e-9)
+        assert first.tool_distance == pytest.approx(0.0, abs=1e-6)
+        assert first.grasp.T_ot.isApprox(first.T_wt)

@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-import pinocchio as pin
 
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import GraspCandidates
@@ -19,7 +18,6 @@ _GAP = 0.2e-3  # [m] between lip and face at a grasp: planned paths end without 
 _EDGE = 2e-3  # [m] from the lip to the edge of a face, at least: the arm's position error
 _BUMP = 1e-3  # [m] by which a surface may stand out under the lip
 _BELOW = -0.1  # cosine of approach and straight down, below which a grasp approaches from below
-_YAWS = 6  # orientations of the tool about the axis of the cup
 _MAX_FACES = 32  # of a solid, the largest ones
 _TOLERANCE = 4  # digits of normals and of offsets [m] to which triangles are of one face
 _EIGHTHS = tuple(0.25 * math.pi * k for k in range(8))  # [rad] of a turn
@@ -92,22 +90,19 @@ class CupGraspGenerator:
                 f"'{self.name}' has no face that a cup of {2e3 * self.radius:.0f} mm seals on",
                 reason="grasp",
             )
-        frames = [
-            _frame(-normal) @ pin.utils.rotate("z", 2.0 * math.pi * k / _YAWS)
-            for normal in normals[kept]
-            for k in range(_YAWS)
-        ]
+        frames = np.array([_frame(-normal) for normal in normals[kept]])
         inside = self._depth(points, normals, self.radius - 2.0 * LIP_RADIUS)[kept].min(axis=1)
         shift = _GAP - (inside.clip(min=0.0) if self._hollow else 0.0)
         lips = points[kept] + np.reshape(shift, (-1, 1)) * normals[kept]
         cost = CURVATURE_WEIGHT * np.clip(depth[kept].max(axis=1) / limit, 0.0, 1.0)
-        n = len(frames)
         return GraspCandidates(
-            np.array(frames),
-            np.repeat(lips, _YAWS, axis=0),
-            np.zeros(n),
-            np.ones(n),
-            {"curvature": np.repeat(cost, _YAWS)},
+            frames,
+            lips,
+            np.zeros(len(lips)),
+            np.ones(len(lips)),
+            {"curvature": cost},
+            free_axis=frames[:, :, 2],
+            pivot=lips,
         )
 
     def _depth(self, points: np.ndarray, normals: np.ndarray, radius: float) -> np.ndarray:
@@ -177,7 +172,8 @@ def _face_places(solid: Polyhedron, com: np.ndarray, least: float) -> Iterator[P
         normal, offset = solid.normals[own][0], solid.offsets[own][0]
         centroid = np.average(solid.triangles[own].mean(axis=1), axis=0, weights=areas[own])
         projected = com + (offset - normal @ com) * normal
-        for part in (0.0, 0.5, 1.0):
+        apart = np.linalg.norm(centroid - projected) > _EDGE
+        for part in (0.0, 0.5, 1.0) if apart else (0.0,):
             yield projected + part * (centroid - projected), normal
 
 
