@@ -29,20 +29,20 @@ _EQUALITY = mujoco.mjtEq
 _COUPLED = {int(_EQUALITY.mjEQ_CONNECT), int(_EQUALITY.mjEQ_WELD)}
 
 
-class Settled(NamedTuple):
-    """The mechanism at rest at one position of its joint.
+class Sweep(NamedTuple):
+    """The mechanism at rest at positions of one joint, from its lower to its upper limit.
 
     Attributes:
-        qpos: Positions of all joints of the model.  # (nq,)
-        spring: Spring efforts on all degrees of freedom.  # (nv,)
-        tendons: Lengths of the tendons.  # (ntendon,)
-        bodies: Pose of every body in the world.
+        qpos: Positions of all joints of the model.  # (m, nq)
+        spring: Spring efforts on all degrees of freedom.  # (m, nv)
+        tendons: Lengths of the tendons.  # (m, ntendon)
+        bodies: Pose of every body in the world, at each position.
     """
 
     qpos: np.ndarray
     spring: np.ndarray
     tendons: np.ndarray
-    bodies: list[pin.SE3]
+    bodies: list[list[pin.SE3]]
 
 
 class FingerBench:
@@ -86,7 +86,7 @@ class FingerBench:
         frozen = np.setdiff1d(np.arange(model.nv), model.jnt_dofadr[self.joints])
         model.dof_armature[frozen] += _HEAVY
 
-    def sweep(self, joint: int, held: Iterable[int] = ()) -> list[Settled]:
+    def sweep(self, joint: int, held: Iterable[int] = ()) -> Sweep:
         """Move a joint from its lower to its upper limit.
 
         Args:
@@ -98,7 +98,7 @@ class FingerBench:
         targets = data.qpos[model.jnt_qposadr[driven]].copy()
         targets[1:] = np.clip(targets[1:], *model.jnt_range[driven[1:]].T)
         alone = len(self.coupled(joint)) == 1
-        stops = []
+        qpos, spring, tendons, bodies = [], [], [], []
         lower, upper = (float(limit) for limit in model.jnt_range[joint])
         count = _STOPS_ALONE[int(model.jnt_type[joint])] if alone else STOPS
         for targets[0] in np.linspace(lower, upper, count):
@@ -108,18 +108,11 @@ class FingerBench:
                 mujoco.mj_passive(model, data)
             else:
                 self._go_to(data, driven, targets)
-            stops.append(
-                Settled(
-                    data.qpos.copy(),
-                    data.qfrc_spring.copy(),
-                    data.ten_length.copy(),
-                    [
-                        pin.SE3(R.reshape(3, 3).copy(), p.copy())
-                        for R, p in zip(data.xmat, data.xpos, strict=True)
-                    ],
-                )
-            )
-        return stops
+            qpos.append(data.qpos.copy())
+            spring.append(data.qfrc_spring.copy())
+            tendons.append(data.ten_length.copy())
+            bodies.append(body_poses(data))
+        return Sweep(np.array(qpos), np.array(spring), np.array(tendons), bodies)
 
     def _go_to(self, data: mujoco.MjData, joints: Sequence[int], targets: np.ndarray) -> None:
         """Move joints to positions and simulate until the mechanism settles."""
@@ -246,6 +239,13 @@ class FingerSurface:
         part, rest = (self.beyond(T_tb, height + d) for d in (-BEHIND, BEHIND))
         cut = rest[:, 2] < height + BEHIND + 1e-9
         return np.concatenate([part[part[:, 2] <= height + BEHIND], rest[cut]])
+
+
+def body_poses(data: mujoco.MjData) -> list[pin.SE3]:
+    """Return the pose of every body in the world."""
+    return [
+        pin.SE3(R.reshape(3, 3).copy(), p.copy()) for R, p in zip(data.xmat, data.xpos, strict=True)
+    ]
 
 
 def collision_geoms_of(model: mujoco.MjModel, body: int) -> list[int]:

@@ -18,9 +18,11 @@ from .finger_bench import (
     FingerBench,
     FingerSurface,
     ancestors,
+    body_poses,
     collision_geoms_of,
 )
-from .finger_travel import FingerNames, FingerTravel, measure_travel
+from .finger_travel import FingerTravel
+from .travel_measurement import FingerNames, measure_travel
 
 _OPENS = 2e-3  # [m] change of the distance of two surfaces that open and close
 _MEETS = 2e-3  # [m] of the smallest distance within which surfaces are pads
@@ -153,8 +155,7 @@ def _sequences(bench: FingerBench, joints: Sequence[int]) -> list[np.ndarray]:
     """Return the positions of all joints over the range: both fingers parallel and opposed."""
     sweeps = []
     for joint in joints:
-        sweep = bench.sweep(joint, [j for j in joints if j != joint])
-        sweeps.append(np.array([stop.qpos for stop in sweep]))
+        sweeps.append(bench.sweep(joint, [j for j in joints if j != joint]).qpos)
     if len(sweeps) == 1:
         return sweeps
     rows = np.linspace(0, [len(sweep) - 1 for sweep in sweeps], STOPS).round().astype(int)
@@ -261,9 +262,7 @@ def _tool(bench: FingerBench, pads: _Pads, body: int) -> pin.SE3:
     data = mujoco.MjData(bench.model)
     data.qpos[:] = pads.qpos
     mujoco.mj_kinematics(bench.model, data)
-    T_wb = [
-        pin.SE3(R.reshape(3, 3).copy(), p.copy()) for R, p in zip(data.xmat, data.xpos, strict=True)
-    ]
+    T_wb = body_poses(data)
     T_bw = T_wb[body].inverse()
     y = _aligned(T_bw.rotation @ pads.normal)
     centre = T_bw.act(pads.centre)

@@ -12,8 +12,9 @@ from bt_manip.cell import escaped_name
 from bt_manip.robots import Robot, RobotError, effort_limit, ensure_motors, site_pose
 
 from .finger_bench import FingerBench, collision_geoms_of
-from .finger_travel import FingerNames, FingerTravel, measure_travel
+from .finger_travel import FingerTravel
 from .parameters import PadParameters, TwoFingerParameters
+from .travel_measurement import FingerNames, measure_travel
 
 _TOLERANCE = 2e-3  # [m] of a described opening
 _SOLMIX = 1e6  # weight of the fingers' contact parameters; that of other geoms is 1

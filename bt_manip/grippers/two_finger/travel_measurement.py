@@ -1,0 +1,356 @@
+"""Measurement of the travel of a gripper's fingers on the model."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+from numpy.polynomial import Polynomial
+
+from bt_manip.robots import RobotError
+
+from .finger_bench import BEHIND, STOPS, FingerBench, FingerSurface, Sweep, relative_motion
+from .finger_travel import FingerTravel
+
+_TENDON = int(mujoco.mjtObj.mjOBJ_TENDON)
+_SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
+
+_DEGREES = (1, 5, 7)  # of the fitted polynomials: the first that is accurate
+_ACCURATE = 2e-5  # [m] error of the fitted travel
+_RESIDUAL = 1e-3  # [m] the same, at most
+_SYMMETRIC = 3e-4  # [m] offset of a slide from its distance from the centre that is neglected
+_DIGITS = 9  # of the closing direction
+_CENTRED = 1e-3  # [m] maximum distance of the pads' centre from the tool, up to which it is zero
+_MIN_TRAVEL = 1e-3  # [m] of the opening
+_MOVES = 1e-6  # [m] or [rad] motion of a joint above which it moves with the fingers
+_FIXED = 0.1  # share of the opening's travel up to which a finger is fixed
+_ACCURATE_EFFORT = 0.01  # share of the largest effort against springs
+_NO_EFFORT = 1e-4  # [N] or [N m] up to which springs are negligible
+
+
+class FingerNames(NamedTuple):
+    """Full names of a gripper's parts in the compiled model.
+
+    Attributes:
+        joints: The joints that the fingers follow: one for each, or one for both.
+        fingers: The finger bodies.
+        motor: The joint or tendon moved by the only motor; None for a motor for each joint.
+    """
+
+    joints: tuple[str, ...]
+    fingers: tuple[str, str]
+    motor: str | None
+
+
+class _Finger(NamedTuple):
+    """A finger in the sweep that moves it, seen in the tool frame.
+
+    Attributes:
+        joint: Id of its joint.
+        sweep: The sweep.
+        poses: Poses of its body.
+        sections: Corners of its surface between the tool and the tips.  # m x (k, 3)
+    """
+
+    joint: int
+    sweep: Sweep
+    poses: list[pin.SE3]
+    sections: list[np.ndarray]
+
+    def inner_face(self, outwards: np.ndarray) -> np.ndarray:
+        """Return the coordinates of the inner face along a direction [m], NaN where unknown."""
+        faces = np.array([(points @ outwards).min(initial=np.inf) for points in self.sections])
+        return np.where(np.isinf(faces), np.nan, faces)  # (m,)
+
+
+class _Drive(NamedTuple):
+    """How motors move the fingers; `FingerTravel` explains the attributes.
+
+    Attributes:
+        qpos: Positions of all joints of the model at `widths`.  # (m, nq)
+        direct: Whether the fingers are slides with a motor each.
+    """
+
+    widths: np.ndarray
+    qpos: np.ndarray
+    polynomials: tuple[np.ndarray, np.ndarray]
+    holding: tuple[np.ndarray, np.ndarray]
+    ratios: np.ndarray
+    centre: tuple[float, float]
+    direct: bool = False
+
+
+def measure_travel(
+    bench: FingerBench, names: FingerNames, *, tool_body: str, T_bt: pin.SE3, where: str
+) -> FingerTravel:
+    """Measure the travel of two fingers by moving the gripper over its range without load.
+
+    Args:
+        bench: The robot, compiled on its own.
+        names: The gripper's joints, fingers and motor.
+        tool_body: Full name of the body that carries the tool.
+        T_bt: Pose of the tool in that body; its z axis is the approach direction.
+        where: Name of the robot, for messages.
+
+    Raises:
+        RobotError: If the joints have no range, do not move the fingers, or move them so that one
+            opening has several positions.
+    """
+    model = bench.model
+    joints = [int(model.joint(name).id) for name in names.joints]
+    _check_joints(bench, joints, where)
+    if names.motor is None and len(joints) == 2:
+        sweeps = [bench.sweep(joints[0], joints[1:]), bench.sweep(joints[1], joints[:1])]
+    else:
+        sweeps = [bench.sweep(joints[0])] * 2
+    fingers = []
+    for name, joint, sweep in zip(names.fingers, (joints[0], joints[-1]), sweeps, strict=True):
+        T_wt = [bodies[int(model.body(tool_body).id)] * T_bt for bodies in sweep.bodies]
+        fingers.append(_finger(model, name, joint, sweep, T_wt, where))
+    closing = _closing(fingers)
+    measure = _coupled if sweeps[0] is sweeps[1] else _independent
+    return _travel(bench, fingers, closing, measure(bench, fingers, closing, names, where))
+
+
+def _check_joints(bench: FingerBench, joints: Sequence[int], where: str) -> None:
+    model = bench.model
+    unlimited = [model.joint(j).name for j in joints if not model.jnt_limited[j]]
+    if unlimited:
+        raise RobotError(f"{where}: gripper joints without a range: {', '.join(unlimited)}")
+    outside = [model.joint(j).name for j in joints if j not in bench.joints]
+    if outside:
+        raise RobotError(
+            f"{where}: {', '.join(outside)} is no gripper joint: it does not move beyond the arm's "
+            f"last joint, '{bench.arm_joints[-1]}'"
+        )
+
+
+def _finger(
+    model: mujoco.MjModel,
+    name: str,
+    joint: int,
+    sweep: Sweep,
+    T_wt: Sequence[pin.SE3],
+    where: str,
+) -> _Finger:
+    """Return a finger in a sweep, given the poses of the tool in the world."""
+    surface = FingerSurface(model, int(model.body(name).id))
+    poses = [T.inverse() * b[surface.body] for T, b in zip(T_wt, sweep.bodies, strict=True)]
+    sections = [surface.beyond(T, -BEHIND) for T in poses]
+    if any(map(len, sections)):
+        return _Finger(joint, sweep, poses, sections)
+    heights = np.concatenate([surface.beyond(T, -np.inf) for T in poses])[:, 2]
+    if not len(heights):
+        raise RobotError(f"{where}: finger '{name}' has no geom that collides")
+    raise RobotError(
+        f"{where}: the tool frame is not between the fingers: along its z axis, '{name}' is "
+        f"{-1e3 * heights.max():.1f} mm behind it"
+    )
+
+
+def _closing(fingers: Sequence[_Finger]) -> np.ndarray:
+    """Return the direction from the second to the first finger, along their relative motion."""
+    first, second = (relative_motion(finger.poses, np.zeros(3))[:2] for finger in fingers)
+    axis = first + np.sign(first @ second) * second
+    length = float(np.linalg.norm(axis))
+    if length == 0.0:
+        return np.array([1.0, 0.0, 0.0])
+    centres = [np.concatenate(finger.sections).mean(axis=0)[:2] for finger in fingers]
+    sign = 1.0 if axis @ (centres[0] - centres[1]) > 0.0 else -1.0
+    return np.array([*np.round(sign * axis / length, _DIGITS), 0.0]) + 0.0
+
+
+def _monotonic(travel: np.ndarray) -> np.ndarray:
+    """Return the indices of the longest strictly monotonic part, from closed to open."""
+    signs = np.sign(np.diff(travel))
+    parts = np.split(np.arange(len(signs)), np.flatnonzero(signs[1:] != signs[:-1]) + 1)
+    moving = [part for part in parts if abs(signs[part[0]]) == 1.0]
+    if not moving:
+        return np.zeros(1, dtype=int)
+    best = max(moving, key=lambda part: (len(part), -signs[part[0]], part[0]))
+    rows = np.append(best, best[-1] + 1)
+    return rows if signs[best[0]] > 0.0 else rows[::-1]
+
+
+def _coupled(
+    bench: FingerBench,
+    fingers: Sequence[_Finger],
+    closing: np.ndarray,
+    names: FingerNames,
+    where: str,
+) -> _Drive:
+    """Measure fingers that one motor moves."""
+    model, sweep = bench.model, fingers[0].sweep
+    first, second = fingers[0].inner_face(closing), -fingers[1].inner_face(-closing)
+    rows = _monotonic(first - second)
+    first, second = first[rows], second[rows]
+    opening = first - second
+    _check_opening(opening, names.joints[0], names.fingers, where)
+    q = sweep.qpos[rows][:, model.jnt_qposadr[[finger.joint for finger in fingers]]]
+    if np.ptp(q[:, 1]) < _MOVES:
+        raise RobotError(
+            f"{where}: one motor moves both fingers, but nothing in the model couples joint "
+            f"'{names.joints[1]}' to '{names.joints[0]}'; an equality does, or leave out 'motor'"
+        )
+    motor = _motor_positions(model, names.motor, sweep)[rows]
+    ratios = np.ones(2)
+    if np.ptp(motor) > 0.0:
+        ratios = np.array([np.polyfit(motor, column, 1)[0] for column in q.T])
+    work = _spring_work(bench, sweep, rows, q[:, 0]) * ratios[0]
+    fixed = np.ptp(second) < _FIXED * np.ptp(opening)
+    slope = 0.5 if fixed else 0.0
+    offset = float((0.5 * (first + second) - slope * opening).mean())
+    return _Drive(
+        opening,
+        sweep.qpos[rows],
+        (_fit(q[:, 0], 0.5 * opening, where), _fit(q[:, 1], 0.5 * opening, where)),
+        (work, np.zeros(1)),
+        ratios,
+        (offset if fixed or abs(offset) > _CENTRED else 0.0, slope),
+    )
+
+
+def _motor_positions(model: mujoco.MjModel, motor: str | None, sweep: Sweep) -> np.ndarray:
+    """Return the positions of a joint or tendon; zeros for None."""  # (m,)
+    if motor is None:
+        return np.zeros(len(sweep.qpos))
+    tendon = mujoco.mj_name2id(model, _TENDON, motor)
+    if tendon >= 0:
+        return sweep.tendons[:, tendon]
+    return sweep.qpos[:, model.jnt_qposadr[model.joint(motor).id]]
+
+
+def _independent(
+    bench: FingerBench,
+    fingers: Sequence[_Finger],
+    closing: np.ndarray,
+    names: FingerNames,
+    where: str,
+) -> _Drive:
+    """Measure fingers with a motor each."""
+    model = bench.model
+    faces, rows, qs, holding = [], [], [], []
+    for finger, name, sign in zip(fingers, names.fingers, (1.0, -1.0), strict=True):
+        face = finger.inner_face(sign * closing)
+        rows.append(_monotonic(face))
+        faces.append(sign * face[rows[-1]])
+        _check_opening(faces[-1], model.joint(finger.joint).name, [name], where)
+        qs.append(finger.sweep.qpos[rows[-1], model.jnt_qposadr[finger.joint]])
+        holding.append(_spring_work(bench, finger.sweep, rows[-1], qs[-1]))
+    first, second = faces
+    centre = 0.5 * float(first[0] + second[0])
+    s = [first - centre, centre - second]
+    slides = [_slide(model, f.joint, q, t) for f, q, t in zip(fingers, qs, s, strict=True)]
+    direct = None not in slides and not any(work.any() for work in holding)
+    if direct:
+        polynomials = [np.array(slide) for slide in slides]
+        ranges = model.jnt_range[[finger.joint for finger in fingers]]
+        ends = [p[0] + p[1] * one for p, one in zip(polynomials, ranges, strict=True)]
+        lower, upper = np.sort(ends).T
+        grid = np.array([lower.max(), upper.min()])
+    else:
+        polynomials = [_fit(q, t, where) for q, t in zip(qs, s, strict=True)]
+        grid = np.linspace(max(t[0] for t in s), min(t[-1] for t in s), STOPS)
+    qpos = np.repeat(fingers[0].sweep.qpos[rows[0][:1]], len(grid), axis=0)
+    for finger, row, t, polynomial in zip(fingers, rows, s, polynomials, strict=True):
+        for moved in model.jnt_qposadr[list(bench.coupled(finger.joint))]:
+            qpos[:, moved] = np.interp(grid, t, finger.sweep.qpos[row, moved])
+        if direct:
+            qpos[:, model.jnt_qposadr[finger.joint]] = (grid - polynomial[0]) / polynomial[1]
+    return _Drive(
+        2.0 * grid,
+        qpos,
+        (polynomials[0], polynomials[1]),
+        (holding[0], holding[1]),
+        np.ones(2),
+        (centre if abs(centre) > _CENTRED else 0.0, 0.0),
+        direct,
+    )
+
+
+def _travel(
+    bench: FingerBench, fingers: Sequence[_Finger], closing: np.ndarray, drive: _Drive
+) -> FingerTravel:
+    """Return the travel with its mass and friction, half way."""
+    model, widths = bench.model, drive.widths
+    moving = [j for j in bench.joints if np.ptp(drive.qpos[:, model.jnt_qposadr[j]]) > _MOVES]
+    at_q, at_v = model.jnt_qposadr[moving], model.jnt_dofadr[moving]
+    middle = len(widths) // 2
+    before, after = max(middle - 1, 0), min(middle + 1, len(widths) - 1)
+    q = drive.qpos[:, at_q]
+    dq = (q[after] - q[before]) / (0.5 * (widths[after] - widths[before]))
+    data = mujoco.MjData(model)
+    data.qpos[:] = drive.qpos[middle]
+    mujoco.mj_forward(model, data)
+    full = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, full)
+    return FingerTravel(
+        open_width=float(widths[-1]),
+        min_width=max(float(widths[0]), 0.0),
+        polynomials=drive.polynomials,
+        holding=drive.holding,
+        ratios=drive.ratios,
+        mass=0.0 if drive.direct else 0.5 * float(dq @ full[np.ix_(at_v, at_v)] @ dq),
+        loss=0.5 * float(dq @ (model.dof_damping[at_v] * dq)),
+        friction=0.5 * float(bench.frictionloss[at_v] @ np.abs(dq)),
+        joints=tuple(model.joint(j).name for j in moving),
+        widths=widths,
+        positions=q,
+        columns=(moving.index(fingers[0].joint), moving.index(fingers[1].joint)),
+        closing=closing,
+        centre=drive.centre,
+    )
+
+
+def _check_opening(opening: np.ndarray, joint: str, fingers: Sequence[str], where: str) -> None:
+    if len(opening) < 4 or np.ptp(opening) < _MIN_TRAVEL:
+        raise RobotError(
+            f"{where}: joint '{joint}' does not open and close {' and '.join(fingers)}: over its "
+            f"range, they move by {1e3 * np.ptp(opening):.1f} mm where the tool is"
+        )
+
+
+def _slide(
+    model: mujoco.MjModel, joint: int, q: np.ndarray, s: np.ndarray
+) -> tuple[float, float] | None:
+    """Return offset and sign of a slide that moves its finger straight; None for another joint."""
+    sign = float(np.sign(s[-1] - s[0]) * np.sign(q[-1] - q[0]))
+    offset = s - sign * q
+    if int(model.jnt_type[joint]) != _SLIDE or np.ptp(offset) > _SYMMETRIC:
+        return None
+    mean = float(offset.mean())
+    return (mean if abs(mean) > _SYMMETRIC else 0.0, sign)
+
+
+def _spring_work(bench: FingerBench, sweep: Sweep, rows: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Fit the effort at a joint that balances the springs, by the principle of virtual work."""
+    model = bench.model
+    at_q, at_v = model.jnt_qposadr[bench.joints], model.jnt_dofadr[bench.joints]
+    rates = np.gradient(sweep.qpos[rows][:, at_q], q, axis=0)
+    effort = -(sweep.spring[rows][:, at_v] * rates).sum(axis=1)
+    largest = float(np.abs(effort).max())
+    if largest <= _NO_EFFORT:
+        return np.zeros(1)
+    return _polynomial(q, effort, _ACCURATE_EFFORT * largest)
+
+
+def _fit(q: np.ndarray, s: np.ndarray, where: str) -> np.ndarray:
+    """Fit a polynomial to the travel s(q) of a finger [m]."""
+    coefficients = _polynomial(q, s, _ACCURATE)
+    residual = float(np.abs(np.polynomial.polynomial.polyval(q, coefficients) - s).max())
+    if residual > _RESIDUAL:
+        raise RobotError(
+            f"{where}: the travel of a finger is no smooth function of its joint: it differs by "
+            f"{1e3 * residual:.2f} mm from a polynomial of degree {_DEGREES[-1]}"
+        )
+    return coefficients
+
+
+def _polynomial(x: np.ndarray, y: np.ndarray, accuracy: float) -> np.ndarray:
+    """Return the coefficients of the simplest polynomial of an accuracy, the constant first."""
+    for degree in _DEGREES:
+        polynomial = Polynomial.fit(x, y, min(degree, len(x) - 1)).convert()
+        if np.abs(polynomial(x) - y).max() < accuracy:
+            break
+    return polynomial.coef
