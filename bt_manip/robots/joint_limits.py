@@ -111,13 +111,20 @@ def read_limits(mj_model: mujoco.MjModel, description: RobotDescription) -> Join
     )
 
 
-def effort_limit(mj_model: mujoco.MjModel, joint: int) -> float:
-    """Return the maximum effort of a joint's actuators, infinite when unbounded."""
+def effort_limit(mj_model: mujoco.MjModel, target: int, kind: str = "joint") -> float:
+    """Return the maximum effort of the actuators of a target, infinite when unbounded.
+
+    Args:
+        mj_model: The model.
+        target: Id of a joint or a tendon.
+        kind: ``"joint"`` or ``"tendon"``.
+    """
     bound = np.inf
-    if mj_model.jnt_actfrclimited[joint]:
-        bound = float(np.abs(mj_model.jnt_actfrcrange[joint]).min())
-    on_joint = mj_model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_JOINT)
-    for i in np.flatnonzero(on_joint & (mj_model.actuator_trnid[:, 0] == joint)):
+    if kind == "joint" and mj_model.jnt_actfrclimited[target]:
+        bound = float(np.abs(mj_model.jnt_actfrcrange[target]).min())
+    transmission = mujoco.mjtTrn.mjTRN_JOINT if kind == "joint" else mujoco.mjtTrn.mjTRN_TENDON
+    moves = mj_model.actuator_trntype == int(transmission)
+    for i in np.flatnonzero(moves & (mj_model.actuator_trnid[:, 0] == target)):
         gear = abs(float(mj_model.actuator_gear[i, 0]))
         if mj_model.actuator_forcelimited[i]:
             bound = min(bound, gear * float(np.abs(mj_model.actuator_forcerange[i]).min()))

@@ -99,7 +99,7 @@ def find_fingers(
     tool_body = model.body(body).name
     travel = measure_travel(bench, names, tool_body=tool_body, T_bt=T_bt, where=where)
     moved = [("joint", name) for name in names.joints] if motor is None else [motor]
-    effort = min(_effort_limit(mj_model, *motor) for motor in moved)
+    effort = min(effort_limit(model, getattr(model, kind)(name).id, kind) for kind, name in moved)
     return FoundFingers(
         names.joints,
         names.fingers,
@@ -170,40 +170,47 @@ def _sequences(bench: FingerBench, joints: Sequence[int]) -> list[np.ndarray]:
 
 def _find_pads(bench: FingerBench, sequences: Sequence[np.ndarray], where: str) -> _Pads:
     """Find the surfaces that are far apart when open and meet when closed."""
-    model, data = bench.model, mujoco.MjData(bench.model)
-    bodies = [
-        b
-        for b in range(model.nbody)
-        if bench.body in ancestors(model, b) and collision_geoms_of(model, b)
-    ]
+    model = bench.model
+    bodies = [b for b in range(model.nbody) if bench.body in ancestors(model, b)]
     moving = [b for b in bodies if bench.chain(b)]
     fixed = [b for b in bodies if b not in moving]
-    best: _Pads | None = None
-    for pairs in (list(combinations(moving, 2)), list(product(moving, fixed))):
-        widest = _OPENS
-        for sequence in sequences:
-            geoms = [
-                pair
-                for a, b in pairs
-                for pair in product(collision_geoms_of(model, a), collision_geoms_of(model, b))
-            ]
-            distances = np.empty((len(sequence), len(geoms)))
-            for row, qpos in zip(distances, sequence, strict=True):
-                data.qpos[:] = qpos
-                mujoco.mj_kinematics(model, data)
-                row[:] = [
-                    mujoco.mj_geomDistance(model, data, a, b, _MAX_DISTANCE, None) for a, b in geoms
-                ]
-            opens = np.abs(distances[-1] - distances[0])
-            if len(geoms) and opens.max() > widest:
-                widest = float(opens.max())
-                best = _pads_of(bench, sequence, distances, geoms)
-        if best is not None:
-            return best
+    for pairs in (combinations(moving, 2), product(moving, fixed)):
+        geoms = [
+            pair
+            for a, b in pairs
+            for pair in product(collision_geoms_of(model, a), collision_geoms_of(model, b))
+        ]
+        if not geoms:
+            continue
+        measured = [(sequence, _distances(model, sequence, geoms)) for sequence in sequences]
+        sequence, distances = max(measured, key=lambda one: _opening(one[1]).max())
+        if _opening(distances).max() > _OPENS:
+            return _pads_of(bench, sequence, distances, geoms)
     raise RobotError(
         f"{where}: no two surfaces beyond the arm's last joint open and close by more than "
         f"{1e3 * _OPENS:.0f} mm"
     )
+
+
+def _distances(
+    model: mujoco.MjModel, sequence: np.ndarray, geoms: Sequence[tuple[int, int]]
+) -> np.ndarray:
+    """Return the distances of pairs of geoms at positions of all joints [m]."""  # (m, len(geoms))
+    rows = []
+    for data in (_posed(model, qpos) for qpos in sequence):
+        rows.append([mujoco.mj_geomDistance(model, data, *g, _MAX_DISTANCE, None) for g in geoms])
+    return np.array(rows)
+
+
+def _opening(distances: np.ndarray) -> np.ndarray:
+    return np.abs(distances[-1] - distances[0])
+
+
+def _posed(model: mujoco.MjModel, qpos: np.ndarray) -> mujoco.MjData:
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    mujoco.mj_kinematics(model, data)
+    return data
 
 
 def _pads_of(
@@ -220,8 +227,7 @@ def _pads_of(
         distances: Distances of the pairs at these [m].  # (m, len(geoms))
         geoms: Pairs of geoms.
     """
-    model, data = bench.model, mujoco.MjData(bench.model)
-    opens = np.abs(distances[-1] - distances[0])
+    model, opens = bench.model, _opening(distances)
     wide = opens > _WIDE * opens.max()
     closed = np.where(wide, np.minimum(distances[0], distances[-1]), np.inf)
     nearest = int(closed.argmin())
@@ -233,19 +239,15 @@ def _pads_of(
     row = int(np.abs(gaps).argmin())
     meeting = wide[distances[row, wide] < gaps[row] + _MEETS]
     before = max(np.flatnonzero(gaps > _APART), default=0)
-    data.qpos[:] = sequence[before]
-    mujoco.mj_kinematics(model, data)
     pair = geoms[int(meeting[distances[before, meeting].argmin()])]
     ends = np.zeros(6)
-    mujoco.mj_geomDistance(model, data, *pair, _MAX_DISTANCE, ends)
+    mujoco.mj_geomDistance(model, _posed(model, sequence[before]), *pair, _MAX_DISTANCE, ends)
     normal = ends[:3] - ends[3:]
-    data.qpos[:] = sequence[row]
-    mujoco.mj_kinematics(model, data)
     pads = np.unique(np.array(geoms)[meeting])
     return _Pads(
         (int(bodies[nearest, 0]), int(bodies[nearest, 1])),
         sequence[row],
-        data.geom_xpos[pads].mean(axis=0),
+        _posed(model, sequence[row]).geom_xpos[pads].mean(axis=0),
         normal / np.linalg.norm(normal),
     )
 
@@ -259,10 +261,7 @@ def _carrier(bench: FingerBench, finger: int) -> int:
 
 def _tool(bench: FingerBench, pads: _Pads, body: int) -> pin.SE3:
     """Return the pose of the tool between the pads, in the body that carries the gripper."""
-    data = mujoco.MjData(bench.model)
-    data.qpos[:] = pads.qpos
-    mujoco.mj_kinematics(bench.model, data)
-    T_wb = body_poses(data)
+    T_wb = body_poses(_posed(bench.model, pads.qpos))
     T_bw = T_wb[body].inverse()
     y = _aligned(T_bw.rotation @ pads.normal)
     centre = T_bw.act(pads.centre)
@@ -305,16 +304,3 @@ def _aligned(direction: np.ndarray) -> np.ndarray:
     unit = direction / np.linalg.norm(direction)
     k = int(np.abs(unit).argmax())
     return np.sign(unit[k]) * np.eye(3)[k] if abs(unit[k]) > _ALIGNED else unit
-
-
-def _effort_limit(mj_model: mujoco.MjModel, kind: str, name: str) -> float:
-    """Return the maximum effort of the actuators of a joint or tendon, infinite when unbounded."""
-    if kind == "joint":
-        return effort_limit(mj_model, int(mj_model.joint(name).id))
-    tendon, bound = int(mj_model.tendon(name).id), np.inf
-    on_tendon = mj_model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_TENDON)
-    for i in np.flatnonzero(on_tendon & (mj_model.actuator_trnid[:, 0] == tendon)):
-        if mj_model.actuator_forcelimited[i]:
-            gear = abs(float(mj_model.actuator_gear[i, 0]))
-            bound = min(bound, gear * float(np.abs(mj_model.actuator_forcerange[i]).min()))
-    return bound
