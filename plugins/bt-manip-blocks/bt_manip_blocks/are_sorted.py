@@ -8,7 +8,7 @@ from bt_manip_blocks.blocks import unsorted_blocks
 
 
 class AreSorted(Condition):
-    """Check that every coloured block stands on the tray, in the row of its colour."""
+    """Check that every coloured block rests on the tray, released, in the row of its colour."""
 
     tray = Input(str, default="tray", doc="Name of the tray.")
 

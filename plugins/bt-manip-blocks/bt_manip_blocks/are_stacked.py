@@ -4,12 +4,12 @@ from itertools import pairwise
 from typing import Any
 
 from bt_manip.bt import Condition, Input, Status
-from bt_manip.cell import Cell, CellError
+from bt_manip.cell import Cell, CellError, why_not_on
 from bt_manip_blocks.blocks import blocks_in, blocks_on
 
 
 class AreStacked(Condition):
-    """Check that all coloured blocks are one tower: each touches the one below it."""
+    """Check that all coloured blocks are one tower: each rests on the one below it, released."""
 
     on = Input(str, default="table", doc="Name of what the lowest of them stands on.")
 
@@ -28,6 +28,7 @@ class AreStacked(Condition):
             return self.fail(f"{len(lowest)} blocks stand on '{self.on}': {', '.join(lowest)}")
         tower = sorted(blocks_in(cell), key=lambda name: cell.pose(name).translation[2])
         for below, above in pairwise(tower):
-            if not cell.contacts.touching(above, below):
-                return self.fail(f"'{above}' does not stand on '{below}'")
+            reason = why_not_on(cell, above, below)
+            if reason:
+                return self.fail(reason)
         return Status.SUCCESS

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from bt_manip.cell import Cell, CellError
+from bt_manip.cell import Cell, CellError, is_on
 from bt_manip_blocks.coloured_block import ColouredBlock
 from bt_manip_blocks.sorting_tray import SortingTray
 
@@ -36,7 +36,7 @@ def find_tray(cell: Cell, name: str) -> SortingTray:
 
 
 def unsorted_blocks(cell: Cell, tray: str) -> list[str]:
-    """Name the coloured blocks that do not stand on a tray in the row of their colour.
+    """Name the coloured blocks that do not rest on a tray, released, in the row of their colour.
 
     Raises:
         CellError: When there is no such tray.
@@ -46,6 +46,6 @@ def unsorted_blocks(cell: Cell, tray: str) -> list[str]:
     return [
         name
         for name, block in blocks_in(cell).items()
-        if not cell.contacts.touching(name, tray)
+        if not is_on(cell, name, tray)
         or rows.row_at(T_tw.act(cell.pose(name).translation)) != block.colour
     ]
