@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from bt_manip.recording import CycleReport, RunReport
+from bt_manip.recording import CycleReport, RunReport, TrackingPeak
 from bt_manip.viewer import print_wrapped
 
 _PLACED = {True: "yes", False: "no", None: "-"}
@@ -32,7 +32,10 @@ _COLUMNS = (
 """Columns beside the number of the cycle; in narrow terminals the last ones are left out."""
 
 TRACKING_ERROR = 2e-3
-"""Tracking error in free motion above which it is printed, with the use of the motors [rad]."""
+"""Tracking error in free motion above which it is printed, with its likely cause [rad]."""
+
+SATURATED = 0.999
+"""Use of an effort limit from which a motor counts as saturated."""
 
 DEFLECTION = 0.02
 """Deflection of a joint by contact above which it is printed [rad]."""
@@ -50,23 +53,34 @@ def print_cycles(console: Console, report: RunReport) -> None:
                 print_wrapped(console, f"cycle {number}: {cycle.reason}")
             for pair in cycle.unexpected_contacts:
                 print_wrapped(console, f"cycle {number}: {pair[0]} touched {pair[1]}")
-        worst = max(report.cycles, key=lambda cycle: cycle.max_tracking_error_rad or 0.0)
-        if (error := worst.max_tracking_error_rad or 0.0) > TRACKING_ERROR:
-            steps = worst.saturated_steps
-            saturated = (
-                f"at their effort limits in {steps} control steps" if steps else "not saturated"
-            )
-            print_wrapped(
-                console,
-                f"In free motion, joints were up to {1e3 * error:.1f} mrad from their reference; "
-                f"the motors were {saturated} in that cycle.",
-            )
+        number, worst = max(
+            enumerate(report.cycles, 1), key=lambda one: one[1].max_tracking_error_rad or 0.0
+        )
+        error, peak = worst.max_tracking_error_rad or 0.0, worst.tracking_peak
+        if peak is not None and error > TRACKING_ERROR:
+            print_wrapped(console, _tracking(error, peak, number))
         largest = max(cycle.max_deflection_rad for cycle in report.cycles)
         if largest > DEFLECTION:
             print_wrapped(
                 console, f"At rest or in contact, joints gave way by {1e3 * largest:.0f} mrad."
             )
     print_wrapped(console, summary(report))
+
+
+def _tracking(error: float, peak: TrackingPeak, cycle: int) -> str:
+    """Return a sentence on the largest tracking error [rad] and its likely cause."""
+    text = (
+        f"In free motion, joints were up to {1e3 * error:.1f} mrad from their reference: "
+        f"'{peak.joint}' in {peak.leaf or 'no leaf'}, {peak.time_s:.2f} s into cycle {cycle}"
+    )
+    if peak.effort >= SATURATED:
+        return f"{text}, when a motor was at its effort limit."
+    if peak.after_contact_s is not None:
+        return f"{text}, {1e3 * peak.after_contact_s:.0f} ms after a contact ended."
+    return (
+        f"{text}, without contact and with motors at up to {100 * peak.effort:.0f} % of their "
+        "limits: friction, or little rotor inertia."
+    )
 
 
 def summary(report: RunReport) -> str:

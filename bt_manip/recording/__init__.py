@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from bt_manip.recording.report import CycleReport as CycleReport
     from bt_manip.recording.report import GrippedObject as GrippedObject
     from bt_manip.recording.report import RunReport as RunReport
+    from bt_manip.recording.report import TrackingPeak as TrackingPeak
     from bt_manip.recording.report import cpu_name as cpu_name
     from bt_manip.recording.report import versions as versions
     from bt_manip.recording.report_file import ReportFile as ReportFile

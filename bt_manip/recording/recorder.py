@@ -57,6 +57,12 @@ class PhaseLog:
         """Phases that have ended in this cycle."""
         return tuple(self._phases)
 
+    def leaf_at(self, time: float) -> str:
+        """Return the name of the leaf that ran at a time of the cycle [s], the last to start."""
+        started = [(start - self._start, str(node.name)) for node, start in self._running.items()]
+        started += [(p.start_s, p.name) for p in self._phases if time <= p.start_s + p.duration_s]
+        return max((one for one in started if one[0] < time), default=(0.0, ""))[1]
+
     def __call__(self, node: Any, old: Any, new: Any) -> None:
         """Record a change of a node's status."""
         if node.kind is not NodeKind.ACTION:
@@ -298,7 +304,7 @@ class Recorder(RunObserver):
             next(log for log in self._logs if log.name == name).grasped()
 
     def _cycle(self, status: str, reason: str) -> CycleReport:
-        robots = {log.name: log.cycle() for log in self._logs}
+        robots = {log.name: log.cycle(self._phases.leaf_at) for log in self._logs}
         objects = tuple(
             GrippedObject(
                 one.name,

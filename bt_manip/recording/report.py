@@ -55,6 +55,27 @@ class CycleLimitUse:
 
 
 @dataclass(frozen=True)
+class TrackingPeak:
+    """The largest tracking error of a cycle in free motion: where it was, and what preceded it.
+
+    Attributes:
+        joint: Name of the joint in its robot's description.
+        leaf: Name of the action leaf that ran, the one that started last; empty without any.
+        time_s: Simulated time since the start of the cycle [s].
+        effort: Largest fraction of its effort limit that a joint of the arm used in the 100 ms
+            before; at 1.0 a motor was saturated.
+        after_contact_s: Time since gripper or payload last touched anything else [s]; None after
+            more than 100 ms. What a contact carried is released when it ends.
+    """
+
+    joint: str
+    leaf: str
+    time_s: float
+    effort: float
+    after_contact_s: float | None = None
+
+
+@dataclass(frozen=True)
 class RobotCycle:
     """Figures of one of several robots in a cycle.
 
@@ -62,6 +83,7 @@ class RobotCycle:
         picked: Names of the objects that it gripped.
         grip_force_n: As in `CycleReport`, of its last Grasp.
         max_tracking_error_rad: As there, while no robot touched anything but its held object.
+        tracking_peak: As there.
         max_deflection_rad: As there.
         limits: Largest fractions of limits used.
         saturated_steps: Control steps in which an effort was clipped to its limit.
@@ -72,6 +94,7 @@ class RobotCycle:
     picked: tuple[str, ...] = ()
     grip_force_n: float | None = None
     max_tracking_error_rad: float | None = None
+    tracking_peak: TrackingPeak | None = None
     max_deflection_rad: float = 0.0
     limits: CycleLimitUse = field(default_factory=CycleLimitUse)
     saturated_steps: int = 0
@@ -114,6 +137,7 @@ class CycleReport:
         grip_force_n: Least of the gripper's forces at the end of Grasp [N], or None.
         max_tracking_error_rad: Largest difference between a joint and its reference while the
             reference moved and gripper and payload touched only each other, or None [rad].
+        tracking_peak: Where that was, and what preceded it.
         max_deflection_rad: Largest difference at all other times, as while gripping [rad].
         limits: Largest fractions of limits used.
         saturated_steps: Control steps in which an effort was clipped to its limit.
@@ -136,6 +160,7 @@ class CycleReport:
     phases: tuple[Phase, ...] = ()
     grip_force_n: float | None = None
     max_tracking_error_rad: float | None = None
+    tracking_peak: TrackingPeak | None = None
     max_deflection_rad: float = 0.0
     limits: CycleLimitUse = field(default_factory=CycleLimitUse)
     saturated_steps: int = 0

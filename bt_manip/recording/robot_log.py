@@ -1,14 +1,18 @@
 """Records of one robot in a run."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import astuple
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from bt_manip.recording.report import CycleLimitUse, RobotCycle
+from bt_manip.recording.report import CycleLimitUse, RobotCycle, TrackingPeak
 from bt_manip.recording.step_log import StepBlock, StepLog
 from bt_manip.robots import JointLimits
+
+BEFORE_PEAK = 0.1
+"""Time before a tracking error in which its cause is looked for: four time constants of the
+computed torque controller's default poles [s]."""
 
 
 def limit_use(
@@ -46,6 +50,16 @@ def limit_use(
     return np.stack([np.abs(x / most).max(axis=1) for x, most in used], axis=1)
 
 
+class Peak(NamedTuple):
+    """The largest tracking error, as in `TrackingPeak`."""
+
+    error: float  # [rad]
+    joint: int  # from 0
+    time: float  # [s] simulated
+    effort: float
+    after_contact: float | None  # [s]
+
+
 class MotionStatistics:
     """Maxima over control steps, updated in blocks of steps.
 
@@ -63,6 +77,7 @@ class MotionStatistics:
         self._limits = limits
         self._dt = dt
         self._last: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
+        self._recent = np.zeros((round(BEFORE_PEAK / dt), 2))  # use of effort, whether it touched
         self.begin()
 
     def begin(self) -> None:
@@ -70,7 +85,7 @@ class MotionStatistics:
         self._use = np.zeros(5)  # position, velocity, acceleration, jerk, effort
         self.torque_rate = 0.0  # [N m/s]
         self.tool_speed = 0.0  # [m/s]
-        self.tracking_error: float | None = None  # [rad]
+        self.peak: Peak | None = None
         self.deflection = 0.0  # [rad]
 
     def update(self, block: StepBlock) -> None:
@@ -89,11 +104,30 @@ class MotionStatistics:
         self._use = np.maximum(self._use, use.max(axis=0))
         self.torque_rate = max(self.torque_rate, float(np.abs(torque_rate).max()))
         self.tool_speed = max(self.tool_speed, float(np.linalg.norm(velocity, axis=1).max()))
-        error = np.abs(block.q - block.q_ref).max(axis=1)
-        free = np.array([touch.free for touch in block.touches]) & block.v_ref.any(axis=1)
+        untouched = np.array([touch.free for touch in block.touches])
+        free = untouched & block.v_ref.any(axis=1)
+        errors = np.abs(block.q - block.q_ref)
+        error = errors.max(axis=1)
+        recent = np.concatenate([self._recent, np.column_stack([use[:, -1], ~untouched])])
         if free.any():
-            self.tracking_error = max(self.tracking_error or 0.0, float(error[free].max()))
+            step = int(np.where(free, error, -1.0).argmax())
+            if self.peak is None or error[step] > self.peak.error:
+                before = recent[step + 1 : step + 1 + len(self._recent)]
+                joint, time = int(errors[step].argmax()), float(block.t[step])
+                self.peak = Peak(float(error[step]), joint, time, *self._preceding(before))
+        self._recent = recent[len(block.touches) :]
         self.deflection = max(self.deflection, float(error[~free].max(initial=0.0)))
+
+    def _preceding(self, before: np.ndarray) -> tuple[float, float | None]:
+        """Return the largest use of effort, and the time since the last contact [s]."""
+        touched = np.flatnonzero(before[:, 1])
+        after = (len(before) - 1 - int(touched[-1])) * self._dt if len(touched) else None
+        return float(before[:, 0].max()), after
+
+    @property
+    def tracking_error(self) -> float | None:
+        """Largest tracking error in free motion [rad]."""
+        return self.peak and self.peak.error
 
     @property
     def limit_use(self) -> CycleLimitUse:
@@ -125,6 +159,7 @@ class RobotLog:
 
     def begin(self) -> None:
         """Start a cycle."""
+        self._start = self._cell.time
         self.statistics.begin()
         self.grip: float | None = None
         self.picked: list[str] = []
@@ -149,13 +184,18 @@ class RobotLog:
         self.picked += [name for name in names if name not in self.picked]
         return names
 
-    def cycle(self) -> RobotCycle:
-        """Return the figures of the cycle."""
+    def cycle(self, leaf_at: Callable[[float], str]) -> RobotCycle:
+        """Return the figures of the cycle.
+
+        Args:
+            leaf_at: Returns the name of the action leaf that ran at a time of the cycle [s].
+        """
         statistics = self.statistics
         return RobotCycle(
             picked=tuple(self.picked),
             grip_force_n=self.grip,
             max_tracking_error_rad=statistics.tracking_error,
+            tracking_peak=self._tracking_peak(leaf_at),
             max_deflection_rad=statistics.deflection,
             limits=statistics.limit_use,
             saturated_steps=self._robot.controller.saturated_steps - self._saturated_before,
@@ -163,16 +203,25 @@ class RobotLog:
             max_tool_speed_m_s=statistics.tool_speed,
         )
 
+    def _tracking_peak(self, leaf_at: Callable[[float], str]) -> TrackingPeak | None:
+        peak = self.statistics.peak
+        if peak is None:
+            return None
+        time = round(peak.time - self._start, 6)
+        joint = self._robot.robot.description.arm_joints[peak.joint]
+        return TrackingPeak(joint, leaf_at(time), time, peak.effort, peak.after_contact)
+
 
 def combined(robots: Iterable[RobotCycle]) -> dict[str, Any]:
     """Return the figures of a cycle over all robots, by the fields of `CycleReport`."""
     cycles = list(robots)
     limits = np.array([astuple(cycle.limits) for cycle in cycles]).max(axis=0)
     grips = [c.grip_force_n for c in cycles if c.grip_force_n is not None]
-    errors = [c.max_tracking_error_rad for c in cycles if c.max_tracking_error_rad is not None]
+    worst = max(cycles, key=lambda cycle: cycle.max_tracking_error_rad or 0.0)
     return {
         "grip_force_n": min(grips, default=None),
-        "max_tracking_error_rad": max(errors, default=None),
+        "max_tracking_error_rad": worst.max_tracking_error_rad,
+        "tracking_peak": worst.tracking_peak,
         "max_deflection_rad": max(cycle.max_deflection_rad for cycle in cycles),
         "limits": CycleLimitUse(*limits.tolist()),
         "saturated_steps": sum(cycle.saturated_steps for cycle in cycles),

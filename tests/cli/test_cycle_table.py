@@ -2,12 +2,13 @@
 
 import io
 import re
+from dataclasses import replace
 
 import pytest
 from rich.console import Console
 
 from bt_manip.cli.cycle_table import print_cycles, summary
-from bt_manip.recording import CycleReport, GrippedObject, RunReport
+from bt_manip.recording import CycleReport, GrippedObject, RunReport, TrackingPeak
 
 
 def cycle(**facts) -> CycleReport:
@@ -78,14 +79,25 @@ def words(run: RunReport) -> str:
     return " ".join(" ".join(printed(run, 80)).split())
 
 
-def test_large_tracking_errors_and_deflections_are_reported_with_the_motors():
-    exact = cycle(max_tracking_error_rad=1.9e-3, max_deflection_rad=0.019)
-    saturated = cycle(max_tracking_error_rad=4.52e-3, saturated_steps=71)
-    free = cycle(max_tracking_error_rad=3e-3, max_deflection_rad=0.0304)
-    assert "mrad from" not in words(report(exact))
-    text = words(report(exact, free))
-    assert "up to 3.0 mrad from their reference; the motors were not saturated" in text
-    assert "joints gave way by 30 mrad" in text
-    text = words(report(exact, free, saturated))
-    assert "up to 4.5 mrad from their reference" in text
-    assert "the motors were at their effort limits in 71 control steps" in text
+PEAK = TrackingPeak("elbow", "Lift", 3.125, 0.4)
+
+
+def test_large_deflections_and_tracking_errors_are_reported():
+    exact = cycle(max_tracking_error_rad=1.9e-3, tracking_peak=PEAK, max_deflection_rad=0.019)
+    yielding = cycle(max_deflection_rad=0.0304)
+    assert "mrad" not in words(report(exact)).partition("1 SUCCESS")[2]
+    assert "joints gave way by 30 mrad" in words(report(exact, yielding))
+
+
+@pytest.mark.parametrize(
+    ("preceding", "cause"),
+    [
+        ({"effort": 1.0, "after_contact_s": 0.02}, "when a motor was at its effort limit."),
+        ({"after_contact_s": 0.02}, "20 ms after a contact ended."),
+        ({}, "without contact and with motors at up to 40 % of their limits: friction, or little"),
+    ],
+)
+def test_a_large_tracking_error_is_reported_with_its_place_and_cause(preceding, cause):
+    worst = cycle(max_tracking_error_rad=4.52e-3, tracking_peak=replace(PEAK, **preceding))
+    place = "joints were up to 4.5 mrad from their reference: 'elbow' in Lift, 3.12 s into cycle 2"
+    assert f"{place}, {cause}" in words(report(cycle(), worst))

@@ -140,6 +140,14 @@ def test_the_grip_and_the_motion_are_measured(picked):
     assert picked.simulated_s == pytest.approx(cycle.duration_s)
 
 
+def test_the_largest_tracking_error_has_its_joint_and_its_leaf(picked):
+    (cycle,) = picked.cycles
+    peak = cycle.tracking_peak
+    phase = next(p for p in cycle.phases if p.name == peak.leaf)
+    assert phase.start_s < peak.time_s <= phase.start_s + phase.duration_s
+    assert peak.joint.startswith("joint") and 0.0 < peak.effort <= cycle.limits.effort
+
+
 def test_an_object_that_was_never_gripped_is_not_judged(record):
     report = record(Sequence("s", [SpawnObject(object="{c}"), RemoveObject(object="{c}")]))
     (cycle,) = report.cycles

@@ -97,6 +97,30 @@ def test_tracking_counts_only_in_motion_that_touches_nothing_outside(statistics)
     assert statistics.deflection == pytest.approx(0.5)
 
 
+def test_the_tracking_peak_has_joint_time_and_the_largest_effort_before(statistics):
+    moving = {"v_ref": np.full((1, 2), 0.1)}
+    statistics.update(rows(1, **moving, tau=column((20.0, 30.0))))
+    statistics.update(
+        rows(
+            2,
+            q=column((0.0, 2.0), (0.001, 2.003)),
+            v_ref=np.full((2, 2), 0.1),
+            t=5.0 + np.arange(2),
+        )
+    )
+    error, joint, time, effort, after_contact = statistics.peak
+    assert (error, joint, time) == (pytest.approx(0.003), 1, 6.0)
+    assert (effort, after_contact) == (pytest.approx(0.4), None)
+
+
+@pytest.mark.parametrize(("steps", "after_contact"), [(3, 3e-3), (99, 99e-3), (100, None)])
+def test_a_contact_up_to_100_ms_before_the_tracking_peak_is_noted(statistics, steps, after_contact):
+    statistics.update(rows(1, touches=touches(False)))
+    statistics.update(rows(steps - 1))
+    statistics.update(rows(1, q=column((0.01, 2.0)), v_ref=column((0.1, 0.0))))
+    assert statistics.peak.after_contact == pytest.approx(after_contact)
+
+
 def test_an_error_at_rest_is_a_deflection(statistics):
     statistics.update(rows(2, q=column((0.0, 2.0), (0.0, 2.3))))
     assert statistics.tracking_error is None
@@ -105,7 +129,7 @@ def test_an_error_at_rest_is_a_deflection(statistics):
 
 def test_without_a_free_step_there_is_no_tracking_error(statistics):
     statistics.update(rows(3, touches=touches(False, False, False)))
-    assert statistics.tracking_error is None
+    assert statistics.tracking_error is None and statistics.peak is None
 
 
 def test_a_cycle_begins_with_nothing(statistics):
