@@ -95,6 +95,13 @@ class Registry(Generic[T]):
                 f"{self.kind} '{name}' is registered already, by plugin '{self.owner(name)}'"
             )
 
+    def with_part(self, name: str, item: T) -> "Registry[T]":
+        """Return a copy of the registry with a part added or replaced, of the same owner."""
+        other = copy.copy(self)
+        owner = self._items[name][1] if name in self._items else ""
+        other._items = {**self._items, name: (item, owner)}
+        return other
+
     def get(self, name: str) -> T:
         """Return a copy of a part.
 

@@ -58,6 +58,8 @@ WITHIN_LAYER = {
     ("robot_setup", "testing"),
     ("groot", "recording"),
     ("viewer", "recording"),
+    ("viewer", "evaluation"),
+    ("evaluation", "recording"),
     ("demonstrations", "recording"),
 }
 """Imports inside a layer: which package, and what it may import."""

@@ -26,6 +26,7 @@ _FOUND = "bt_manip.commands"
 
 COMMANDS = {
     "demos": "bt_manip.cli.demos:demos",
+    "evaluate": "bt_manip.cli.evaluate:evaluate",
     "export": "bt_manip.cli.export:export",
     "list": "bt_manip.cli.listing:list_parts",
     "models": "bt_manip.cli.models:models",
@@ -37,6 +38,7 @@ COMMANDS = {
     "run": "bt_manip.cli.run:run",
     "scene": "bt_manip.cli.scene:scene",
     "stress": "bt_manip.cli.stress:stress",
+    "sweep": "bt_manip.cli.evaluate:sweep",
     "tree": "bt_manip.cli.tree:tree",
     "view": "bt_manip.cli.view:view",
 }

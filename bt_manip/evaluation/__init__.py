@@ -13,5 +13,20 @@ if TYPE_CHECKING:
     from bt_manip.evaluation.engine import Worker as Worker
     from bt_manip.evaluation.engine import WorkerDiedError as WorkerDiedError
     from bt_manip.evaluation.engine import run_episodes as run_episodes
+    from bt_manip.evaluation.episode import EpisodeId as EpisodeId
+    from bt_manip.evaluation.episode import EpisodeResult as EpisodeResult
+    from bt_manip.evaluation.episode import EpisodeWorker as EpisodeWorker
+    from bt_manip.evaluation.episode import Evaluation as Evaluation
+    from bt_manip.evaluation.ray_pool import RayPool as RayPool
+    from bt_manip.evaluation.results import ResultFolder as ResultFolder
+    from bt_manip.evaluation.results import read_results as read_results
+    from bt_manip.evaluation.scheduling import evaluate as evaluate
+    from bt_manip.evaluation.success import Failure as Failure
+    from bt_manip.evaluation.success import SuccessRate as SuccessRate
+    from bt_manip.evaluation.success import wilson_interval as wilson_interval
+    from bt_manip.evaluation.variation import Parameter as Parameter
+    from bt_manip.evaluation.variation import grid as grid
+    from bt_manip.evaluation.variation import parse_parameter as parse_parameter
+    from bt_manip.evaluation.variation import samples as samples
 
 __getattr__ = lazy_exports(__name__)

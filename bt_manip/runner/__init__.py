@@ -6,6 +6,7 @@ from .events import EventStream as EventStream
 from .events import RunEvent as RunEvent
 from .events import log_line as log_line
 from .fixtures import naming_file as naming_file
+from .goal import NOT_MET as NOT_MET
 from .goal import GoalJudge as GoalJudge
 from .interventions import Interventions as Interventions
 from .observer import RunObserver as RunObserver

@@ -1,0 +1,153 @@
+"""What an evaluation shows in the terminal, while it runs and at its end."""
+
+import time
+from collections.abc import Iterable
+from types import TracebackType
+from typing import Any
+
+from rich import box
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from bt_manip.evaluation import EpisodeResult, Evaluation, Failure, SuccessRate
+from bt_manip.exceptions import one_line
+
+LINE_TIME = 10.0
+"""Wall time between two lines where there is no terminal [s]."""
+
+FAILURES = 8
+"""Number of failures that are listed, the most frequent ones."""
+
+POINTS = 20
+"""Number of points of a sweep that are listed while it runs."""
+
+
+class EvaluationView:
+    """A live table in a terminal, or lines elsewhere.
+
+    Attributes:
+        total: The success rate of all points together.
+        rates: The success rate of each point.
+    """
+
+    def __init__(
+        self, evaluation: Evaluation, episodes: int, jobs: int, before: Iterable[EpisodeResult]
+    ) -> None:
+        """Count what is known before."""
+        self._evaluation, self._jobs = evaluation, jobs
+        self._planned = episodes * len(evaluation.points)
+        self.total, self.rates = SuccessRate(), [SuccessRate() for _ in evaluation.points]
+        self._points: dict[int, int] = {}
+        for result in before:
+            self._count(result)
+        self._before, self._first = self.total.trials, 0.0
+        self._simulated, self._printed = 0.0, time.monotonic()
+        self._console = Console(stderr=True)
+        self._live = Live(
+            console=self._console, get_renderable=self._drawn, refresh_per_second=2, transient=True
+        )
+
+    def __enter__(self) -> "EvaluationView":
+        """Begin to draw."""
+        if self._before:
+            self._console.print(f"{self._before} episodes are known already.", highlight=False)
+        if self._console.is_terminal:
+            self._live.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Stop drawing."""
+        if self._console.is_terminal:
+            self._live.stop()
+
+    def add(self, result: EpisodeResult) -> None:
+        """Count a result of this evaluation."""
+        now = time.monotonic()
+        self._count(result)
+        if not self._first:
+            self._first = now
+        else:
+            self._simulated += result.duration_s
+        if not self._console.is_terminal and now - self._printed > LINE_TIME:
+            self._printed = now
+            self._console.print(f"{self._progress()}; {self.total}", highlight=False)
+
+    def point_of(self, failure: Failure) -> dict[str, Any]:
+        """Return the values of the varied parameters of the first episode of a failure."""
+        for point, rate in enumerate(self.rates):
+            if any((f.node, f.first) == (failure.node, failure.first) for f in rate.failures()):
+                return dict(self._evaluation.points[point])
+        return {}
+
+    def print(self) -> None:
+        """Print the results."""
+        Console().print(self._results(len(self.rates)))
+
+    def _count(self, result: EpisodeResult) -> None:
+        self.total.add(result)
+        self.rates[result.point].add(result)
+
+    def _progress(self) -> str:
+        """Return how far it is, how fast, and the time left."""
+        done = self.total.trials
+        text = f"{done} of {self._planned} episodes, {self._jobs} workers"
+        elapsed = time.monotonic() - self._first
+        counted = done - self._before - 1
+        if counted < 1 or elapsed <= 0.0:
+            return text
+        speed = counted / elapsed
+        left = _duration((self._planned - done) / speed)
+        factor = self._simulated / elapsed
+        return f"{text}, {speed:.2f} episodes/s ({factor:.0f} x real time), {left} left"
+
+    def _drawn(self) -> RenderableType:
+        return Group(Text(self._progress()), self._results(POINTS))
+
+    def _results(self, points: int) -> RenderableType:
+        shown: list[RenderableType] = [Text(str(self.total))]
+        if len(self.rates) > 1:
+            names = list(self._evaluation.points[0])
+            table = _table(*names, "episodes", "success", "95 % interval")
+            pairs = list(zip(self._evaluation.points, self.rates, strict=True))
+            for point, rate in pairs[:points]:
+                low, high = rate.interval
+                share = f"{rate.successes / rate.trials:.1%}" if rate.trials else ""
+                values = [_value(point[name]) for name in names]
+                table.add_row(*values, str(rate.trials), share, f"{low:.1%} to {high:.1%}")
+            shown.append(table)
+        failures = self.total.failures()
+        if failures:
+            table = _table("failed node", "episodes", "first", "reason")
+            for one in failures[:FAILURES]:
+                row = one.node or "-", str(one.count), str(one.first), one_line(one.reason)
+                table.add_row(*map(Text, row))
+            shown.append(table)
+            if len(failures) > FAILURES:
+                shown.append(Text(f"{len(failures) - FAILURES} rarer reasons are not listed."))
+        return Group(*shown)
+
+
+def _table(*columns: str) -> Table:
+    table = Table(box=box.SIMPLE_HEAD)
+    for column in columns:
+        table.add_column(Text(column), overflow="fold")
+    return table
+
+
+def _value(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _duration(seconds: float) -> str:
+    """Return a duration with the unit that fits."""
+    for unit, name in ((3600.0, "h"), (60.0, "min")):
+        if seconds >= unit:
+            return f"{seconds / unit:.1f} {name}"
+    return f"{seconds:.0f} s"

@@ -1,0 +1,222 @@
+"""Episodes of a tree: one run of its root from home, randomized by its number."""
+
+import contextlib
+import json
+import os
+import platform
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from bt_manip.exceptions import BtManipError, NodeError, shown
+from bt_manip.recording import CycleReport, Recorder, identify, versions
+from bt_manip.runner import NOT_MET, Run, prepare, request_of
+
+from .engine import WorkerDiedError
+from .variation import Point, varied
+
+TIMEOUT = 120.0
+"""Simulated time after which an episode has failed [s]."""
+
+
+class EpisodeId(NamedTuple):
+    """An episode of an evaluation.
+
+    Attributes:
+        point: Index of the values of the varied parameters.
+        episode: Its number, from which samples and random generator follow.
+    """
+
+    point: int
+    episode: int
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What is evaluated; it can be pickled.
+
+    Attributes:
+        tree: The tree as the user names it.
+        options: Fields of `bt_manip.runner.RunRequest`; ``seed`` is one of them.
+        points: Values of the varied parameters, by name; one empty point if nothing varies.
+        timeout: Simulated time after which an episode has failed [s].
+        choice: The `bt_manip.plugins.Choice` of plugins; None: that of the environment.
+        identity: The `EpisodeWorker.identity` that all workers must have; None: any.
+    """
+
+    tree: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+    points: tuple[Point, ...] = ({},)
+    timeout: float = TIMEOUT
+    choice: Any = None
+    identity: Mapping[str, Any] | None = None
+
+    @property
+    def seed(self) -> int:
+        """The seed of all episodes."""
+        return int(self.options.get("seed") or 0)
+
+
+@dataclass(frozen=True)
+class EpisodeResult:
+    """How an episode ended: a row of the table of results.
+
+    Attributes:
+        point: As in `EpisodeId`.
+        episode: As there.
+        seed: The seed.
+        success: Whether the tree succeeded, and its goal held in the physics.
+        status: ``"SUCCESS"``, ``"FAILURE"``, ``"TIMEOUT"``, ``"ERROR"`` if a behaviour or a
+            plugin raised, or ``"DIED"`` if the process died again and again.
+        reason: Why it did not succeed.
+        node: Path of the node that failed; ``goal`` if the tree succeeded without its goal.
+        goal: Whether the goal held; None if the tree declares none.
+        duration_s: Simulated time that it took [s].
+        wall_s: Wall time that it took [s].
+        digest: SHA-256 over states and node statuses after every tick.
+        randomized: The samples as JSON, by kind, name and quantity.
+        cpu: Type of the CPU that it ran on.
+    """
+
+    point: int
+    episode: int
+    seed: int
+    success: bool
+    status: str
+    reason: str = ""
+    node: str = ""
+    goal: bool | None = None
+    duration_s: float = 0.0
+    wall_s: float = 0.0
+    digest: str = ""
+    randomized: str = "{}"
+    cpu: str = ""
+
+
+class EpisodeWorker:
+    """Runs episodes in one station, which returns to its initial state for each.
+
+    Attributes:
+        identity: What the results depend on besides the episode, as plain data.
+    """
+
+    def __init__(self, evaluation: Evaluation) -> None:
+        """Load the plugins and prepare the first point.
+
+        Raises:
+            BtManipError: If the request is invalid, or this machine has other versions or files.
+        """
+        os.environ.setdefault("MUJOCO_GL", "disable")
+        from bt_manip.plugins import load_plugins
+
+        self._evaluation = evaluation
+        plugins = load_plugins(choice=evaluation.choice, warn=lambda message: None)
+        self._parts, self._plugins = plugins.parts, plugins.versions
+        self._point = 0
+        self._run = self._prepare(0)
+        self.identity = self._identify()
+        if evaluation.identity is not None:
+            refuse_difference("a worker", self.identity, evaluation.identity)
+
+    def run(self, episode: EpisodeId) -> EpisodeResult:
+        """Run an episode; what the tree raises is a failure of the episode."""
+        if episode.point != self._point:
+            self._run, self._point = self._prepare(episode.point), episode.point
+        run, start = self._run, time.perf_counter()
+        run.begin_episode(episode.episode)
+        recorder = Recorder(self._evaluation.tree, run.request.seed)
+        end = run.station.cell.time + self._evaluation.timeout
+        status, reason, node = "", "", ""
+        try:
+            run.execute([recorder], stop=lambda: run.station.cell.time > end)
+        except (Exception, SystemExit) as error:
+            status, reason = "ERROR", f"{type(error).__name__}: {error}"
+            if isinstance(error, NodeError):
+                node, reason = error.path, str(error)
+        report = recorder.report(status or "TIMEOUT")
+        cycle = report.cycles[-1] if report.cycles else CycleReport(status)
+        if cycle.status == "TIMEOUT":
+            node = ", ".join(one.name for one in cycle.phases if one.status == "HALTED")
+            reason = f"no end within {self._evaluation.timeout:g} s simulated"
+        elif cycle.status == "FAILURE" and cycle.reason.startswith(NOT_MET):
+            node, reason = "goal", cycle.goal_reason
+        elif cycle.status == "FAILURE":
+            node, _, reason = cycle.reason.partition(": ")
+        return EpisodeResult(
+            *episode,
+            seed=run.request.seed,
+            success=cycle.status == "SUCCESS",
+            status=cycle.status,
+            reason=reason,
+            node=node,
+            goal=cycle.goal,
+            duration_s=cycle.duration_s,
+            wall_s=time.perf_counter() - start,
+            digest=report.state_digest,
+            randomized=json.dumps(cycle.randomized),
+            cpu=cpu_type(),
+        )
+
+    def _prepare(self, point: int) -> Run:
+        evaluation, parts = self._evaluation, self._parts
+        request = request_of(evaluation.tree, parts, **evaluation.options)
+        run = prepare(*varied(request, parts, evaluation.points[point]))
+        run.identity["plugins"] = self._plugins
+        return run
+
+    def _identify(self) -> dict[str, Any]:
+        evaluation = self._evaluation
+        found = {
+            "tree": evaluation.tree,
+            "seed": evaluation.seed,
+            "timeout": evaluation.timeout,
+            "points": [dict(point) for point in evaluation.points],
+            **identify(self._run),
+            "versions": versions(),
+        }
+        plain: dict[str, Any] = json.loads(json.dumps(found))
+        return plain
+
+
+def lost_episode(seed: int, episode: EpisodeId, error: WorkerDiedError) -> EpisodeResult:
+    """Return the result of an episode whose processes died."""
+    return EpisodeResult(*episode, seed, False, "DIED", str(error), cpu=cpu_type())
+
+
+def refuse_difference(what: str, found: Mapping[str, Any], expected: Mapping[str, Any]) -> None:
+    """Check that two evaluations are of the same tree, scene, settings and versions.
+
+    Args:
+        what: What the found identity belongs to, the first words of the message.
+        found: An `EpisodeWorker.identity`.
+        expected: The one that is wanted.
+
+    Raises:
+        BtManipError: If they differ; the message says in what.
+    """
+    differences = _differences(found, expected)
+    if differences:
+        raise BtManipError(f"{what} is of another evaluation: {'; '.join(differences[:5])}")
+
+
+def _differences(found: Any, expected: Any, key: str = "") -> list[str]:
+    if isinstance(found, Mapping) and isinstance(expected, Mapping):
+        keys = sorted({*found, *expected})
+        pairs = ((f"{key} {k}".strip(), found.get(k), expected.get(k)) for k in keys)
+        return [line for name, one, other in pairs for line in _differences(one, other, name)]
+    if found == expected:
+        return []
+    return [f"{key} {shown(found)} instead of {shown(expected)}"]
+
+
+@cache
+def cpu_type() -> str:
+    """Return the type of the CPU: on the same type, the same episode has the same digest."""
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()

@@ -1,0 +1,186 @@
+"""Folders of results: Parquet files, and a journal of the latest results."""
+
+import fcntl
+import json
+import os
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import fields
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import pyarrow as pa
+from pyarrow import parquet
+
+from bt_manip.exceptions import BtManipError
+from bt_manip.recording import reading, whole_file, writing
+
+from .episode import EpisodeId, EpisodeResult, refuse_difference
+from .variation import Point
+
+IDENTITY = "_evaluation.json"
+"""File of what the results depend on; readers of Parquet folders ignore names with ``_``."""
+
+JOURNAL = "_latest.jsonl"
+"""File of the results that are in no Parquet file yet, one line each."""
+
+PART_ROWS = 1000
+"""Number of results in a Parquet file."""
+
+PART_TIME = 60.0
+"""Wall time after which a Parquet file with fewer results is written [s]."""
+
+METADATA = b"bt_manip"
+"""Key of the identity, as JSON, in the metadata of the Parquet files."""
+
+_TYPES: dict[Any, pa.DataType] = {
+    int: pa.int64(),
+    float: pa.float64(),
+    bool: pa.bool_(),
+    bool | None: pa.bool_(),
+}
+
+
+class ResultFolder:
+    """A folder that gets one row for each episode; each row is kept from the moment it is added.
+
+    ``pyarrow.parquet.read_table(folder)`` or ``pandas.read_parquet(folder)`` reads it.
+
+    Attributes:
+        results: The results of earlier evaluations in this folder.
+    """
+
+    def __init__(self, path: Path, identity: Mapping[str, Any], points: Sequence[Point]) -> None:
+        """Create the folder, or continue one of the same evaluation.
+
+        Args:
+            path: The folder.
+            identity: The `EpisodeWorker.identity`.
+            points: Values of the varied parameters, which become columns.
+
+        Raises:
+            BtManipError: If the folder cannot be written, is of another evaluation, or is being
+                written by another process.
+        """
+        self._path, self._points = path, points
+        kept = path / IDENTITY
+        with writing(path, "results"):
+            path.mkdir(parents=True, exist_ok=True)
+            flags = os.O_RDWR | os.O_CREAT | os.O_APPEND
+            self._journal = os.open(path / JOURNAL, flags, 0o666)
+        try:
+            fcntl.flock(self._journal, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise BtManipError(f"'{path}' is being written by another evaluation") from None
+        if kept.exists():
+            with reading(kept, "evaluation"):
+                refuse_difference(f"'{path}'", json.loads(kept.read_text()), identity)
+        else:
+            with writing(kept, "results"), whole_file(kept) as file:
+                file.write(json.dumps(dict(identity), indent=1).encode())
+        self._schema = _schema(points).with_metadata({METADATA: json.dumps(dict(identity))})
+        self._written = time.monotonic()
+        parts = sorted(path.glob("part-*.parquet"))
+        self._next = int(parts[-1].stem[5:]) + 1 if parts else 0
+        self.results = [result for part in parts for result in _read(part)]
+        done = {(one.point, one.episode) for one in self.results}
+        self._rows = [one for one in self._latest() if (one.point, one.episode) not in done]
+        self.results += self._rows
+
+    def done(self) -> set[EpisodeId]:
+        """Return the episodes of earlier evaluations."""
+        return {EpisodeId(one.point, one.episode) for one in self.results}
+
+    def add(self, result: EpisodeResult) -> None:
+        """Keep a result: from now on it survives ``kill -9``.
+
+        Raises:
+            RecordingError: If it cannot be written.
+        """
+        with writing(self._path, "results"):
+            os.write(self._journal, json.dumps(vars(result)).encode() + b"\n")
+        self._rows.append(result)
+        if len(self._rows) >= PART_ROWS or time.monotonic() - self._written > PART_TIME:
+            self._flush()
+
+    def close(self) -> None:
+        """Write what is left to a Parquet file.
+
+        Raises:
+            RecordingError: If it cannot be written.
+        """
+        try:
+            self._flush()
+            if not os.fstat(self._journal).st_size:
+                with suppress(OSError):
+                    (self._path / JOURNAL).unlink()
+        finally:
+            os.close(self._journal)
+
+    def __enter__(self) -> "ResultFolder":
+        """Return the folder."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close it."""
+        self.close()
+
+    def _latest(self) -> Iterator[EpisodeResult]:
+        """Yield the results of the journal; a killed process may have left half a line."""
+        for line in (self._path / JOURNAL).read_bytes().split(b"\n")[:-1]:
+            with suppress(ValueError, TypeError):
+                yield EpisodeResult(**json.loads(line))
+
+    def _flush(self) -> None:
+        """Move the rows of the journal to a Parquet file."""
+        self._written = time.monotonic()
+        if self._rows:
+            rows = [vars(one) | _parameters(self._points[one.point]) for one in self._rows]
+            path = self._path / f"part-{self._next:05}.parquet"
+            with writing(path, "results"), whole_file(path) as file:
+                parquet.write_table(pa.Table.from_pylist(rows, self._schema), file)
+            self._next, self._rows = self._next + 1, []
+        os.ftruncate(self._journal, 0)
+
+
+def read_results(path: Path) -> tuple[dict[str, Any], list[EpisodeResult]]:
+    """Return identity and results of a folder, in the order of points and episodes.
+
+    Raises:
+        BtManipError: If it is no such folder.
+    """
+    with reading(path / IDENTITY, "evaluation"):
+        identity = json.loads((path / IDENTITY).read_text())
+    with ResultFolder(path, identity, identity["points"]) as folder:
+        results = sorted(folder.results, key=lambda one: (one.point, one.episode))
+    return identity, results
+
+
+def _read(path: Path) -> list[EpisodeResult]:
+    with reading(path, "part of an evaluation"):
+        columns = [one.name for one in fields(EpisodeResult)]
+        rows = parquet.read_table(path, columns=columns).to_pylist()
+        return [EpisodeResult(**row) for row in rows]
+
+
+def _schema(points: Sequence[Point]) -> pa.Schema:
+    columns = {one.name: _TYPES.get(one.type, pa.string()) for one in fields(EpisodeResult)}
+    for name in _parameters(points[0]):
+        values = [_parameters(point)[name] for point in points]
+        try:
+            columns[name] = pa.array(values).type
+        except pa.ArrowInvalid:
+            raise BtManipError(f"the values of {name} are of different types") from None
+    return pa.schema(columns)
+
+
+def _parameters(point: Point) -> dict[str, Any]:
+    """Return the columns of the varied parameters."""
+    return {f"vary.{name}": value for name, value in point.items()}

@@ -1,0 +1,60 @@
+"""Evaluate a tree: episodes in parallel, as many as are needed."""
+
+from collections.abc import Callable, Generator, Iterator
+from functools import partial
+
+from .engine import Pool, Worker, run_episodes
+from .episode import EpisodeId, EpisodeResult, EpisodeWorker, Evaluation, lost_episode
+from .success import SuccessRate
+
+MIN_EPISODES = 30
+"""Least number of episodes of a point before its interval can end it early: narrower ones are
+due to chance when a rate is near 0 or 1."""
+
+
+def evaluate(
+    evaluation: Evaluation,
+    episodes: int,
+    jobs: int = 1,
+    *,
+    pool: Pool | None = None,
+    worker: EpisodeWorker | None = None,
+    before: tuple[EpisodeResult, ...] | list[EpisodeResult] = (),
+    until_width: float = 0.0,
+) -> Generator[EpisodeResult]:
+    """Run episodes 0 to n - 1 of each point, and yield their results as they end.
+
+    Args:
+        evaluation: What is evaluated.
+        episodes: Number of episodes of each point.
+        jobs: Number of workers.
+        pool: Starts them, as for `run_episodes`.
+        worker: A worker in this process, for one job without a pool.
+        before: Results that are known, which are neither run nor yielded.
+        until_width: Ends a point once the Wilson interval of its success rate is at most this
+            wide; 0: never.
+    """
+    rates = [SuccessRate() for _ in evaluation.points]
+    for result in before:
+        rates[result.point].add(result)
+    done = {EpisodeId(one.point, one.episode) for one in before}
+
+    def wanted() -> Iterator[EpisodeId]:
+        for point, rate in enumerate(rates):
+            for episode in range(episodes):
+                if rate.trials >= MIN_EPISODES and rate.interval.width <= until_width:
+                    break
+                if (point, episode) not in done:
+                    yield EpisodeId(point, episode)
+
+    make: Callable[[], Worker[EpisodeId, EpisodeResult]] = partial(EpisodeWorker, evaluation)
+    if worker is not None and jobs == 1 and pool is None:
+        make = partial(_same, worker)
+    lost = partial(lost_episode, evaluation.seed)
+    for result in run_episodes(make, wanted(), jobs, pool=pool, lost=lost):
+        rates[result.point].add(result)
+        yield result
+
+
+def _same(worker: EpisodeWorker) -> EpisodeWorker:
+    return worker

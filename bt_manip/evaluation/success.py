@@ -1,0 +1,109 @@
+"""Success rates, their intervals, and the reasons of failures."""
+
+import math
+import re
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from .episode import EpisodeResult
+
+Z95 = 1.959963984540054
+"""Quantile of the normal distribution for intervals of 95 %."""
+
+_NUMBER = re.compile(r"-?\d+(\.\d+)?")
+
+
+class Interval95(NamedTuple):
+    """A confidence interval of 95 % of a probability."""
+
+    low: float
+    high: float
+
+    @property
+    def width(self) -> float:
+        """Difference of the bounds."""
+        return self.high - self.low
+
+
+def wilson_interval(successes: int, trials: int) -> Interval95:
+    """Return the Wilson score interval of a success rate (Wilson 1927); 0 to 1 without trials."""
+    if not trials:
+        return Interval95(0.0, 1.0)
+    rate, z2 = successes / trials, Z95**2 / trials
+    centre = (rate + z2 / 2) / (1 + z2)
+    half = math.sqrt(z2 * rate * (1 - rate) + z2**2 / 4) / (1 + z2)
+    return Interval95(max(0.0, centre - half), min(1.0, centre + half))
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Failures of the same node with the same reason, numbers apart.
+
+    Attributes:
+        node: Path of the node.
+        reason: The reason of the first of them.
+        first: Number of the first of these episodes.
+        count: Number of episodes.
+    """
+
+    node: str
+    reason: str
+    first: int
+    count: int
+
+
+@dataclass
+class SuccessRate:
+    """Counts successes and failures of episodes.
+
+    Attributes:
+        trials: Number of episodes.
+        successes: How many of them succeeded.
+    """
+
+    trials: int = 0
+    successes: int = 0
+    _first: dict[tuple[str, str], tuple[str, int]] = field(default_factory=dict)
+    _counts: Counter[tuple[str, str]] = field(default_factory=Counter)
+
+    @classmethod
+    def of(cls, results: Iterable[EpisodeResult]) -> "SuccessRate":
+        """Count some results."""
+        rate = cls()
+        for result in results:
+            rate.add(result)
+        return rate
+
+    def add(self, result: EpisodeResult) -> None:
+        """Count a result."""
+        self.trials += 1
+        self.successes += result.success
+        if not result.success:
+            key = result.node, _NUMBER.sub("", result.reason)
+            known = self._first.setdefault(key, (result.reason, result.episode))
+            if result.episode < known[1]:
+                self._first[key] = result.reason, result.episode
+            self._counts[key] += 1
+
+    @property
+    def interval(self) -> Interval95:
+        """The Wilson interval of the success rate."""
+        return wilson_interval(self.successes, self.trials)
+
+    def failures(self) -> list[Failure]:
+        """Return the failures by node and reason, the most frequent first."""
+        found = [Failure(key[0], *self._first[key], count) for key, count in self._counts.items()]
+        return sorted(found, key=lambda one: (-one.count, one.first))
+
+    def __str__(self) -> str:
+        """Return the rate with its interval."""
+        if not self.trials:
+            return "no episodes"
+        low, high = self.interval
+        share = self.successes / self.trials
+        return (
+            f"{self.successes} of {self.trials} episodes succeeded: {share:.2%} "
+            f"(95 %: {low:.2%} to {high:.2%})"
+        )
