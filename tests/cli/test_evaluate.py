@@ -1,0 +1,82 @@
+"""bt-manip evaluate and sweep: what they print, write and return."""
+
+import json
+
+import pytest
+
+from tests.evaluation.conftest import SCENE, TREES
+
+
+@pytest.fixture
+def evaluate(bt_manip, tmp_path):
+    (tmp_path / "small.py").write_text(TREES)
+    (tmp_path / "cube.toml").write_text(SCENE)
+
+    def run(*options, command="evaluate", tree="light"):
+        words = f"{tmp_path}/small.py:{tree}", "--scene", tmp_path / "cube.toml", "--workers", 1
+        return bt_manip(command, *words, *options)
+
+    return run
+
+
+def test_the_rate_the_reasons_and_what_to_look_at_are_printed(evaluate, bt_manip, tmp_path):
+    code, out, _ = evaluate("--episodes", 6, "--seed", 2)
+    assert code == 1
+    assert "of 6 episodes succeeded" in out and "kg is heavy" in out
+    (advice,) = [line for line in out.splitlines() if line.startswith("Watch")]
+    words = advice.partition(": bt-manip ")[2].split()
+    assert words[-1] == "--view"
+    report = tmp_path / "report.json"
+    assert bt_manip(*words[:-1], "--quiet", "--report", report).code == 1
+    assert "kg is heavy" in json.loads(report.read_text())["cycles"][0]["reason"]
+
+
+def test_results_are_continued_and_others_refused(evaluate, tmp_path):
+    pytest.importorskip("pyarrow")
+    folder = tmp_path / "out"
+    options = "--set", "limit=1", "--to", folder
+    code, out, _ = evaluate("--episodes", 2, *options)
+    assert code == 0 and "No episode failed" in out and f"bt-manip report {folder}" in out
+    code, out, err = evaluate("--episodes", 4, *options)
+    assert code == 0 and "4 of 4 episodes" in out and "2 episodes are known already" in err
+    code, _, err = evaluate("--episodes", 4, "--to", folder)
+    assert code == 2 and "of another evaluation: settings limit" in err
+
+
+def test_a_sweep_prints_a_row_for_each_point(evaluate):
+    code, out, _ = evaluate(
+        "--vary", "scene.objects.cube.mass=0.05,0.2", "--episodes", 2, command="sweep"
+    )
+    assert code == 1 and "scene.objects.cube.mass" in out
+    assert "0.05" in out and "100.0%" in out and "0.0%" in out
+
+
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        (("--vary", "a"), "--vary is KEY=VALUE"),
+        (("--vary", "limit=1", "--vary", "limit=2"), "--vary gives 'limit' twice"),
+        (("--vary", "limit=0..1"), "a range needs its number of values"),
+        (("--vary", "limitt=1"), "has no key 'limitt'"),
+    ],
+)
+def test_bad_input_is_found_first(evaluate, options, problem):
+    code, out, err = evaluate(*options, command="sweep")
+    assert code == 2 and problem in err and out == ""
+
+
+def test_without_a_server_a_cluster_is_refused(evaluate):
+    pytest.importorskip("ray")
+    code, _, err = evaluate("--ray", "127.0.0.1:1")
+    assert code == 2 and "--ray 127.0.0.1:1: there is no cluster at HOST:PORT" in err
+
+
+def test_ctrl_c_prints_the_results_so_far(terminal, tmp_path):
+    (tmp_path / "small.py").write_text(TREES)
+    (tmp_path / "cube.toml").write_text(SCENE)
+    words = "small.py:light", "--scene", "cube.toml", "--workers", "2", "--episodes", "100000"
+    running = terminal("evaluate", *words)
+    running.wait_for(rb"[1-9]\d* of 100000 episodes")
+    running.interrupt()
+    assert running.end() == 130
+    assert b"episodes succeeded" in running.shown and b"Traceback" not in running.shown

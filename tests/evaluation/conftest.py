@@ -1,0 +1,71 @@
+"""A tree whose episodes take a moment, and succeed, fail or hang by their number's samples."""
+
+import pytest
+
+from bt_manip.evaluation import Evaluation
+
+TREES = """
+from bt_manip.behaviours import ObjectExists, SpawnObject
+from bt_manip.bt import Action, AlwaysFailure, Condition, Input, Sequence, Sleep, Status, Tree
+
+
+class IsLight(Condition):
+    object = Input(str, doc="Name of the object.")
+    limit = Input(float, default=0.1, doc="Largest mass [kg].")
+
+    def setup(self, **infrastructure):
+        self.cell = infrastructure["cell"]
+
+    def update(self):
+        mass = self.cell.overrides["cube"]["mass"]
+        return Status.SUCCESS if mass < self.limit else self.fail(f"{mass:.3f} kg is heavy")
+
+
+class Shout(Action):
+    def update(self):
+        raise ValueError("so loud")
+
+
+def spawn():
+    return SpawnObject(object="{object}")
+
+
+def light(limit=0.1):
+    check = IsLight("check", object="{object}", limit=limit)
+    return Tree(Sequence("task", spawn(), Sleep("work", msec=50), check))
+
+
+def trusting():
+    return Tree(Sequence("task", spawn(), Sleep("work", msec=50)), goal=ObjectExists(object="no"))
+
+
+def endless():
+    return Tree(Sequence("task", spawn(), Sleep("wait", msec=10_000_000)))
+
+
+def loud():
+    return Tree(Sequence("task", spawn(), Shout("shout")))
+"""
+
+SCENE = """
+seed = 1
+[[robots]]
+position = [-0.1, 0.0, 1.015]
+[[objects]]
+model = "table"
+[randomization.objects.cube]
+mass = { uniform = [0.05, 0.15] }
+"""
+
+
+@pytest.fixture
+def evaluation(tmp_path):
+    """Return what makes the evaluation of one of the trees."""
+    (tmp_path / "small.py").write_text(TREES)
+    (tmp_path / "cube.toml").write_text(SCENE)
+
+    def make(name="light", **more):
+        options = {"scene": str(tmp_path / "cube.toml"), "seed": 0, **more.pop("options", {})}
+        return Evaluation(f"{tmp_path}/small.py:{name}", options, **more)
+
+    return make

@@ -1,0 +1,32 @@
+"""Episodes run until all are done, or the success rate is known well enough."""
+
+from dataclasses import replace
+
+from bt_manip.evaluation import EpisodeResult, evaluate
+from bt_manip.evaluation.scheduling import MIN_EPISODES
+
+
+class Coin:
+    """A worker whose even episodes succeed at point 0, and all at point 1."""
+
+    def run(self, episode):
+        success = episode.point == 1 or episode.episode % 2 == 0
+        return EpisodeResult(*episode, 0, success, "SUCCESS" if success else "FAILURE")
+
+
+def count(results):
+    points = [result.point for result in results]
+    return [points.count(point) for point in range(2)]
+
+
+def test_known_episodes_are_not_run_again(evaluation):
+    before = [EpisodeResult(0, n, 0, True, "SUCCESS") for n in (0, 2)]
+    results = evaluate(evaluation(), 4, worker=Coin(), before=before)
+    assert [result.episode for result in results] == [1, 3]
+
+
+def test_a_point_ends_when_its_interval_is_narrow_enough(evaluation):
+    two = replace(evaluation(), points=({}, {}))
+    assert count(evaluate(two, 300, worker=Coin())) == [300, 300]
+    some, fewest = count(evaluate(two, 300, worker=Coin(), until_width=0.15))
+    assert fewest == MIN_EPISODES < some < 300

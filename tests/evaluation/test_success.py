@@ -1,0 +1,33 @@
+"""Success rates come with Wilson intervals, and failures are counted by node and reason."""
+
+import pytest
+
+from bt_manip.evaluation import EpisodeResult, SuccessRate, wilson_interval
+
+
+@pytest.mark.parametrize(
+    ("successes", "trials", "low", "high"),
+    [  # R: binom::binom.confint(x, n, methods = "wilson")
+        (0, 10, 0.0, 0.277533), (5, 10, 0.236593, 0.763407), (10, 10, 0.722467, 1.0),
+        (190, 200, 0.910421, 0.972599), (0, 0, 0.0, 1.0),
+    ],
+)  # fmt: skip
+def test_the_interval_is_wilsons(successes, trials, low, high):
+    assert wilson_interval(successes, trials) == pytest.approx((low, high), abs=1e-4)
+
+
+def result(episode, node="", reason=""):
+    return EpisodeResult(0, episode, 0, not node, "FAILURE" if node else "SUCCESS", reason, node)
+
+
+def test_failures_are_one_if_they_differ_in_numbers_only():
+    rate = SuccessRate.of(
+        [
+            result(7, "Lift", "the payload weighs 1.6 kg"), result(1), result(2, "Drop", "lost"),
+            result(4, "Lift", "the payload weighs 0.9 kg"), result(5),
+        ]
+    )  # fmt: skip
+    lift, drop = rate.failures()
+    assert (lift.node, lift.count, lift.first) == ("Lift", 2, 4)
+    assert lift.reason == "the payload weighs 0.9 kg" and (drop.node, drop.count) == ("Drop", 1)
+    assert str(rate) == "2 of 5 episodes succeeded: 40.00% (95 %: 11.76% to 76.93%)"
