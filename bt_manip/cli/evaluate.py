@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 FAILED = 1
 """Exit code when an episode did not succeed."""
 
-EXIT_CODES = "Exit codes: 0 every episode succeeded, 1 one did not, 2 bad input, 130 interrupted."
+_EPILOG = "Exit codes: 0 every episode succeeded, 1 one did not, 2 bad input, 130 interrupted."
 
 _OPTIONS: tuple[Callable[[Command], Command], ...] = (
     click.option(
@@ -67,7 +67,7 @@ def evaluation_options(command: Command) -> Command:
     return command
 
 
-@click.command(epilog=EXIT_CODES)
+@click.command(epilog=_EPILOG)
 @click.argument("tree", shell_complete=complete_part("trees"))
 @evaluation_options
 def evaluate(tree: str, **options: Any) -> int:
@@ -79,7 +79,7 @@ def evaluate(tree: str, **options: Any) -> int:
     return _execute(tree, lambda: ({},), **options)
 
 
-@click.command(epilog=EXIT_CODES)
+@click.command(epilog=_EPILOG)
 @click.argument("tree", shell_complete=complete_part("trees"))
 @click.option(
     "--vary", "varied", multiple=True, required=True, metavar='"KEY=VALUE,VALUE,..."',
