@@ -29,7 +29,7 @@ LAYERS = (
     {"runner", "episodes"},
     {
         "viewer", "recording", "groot", "testing", "faults", "evaluation", "robot_setup",
-        "demonstrations",
+        "demonstrations", "envs",
     },
     {"cli"},
 )  # fmt: skip

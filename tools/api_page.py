@@ -58,8 +58,10 @@ STABLE = {
     ),
     "bt_manip.episodes": (
         "Episodes Observations ObservationSpec Images ActionKind ActionSpace "
-        "JointTorques JointTargets CartesianDeltas SubtreeChoice action_kind"
+        "JointTorques JointTargets CartesianDeltas SubtreeChoice action_kind goal_progress "
+        "LossCheck"
     ),
+    "bt_manip.envs": "LearningTask Outcome DmEnvironment",
     "bt_manip.arm": "Arm",
     "bt_manip.control": (
         "Controller ControlError ComputedTorque GravityCompensatedPD Reference Hold"

@@ -160,14 +160,14 @@ def why_not_met(condition: Node) -> str:
         condition._reset()
 
 
-def texts_of(condition: Node) -> set[str]:
-    """Return the present values of a condition's ports that are texts, such as names."""
-    found = set()
+def texts_of(condition: Node) -> list[str]:
+    """Return the present values of a condition's ports that are texts, such as names, in order."""
+    found = []
     for port in condition.ports:
         try:
             value = condition.read_port(port)
         except BtManipError:
             continue
         if isinstance(value, str):
-            found.add(value)
+            found.append(value)
     return found

@@ -13,3 +13,5 @@ from .episodes import Episodes as Episodes
 from .observations import Images as Images
 from .observations import Observations as Observations
 from .observations import ObservationSpec as ObservationSpec
+from .progress import LossCheck as LossCheck
+from .progress import goal_progress as goal_progress

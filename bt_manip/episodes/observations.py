@@ -1,7 +1,7 @@
 """Observations of an episode: proprioception, objects, contact wrenches and images."""
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -10,12 +10,12 @@ import pinocchio as pin
 from bt_manip.cell import FrameRenderer, as_object, camera_number, entity_of
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.robots import Gripper, Robot
-from bt_manip.runner import Station
+from bt_manip.runner import CommandedRobot, Station
 
 IMAGES = ("rgb", "depth", "segmentation")
 """Kinds of images."""
 
-Read = Callable[[], np.ndarray]
+Read = Callable[[], Sequence[Any]]
 
 
 class ObservationSpec(NamedTuple):
@@ -72,11 +72,11 @@ class Observations:
             BtManipError: If a kind of images or a camera is not known.
         """
         cell = self._cell = station.cell
-        self._images = images or Images()
+        self._wanted = images or Images()
         self.specs: dict[str, ObservationSpec] = {}
-        self._readers: dict[str, Read] = {}
+        self._readers: list[Read] = []
         for name, one in station.robots.items():
-            self._add_robot(name if len(station.robots) > 1 else "robot", one.robot)
+            self._add_robot(name if len(station.robots) > 1 else "robot", one)
         for name, entity in cell.objects.items():
             if cell.is_free(name) or as_object(entity).category != "surface":
                 self._add_object(name)
@@ -86,11 +86,9 @@ class Observations:
 
     def read(self) -> dict[str, np.ndarray]:
         """Return the present observations by name; every array is new."""
-        found = {
-            name: np.array(read(), dtype=self.specs[name].dtype)
-            for name, read in self._readers.items()
-        }
-        return found | self._rendered() if self._images.kinds else found
+        numbers = [np.array(one, np.float32) for read in self._readers for one in read()]
+        found = dict(zip(self.specs, numbers, strict=False))  # images follow
+        return found | self.images() if self._wanted.kinds else found
 
     def close(self) -> None:
         """Free what renders the images."""
@@ -100,53 +98,63 @@ class Observations:
 
     # Numbers
 
-    def _add(self, name: str, size: int, unit: str, read: Read) -> None:
-        self.specs[name] = ObservationSpec((size,), "float32", unit)
-        self._readers[name] = read
+    def _add(self, read: Read, **specs: tuple[int, str]) -> None:
+        """Add observations: size and unit of each, and what reads all of them."""
+        for name, (size, unit) in specs.items():
+            self.specs[name] = ObservationSpec((size,), "float32", unit)
+        self._readers.append(read)
 
-    def _add_robot(self, label: str, robot: Robot) -> None:
+    def _add_robot(self, label: str, one: CommandedRobot) -> None:
+        robot, gripper = one.robot, one.gripper
         n = len(robot.description.arm_joints)
-        # Each compile sets the robot's readers anew.
-        self._add(f"{label}_joint_positions", n, "rad", lambda: robot.read_q())
-        self._add(f"{label}_joint_velocities", n, "rad/s", lambda: robot.read_v())
-        self._add(f"{label}_tool_position", 3, "m", lambda: robot.tool_pose.translation)
-        self._add(f"{label}_tool_rotation", 6, "-", lambda: _rotation(robot.tool_pose))
-        self._add(f"{label}_wrist_wrench", 6, "N,N m", lambda: np.hstack(robot.wrist_wrench()))
-        if robot.gripper is not None:
-            gripper, opening = robot.gripper, _Opening(robot, robot.gripper)
-            self._add(f"{label}_gripper_opening", 1, "-", opening)
-            self._add(
-                f"{label}_gripper_forces", len(gripper.forces), "N",
-                lambda: np.array(gripper.forces),
+
+        def read() -> Sequence[Any]:
+            q = robot.read_q()
+            T = one.arm.model.pose(q)
+            return (
+                q, robot.read_v(), T.translation, _rotation(T),
+                np.concatenate(robot.wrist_wrench(T)),
             )  # fmt: skip
+
+        specs = {
+            "joint_positions": (n, "rad"), "joint_velocities": (n, "rad/s"),
+            "tool_position": (3, "m"), "tool_rotation": (6, "-"), "wrist_wrench": (6, "N,N m"),
+        }  # fmt: skip
+        self._add(read, **{f"{label}_{name}": spec for name, spec in specs.items()})
+        if gripper is not None:
+            opening, count = _Opening(robot, gripper), len(gripper.forces)
+            specs = {"gripper_opening": (1, "-"), "gripper_forces": (count, "N")}
+            self._add(
+                lambda: (opening.read(), gripper.forces),
+                **{f"{label}_{name}": spec for name, spec in specs.items()},
+            )
 
     def _add_object(self, name: str) -> None:
         cell = self._cell
+        specs = {"position": (3, "m"), "rotation": (6, "-")}
+        if free := cell.is_free(name):
+            specs |= {"velocity": (6, "m/s,rad/s"), "contact_wrench": (6, "N,N m")}
+        if joints := len(_joint_addresses(cell.model, name)):
+            specs["joint_positions"] = (joints, "rad or m")
+        nothing = [np.zeros(size) for size, _ in specs.values()]
 
-        def unless_gone(read: Callable[[], np.ndarray], size: int) -> Read:
-            return lambda: read() if name in cell.entities else np.zeros(size)
+        def read() -> Sequence[Any]:
+            if name not in cell.entities:
+                return nothing
+            T = cell.pose(name)
+            found = [T.translation, _rotation(T)]
+            if free:
+                found += [cell.velocity(name), np.concatenate(cell.contacts.wrench(name))]
+            if joints:
+                found.append(cell.data.qpos[_joint_addresses(cell.model, name)])
+            return found
 
-        def wrench() -> np.ndarray:
-            return np.hstack(cell.contacts.wrench(name))
-
-        def positions() -> np.ndarray:
-            return cell.data.qpos[_joint_addresses(cell.model, name)]
-
-        self._add(f"{name}_position", 3, "m", unless_gone(lambda: cell.pose(name).translation, 3))
-        self._add(f"{name}_rotation", 6, "-", unless_gone(lambda: _rotation(cell.pose(name)), 6))
-        if cell.is_free(name):
-            self._add(
-                f"{name}_velocity", 6, "m/s,rad/s", unless_gone(lambda: cell.velocity(name), 6)
-            )
-            self._add(f"{name}_contact_wrench", 6, "N,N m", unless_gone(wrench, 6))
-        joints = len(_joint_addresses(cell.model, name))
-        if joints:
-            self._add(f"{name}_joint_positions", joints, "rad or m", unless_gone(positions, joints))
+        self._add(read, **{f"{name}_{one}": spec for one, spec in specs.items()})
 
     # Images
 
     def _add_images(self) -> None:
-        kinds, cameras, width, height = self._images
+        kinds, cameras, width, height = self._wanted
         channels = {"rgb": ((3,), "uint8", "-"), "depth": ((), "float32", "m")}
         for camera in cameras if kinds else ():
             camera_number(self._cell.model, camera)  # raises if there is none
@@ -157,9 +165,9 @@ class Observations:
                 spec = ObservationSpec((height, width, *last), dtype, unit)
                 self.specs[f"{camera}_{kind}".replace("/", "_")] = spec
 
-    def _rendered(self) -> dict[str, np.ndarray]:
-        """Return the images of the present state."""
-        kinds, cameras, width, height = self._images
+    def images(self) -> dict[str, np.ndarray]:
+        """Return the images of the present state, by name."""
+        kinds, cameras, width, height = self._wanted
         model = self._cell.model
         if self._renderer is None or self._renderer.model is not model:
             self.close()
@@ -203,8 +211,8 @@ class _Opening:
         self._robot, self._gripper = robot, gripper
         self._model: mujoco.MjModel | None = None
 
-    def __call__(self) -> np.ndarray:
-        """Return it."""  # (1,)
+    def read(self) -> list[float]:
+        """Return it."""
         robot, gripper = self._robot, self._gripper
         if self._model is not robot.mj_model:
             self._model = robot.mj_model
@@ -215,9 +223,9 @@ class _Opening:
             way = (opened - closed)[self._moving]
             self._closed, self._scale = closed[self._moving], way / max(way @ way, 1e-12)
         if not self._moving.size:  # as of a suction cup
-            return np.array([0.0 if gripper.gripping else 1.0])
+            return [0.0 if gripper.gripping else 1.0]
         here = robot.mj_data.qpos[self._moving] - self._closed
-        return np.array([here @ self._scale])
+        return [float(here @ self._scale)]
 
 
 def _rotation(T: pin.SE3) -> np.ndarray:

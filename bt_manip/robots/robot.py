@@ -11,6 +11,7 @@ from dm_control import mjcf
 from bt_manip.cell import MonitoredEntity
 from bt_manip.checks import check_position_limits
 from bt_manip.exceptions import MotionError
+from bt_manip.spatial import cross
 
 from .addresses import reader
 from .assembly import assemble, find_element
@@ -223,7 +224,7 @@ class Robot(MonitoredEntity):
         mujoco.mj_rnePostConstraint(model, data)
         # cfrc_int: torque over force, in the world's axes, about the centre of mass of the tree.
         torque, force = data.cfrc_int[body, :3].copy(), data.cfrc_int[body, 3:].copy()
-        torque += np.cross(data.subtree_com[model.body_rootid[body]] - T.translation, force)
+        torque += cross(data.subtree_com[model.body_rootid[body]] - T.translation, force)
         return WristWrench(T.rotation.T @ force, T.rotation.T @ torque)
 
     def make_model(self) -> RobotModel:

@@ -60,13 +60,18 @@ class GoalJudge:
 
     def why_not(self) -> str:
         """Return why the goal does not hold now; empty if it does, or the tree declares none."""
+        return "; ".join(dict.fromkeys(filter(None, self.reasons())))
+
+    def reasons(self) -> list[str]:
+        """Return why each condition of the goal does not hold now; empty texts where it does."""
         self._follow_tree()
-        reasons = []
+        found = []
         for i, condition in enumerate(self._goal):
-            reasons += self._kept[i]
+            reasons = list(self._kept[i])
             if not self._is_judged(i):
                 reasons.append(why_not_met(condition))
-        return "; ".join(dict.fromkeys(filter(None, reasons)))
+            found.append("; ".join(dict.fromkeys(filter(None, reasons))))
+        return found
 
     def stop(self) -> None:
         """Stop observing the cell."""
@@ -104,13 +109,13 @@ class GoalJudge:
     def _is_judged(self, i: int) -> bool:
         """Return whether what a condition names was judged and has been removed."""
         removed = self._names[i] - self._cell.entities.keys()
-        return bool(removed & texts_of(self._goal[i]))
+        return bool(removed.intersection(texts_of(self._goal[i])))
 
     def _judge_before(self, name: str) -> None:
         """Judge the conditions that name an object which is about to be removed."""
         self._follow_tree()
         for i, condition in enumerate(self._goal):
-            named = texts_of(condition)
+            named = set(texts_of(condition))
             if name in named and not self._is_judged(i):
                 self._kept[i].append(why_not_met(condition))
                 self._names[i] = named & self._cell.entities.keys()

@@ -7,6 +7,7 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.exceptions import did_you_mean
+from bt_manip.spatial import cross
 
 from ..exceptions import CellError
 from ..naming import BodyNames
@@ -147,7 +148,7 @@ class Contacts:
             axes = self._contact_force(index)
             f = sign * (self._force[:3] @ axes)
             force += f
-            torque += np.cross(positions[index] - point, f) + sign * (self._force[3:] @ axes)
+            torque += cross(positions[index] - point, f) + sign * (self._force[3:] @ axes)
         if frame is not None:
             force, torque = frame.rotation.T @ force, frame.rotation.T @ torque
         return Wrench(force, torque)

@@ -7,6 +7,9 @@ import ruckig
 
 from bt_manip.robots import GripperError
 
+BORDER = 1e-6
+"""Relative change of the start velocity where Ruckig finds no profile for the exact one."""
+
 
 class Motion(NamedTuple):
     """Desired position, velocity and acceleration of a finger."""
@@ -54,7 +57,11 @@ class Stroke:
             task.target_position = [target]
         self._trajectory = ruckig.Trajectory(1)
         try:
-            result = ruckig.Ruckig(1).calculate(task, self._trajectory)
+            try:
+                result = ruckig.Ruckig(1).calculate(task, self._trajectory)
+            except ruckig.RuckigError:  # of starts on the border between two kinds of profiles
+                task.current_velocity = [start.v * (1.0 - BORDER)]
+                result = ruckig.Ruckig(1).calculate(task, self._trajectory)
         except ruckig.RuckigError as error:
             raise GripperError(
                 f"a finger cannot travel from {start} to {target}: {error}"
