@@ -44,6 +44,9 @@ class SpawnObject(CellBehaviour):
         "reach.",
     )
     gap = Input(float, default=0.0, doc="Least distance to other free objects [m].")
+    within = Input(
+        float, default=np.inf, doc="Largest distance to the nearest other free object [m]."
+    )
     name_hint = Input(
         str, default="", doc="Name for it, made unique; by default that of the model."
     )
@@ -128,20 +131,23 @@ class SpawnObject(CellBehaviour):
         return made
 
     def _place(self, entity: composer.Entity, region: Region, hint: str | None) -> str:
-        """Insert it at a random position of the region that keeps the gap.
+        """Insert it at a random position of the region that keeps the gap, near to others.
 
         Raises:
-            CellError: When `ATTEMPTS` positions do not keep it.
+            CellError: When none of `ATTEMPTS` positions does.
         """
-        gap = self.gap
+        gap, within = self.gap, self.within
+        limit = gap if np.isinf(within) else max(gap, within)
         for _ in range(ATTEMPTS):
             name = hint and unique_name(hint, self.cell.entities)
             name = self.cell.place(entity, region, self.rng, name=name)
-            if gap <= 0.0 or nearest_free(self.cell, name, gap) >= gap:
+            distance = nearest_free(self.cell, name, limit) if limit > 0.0 else 0.0
+            if gap <= distance < within:
                 return name
             self.cell.remove(name)
+        near = "" if np.isinf(within) else f" and at most {1e3 * within:g} mm from one"
         raise CellError(
-            f"no position with a gap of {1e3 * gap:g} mm to other objects in {ATTEMPTS} attempts"
+            f"no position at least {1e3 * gap:g} mm from other objects{near} in {ATTEMPTS} attempts"
         )
 
     def _bounds(self) -> tuple[float, float, float, float] | None:

@@ -173,21 +173,29 @@ def test_object_exists_looks_at_the_cell_at_every_tick(station, trial):
     assert "no object 'cube'" in looking.behaviour.feedback_message
 
 
-def test_spawn_keeps_a_gap_from_what_lies_around(station, trial):
+@pytest.mark.parametrize("within", [math.inf, 0.04])
+def test_spawn_keeps_a_gap_from_what_lies_around_and_stays_near_it(station, trial, within):
     small = [0.22, 0.38, 0.02, 0.18]  # around the cube that is there
     for _ in range(5):
-        assert trial(SpawnObject(region=small, gap=0.01, object="{new}")).tick() is SUCCESS
+        spawn = SpawnObject(region=small, gap=0.01, within=within, object="{new}")
+        assert trial(spawn).tick() is SUCCESS
         model, data = station.cell.model, station.cell.data
         names = ("cube/", "cube_1/")
         a, b = ([g for g in range(model.ngeom) if model.geom(g).name.startswith(n)] for n in names)
         least = min(mujoco.mj_geomDistance(model, data, x, y, 1.0, None) for x in a for y in b)
-        assert least >= 0.01
+        assert 0.01 <= least < within
         station.cell.remove("cube_1")
 
 
 def test_spawn_with_a_gap_that_leaves_no_place_fails(trial):
     tight = [0.29, 0.31, 0.09, 0.11]
     assert trial(SpawnObject(region=tight, gap=0.05, object="{new}")).fails_with("no")
+
+
+def test_spawn_too_far_from_others_fails(trial):
+    far = [0.3, 0.4, -0.25, -0.2]
+    spawn = SpawnObject(region=far, within=0.05, object="{new}")
+    assert trial(spawn).fails_with("other objects and at most 50 mm from one in 100 attempts")
 
 
 def test_where_an_object_rests_is_checked_from_the_physics(station, trial):
