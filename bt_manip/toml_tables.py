@@ -130,11 +130,7 @@ class TomlTable:
 
     def text(self, key: str, default: str | None = None) -> str | None:
         """Return a string, or the default if missing."""
-        value = self._get(key, default)
-        if value is not default and (not isinstance(value, str) or not value):
-            self.reject(key, f"is a text, got {shown(value)}")
-            return default
-        return value
+        return self._typed(key, lambda value: isinstance(value, str) and value, "a text", default)
 
     def needed_text(self, key: str) -> str:
         """Return a required string."""
@@ -144,19 +140,12 @@ class TomlTable:
         """Return a required list of strings."""
         if not self._has(key, "a list of names"):
             return ()
-        value = self._get(key)
-        if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
-            self.reject(key, f"is a list of names, got {shown(value)}")
-            return ()
-        return tuple(value)
+        return tuple(self._typed(key, lambda value: _is_list(value, str), "a list of names", ()))
 
     def name_pairs(self, key: str) -> tuple[tuple[str, str], ...]:
         """Return a list of pairs of names; an empty one if missing."""
-        pairs = self._get(key, [])
-        if not isinstance(pairs, list) or not all(_is_name_pair(pair) for pair in pairs):
-            self.reject(key, f'is a list of pairs of names, [["a", "b"]], got {shown(pairs)}')
-            return ()
-        return tuple((first, second) for first, second in pairs)
+        what = 'a list of pairs of names, [["a", "b"]]'
+        return tuple((a, b) for a, b in self._typed(key, _are_name_pairs, what, ()))
 
     def number(
         self,
@@ -167,11 +156,8 @@ class TomlTable:
         at_least: float = -inf,
     ) -> float | None:
         """Return a finite number within bounds, or the default if missing."""
-        value = self._get(key, default)
+        value = self._typed(key, _is_number, "a number", default)
         if value is default:
-            return default
-        if not _is_number(value):
-            self.reject(key, f"is a number, got {shown(value)}")
             return default
         return float(value) if self._check_size(key, value, above, at_least) else default
 
@@ -247,36 +233,23 @@ class TomlTable:
 
     def flag(self, key: str) -> bool | None:
         """Return a boolean, or None if missing."""
-        value = self._get(key)
-        if value is not None and not isinstance(value, bool):
-            self.reject(key, f"is true or false, got {shown(value)}")
-            return None
-        return value
+        return self._typed(key, lambda value: isinstance(value, bool), "true or false")
 
     def whole_number(self, key: str) -> int | None:
         """Return an integer, or None if missing."""
-        value = self._get(key)
-        if value is not None and (not isinstance(value, int) or isinstance(value, bool)):
-            self.reject(key, f"is a whole number, got {shown(value)}")
-            return None
-        return value
+        return self._typed(
+            key, lambda value: _is_number(value) and isinstance(value, int), "a whole number"
+        )
 
     def table(self, key: str) -> "TomlTable | None":
         """Return a subtable, or None if missing."""
-        value = self._get(key)
-        if value is None:
-            return None
-        if not isinstance(value, dict):
-            self.reject(key, f"is a table, got {shown(value)}")
-            return None
-        return self._part(value, key)
+        value = self._typed(key, lambda value: isinstance(value, dict), "a table")
+        return None if value is None else self._part(value, key)
 
     def tables(self, key: str) -> list["TomlTable"]:
         """Return the tables of an array of tables; an empty list if missing."""
-        value = self._get(key)
-        if value is None:
-            return []
-        if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
+        value = self._get(key, [])
+        if not _is_list(value, dict):
             self.reject(key, f"is an array of tables, each under [[{self._full(key)}]]")
             return []
         return [self._part(item, key, number) for number, item in enumerate(value, 1)]
@@ -320,6 +293,16 @@ class TomlTable:
             return False
         return True
 
+    def _typed(
+        self, key: str, valid: Callable[[Any], object], what: str, default: Any = None
+    ) -> Any:
+        """Return the value of a key; the default if missing, or if not valid, which is rejected."""
+        value = self._get(key, default)
+        if value is default or valid(value):
+            return value
+        self.reject(key, f"is {what}, got {shown(value)}")
+        return default
+
     def _get(self, key: str, default: Any = None) -> Any:
         self._asked.append(key)
         return self._entries.get(key, default)
@@ -343,9 +326,14 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _is_name_pair(value: Any) -> bool:
-    pair = isinstance(value, list) and len(value) == 2
-    return pair and all(isinstance(name, str) and name for name in value)
+def _is_list(value: Any, of: type) -> bool:
+    return isinstance(value, list) and all(isinstance(item, of) for item in value)
+
+
+def _are_name_pairs(value: Any) -> bool:
+    return _is_list(value, list) and all(
+        len(pair) == 2 and _is_list(pair, str) and all(pair) for pair in value
+    )
 
 
 def _numbers_in(value: Any) -> Iterator[float]:
