@@ -6,7 +6,6 @@ from .describe import Draft as Draft
 from .describe import describe_robot as describe_robot
 from .inspection import ReachMap as ReachMap
 from .inspection import make_robot as make_robot
-from .inspection import payload as payload
 from .inspection import picture as picture
 from .inspection import reach_map as reach_map
 from .inspection import summary as summary

@@ -25,7 +25,7 @@ from bt_manip.robots import (
 )
 from bt_manip.testing import ROBOT_CONTRACT, RobotCase
 
-from .inspection import ReachMap, make_robot, payload, reach_map
+from .inspection import ReachMap, make_robot, reach_map
 
 _TILT = 0.35  # [rad] of the tool's z axis from the direction of approach
 _DEPTH = 0.02  # [m] of the tool's position from the measured one
@@ -65,20 +65,10 @@ def check_description(path: Path, parts: Parts) -> Checked:
         robot = make_robot(description, parts)
     except BtManipError as error:
         return Checked([str(error), *_tool_findings(description)], [], None)
-    model = robot.make_model()
     findings += _home_findings(robot)
     findings += _tool_findings(description)
-    reached = reach_map(robot, model)
+    reached = reach_map(robot, robot.make_model())
     findings += _reach_findings(description, reached)
-    facts = reached.lines()
-    if len(reached.configurations):
-        carried = payload(model, reached.configurations)
-        facts.append(f"payload: {carried:.2g} kg wherever it reaches the table")
-        if carried < _CUBE:
-            findings.append(
-                f"{description.where}: key 'effort': the arm holds {carried:.2g} kg at its tool; "
-                "check the effort limits, here or in the model"
-            )
     case = RobotCase(description)
     if description.gripper is not None:
         make = parts.grippers.maker(description.gripper.kind, "close", "held_root")
@@ -89,7 +79,7 @@ def check_description(path: Path, parts: Parts) -> Checked:
         except AssertionError as failed:
             key, remedy = _REMEDIES[check.__name__]
             findings.append(f"{description.where}: key '{key}': {failed}; {remedy}")
-    return Checked(findings, facts, robot)
+    return Checked(findings, reached.lines(), robot)
 
 
 _REMEDIES = {
@@ -225,4 +215,9 @@ def _reach_findings(description: RobotDescription, reached: ReachMap) -> Iterato
         yield (
             f"{description.where}: key 'base': the tool, pointing down, reaches no part of the "
             "table; change position or pedestal, or the tool's z axis"
+        )
+    elif reached.payload < _CUBE:
+        yield (
+            f"{description.where}: key 'effort': the arm holds {reached.payload:.2g} kg at its "
+            "tool; check the effort limits, here or in the model"
         )

@@ -1,5 +1,6 @@
 """Facts about a described robot: its reach over a table, its payload, a picture."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import mujoco
@@ -24,22 +25,22 @@ class ReachMap(NamedTuple):
 
     Attributes:
         reached: Whether each position is, with y falling along the rows.  # (8, 15)
-        configurations: One for each position reached.  # (n, nq)
+        payload: Largest mass at the tool that the arm holds at rest wherever it reaches the
+            table [kg].
     """
 
     reached: np.ndarray
-    configurations: np.ndarray
-
-    @property
-    def share(self) -> float:
-        """Share of the table that is reached."""
-        return float(self.reached.mean())
+    payload: float
 
     def lines(self) -> list[str]:
-        """Return the map as text, the front of the robot to the right."""
+        """Return the map, the front of the robot to the right, and the payload as text."""
+        share = 100 * float(self.reached.mean())
         rows = ["".join("#" if cell else "." for cell in row) for row in self.reached]
-        title = f"reach: {100 * self.share:.0f} % of the table from above, in squares of 0.1 m"
-        return [title, *(f"  {row}" for row in rows)]
+        lines = [f"reach: {share:.0f} % of the table from above, in squares of 0.1 m"]
+        lines += [f"  {row}" for row in rows]
+        if self.reached.any():
+            lines.append(f"payload: {self.payload:.2g} kg wherever it reaches the table")
+        return lines
 
 
 def make_robot(description: RobotDescription, parts: Parts) -> Robot:
@@ -69,16 +70,11 @@ def reach_map(robot: Robot, model: RobotModel) -> ReachMap:
             if one is not None:
                 reached[i, j], q = True, one
                 found.append(one)
-    return ReachMap(reached, np.array(found).reshape(-1, model.nq))
+    return ReachMap(reached, _payload(model, found))
 
 
-def payload(model: RobotModel, configurations: np.ndarray) -> float:
-    """Return the largest mass at the tool that the arm holds at rest in all configurations [kg].
-
-    Args:
-        model: The arm.
-        configurations: Configurations [rad].  # (n, nq)
-    """
+def _payload(model: RobotModel, configurations: Sequence[np.ndarray]) -> float:
+    """Return the largest mass at the tool that the arm holds at rest in all configurations [kg]."""
     most, zero = np.inf, np.zeros(model.nq)
     for q in configurations:
         tau = model.rnea(q, zero, zero)
@@ -111,12 +107,9 @@ def picture(robot: Robot) -> np.ndarray:
     camera.lookat[:] = 0.5 * (low + high)
     camera.distance = 2.2 * float(np.linalg.norm(high - low))
     camera.azimuth, camera.elevation = 145.0, -20.0
-    renderer = FrameRenderer(model, *_SIZE)
-    try:
+    with FrameRenderer(model, *_SIZE) as renderer:
         renderer.update_scene(data, camera)
         return np.array(renderer.render())
-    finally:
-        renderer.close()
 
 
 def summary(robot: Robot) -> list[str]:
@@ -135,11 +128,6 @@ def summary(robot: Robot) -> list[str]:
         lines.append(f"  {joint:24} {numbers}")
     x, y, z = description.T_ft.translation
     lines.append(f"tool: at {x:.3f} {y:.3f} {z:.3f} m in '{description.tool_frame}'")
-    gripper = robot.gripper
-    force = (
-        f"{gripper.kind}, up to {gripper.max_force:g} N; {gripper.status}" if gripper else "none"
-    )
-    lines.append(f"gripper: {force}")
-    reached = reach_map(robot, model)
-    carried = payload(model, reached.configurations)
-    return [*lines, *reached.lines(), f"payload: {carried:.2g} kg wherever it reaches the table"]
+    one = robot.gripper
+    force = f"{one.kind}, up to {one.max_force:g} N; {one.status}" if one else "none"
+    return [*lines, f"gripper: {force}", *reach_map(robot, model).lines()]
