@@ -22,6 +22,39 @@ from bt_manip.robots import (
     read_description,
 )
 
+LEAST = """
+model = "arm.xml"
+arm_joints = ["a", "b"]
+home = [0.0, 1.0]
+velocity = 2
+acceleration = 3.0
+jerk = [4, 5.5]
+[tool]
+frame = "tip"
+"""
+GRIPPER = """
+[gripper]
+joints = ["left", "right"]
+fingers = ["one", "two"]
+open_width = 0.08
+max_speed = 0.1
+max_force = 20
+"""
+
+
+def described(model: Path) -> RobotDescription:
+    """Return the description of an arm of two joints."""
+    return RobotDescription(
+        name=model.stem,
+        model=str(model),
+        arm_joints=("shoulder", "elbow"),
+        tool_frame="tip",
+        home=(0.1, 0.2),
+        velocity=(1.0, 1.0),
+        acceleration=(5.0, 5.0),
+        jerk=(100.0, 100.0),
+    )
+
 
 @pytest.fixture(scope="session")
 def compiled_robot() -> Robot:

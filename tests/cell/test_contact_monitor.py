@@ -1,25 +1,9 @@
 """Contacts are classified: expected or not, held, and free of everything else."""
 
-import pytest
 from dm_control import mjcf
 
-from bt_manip.cell import BodyNames, Cell, ContactMonitor, Cube, MonitoredEntity, Table
+from bt_manip.cell import BodyNames, Cell, ContactMonitor, Cube, MonitoredEntity
 from bt_manip.spatial import pose
-
-G = 9.81
-SURFACE = 1.015
-
-
-@pytest.fixture
-def cell():
-    """A light cube on a heavy one on the table."""
-    cell = Cell()
-    with cell.editing():
-        cell.add(Table())
-        cell.add(Cube(mass=2.0), pose((0.1, 0.2, SURFACE + 0.025)), name="heavy")
-        cell.add(Cube(mass=0.5), pose((0.1, 0.2, SURFACE + 0.075)), name="light")
-    cell.step(500)
-    return cell
 
 
 class Claw(MonitoredEntity):

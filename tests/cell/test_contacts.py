@@ -4,23 +4,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from bt_manip.cell import Cell, CellError, Cube, Table
+from bt_manip.cell import Cell, CellError, Cube
 from bt_manip.spatial import pose
 
 G = 9.81
-SURFACE = 1.015
-
-
-@pytest.fixture
-def cell():
-    """A light cube on a heavy one on the table."""
-    cell = Cell()
-    with cell.editing():
-        cell.add(Table())
-        cell.add(Cube(mass=2.0), pose((0.1, 0.2, SURFACE + 0.025)), name="heavy")
-        cell.add(Cube(mass=0.5), pose((0.1, 0.2, SURFACE + 0.075)), name="light")
-    cell.step(500)
-    return cell
 
 
 def test_pairs_are_named_by_entity_and_come_once(cell):

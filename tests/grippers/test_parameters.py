@@ -5,23 +5,9 @@ import pytest
 from bt_manip.grippers import two_finger_gripper
 from bt_manip.grippers.two_finger.parameters import read_parameters
 from bt_manip.robots import RobotError, read_description
+from tests.robot_fixtures import GRIPPER, LEAST
 
-ARM = """
-model = "arm.xml"
-arm_joints = ["a", "b"]
-home = [0.0, 1.0]
-velocity = 2
-acceleration = 3.0
-jerk = [4, 5.5]
-[tool]
-frame = "tip"
-[gripper]
-joints = ["left", "right"]
-fingers = ["one", "two"]
-open_width = 0.08
-max_speed = 0.1
-max_force = 20
-"""
+ARM = LEAST + GRIPPER.lstrip()
 
 
 @pytest.fixture

@@ -3,22 +3,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bt_manip.robots import Robot, RobotDescription, RobotError, compile_alone
+from bt_manip.robots import Robot, RobotError, compile_alone
+from tests.robot_fixtures import described
 
 TWO_LINK = Path(__file__).parent / "models" / "two_link.urdf"
-
-
-def described(model: Path) -> RobotDescription:
-    return RobotDescription(
-        name="two_link",
-        model=str(model),
-        arm_joints=("shoulder", "elbow"),
-        tool_frame="tip",
-        home=(0.1, 0.2),
-        velocity=(1.0, 1.0),
-        acceleration=(5.0, 5.0),
-        jerk=(100.0, 100.0),
-    )
 
 
 def test_a_robot_may_be_urdf():

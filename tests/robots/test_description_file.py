@@ -7,26 +7,9 @@ import pytest
 
 from bt_manip.grippers.two_finger.parameters import read_parameters
 from bt_manip.robots import RobotError, Tolerance, ToolLimits, read_description, read_gripper
+from tests.robot_fixtures import GRIPPER, LEAST
 
 FILE = Path(__file__).parent / "models" / "post.toml"
-LEAST = """
-model = "arm.xml"
-arm_joints = ["a", "b"]
-home = [0.0, 1.0]
-velocity = 2
-acceleration = 3.0
-jerk = [4, 5.5]
-[tool]
-frame = "tip"
-"""
-GRIPPER = """
-[gripper]
-joints = ["left", "right"]
-fingers = ["one", "two"]
-open_width = 0.08
-max_speed = 0.1
-max_force = 20
-"""
 
 
 @pytest.fixture

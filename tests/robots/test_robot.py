@@ -8,12 +8,12 @@ from dm_control import composer, mjcf
 from bt_manip.grippers import TwoFingerGripper, two_finger_gripper
 from bt_manip.robots import (
     Robot,
-    RobotDescription,
     RobotError,
     compile_alone,
     panda,
     verify,
 )
+from tests.robot_fixtures import described
 
 SERVO_ARM = """
 <mujoco model="servo">
@@ -44,16 +44,7 @@ SERVO_ARM = """
 def servo(tmp_path):
     path = tmp_path / "servo.xml"
     path.write_text(SERVO_ARM)
-    return RobotDescription(
-        name="servo",
-        model=str(path),
-        arm_joints=("shoulder", "elbow"),
-        tool_frame="tip",
-        home=(0.1, 0.2),
-        velocity=(1.0, 1.0),
-        acceleration=(5.0, 5.0),
-        jerk=(100.0, 100.0),
-    )
+    return described(path)
 
 
 def test_the_model_of_the_panda_is_that_of_mujoco(robot, model, rng):
