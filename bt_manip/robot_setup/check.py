@@ -18,6 +18,7 @@ from bt_manip.robots import (
     GripperDescription,
     Robot,
     RobotDescription,
+    RobotModel,
     compile_alone,
     read_description,
     read_gripper,
@@ -30,6 +31,7 @@ from .inspection import ReachMap, make_robot, reach_map
 _TILT = 0.35  # [rad] of the tool's z axis from the direction of approach
 _DEPTH = 0.02  # [m] of the tool's position from the measured one
 _WIDTH = 1e-3  # [m] of a described opening beyond the measured one
+_LIGHT = 1e-4  # [kg m2 / N m] inertia of a joint over its effort limit; usual arms have 1e-3
 _CUBE = 0.1  # [kg] that an arm should carry: twice the cube of the pick and place task
 _PARTS = {"joints": ("joint",), "fingers": ("body",), "motor": ("joint", "tendon")}
 
@@ -67,7 +69,8 @@ def check_description(path: Path, parts: Parts) -> Checked:
         return Checked([str(error), *_tool_findings(description)], [], None)
     findings += _home_findings(robot)
     findings += _tool_findings(description)
-    reached = reach_map(robot, robot.make_model())
+    model = robot.make_model()
+    reached = reach_map(robot, model)
     findings += _reach_findings(description, reached)
     case = RobotCase(description)
     if description.gripper is not None:
@@ -79,7 +82,19 @@ def check_description(path: Path, parts: Parts) -> Checked:
         except AssertionError as failed:
             key, remedy = _REMEDIES[check.__name__]
             findings.append(f"{description.where}: key '{key}': {failed}; {remedy}")
-    return Checked(findings, reached.lines(), robot)
+    return Checked(findings, [*reached.lines(), *_light_joints(description, model)], robot)
+
+
+def _light_joints(description: RobotDescription, model: RobotModel) -> Iterator[str]:
+    """Name the joints whose inertia is too small for feedback to hold them precisely."""
+    inverse = np.linalg.inv(pin.crba(model.model, model.data, model.home))
+    light = 1.0 / np.diagonal(inverse) < _LIGHT * model.limits.effort
+    names = [name for name, one in zip(description.arm_joints, light, strict=True) if one]
+    if names:
+        yield (
+            f"almost no inertia: {', '.join(names)}; give 'armature', the rotor inertia of the "
+            "motors times the gear ratio squared [kg m2]"
+        )
 
 
 _REMEDIES = {

@@ -74,6 +74,10 @@ def assemble(description: RobotDescription, name: str) -> Assembly:
         hand, _ = read_model(gripper.model, where)
         _attach(root, alone, hand, gripper, where)
         alone = _compile(root, where)
+    if description.armature is not None:
+        for joint, armature in zip(description.arm_joints, description.armature, strict=True):
+            find_element(root, "joint", joint, where).armature = armature
+        alone = _compile(root, where)
     tool = _tool_site(root, hand, alone, description, where)
     _move_base(root, alone, description.T_rb)
     _add_pedestal(root, description)

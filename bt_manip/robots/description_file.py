@@ -53,6 +53,7 @@ def read_description(path: Path | str) -> RobotDescription:
         acceleration=table.needed_numbers("acceleration", n, above=0.0),
         jerk=table.needed_numbers("jerk", n, above=0.0),
         effort=table.numbers("effort", n, spread=True, above=0.0),
+        armature=table.numbers("armature", n, spread=True, at_least=0.0),
         gripper=_gripper(table.table("gripper"), path),
         tool_limits=_positive_numbers(table.table("tool_limits"), ToolLimits),
         tolerance=_positive_numbers(table.table("tolerance"), Tolerance),

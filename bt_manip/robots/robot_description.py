@@ -66,6 +66,8 @@ class RobotDescription:
         jerk: Jerk limit of each arm joint [rad/s3].
         gripper: The gripper; None if there is none.
         effort: Effort limit of each arm joint [N m]; None reads them from the model.
+        armature: Rotor inertia of each arm joint, times the gear ratio squared [kg m2], in place of
+            the model's; None keeps that.
         tool_limits: Limits of the tool's motion along a straight line.
         tolerance: Largest errors of the tool pose in inverse kinematics.
         T_ft: Pose of the tool in the tool frame.
@@ -89,6 +91,7 @@ class RobotDescription:
     jerk: tuple[float, ...]
     gripper: GripperDescription | None = None
     effort: tuple[float, ...] | None = None
+    armature: tuple[float, ...] | None = None
     tool_limits: ToolLimits = ToolLimits()
     tolerance: Tolerance = Tolerance()
     T_ft: pin.SE3 = field(default_factory=pin.SE3.Identity)
@@ -115,7 +118,7 @@ class RobotDescription:
                 f"{self.where}: the arm has at least one joint, and each is named once, got "
                 f"{', '.join(self.arm_joints) or 'none'}"
             )
-        for what in ("home", "velocity", "acceleration", "jerk", "effort"):
+        for what in ("home", "velocity", "acceleration", "jerk", "effort", "armature"):
             values = getattr(self, what)
             if values is not None and len(values) != n:
                 raise RobotError(

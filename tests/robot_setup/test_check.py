@@ -6,6 +6,7 @@ import pytest
 
 from bt_manip.models import bundled_path
 from bt_manip.robot_setup import Checked, check_description
+from tests.measuring.small_arm import write_small_arm
 
 PANDA = f"""
 model = "{bundled_path("panda/panda.xml")}"
@@ -47,6 +48,16 @@ def test_a_good_description_has_no_findings_but_reach_and_payload(checked):
     assert result.findings == []
     assert result.facts[0].startswith("reach: ") and "#" in result.facts[1]
     assert result.facts[-1].startswith("payload: ")
+
+
+@pytest.mark.parametrize(("armature", "named"), [("0.0", "joint4, joint5, joint6"), ("0.01", "")])
+def test_joints_of_almost_no_inertia_are_named(parts, tmp_path, armature, named):
+    path = write_small_arm(tmp_path, armature=0.0)
+    path.write_text(f"armature = {armature}\n{path.read_text()}")
+    light = [fact for fact in check_description(path, parts).facts if "inertia" in fact]
+    assert [f"almost no inertia: {named}; give 'armature'" in fact for fact in light] == (
+        [True] if named else []
+    )
 
 
 def test_wrong_keys_of_all_tables_are_found_at_once(checked):

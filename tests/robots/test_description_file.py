@@ -27,7 +27,7 @@ def test_little_has_to_be_said(read, tmp_path):
     assert arm.name == "arm"
     assert arm.model == str(tmp_path / "arm.xml")
     assert (arm.velocity, arm.acceleration, arm.jerk) == ((2.0, 2.0), (3.0, 3.0), (4.0, 5.5))
-    assert arm.effort is None and arm.gripper is None
+    assert arm.effort is None and arm.armature is None and arm.gripper is None
     assert arm.tool_limits == ToolLimits()
     assert arm.tolerance == Tolerance(position=1e-5, rotation=1e-4)
     assert arm.T_rb == arm.T_ft == pin.SE3.Identity()

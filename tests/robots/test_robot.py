@@ -2,12 +2,14 @@ import dataclasses
 
 import mujoco
 import numpy as np
+import pinocchio as pin
 import pytest
 from dm_control import composer, mjcf
 
 from bt_manip.grippers import TwoFingerGripper, two_finger_gripper
 from bt_manip.robots import (
     Robot,
+    RobotDescription,
     RobotError,
     compile_alone,
     panda,
@@ -45,6 +47,24 @@ def servo(tmp_path):
     path = tmp_path / "servo.xml"
     path.write_text(SERVO_ARM)
     return described(path)
+
+
+def test_armature_of_the_description_replaces_the_models_in_both_models(servo):
+    def mass_matrices(description: RobotDescription) -> tuple[np.ndarray, np.ndarray]:
+        robot = Robot(description)
+        compile_alone(robot)
+        mujoco.mj_forward(robot.mj_model, robot.mj_data)
+        full = np.zeros((robot.mj_model.nv, robot.mj_model.nv))
+        for i, unit in enumerate(np.eye(robot.mj_model.nv)):
+            mujoco.mj_mulM(robot.mj_model, robot.mj_data, full[i], unit)
+        model = robot.make_model()
+        return full, pin.crba(model.model, model.data, robot.q)
+
+    without, described = (
+        mass_matrices(dataclasses.replace(servo, armature=given)) for given in (None, (0.3, 0.02))
+    )
+    for before, after in zip(without, described, strict=True):
+        assert after - before == pytest.approx(np.diag([0.3, 0.02]), abs=1e-12)
 
 
 def test_the_model_of_the_panda_is_that_of_mujoco(robot, model, rng):
