@@ -99,7 +99,9 @@ def measure_travel(
     """
     model = bench.model
     joints = [int(model.joint(name).id) for name in names.joints]
-    _check_joints(bench, joints, where)
+    unlimited = [n for n, j in zip(names.joints, joints, strict=True) if not model.jnt_limited[j]]
+    if unlimited:
+        raise RobotError(f"{where}: gripper joints without a range: {', '.join(unlimited)}")
     if names.motor is None and len(joints) == 2:
         sweeps = [bench.sweep(joints[0], joints[1:]), bench.sweep(joints[1], joints[:1])]
     else:
@@ -107,35 +109,17 @@ def measure_travel(
     fingers = []
     for name, joint, sweep in zip(names.fingers, (joints[0], joints[-1]), sweeps, strict=True):
         T_wt = [bodies[int(model.body(tool_body).id)] * T_bt for bodies in sweep.bodies]
-        fingers.append(_finger(model, name, joint, sweep, T_wt, where))
+        surface = FingerSurface(model, int(model.body(name).id))
+        fingers.append(_finger(surface, name, joint, sweep, T_wt, where))
     closing = _closing(fingers)
     measure = _coupled if sweeps[0] is sweeps[1] else _independent
     return _travel(bench, fingers, closing, measure(bench, fingers, closing, names, where))
 
 
-def _check_joints(bench: FingerBench, joints: Sequence[int], where: str) -> None:
-    model = bench.model
-    unlimited = [model.joint(j).name for j in joints if not model.jnt_limited[j]]
-    if unlimited:
-        raise RobotError(f"{where}: gripper joints without a range: {', '.join(unlimited)}")
-    outside = [model.joint(j).name for j in joints if j not in bench.joints]
-    if outside:
-        raise RobotError(
-            f"{where}: {', '.join(outside)} is no gripper joint: it does not move beyond the arm's "
-            f"last joint, '{bench.arm_joints[-1]}'"
-        )
-
-
 def _finger(
-    model: mujoco.MjModel,
-    name: str,
-    joint: int,
-    sweep: Sweep,
-    T_wt: Sequence[pin.SE3],
-    where: str,
+    surface: FingerSurface, name: str, joint: int, sweep: Sweep, T_wt: list[pin.SE3], where: str
 ) -> _Finger:
     """Return a finger in a sweep, given the poses of the tool in the world."""
-    surface = FingerSurface(model, int(model.body(name).id))
     poses = [T.inverse() * b[surface.body] for T, b in zip(T_wt, sweep.bodies, strict=True)]
     sections = [surface.beyond(T, -BEHIND) for T in poses]
     if any(map(len, sections)):
