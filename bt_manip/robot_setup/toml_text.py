@@ -27,61 +27,51 @@ def description_text(
         head: Comment at the beginning.
     """
     one = description
-    lines = [*_comment(head), "", *_model(one.model, folder, notes, "model")]
-    for key in ("arm_joints", "home", "velocity", "acceleration", "jerk", "effort"):
-        lines += _entry(key, getattr(one, key), notes)
-    lines += _entry("exclude", one.exclude or None, notes)
-    base: dict[str, Any] = _pose(one.T_rb) | ({"pedestal": one.pedestal} if one.pedestal else {})
-    lines += _table("base", base, notes)
-    lines += _table("tool", {"frame": one.tool_frame, **_pose(one.T_ft)}, notes)
+    keys = ("arm_joints", "home", "velocity", "acceleration", "jerk", "effort")
+    tables: dict[str, Mapping[str, Any]] = {
+        "": {
+            "model": _address(one.model, folder),
+            **{key: getattr(one, key) for key in keys},
+            "exclude": one.exclude or None,
+        },
+        "base": _pose(one.T_rb) | ({"pedestal": one.pedestal} if one.pedestal else {}),
+        "tool": {"frame": one.tool_frame, **_pose(one.T_ft)},
+    }
     for name, default in (("tool_limits", ToolLimits()), ("tolerance", Tolerance())):
         given = vars(getattr(one, name))
-        changed = {k: v for k, v in given.items() if v != getattr(default, k)}
-        lines += _table(name, changed, notes)
-    lines += _gripper(one.gripper, folder, notes)
+        tables[name] = {k: v for k, v in given.items() if v != getattr(default, k)}
+    if one.gripper is not None:
+        tables |= _gripper(one.gripper, folder)
+    lines = _comment(head)
+    for name, entries in tables.items():
+        lines += _table(name, entries, notes)
     return "\n".join([*lines, ""])
 
 
-def _gripper(
-    gripper: GripperDescription | None, folder: Path, notes: Mapping[str, str]
-) -> list[str]:
-    if gripper is None:
-        return []
-    lines = ["", *_comment(notes.get("gripper", "")), "[gripper]"]
-    lines += _entry("kind", gripper.kind, notes, "gripper.")
+def _gripper(gripper: GripperDescription, folder: Path) -> dict[str, Mapping[str, Any]]:
+    """Return the entries of the tables of a gripper."""
+    entries: dict[str, Any] = {"kind": gripper.kind}
     if gripper.model is not None:
-        lines += _model(gripper.model, folder, notes, "gripper.model")
-        entries = {"mount": gripper.mount, **_pose(gripper.T_mg)}
-        for key, value in entries.items():
-            lines += _entry(key, value, notes, "gripper.")
-    tables = {k: v for k, v in gripper.parameters.items() if isinstance(v, Mapping)}
-    for key, value in gripper.parameters.items():
-        lines += _entry(key, None if key in tables else value, notes, "gripper.")
-    lines += _entry("max_force", gripper.max_force, notes, "gripper.")
-    for key, value in tables.items():
-        lines += _table(f"gripper.{key}", value, notes)
-    return lines
+        entries |= {"model": _address(gripper.model, folder), "mount": gripper.mount}
+        entries |= _pose(gripper.T_mg)
+    given = gripper.parameters
+    tables = {f"gripper.{k}": v for k, v in given.items() if isinstance(v, Mapping)}
+    entries |= {k: v for k, v in given.items() if not isinstance(v, Mapping)}
+    return {"gripper": entries | {"max_force": gripper.max_force}, **tables}
 
 
-def _model(model: str, folder: Path, notes: Mapping[str, str], key: str) -> list[str]:
-    if not model.startswith(MENAGERIE):
-        model = Path(os.path.relpath(model, folder)).as_posix()
-    return [*_comment(notes.get(key, "")), f"model = {_value(model)}"]
+def _address(model: str, folder: Path) -> str:
+    return model if model.startswith(MENAGERIE) else Path(os.path.relpath(model, folder)).as_posix()
 
 
 def _table(name: str, entries: Mapping[str, Any], notes: Mapping[str, str]) -> list[str]:
-    if not entries:
-        return []
-    lines = ["", *_comment(notes.get(name, "")), f"[{name}]"]
+    """Return the lines of a table, after an empty one; the root table has an empty name."""
+    lines = ["", *_comment(notes.get(name, "")), f"[{name}]"] if name else [""]
+    prefix = f"{name}." if name else ""
     for key, value in entries.items():
-        lines += _entry(key, value, notes, f"{name}.")
-    return lines
-
-
-def _entry(key: str, value: Any, notes: Mapping[str, str], table: str = "") -> list[str]:
-    if value is None:
-        return []
-    return [*_comment(notes.get(table + key, "")), *_assigned(key, value)]
+        if value is not None:
+            lines += [*_comment(notes.get(prefix + key, "")), *_assigned(key, value)]
+    return lines if entries else []
 
 
 def _assigned(key: str, value: Any) -> Iterable[str]:
