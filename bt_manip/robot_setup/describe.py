@@ -96,7 +96,6 @@ def describe_robot(
             "a model of the arm without it"
         )
     data = joint_data(alone, arm.joints, model_file(model, model))
-    known = [bound for bound in data.effort if bound is not None]
     at = literal_name(find_mount(alone, arm, None if mount is None else escaped_name(mount)))
     description = RobotDescription(
         name=name,
@@ -131,15 +130,14 @@ def describe_robot(
         description = replace(description, exclude=tuple(overlaps))
         notes["exclude"] = "Bodies that overlap in every configuration of the model."
         robot = make_robot(description, parts)
-    effort = description.effort
-    if len(known) < len(data.effort):
+    effort = None
+    if None in data.effort:
         estimated = estimate_efforts(robot.make_model())
         effort = tuple(
             guess if bound is None else bound
             for guess, bound in zip(estimated, data.effort, strict=True)
         )
         notes["effort"] = f"{_CHOSEN} [N m]; enough to hold and accelerate the arm."
-        robot = make_robot(replace(description, effort=effort), parts)
     downward = DownwardReach(robot, robot.make_model())
     reach = downward.measure()
     if not reach.reached(-np.inf).any():
@@ -153,7 +151,7 @@ def describe_robot(
         T_rb=placement.T_rb,
         pedestal=placement.pedestal,
         home=tuple(np.round(home, 4).tolist()),
-        effort=None if len(known) == len(data.effort) else effort,
+        effort=effort,
     )
     return Draft(description, notes, make_robot(description, parts), placement.share)
 
