@@ -15,7 +15,7 @@ from bt_manip_impedance.drawer import Drawer
 MARGIN = 0.005
 """How much farther than asked a drawer is pulled [m]."""
 
-LAG = 0.05
+LAG = 0.03
 """How far the reference ends beyond the opening [m]: the springs of the tool give way."""
 
 MAX_REST_SPEED = 5e-3
