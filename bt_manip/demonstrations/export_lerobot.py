@@ -25,6 +25,7 @@ def write_lerobot(store: DemonstrationStore, folder: Path, actions: str, python:
     Raises:
         BtManipError: If there are none, the folder exists, or the conversion failed.
     """
+    store.check_actions(actions)
     if folder.exists():
         raise BtManipError(f"'{folder}' exists: choose another folder, which LeRobot makes")
     with TemporaryDirectory() as temporary:

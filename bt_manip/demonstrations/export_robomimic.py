@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bt_manip.demonstrations.store import DemonstrationStore, put_array
-from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.exceptions import BtManipError
 from bt_manip.recording import whole_file, writing
 
 GYM_TYPE = 2
@@ -18,7 +18,7 @@ VALID = 0.1
 """Share of the demonstrations that ``mask/valid`` names."""
 
 
-def write_robomimic(store: DemonstrationStore, path: Path, actions: str = "") -> int:
+def write_robomimic(store: DemonstrationStore, path: Path, actions: str) -> int:
     """Write demonstrations in robomimic's layout.
 
     Beside what robomimic reads, each demonstration has all kinds of actions as
@@ -28,7 +28,7 @@ def write_robomimic(store: DemonstrationStore, path: Path, actions: str = "") ->
     Args:
         store: The demonstrations.
         path: The file; an existing one is replaced.
-        actions: The kind of ``actions``; empty: the first one.
+        actions: The kind of ``actions``.
 
     Returns:
         The number of demonstrations.
@@ -40,14 +40,11 @@ def write_robomimic(store: DemonstrationStore, path: Path, actions: str = "") ->
 
     demos: list[str] = []
     leaves: dict[str, int] = {}
-    total, kind = 0, actions
+    total = 0
+    store.check_actions(actions)
     with writing(path, "export"), whole_file(path) as out, h5py.File(out, "w") as file:
         data = file.create_group("data")
         for one in store:
-            kind = kind or next(iter(one.actions))
-            if kind not in one.actions:
-                hint = did_you_mean(kind, one.actions)
-                raise BtManipError(f"the demonstrations have no actions '{kind}'{hint}")
             demos.append(f"demo_{len(demos)}")
             demo = data.create_group(demos[-1])
             demo.attrs.update(num_samples=len(one), episode=one.episode, success=one.success)
@@ -58,7 +55,7 @@ def write_robomimic(store: DemonstrationStore, path: Path, actions: str = "") ->
                 put_array(demo, f"action_dict/{name}", array)
             leaf = [leaves.setdefault(path, len(leaves)) for path in one.leaves]
             arrays = {
-                "actions": one.actions[kind],
+                "actions": one.actions[actions],
                 "states": one.states[:-1],
                 "rewards": one.rewards,
                 "dones": one.dones.astype(np.int64),
@@ -70,7 +67,7 @@ def write_robomimic(store: DemonstrationStore, path: Path, actions: str = "") ->
             total += len(one)
         if not demos:
             raise BtManipError(f"'{store.folder}' has no demonstrations to export")
-        data.attrs.update(total=total, env_args=json.dumps(_env_args(store.manifest, kind)))
+        data.attrs.update(total=total, env_args=json.dumps(_env_args(store.manifest, actions)))
         text = h5py.string_dtype()
         file.create_dataset("leaves", data=[*leaves], dtype=text)
         file.create_dataset("manifest", data=json.dumps(store.manifest), dtype=text)
@@ -80,9 +77,12 @@ def write_robomimic(store: DemonstrationStore, path: Path, actions: str = "") ->
 
 
 def _env_args(manifest: Mapping[str, Any], actions: str) -> dict[str, Any]:
-    """Return which environment the demonstrations are of, as robomimic describes it."""
-    given = {key: manifest[key] for key in ("robot", "scene", "settings")}
-    kwargs = {**given, "action": actions}
+    """Return the environment of the demonstrations, as robomimic describes it.
+
+    ``GymnasiumEnvironment(env_name, **env_kwargs)`` makes it.
+    """
+    given = {key: manifest[key] for key in ("robot", "scene", "settings", "images")}
+    kwargs = {**given, "tick": manifest["tick_s"], "action": actions}
     return {"env_name": manifest["tree"], "env_type": GYM_TYPE, "env_kwargs": kwargs}
 
 

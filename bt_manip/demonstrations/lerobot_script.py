@@ -46,7 +46,9 @@ def convert(table: Path, folder: Path, kind: str) -> None:
             }
             for name in images:
                 image = np.array(Image.open(io.BytesIO(columns[name][row])))
-                frame["observation.images." + name.removeprefix("obs.images.")] = image
+                frame["observation.images." + name.removeprefix("obs.").removesuffix("_rgb")] = (
+                    image
+                )
             if dataset is None:
                 features = {name: feature(value) for name, value in frame.items()}
                 features["observation.state"]["names"] = [

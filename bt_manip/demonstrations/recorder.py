@@ -94,6 +94,7 @@ class DemonstrationRecorder:
             "cpu": cpu_name(),
             "failures": self.failures,
             "step_s": STEP,
+            "images": self._images._asdict(),
             "observations": {name: one._asdict() for name, one in observations.specs.items()},
             "actions": {
                 one.kind: {

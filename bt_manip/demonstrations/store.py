@@ -119,6 +119,18 @@ class DemonstrationStore:
             )
         return store
 
+    def check_actions(self, kind: str) -> None:
+        """Check that actions of a kind were recorded.
+
+        Raises:
+            BtManipError: If not.
+        """
+        kinds = self.manifest["actions"]
+        if kind not in kinds:
+            raise BtManipError(
+                f"the demonstrations have no actions '{kind}', but {', '.join(kinds)}"
+            )
+
     def path(self, episode: int) -> Path:
         """Return the file of an episode."""
         return self.folder / f"episode_{episode:06}.h5"

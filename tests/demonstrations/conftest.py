@@ -12,6 +12,9 @@ IDENTITY = {
     "robot": "panda",
     "scene": "table_and_basket",
     "settings": {"cube": "auto"},
+    "images": {"kinds": []},
+    "tick_s": 0.05,
+    "actions": {"joint_targets": {}, "cartesian_deltas": {}},
 }
 
 
@@ -26,7 +29,7 @@ def make_demonstration():
             f"{episode:064}",
             {
                 "joint_positions": rng.normal(size=(steps + 1, 2)),
-                "images.overview": rng.integers(0, 256, (steps + 1, 8, 12, 3), dtype=np.uint8),
+                "overview_rgb": rng.integers(0, 256, (steps + 1, 8, 12, 3), dtype=np.uint8),
             },
             {
                 "joint_targets": rng.normal(size=(steps, 3)),

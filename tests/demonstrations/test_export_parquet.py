@@ -33,7 +33,7 @@ def test_rows_are_the_steps_of_all_demonstrations(store, tmp_path):
 def test_images_are_png(store, tmp_path):
     path = tmp_path / "demos.parquet"
     write_demonstration_table(store, path)
-    image = parquet.read_table(path)["obs.images.overview"][0].as_py()
+    image = parquet.read_table(path)["obs.overview_rgb"][0].as_py()
     assert image[:8] == b"\x89PNG\r\n\x1a\n"
     assert struct.unpack(">II", image[16:24]) == (12, 8)
 

@@ -24,6 +24,8 @@ def test_each_demonstration_has_what_robomimic_reads(store, tmp_path):
             "robot": "panda",
             "scene": "table_and_basket",
             "settings": {"cube": "auto"},
+            "images": {"kinds": []},
+            "tick": 0.05,
             "action": "cartesian_deltas",
         }
         for demo, one in zip(("demo_0", "demo_1", "demo_2"), store, strict=True):
@@ -41,10 +43,10 @@ def test_each_demonstration_has_what_robomimic_reads(store, tmp_path):
 
 def test_labels_and_all_kinds_of_actions_are_kept(store, tmp_path):
     path = tmp_path / "demos.hdf5"
-    write_robomimic(store, path)
+    write_robomimic(store, path, "joint_targets")
     with h5py.File(path) as file:
         demo, one = file["data/demo_2"], store.read(3)
-        np.testing.assert_array_equal(demo["actions"], one.actions["cartesian_deltas"])
+        np.testing.assert_array_equal(demo["actions"], one.actions["joint_targets"])
         for kind, array in one.actions.items():
             np.testing.assert_array_equal(demo["action_dict"][kind], array)
         names = [text.decode() for text in file["leaves"]]
@@ -59,7 +61,7 @@ def test_masks_split_the_demonstrations_to_train_and_to_validate(tmp_path, make_
         store.write(make_demonstration(episode, steps=1))
     masks = []
     for path in (tmp_path / "1.hdf5", tmp_path / "2.hdf5"):
-        write_robomimic(store, path)
+        write_robomimic(store, path, "joint_targets")
         with h5py.File(path) as file:
             masks.append({k: [d.decode() for d in file[f"mask/{k}"]] for k in ("train", "valid")})
             assert sorted(masks[-1]["train"] + masks[-1]["valid"]) == sorted(file["data"])
@@ -69,11 +71,11 @@ def test_masks_split_the_demonstrations_to_train_and_to_validate(tmp_path, make_
 
 def test_a_wrong_kind_of_actions_and_an_empty_folder_are_refused(store, tmp_path):
     path = tmp_path / "demos.hdf5"
-    with pytest.raises(BtManipError, match="no actions 'joint_target'; did you mean"):
+    with pytest.raises(BtManipError, match="no actions 'joint_target', but joint_targets, "):
         write_robomimic(store, path, "joint_target")
     empty = DemonstrationStore.create(tmp_path / "empty", IDENTITY)
     with pytest.raises(BtManipError, match="has no demonstrations to export"):
-        write_robomimic(empty, path)
+        write_robomimic(empty, path, "joint_targets")
     assert not path.exists()
 
 
