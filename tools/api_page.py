@@ -62,6 +62,10 @@ STABLE = {
         "LossCheck"
     ),
     "bt_manip.envs": "LearningTask Outcome DmEnvironment",
+    "bt_manip.demonstrations": (
+        "Demonstration DemonstrationStore DemonstrationRecorder read_demonstrations "
+        "write_robomimic write_demonstration_table write_lerobot"
+    ),
     "bt_manip.arm": "Arm",
     "bt_manip.control": (
         "Controller ControlError ComputedTorque GravityCompensatedPD Reference Hold"

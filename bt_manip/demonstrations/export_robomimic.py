@@ -88,7 +88,8 @@ def _env_args(manifest: Mapping[str, Any], actions: str) -> dict[str, Any]:
 
 def split(demos: list[str]) -> dict[str, list[str]]:
     """Return names of demonstrations to train and to validate with; the same ones every time."""
-    chosen = np.random.default_rng(0).permutation(len(demos))[: round(VALID * len(demos))]
+    n = max(round(VALID * len(demos)), len(demos) > 1)
+    chosen = np.random.default_rng(0).permutation(len(demos))[:n]
     valid = {demos[i] for i in chosen}
     return {
         "train": [name for name in demos if name not in valid],
