@@ -171,7 +171,8 @@ class Observations:
         model = self._cell.model
         if self._renderer is None or self._renderer.model is not model:
             self.close()
-            self._renderer = FrameRenderer(model, width, height)
+            # Without shadows and multisampling, software renders 128 x 128 pixels 29 times faster.
+            self._renderer = FrameRenderer(model, width, height, shadow_size=0, samples=0)
         renderer, found = self._renderer, {}
         for camera in cameras:
             renderer.show(self._cell.data, camera_number(model, camera))
