@@ -1,4 +1,4 @@
-"""``bt-manip report``: the report of a recorded run as an HTML file."""
+"""``bt-manip report``: the report of a recorded run or an evaluation as an HTML file."""
 
 import os
 from pathlib import Path
@@ -9,26 +9,36 @@ from bt_manip.extras import require_extra
 
 
 @click.command()
-@click.argument("recording", type=click.Path(path_type=Path), metavar="FILE.mcap")
+@click.argument("recording", type=click.Path(path_type=Path), metavar="FILE.mcap|DIR")
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), metavar="FILE.html",
     help="The file to write.  [default: beside the recording]",
 )  # fmt: skip
 def report(recording: Path, output: Path | None) -> None:
-    """Write the report of a recorded run.
+    """Write the report of a recorded run, or of the folder of an evaluation or a sweep.
 
-    It is one HTML file that any browser shows without a network: cycles, time line of the tree,
-    plots, and the scene in 3D.
+    It is one HTML file that any browser shows without a network. Of a run: cycles, time line of the
+    tree, plots, and the scene in 3D. Of an evaluation: success against each parameter that varied.
     """
     os.environ.setdefault("MUJOCO_GL", "disable")  # nothing is drawn here
-    require_extra("record", "report", "mcap", "foxglove_schemas_protobuf")
     require_extra("view", "report", "bokeh", "viser")
     from bt_manip.recording import Recording, check_writable, whole_file, writing
-    from bt_manip.viewer.report import html_report
+
+    is_evaluation = recording.is_dir()
+    if is_evaluation:
+        require_extra("learn", "report", "pyarrow")
+    else:
+        require_extra("record", "report", "mcap", "foxglove_schemas_protobuf")
+    from bt_manip.viewer.report import html_report, success_report
 
     path = output or recording.with_suffix(".html")
     check_writable(path, "report", source=recording)
-    page = html_report(Recording(recording)).encode()
+    if is_evaluation:
+        from bt_manip.evaluation import read_results
+
+        page = success_report(*read_results(recording)).encode()
+    else:
+        page = html_report(Recording(recording)).encode()
     with writing(path, "report"), whole_file(path) as file:
         file.write(page)
     click.echo(f"Report: {path} ({len(page) / 1e6:.1f} MB)")

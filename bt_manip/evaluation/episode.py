@@ -6,7 +6,7 @@ import os
 import platform
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -115,6 +115,7 @@ class EpisodeWorker:
         self._evaluation = evaluation
         plugins = load_plugins(choice=evaluation.choice, warn=lambda message: None)
         self._parts, self._plugins = plugins.parts, plugins.versions
+        self._request = request_of(evaluation.tree, self._parts, **evaluation.options)
         self._point = 0
         self._run = self._prepare(0)
         self.identity = self._identify()
@@ -161,9 +162,7 @@ class EpisodeWorker:
         )
 
     def _prepare(self, point: int) -> Run:
-        evaluation, parts = self._evaluation, self._parts
-        request = request_of(evaluation.tree, parts, **evaluation.options)
-        run = prepare(*varied(request, parts, evaluation.points[point]))
+        run = prepare(*varied(self._request, self._parts, self._evaluation.points[point]))
         run.identity["plugins"] = self._plugins
         return run
 
@@ -174,7 +173,7 @@ class EpisodeWorker:
             "seed": evaluation.seed,
             "timeout": evaluation.timeout,
             "points": [dict(point) for point in evaluation.points],
-            **identify(self._run),
+            **identify(replace(self._run, request=self._request)),
             "versions": versions(),
         }
         plain: dict[str, Any] = json.loads(json.dumps(found))

@@ -4,7 +4,7 @@ import fcntl
 import json
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
@@ -17,7 +17,7 @@ from pyarrow import parquet
 from bt_manip.exceptions import BtManipError
 from bt_manip.recording import reading, whole_file, writing
 
-from .episode import EpisodeId, EpisodeResult, refuse_difference
+from .episode import EpisodeResult, refuse_difference
 from .variation import Point
 
 IDENTITY = "_evaluation.json"
@@ -84,14 +84,8 @@ class ResultFolder:
         self._written = time.monotonic()
         parts = sorted(path.glob("part-*.parquet"))
         self._next = int(parts[-1].stem[5:]) + 1 if parts else 0
-        self.results = [result for part in parts for result in _read(part)]
-        done = {(one.point, one.episode) for one in self.results}
-        self._rows = [one for one in self._latest() if (one.point, one.episode) not in done]
-        self.results += self._rows
-
-    def done(self) -> set[EpisodeId]:
-        """Return the episodes of earlier evaluations."""
-        return {EpisodeId(one.point, one.episode) for one in self.results}
+        kept_rows, self._rows = _rows_of(path)
+        self.results = kept_rows + self._rows
 
     def add(self, result: EpisodeResult) -> None:
         """Keep a result: from now on it survives ``kill -9``.
@@ -132,12 +126,6 @@ class ResultFolder:
         """Close it."""
         self.close()
 
-    def _latest(self) -> Iterator[EpisodeResult]:
-        """Yield the results of the journal; a killed process may have left half a line."""
-        for line in (self._path / JOURNAL).read_bytes().split(b"\n")[:-1]:
-            with suppress(ValueError, TypeError):
-                yield EpisodeResult(**json.loads(line))
-
     def _flush(self) -> None:
         """Move the rows of the journal to a Parquet file."""
         self._written = time.monotonic()
@@ -158,16 +146,25 @@ def read_results(path: Path) -> tuple[dict[str, Any], list[EpisodeResult]]:
     """
     with reading(path / IDENTITY, "evaluation"):
         identity = json.loads((path / IDENTITY).read_text())
-    with ResultFolder(path, identity, identity["points"]) as folder:
-        results = sorted(folder.results, key=lambda one: (one.point, one.episode))
-    return identity, results
+    results = [result for results in _rows_of(path) for result in results]
+    return identity, sorted(results, key=lambda one: (one.point, one.episode))
 
 
-def _read(path: Path) -> list[EpisodeResult]:
-    with reading(path, "part of an evaluation"):
-        columns = [one.name for one in fields(EpisodeResult)]
-        rows = parquet.read_table(path, columns=columns).to_pylist()
-        return [EpisodeResult(**row) for row in rows]
+def _rows_of(path: Path) -> tuple[list[EpisodeResult], list[EpisodeResult]]:
+    """Return the results in the Parquet files of a folder, and those in its journal alone."""
+    columns, kept = [one.name for one in fields(EpisodeResult)], {}
+    for part in sorted(path.glob("part-*.parquet")):
+        with reading(part, "part of an evaluation"):
+            for row in parquet.read_table(part, columns=columns).to_pylist():
+                kept[row["point"], row["episode"]] = EpisodeResult(**row)
+    latest = []
+    journal = path / JOURNAL
+    for line in journal.read_bytes().split(b"\n")[:-1] if journal.exists() else ():
+        with suppress(ValueError, TypeError):  # a killed process may have left half a line
+            result = EpisodeResult(**json.loads(line))
+            if (result.point, result.episode) not in kept:
+                latest.append(result)
+    return list(kept.values()), latest
 
 
 def _schema(points: Sequence[Point]) -> pa.Schema:

@@ -43,10 +43,13 @@ def test_results_are_continued_and_others_refused(evaluate, tmp_path):
     assert code == 2 and "of another evaluation: settings limit" in err
 
 
-def test_a_sweep_prints_a_row_for_each_point(evaluate):
-    code, out, _ = evaluate(
-        "--vary", "scene.objects.cube.mass=0.05,0.2", "--episodes", 2, command="sweep"
-    )
+def test_a_sweep_prints_a_row_for_each_point_and_is_drawn(evaluate, bt_manip, tmp_path):
+    pytest.importorskip("pyarrow")
+    pytest.importorskip("viser")
+    words = "--vary", "scene.objects.cube.mass=0.05,0.2", "--episodes", 2, "--to", tmp_path / "out"
+    code, out, _ = evaluate(*words, command="sweep")
+    assert bt_manip("report", tmp_path / "out").code == 0
+    assert "scene.objects.cube.mass" in (tmp_path / "out.html").read_text()
     assert code == 1 and "scene.objects.cube.mass" in out
     assert "0.05" in out and "100.0%" in out and "0.0%" in out
 

@@ -1,17 +1,16 @@
 """The HTML page of a report."""
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
 from html import escape
 from typing import Any
 
 import numpy as np
 from bokeh.embed import components
 from bokeh.models import Range1d
-from bokeh.resources import Resources
 
 from bt_manip.recording import RecordedCycle, RecordedRun, Recording
 
+from .markup import html_list, html_page, html_rows, html_section, html_tiles
 from .plots import LABEL_WIDTH, LONGEST_REASON, ROW_HEIGHT, BarRow, Plots
 from .replay import replay_html
 from .thinning import LINE_SAMPLES
@@ -22,45 +21,8 @@ REASONS = 50
 CYCLE_ROWS = 200
 """Number of cycles that are listed: the failed ones first."""
 
-POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob:; worker-src blob:; "
-    "style-src 'unsafe-inline'; img-src data: blob:; font-src data:; connect-src data: blob:"
-)
-"""What the page may load, for browsers: nothing but what is in the file."""
-
 USED_LIMITS = ("position", "velocity", "acceleration", "torque")
 """Limits whose use is plotted; that of jerk is at its limit in most motions."""
-
-REPORT_STYLE = """
-:root{color-scheme:light}
-body{font:15px/1.5 system-ui,sans-serif;color:#212529;background:#f1f3f5;margin:0}
-main{max-width:1280px;margin:0 auto;padding:1.5rem}
-h1{margin:0;font-size:1.7rem;overflow-wrap:anywhere}
-h2{font-size:1.1rem;margin:0 0 .5rem}
-section{background:#fff;border-radius:8px;padding:1rem 1.25rem;margin:1rem 0;
-box-shadow:0 1px 3px #0002}
-.tiles{display:flex;flex-wrap:wrap;gap:.8rem;margin:1rem 0}
-.tiles div{background:#fff;border-radius:8px;padding:.6rem 1.1rem;box-shadow:0 1px 3px #0002;
-flex:1 1 7rem;font-size:.85rem}
-.tiles b{display:block;font-size:1.4rem;white-space:nowrap;font-weight:600;line-height:1.3}
-.badge{color:#fff;border-radius:4px;padding:.1rem .5rem;font-size:.8rem;font-weight:600;
-white-space:nowrap;background:#868e96}
-.SUCCESS{background:#2b8a3e}.FAILURE{background:#c92a2a}
-.warning{background:#fff3bf;border:1px solid #fcc419}
-table{border-collapse:collapse;width:100%;font-size:.9rem}
-th{text-align:left;color:#868e96;font-weight:500}
-td,th{padding:.25rem .8rem .25rem 0;border-bottom:1px solid #f1f3f5;vertical-align:top;
-overflow-wrap:break-word}
-.narrow{color:#868e96;font-size:.85rem}
-.rows{max-height:900px;overflow:auto}
-.plot{display:flex}.plot>div:last-child{flex:1;min-width:0}
-.names{flex:none;padding-top:5px;font-size:12px}
-.names div{line-height:20px;box-sizing:border-box;white-space:nowrap;overflow:hidden;
-text-overflow:ellipsis}
-iframe{width:100%;height:560px;border:1px solid #dee2e6;border-radius:4px;display:block}
-dl{display:grid;grid-template-columns:max-content 1fr;gap:.1rem 1.2rem;margin:0;font-size:.9rem}
-dt{color:#868e96}dd{margin:0;overflow-wrap:anywhere}
-"""
 
 
 def html_report(recording: Recording) -> str:
@@ -98,10 +60,10 @@ def html_report(recording: Recording) -> str:
         drawn.append(("Contacts", *contacts))
     script, divs = components([plot for _, plot, _ in drawn])
     sections = [
-        _section(title, f'<div class="rows plot">{names}<div>{div}</div></div>')
+        html_section(title, f'<div class="rows plot">{names}<div>{div}</div></div>')
         for (title, _, names), div in zip(drawn, divs, strict=True)
     ]
-    title = escape(f"{recording.identity['tree']}, seed {recording.identity['seed']}")
+    title = f"{recording.identity['tree']}, seed {recording.identity['seed']}"
     player = f'<iframe title="3D replay" srcdoc="{escape(replay)}"></iframe>'
     hint = (
         "All plots have the same time axis. Drag to zoom in, Ctrl and the wheel to zoom, "
@@ -112,34 +74,16 @@ def html_report(recording: Recording) -> str:
         _head(run),
         _warnings(run),
         _tiles(run),
-        _section("Replay", player),
+        html_section("Replay", player),
         _cycles(run),
         _reasons(run),
         f'<p class="narrow">{hint}</p>',
         *sections,
-        _section("Run", _identity(recording)),
+        html_section("Run", _identity(recording)),
         f'<p class="narrow">{_resolution(run, rate, plots.gap)}</p>',
     )
-    library = Resources(mode="inline", components=["bokeh"]).render_js()
-    style = REPORT_STYLE + f".names{{width:{LABEL_WIDTH}px}}.names div{{height:{ROW_HEIGHT}px}}"
-    return (
-        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<style>{style}</style>\n{library}</head><body><main>{''.join(parts)}</main>{script}"
-        "</body></html>\n"
-    )
-
-
-def _section(title: str, content: str) -> str:
-    return f"<section><h2>{escape(title)}</h2>{content}</section>"
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table of cells that are HTML."""
-    titles = "".join(f"<th>{escape(name)}</th>" for name in head)
-    lines = ("".join(f"<td>{cell}</td>" for cell in row) for row in rows)
-    return f"<table><tr>{titles}</tr>{''.join(f'<tr>{line}</tr>' for line in lines)}</table>"
+    style = f".names{{width:{LABEL_WIDTH}px}}.names div{{height:{ROW_HEIGHT}px}}"
+    return html_page(title, parts, script, style)
 
 
 def _badge(status: str) -> str:
@@ -182,8 +126,7 @@ def _tiles(run: RecordedRun) -> str:
     for name in ("velocity", "acceleration", "effort"):
         most = max((getattr(cycle.limits, name) for cycle in run.cycles), default=0.0)
         tiles.append((f"of the {'torque' if name == 'effort' else name} limits", f"{most:.0%}"))
-    boxes = (f"<div><b>{escape(value)}</b>{escape(name)}</div>" for name, value in tiles)
-    return f'<div class="tiles">{"".join(boxes)}</div>'
+    return html_tiles(tiles)
 
 
 def _cycles(run: RecordedRun) -> str:
@@ -193,8 +136,8 @@ def _cycles(run: RecordedRun) -> str:
     more = len(run.cycles) - len(shown)
     note = f'<p class="narrow">{more} more cycles succeeded.</p>' if more else ""
     rows = [_cycle(cycle) for cycle in shown]
-    table = _table((*head, "of acceleration limit", "of torque limit", "reason"), rows)
-    return _section("Cycles", f'<div class="rows">{table}</div>{note}')
+    table = html_rows((*head, "of acceleration limit", "of torque limit", "reason"), rows)
+    return html_section("Cycles", f'<div class="rows">{table}</div>{note}')
 
 
 def _cycle(cycle: RecordedCycle) -> list[str]:
@@ -232,9 +175,9 @@ def _reasons(run: RecordedRun) -> str:
         return ""
     more = len(counts) - len(rows)
     note = f'<p class="narrow">{more} rarer ones are not listed.</p>' if more else ""
-    table = _table(("first", "times", "node or robot", "reason"), rows)
+    table = html_rows(("first", "times", "node or robot", "reason"), rows)
     about = '<p class="narrow">Conditions that fail are part of many trees that succeed.</p>'
-    return _section("Reasons of failed nodes", f'{about}<div class="rows">{table}</div>{note}')
+    return html_section("Reasons of failed nodes", f'{about}<div class="rows">{table}</div>{note}')
 
 
 def _identity(recording: Recording) -> str:
@@ -247,8 +190,7 @@ def _identity(recording: Recording) -> str:
             lines[key] = ", ".join(map(str, value))
         elif value not in ("", None, []):
             lines[names.get(key, key)] = str(value)
-    items = (f"<dt>{escape(key)}</dt><dd>{escape(text)}</dd>" for key, text in lines.items())
-    return f"<dl>{''.join(items)}</dl>"
+    return html_list(lines)
 
 
 def _resolution(run: RecordedRun, rate: float, gap: float) -> str:
