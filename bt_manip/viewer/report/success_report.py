@@ -138,7 +138,8 @@ def _plot(name: str, rates: Sequence[RateAt]) -> Any:
     range_: dict[str, Any] = {"x_range": xs} if texts else {}
     plot = figure(
         height=240, sizing_mode="stretch_width", toolbar_location=None, tools=[],
-        y_range=Range1d(start=0.0, end=105.0), x_axis_label=plain_text(name), y_axis_label="success [%]", **range_,
+        y_range=Range1d(start=0.0, end=105.0), y_axis_label="success [%]",
+        x_axis_label=plain_text(name), **range_,
     )  # fmt: skip
     shares = [1e2 * one.rate.successes / one.rate.trials for one in rates]
     bounds = [one.rate.interval for one in rates]
