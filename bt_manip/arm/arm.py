@@ -177,13 +177,16 @@ class Arm:
         approach = check_non_negative(approach, "length of the approach", "m")
         self._move(PoseRequest(T_wt, speed, margin, approach), planner=planner, rng=rng)
 
-    def move_linear(self, T_wt: pin.SE3, speed: float = 1.0, *, contact: bool = False) -> None:
+    def move_linear(
+        self, T_wt: pin.SE3 | Target, speed: float = 1.0, *, contact: bool = False
+    ) -> None:
         """Move the tool to a pose on a straight line, rotating uniformly.
 
         A moving arm stops first.
 
         Args:
-            T_wt: Pose of the tool in the world.
+            T_wt: Pose of the tool in the world; of a target with free rotations, the pose that the
+                arm reaches with the smallest motion.
             speed: 1 is as fast as joints and tool may; at 0.5 it takes twice the time.
             contact: Whether contact is intended; then neither collisions nor external forces are
                 checked.
@@ -192,6 +195,11 @@ class Arm:
             MotionError: When the line cannot be followed to its end (the message says how far),
                 collides, or exceeds the effort limits.
         """
+        if isinstance(T_wt, Target):
+            found = self.ik.nearest(T_wt, self.q, margin=MARGIN)
+            if not found.solved:
+                raise MotionError(f"the pose is unreachable: {found.reason}", reason="unreachable")
+            T_wt = self.model.pose(found.q)
         self.move_path([LineTo(T_wt)], speed, contact=contact)
 
     def move_path(

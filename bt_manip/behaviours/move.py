@@ -2,11 +2,15 @@
 
 from typing import Any
 
+import pinocchio as pin
+
 from bt_manip.bt import Input
 from bt_manip.checks import check_positive
+from bt_manip.kinematics import PoseTarget, PositionTarget, Target
 from bt_manip.planning import Planner
 
 from .arm_behaviour import MotionBehaviour
+from .poses import pose_input
 
 
 class Move(MotionBehaviour):
@@ -26,6 +30,28 @@ class Move(MotionBehaviour):
     def largest_error(self) -> float:
         """Largest joint error at which the arm has arrived [rad]."""
         return float(self.tolerance)
+
+
+class PoseMove(Move):
+    """A motion to a pose of the tool, some rotations of which may be free."""
+
+    pose = pose_input("Pose of the tool in the world: x;y;z;qw;qx;qy;qz [m].")
+    free_axis = Input(
+        str,
+        default="",
+        doc="Axis of the tool, x, y or z, about which it may turn; 'all' for any rotation.",
+    )
+    cone = Input(float, default=0.0, doc="Largest angle by which the free axis may tilt [rad].")
+
+    @property
+    def target(self) -> pin.SE3 | Target:
+        """The pose, or the target with its free rotations."""
+        tool = self.arm.ik.tool
+        if self.free_axis == "all":
+            return PositionTarget(tool, self.pose.translation)
+        if self.free_axis or self.cone:
+            return PoseTarget(tool, self.pose, free_axis=self.free_axis or None, cone=self.cone)
+        return self.pose
 
 
 class PlannedMove(Move):

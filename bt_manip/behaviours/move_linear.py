@@ -1,14 +1,11 @@
 """Move the tool along a straight line."""
 
-from .move import Move
-from .poses import pose_input
+from .move import PoseMove
 
 
-class MoveLinear(Move):
+class MoveLinear(PoseMove):
     """Move the tool to a pose along a straight line, with uniform rotation."""
-
-    pose = pose_input("Pose of the tool in the world: x;y;z;qw;qx;qy;qz [m].")
 
     def start(self) -> None:
         """Move along the line, or fail with the fraction that can be followed."""
-        self.arm.move_linear(self.pose, speed=self.speed)
+        self.arm.move_linear(self.target, speed=self.speed)

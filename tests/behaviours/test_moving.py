@@ -1,5 +1,7 @@
 """Behaviours that move the arm: they arrive, or say why not, and brake when halted."""
 
+from functools import partial
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -10,6 +12,7 @@ from bt_manip.behaviours import (
     IsAt,
     Lift,
     MoveHome,
+    MoveLinear,
     MoveToConfiguration,
     MoveToPose,
     Reach,
@@ -131,6 +134,25 @@ def test_about_a_free_axis_the_tool_turns_as_little_as_the_arm_likes(station, tr
     assert tool_error(station, target)[1] > 1.0
 
 
+@pytest.mark.parametrize("move", [MoveLinear, partial(MoveToPose, linear=True)])
+def test_a_line_ends_at_the_nearest_turn_about_a_free_axis(station, trial, move):
+    start = station.robot.tool_pose
+    target = start * pin.SE3(pin.utils.rotate("z", 2.5), np.array([0.05, 0.0, 0.08]))
+    moving = trial(move(pose=target, free_axis="z"))
+    along = (target.translation - start.translation) / np.sqrt(0.05**2 + 0.08**2)
+    while moving.tick() is RUNNING:
+        gone = station.robot.tool_pose.translation - start.translation
+        assert np.linalg.norm(gone - (gone @ along) * along) < 2e-3
+    tool = station.robot.tool_pose
+    assert tool.translation == pytest.approx(target.translation, abs=2e-3)
+    assert tool.rotation[:, 2] == pytest.approx(target.rotation[:, 2], abs=5e-3)
+    assert tool_error(station, target)[1] > 1.0
+
+
+def test_a_line_to_a_target_out_of_reach_fails_with_the_reason(trial):
+    assert trial(MoveLinear(pose="3;0;1", free_axis="z")).fails_with("pose is unreachable: ")
+
+
 def test_with_all_rotations_free_only_the_position_is_reached(station, trial):
     target = pin.SE3(np.eye(3), station.robot.tool_pose.translation + [0.05, 0.0, 0.0])
     assert trial(MoveToPose(pose=target, free_axis="all")).until_done() is SUCCESS
@@ -144,7 +166,6 @@ def test_wrong_free_rotations_are_refused(station, trial):
         "free_axis must be 'x', 'y', 'z'"
     )
     assert trial(MoveToPose(pose=pose, cone=0.1)).fails_with("a cone needs a free_axis")
-    assert trial(MoveToPose(pose=pose, linear=True, free_axis="z")).fails_with("has no free_axis")
 
 
 def test_move_to_configuration_arrives(station, trial):
