@@ -175,7 +175,7 @@ class Station:
             record: File to record it to; its suffix chooses the recorder, as in ``run.mcap``.
 
         Raises:
-            TimeoutError: If it takes longer; the tree is halted.
+            TimeoutError: If it takes longer; the tree is halted and the arms are stopped.
             BtManipError: If no recorder writes such files, or it cannot write this one.
         """
         if not isinstance(tree, Tree):
