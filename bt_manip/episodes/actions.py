@@ -23,6 +23,9 @@ MAX_TOOL_SPEED = 2.0
 MAX_TOOL_LAG = 0.05
 """Largest distance from the tool's commanded pose at which that counts [m] and [rad]."""
 
+IK_ERROR = 1e-5
+"""Error of the tool pose at which differential inverse kinematics ends [m] and [rad]."""
+
 MAX_TOOL_TURNING = 4.0 * np.pi
 """Bound of the commanded rotations of the tool, over the step [rad/s]."""
 
@@ -114,10 +117,12 @@ class ArmAction(ActionKind):
         high: list[float] = []
         names: list[str] = []
         units: list[str] = []
+        self._counts: dict[str, int] = {}  # numbers of each arm
         alone = len(self._robots) == 1
         for one in self._robots:
             label = "robot" if alone else one.name
             bounds = self._bounds(one)
+            self._counts[one.name] = len(bounds[2])
             low += list(bounds[0])
             high += list(bounds[1])
             names += [f"{label}_{name}" for name in bounds[2]]
@@ -151,24 +156,27 @@ class ArmAction(ActionKind):
             )
         numbers = np.clip(action, self.space.low, self.space.high)
         self._take_over()
-        at, grips = 0, []
+        at, late = 0, []
         for one, reference in zip(self._robots, self._references, strict=True):
-            n = len(self._bounds(one)[2])
+            n = self._counts[one.name]
             self._command(one, reference, numbers[at : at + n])
             at += n
             if one.gripper is not None:
-                grips.append((one, reference, numbers[at]))
+                close = bool(numbers[at] > 0.0)
+                delay = round((1.0 - abs(numbers[at])) * self._episodes.ticks)
+                if delay and close != one.gripper.gripping:
+                    late.append([delay, one, close])
+                else:
+                    self._grip(one, reference, close)
                 at += 1
-        tick, ticks = 0, self._episodes.ticks
 
         def grip() -> None:
-            nonlocal tick
-            for one, reference, number in grips:
-                if tick >= round((1.0 - abs(number)) * ticks):
-                    self._grip(one, reference, number > 0.0)
-            tick += 1
+            for entry in late:
+                if entry[0] == 0:
+                    self._grip(entry[1], None, entry[2])
+                entry[0] -= 1
 
-        self._episodes.agent_step(then, grip)
+        self._episodes.agent_step(then, grip if late else None)
 
     def recorded(self) -> np.ndarray:
         """Return the action that reproduces the step since `watch`."""
@@ -210,13 +218,15 @@ class ArmAction(ActionKind):
             reference.payload = one.arm.payload
             one.controllers.reference = reference
 
-    def _grip(self, one: CommandedRobot, reference: StepReference, close: bool) -> None:
-        """Open or close the gripper, and let the controller know what it holds."""
+    def _grip(self, one: CommandedRobot, reference: StepReference | None, close: bool) -> None:
+        """Open or close the gripper, and let the reference know what it holds."""
         gripper, cell = one.robot.needed_gripper, self._episodes.station.cell
         if close and not gripper.gripping:
             gripper.close(default_force(gripper))
         elif not close and (gripper.gripping or not (gripper.moving or gripper.is_open)):
             gripper.open()
+        if reference is None:
+            return
         held = [name for name in gripper.held if cell.is_free(name)] if gripper.gripping else []
         if not held:
             reference.payload = None
@@ -405,6 +415,8 @@ def differential_ik(model: Any, q: np.ndarray, T_wt: pin.SE3, iterations: int = 
         T = model.pose(q)
         turn = pin.log3(T_wt.rotation @ T.rotation.T)
         error = np.concatenate([T_wt.translation - T.translation, turn])
+        if np.abs(error).max() < IK_ERROR:
+            break
         J = model.jacobian(q)
         WJ = weights[:, np.newaxis] * J.T
         q += WJ @ np.linalg.solve(J @ WJ + 1e-5 * np.eye(6), error)

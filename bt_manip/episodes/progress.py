@@ -3,6 +3,7 @@
 import numpy as np
 
 from bt_manip.bt import Node, texts_of
+from bt_manip.cell import CellError
 
 from .episodes import Episodes
 
@@ -22,11 +23,13 @@ def goal_progress(episodes: Episodes) -> float:
     It is the mean over the conditions of the goal: 1 for one that holds. Of the others,
 
     - one with a method ``progress`` counts with its value, from 0 to 1, times 0.9;
-    - one that names an object that moves freely, and something that it belongs in, on or at, counts
+    - one that names an object, and maybe something that it belongs in, on or at, counts
       ``0.2 max(near, there) + 0.2 max(held, there) + 0.4 there``, with ``near`` and ``there``
       ``1 - tanh(d / 0.2 m)`` of the distance of a tool from the object, and of the object from its
       destination, and ``held`` 1 where a gripper holds it;
     - all others count 0.
+
+    A condition whose object has left the cell counts 0.
     """
     reasons = episodes.run.goal.reasons()
     conditions = zip(episodes.run.tree.goal, reasons, strict=True)
@@ -37,16 +40,20 @@ def goal_progress(episodes: Episodes) -> float:
 def _progress(condition: Node, episodes: Episodes) -> float:
     """Return the progress towards a condition that does not hold."""
     if hasattr(condition, "progress"):
-        return 0.9 * float(np.clip(condition.progress(), 0.0, 1.0))
+        try:
+            return 0.9 * float(np.clip(condition.progress(), 0.0, 1.0))
+        except CellError:
+            return 0.0
     cell, robots = episodes.station.cell, episodes.station.robots.values()
-    names = [name for name in texts_of(condition) if name in cell.entities]
-    if not names or not cell.is_free(names[0]):
+    names = texts_of(condition)
+    if not names or names[0] not in cell.entities:
         return 0.0
     position = cell.pose(names[0]).translation
     tools = [one.robot.tool_pose.translation for one in robots]
     near = max(_closeness(position, tool) for tool in tools)
     held = any(one.gripper is not None and names[0] in one.gripper.held for one in robots)
-    there = max((_closeness(position, cell.pose(n).translation) for n in names[1:]), default=0.0)
+    others = [cell.pose(name).translation for name in names[1:] if name in cell.objects]
+    there = max((_closeness(position, other) for other in others), default=0.0)
     return float(np.dot(WEIGHTS, [max(near, there), max(held, there), there]))
 
 
@@ -55,9 +62,10 @@ def _closeness(a: np.ndarray, b: np.ndarray) -> float:
 
 
 class LossCheck:
-    """Tells whether an object that the goal names is lost: gone, fallen or out of reach.
+    """Tells whether an object of the goal is lost: gone, fallen or out of reach.
 
-    Made at the start of an episode.
+    Those are the objects that move freely and that the goal names, or all if it names none. Made at
+    the start of an episode.
     """
 
     def __init__(self, episodes: Episodes) -> None:
@@ -66,7 +74,9 @@ class LossCheck:
         robots = episodes.station.robots
         named = [text for one in episodes.run.tree.goal for text in texts_of(one)]
         known = [name for name in dict.fromkeys(named) if name in cell.entities]
-        self._objects = [name for name in known if cell.is_free(name)]
+        free = [name for name in cell.objects if cell.is_free(name)]
+        self._objects = [name for name in free if name in known] or free
+        known += self._objects
         self._lowest = min(cell.pose(name).translation[2] for name in [*known, *robots]) - FALL
         models = [one.arm.model for one in robots.values()]
         self._shoulders = [model.model.jointPlacements[1].translation.copy() for model in models]

@@ -51,8 +51,8 @@ class StepReference:
         self._basis = np.stack(
             [np.hstack(rows) * [1.0, 1.0, T, T] / T**i for i, rows in enumerate(hermite)], axis=1
         )  # (steps + 1, 3, 4)
-        self._now = np.zeros((3, len(q)))
-        self.q, self.v, self.a = self._now
+        self._now = np.zeros(3 * len(q))  # flat, because that is copied faster
+        self.q, self.v, self.a = self._now.reshape(3, -1)
         self.hold_at(q)
 
     def hold_at(self, q: np.ndarray) -> None:
@@ -60,7 +60,7 @@ class StepReference:
         self._now[:] = 0.0
         self.q[:] = q
         self._before = self.q.copy()
-        self._rows = np.empty((0, 3, len(q)))
+        self._rows = np.empty((0, 3 * len(q)))
         self._step = 0
 
     def move_to(self, q: np.ndarray, measured: np.ndarray, *, uniformly: bool = False) -> None:
@@ -83,15 +83,16 @@ class StepReference:
         end = start + np.clip(move, -most, most)
         v_end = (3.0 * end - 4.0 * start + self._before) / (2.0 * T)
         v_end = np.clip(v_end, -limits.velocity, limits.velocity)
-        self._rows = self._basis @ np.stack([start, end, self.v, v_end])
+        rows = self._basis @ np.stack([start, end, self.v, v_end])
+        self._rows = rows.reshape(len(rows), -1)
         self._before, self._step = start, 0
         self._now[:] = self._rows[0]
 
     def advance(self, dt: float) -> None:
         """Advance by one control step; at the end of the motion it rests."""
-        self._step += 1
-        if self._step < len(self._rows):
-            self._now[:] = self._rows[self._step]
+        self._step = step = self._step + 1
+        if step < len(self._rows):
+            self._now[:] = self._rows[step]
 
     def get_state(self) -> Any:
         """Return the state between two steps, as plain data."""

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-import bt_manip.envs  # noqa: F401
+from bt_manip.envs import environment_id
 from bt_manip.episodes import ACTIONS
 from bt_manip.exceptions import BtManipError
+from bt_manip.plugins import load_plugins
 
 ID = "bt_manip/PickPlace-v0"
 
@@ -88,8 +89,11 @@ def test_a_random_policy_neither_crashes_nor_meets_nan(action):
 
 @pytest.mark.soak
 @pytest.mark.parametrize("action", ACTIONS)
-def test_a_random_policy_runs_for_long(action):
-    run_random_policy(ID, action, 10_000)
+@pytest.mark.parametrize("tree", load_plugins().parts.trees)
+def test_every_tree_is_an_environment_for_long(tree, action):
+    env = gymnasium.make(environment_id(tree), action=action, disable_env_checker=True)
+    check_env(env.unwrapped, skip_render_check=True)
+    run_random_policy(environment_id(tree), action, 10_000)
 
 
 def run_random_policy(id, action, steps):

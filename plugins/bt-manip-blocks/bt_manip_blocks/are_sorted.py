@@ -4,7 +4,7 @@ from typing import Any
 
 from bt_manip.bt import Condition, Input, Status
 from bt_manip.cell import Cell, CellError
-from bt_manip_blocks.blocks import unsorted_blocks
+from bt_manip_blocks.blocks import blocks_in, unsorted_blocks
 
 
 class AreSorted(Condition):
@@ -25,3 +25,7 @@ class AreSorted(Condition):
         if left:
             return self.fail(f"not in the row of their colour: {', '.join(left)}")
         return Status.SUCCESS
+
+    def progress(self) -> float:
+        """Return the share of the blocks that are sorted."""
+        return 1.0 - len(unsorted_blocks(self.cell, self.tray)) / len(blocks_in(self.cell))

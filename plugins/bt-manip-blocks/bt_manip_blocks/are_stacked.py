@@ -32,3 +32,8 @@ class AreStacked(Condition):
             if reason:
                 return self.fail(reason)
         return Status.SUCCESS
+
+    def progress(self) -> float:
+        """Return the share of the blocks that are off the support, of those that should be."""
+        blocks, lowest = blocks_in(self.cell), blocks_on(self.cell, self.on)
+        return (len(blocks) - len(lowest)) / max(len(blocks) - 1, 1)

@@ -170,6 +170,10 @@ class IsOpen(Condition):
             return self.fail(f"'{self.object}' moves at {1e3 * drawer.speed:.0f} mm/s")
         return Status.SUCCESS
 
+    def progress(self) -> float:
+        """Return the share of the opening."""
+        return find_drawer(self.cell, self.object).opening / self.opening
+
 
 def find_drawer(cell: Cell, name: str) -> Drawer:
     """Return a drawer.
