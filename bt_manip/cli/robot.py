@@ -72,11 +72,12 @@ def new(
         output.write_text(text, encoding="utf-8")
     except OSError as error:
         raise BtManipError(f"cannot write {output}: {error.strerror}") from error
-    if draft.description.gripper is None:
-        click.echo("no gripper: the model has none, and --gripper MODEL gives it one", err=True)
     click.echo(f"wrote {output}; next:")
     click.echo(f"  bt-manip robot check {output}")
-    click.echo(f"  bt-manip run pick_place --robot {output} --view")
+    if draft.description.gripper is None:
+        click.echo("no gripper: the model has none, and --gripper MODEL gives it one", err=True)
+    else:
+        click.echo(f"  bt-manip run pick_place --robot {output} --view")
 
 
 @robot.command()

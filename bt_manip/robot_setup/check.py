@@ -15,7 +15,6 @@ from bt_manip.grippers import find_fingers
 from bt_manip.registry import Parts
 from bt_manip.robots import (
     Gripper,
-    GripperDescription,
     Robot,
     RobotDescription,
     RobotModel,
@@ -30,7 +29,6 @@ from .inspection import ReachMap, make_robot, reach_map
 
 _TILT = 0.35  # [rad] of the tool's z axis from the direction of approach
 _DEPTH = 0.02  # [m] of the tool's position from the measured one
-_WIDTH = 1e-3  # [m] of a described opening beyond the measured one
 _LIGHT = 1e-4  # [kg m2 / N m] inertia of a joint over its effort limit; usual arms have 1e-3
 _CUBE = 0.1  # [kg] that an arm should carry: twice the cube of the pick and place task
 _PARTS = {"joints": ("joint",), "fingers": ("body",), "motor": ("joint", "tendon")}
@@ -184,14 +182,12 @@ def _home_findings(robot: Robot) -> Iterator[str]:
 
 def _tool_findings(description: RobotDescription) -> Iterator[str]:
     """Yield what differs from the fingers measured on the model."""
-    gripper = description.gripper
-    if gripper is None:
-        return
-    with contextlib.suppress(BtManipError):  # other kinds of grippers
-        yield from _finger_findings(description, gripper)
+    if description.gripper is not None:
+        with contextlib.suppress(BtManipError):  # other kinds of grippers
+            yield from _finger_findings(description)
 
 
-def _finger_findings(description: RobotDescription, gripper: GripperDescription) -> Iterator[str]:
+def _finger_findings(description: RobotDescription) -> Iterator[str]:
     where, robot = description.where, Robot(description)
     model = robot.alone
     found = find_fingers(model, [escaped_name(name) for name in description.arm_joints])
@@ -216,12 +212,6 @@ def _finger_findings(description: RobotDescription, gripper: GripperDescription)
         yield (
             f"{where}: key 'tool': it is {1e3 * float(np.linalg.norm(offset)):.0f} mm from the "
             f"middle of the finger pads; {remedy}"
-        )
-    width = gripper.parameters.get("open_width")
-    if width is not None and width > found.travel.open_width + _WIDTH:
-        yield (
-            f"{where}: key 'gripper.open_width': the fingers open to "
-            f"{1e3 * found.travel.open_width:.1f} mm, not {1e3 * width:.1f} mm; leave it out"
         )
 
 

@@ -205,7 +205,9 @@ def _with_gripper(
         )
     if travel.mass > _MAX_MASS:
         changes["armature"] = _ARMATURE
-        notes["gripper.armature"] = f"With the model's, a finger moves like {travel.mass:.0f} kg."
+        notes["gripper.armature"] = (
+            f"Instead of the model's, with which a finger moves like {travel.mass:.0f} kg."
+        )
     gripper = two_finger_gripper(
         joints=[local(joint) for joint in found.joints],
         fingers=[local(finger) for finger in found.fingers],

@@ -36,7 +36,9 @@ class ReachMap(NamedTuple):
         """Return the map, the front of the robot to the right, and the payload as text."""
         share = 100 * float(self.reached.mean())
         rows = ["".join("#" if cell else "." for cell in row) for row in self.reached]
-        lines = [f"reach: {share:.0f} % of the table from above, in squares of 0.1 m"]
+        lines = [
+            f"reach: {share:.0f} % of the table from above (#), in squares of 0.1 m; x to the right"
+        ]
         lines += [f"  {row}" for row in rows]
         if self.reached.any():
             lines.append(f"payload: {self.payload:.2g} kg wherever it reaches the table")
