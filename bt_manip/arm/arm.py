@@ -49,6 +49,7 @@ MAX_REST_JOINT_SPEED = 0.02  # [rad/s] of a measured joint that counts as at res
 MAX_TRACKING_ERROR = 0.1  # [rad]; an external force is detected at about 0.01 rad
 RECOVERY_TIMEOUT = 1.0  # [s] in which joints come to rest after a compliant stop; usually 0.2
 SERVO_VELOCITY = 0.98  # of the velocity limits, for rounding
+SERVO_ACCELERATION = 0.7  # of the limits, with which it plans to brake: the rest is for the jerk
 RETRY_INTERVAL = 20  # control steps after which a change of the speed scale is tried again
 
 
@@ -243,29 +244,39 @@ class Arm:
         speed = check_speed(speed)
         self._move(FollowRequest(check_pose(T_wt), speed))
 
-    def servo(self, q: np.ndarray, v: np.ndarray, duration: float) -> None:
-        """Pass a configuration with a velocity; to be called again before the arm comes to rest.
+    def servo(
+        self, q: np.ndarray, v: np.ndarray, duration: float, *, contact: bool = False
+    ) -> None:
+        """Move towards a target that moves; to be called again with the next one.
 
-        The arm continues from its present motion, passes the configuration later where the limits
-        require it, and then comes to rest. Collisions are not checked; external forces are. Where
-        no such motion keeps the limits, the arm stops.
+        The arm continues from its present motion. Targets on a smooth motion inside the limits are
+        passed in time, others approached as fast as the limits allow. The arm comes to rest when
+        this is not called again after the duration. Collisions are not checked. Where the limits
+        allow no such motion, the arm stops.
 
         Args:
-            q: The configuration [rad]; positions beyond the joint limits are clipped.  # (nq,)
-            v: The velocity there [rad/s]; it is reduced to what the limits allow.  # (nq,)
+            q: Configuration of the target after the duration [rad]; positions beyond the joint
+                limits are clipped.  # (nq,)
+            v: Its velocity then [rad/s].  # (nq,)
             duration: Time until then [s].
+            contact: Whether contact is intended; then external forces are not checked.
 
         Raises:
             MotionError: When a number is not finite, or the arm cannot move now.
         """
         limits = self.model.limits
+        a = SERVO_ACCELERATION * limits.acceleration
         duration = check_positive(duration, "duration", "s")
         q = check_configuration(q, self.model.nq).clip(limits.lower, limits.upper)
         v = check_vector(v, "velocity", "rad/s", size=self.model.nq)
-        room = np.where(v > 0.0, limits.upper - q, q - limits.lower)
-        # Braking from v takes v^2 / 2a and, at limited jerk, up to twice that.
-        most = np.minimum(SERVO_VELOCITY * limits.velocity, np.sqrt(limits.acceleration * room))
-        self._move(ServoRequest(q, v.clip(-most, most), duration))
+        # By a change of velocity that is linear in time the target would be missed by:
+        missed = q - self.q - 0.5 * duration * (self.v + v)
+        most = np.sqrt(2.0 * a * np.abs(missed))  # from which the arm can still brake
+        v = v + (missed / duration).clip(-most, most)
+        room = np.where(v < 0.0, self.q - limits.lower, limits.upper - self.q)
+        room -= duration * np.maximum(self.v * np.sign(v), 0.0)
+        most = np.minimum(SERVO_VELOCITY * limits.velocity, np.sqrt(a * room.clip(0.0)))
+        self._move(ServoRequest(v.clip(-most, most), duration, contact))
 
     def back_off(self, distance: float, speed: float = 1.0) -> None:
         """Move back along the path just travelled.
@@ -326,7 +337,7 @@ class Arm:
         was_guarded = self.moving and self._guarded and not self.fault
         self.follower.follow(motion, self.model)
         self.compliant = False
-        contact = isinstance(request, ToolPathRequest) and request.contact
+        contact = isinstance(request, ToolPathRequest | ServoRequest) and request.contact
         self.fault, self._guarded = "", self.world is not None and not contact
         if self.guard is not None and not was_guarded:
             self.guard.begin(self.model, self.v, self.a)

@@ -36,11 +36,11 @@ from bt_manip.trajectories import (
     change_speed_scale,
     joint_profiles,
     limit_use,
-    passing_profiles,
     plan_stop,
     scale_to_effort_limits,
     time_parameterize,
     time_parameterize_segment,
+    velocity_profiles,
 )
 
 from .follower import ArmState, PlannedMotion
@@ -92,11 +92,11 @@ class BackOffRequest(NamedTuple):
 
 
 class ServoRequest(NamedTuple):
-    """Pass a configuration with a velocity, then come to rest."""
+    """Change to a velocity, then come to rest."""
 
-    q: np.ndarray  # [rad]  (nq,)
     v: np.ndarray  # [rad/s]  (nq,)
-    duration: float  # [s] until then
+    duration: float  # [s] until this velocity is reached
+    contact: bool  # whether contact is intended
 
 
 Request = (
@@ -317,13 +317,10 @@ def _within_limits(
 def _plan_servo(
     request: ServoRequest, start: ArmState, model: RobotModel
 ) -> tuple[Trajectory | None, Trajectory | None]:
-    """Plan to pass a configuration; where that exceeds a limit, a moving arm stops."""
-    state, target = (start.q, start.v, start.a), (request.q, request.v)
+    """Plan to change to a velocity; where that exceeds a limit, a moving arm stops."""
+    state = start.q, start.v, start.a
     motion = _within_limits(
-        lambda *limits: passing_profiles(
-            state, target, request.duration, model.limits.velocity, *limits
-        ),
-        model,
+        lambda *limits: velocity_profiles(state, request.v, request.duration, *limits), model
     )
     return (None, motion) if motion is not None else (_stop(start, model)[0], None)
 

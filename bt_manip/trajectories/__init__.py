@@ -8,7 +8,7 @@ from .limit_check import limit_use as limit_use
 from .limit_check import sampled_limit_use as sampled_limit_use
 from .motion_profile import MotionProfile as MotionProfile
 from .motion_profile import joint_profiles as joint_profiles
-from .motion_profile import passing_profiles as passing_profiles
+from .motion_profile import velocity_profiles as velocity_profiles
 from .paths import Path as Path
 from .paths import SplinePath as SplinePath
 from .paths import StraightPath as StraightPath

@@ -116,6 +116,12 @@ class MotionProfile:
         ]
         return MotionProfile(segments, self.duration * c, self.end)
 
+    def then(self, other: "MotionProfile") -> "MotionProfile":
+        """Return the profile continued by another one, which starts in the state of its end."""
+        t = self.duration
+        later = [[t + segment[0], *segment[1:]] for segment in other.segments]
+        return MotionProfile(self._segments + later, t + other.duration, other.end)
+
     def get_state(self) -> dict[str, Any]:
         """Return the profile as plain data."""
         return {"segments": self._segments, "duration": self.duration, "end": self.end}
@@ -226,38 +232,33 @@ def joint_profiles(
     ]
 
 
-def passing_profiles(
+def velocity_profiles(
     start: tuple[np.ndarray, np.ndarray, np.ndarray],
-    target: tuple[np.ndarray, np.ndarray],
-    duration: float,
     velocity: np.ndarray,
+    duration: float,
     acceleration: np.ndarray,
     jerk: np.ndarray,
 ) -> list[MotionProfile]:
-    """Plan the motion of several joints through a state, and to rest as soon as possible.
+    """Plan the change of several joints to velocities, and then to rest as soon as possible.
 
     Args:
         start: Initial positions, velocities and accelerations.  # (nq,) each
-        target: Positions and velocities to pass at the same time.  # (nq,) each
+        velocity: Velocities that all reach at the same time [rad/s].  # (nq,)
         duration: Time until then [s]; longer where the limits require it.
-        velocity: Limits [rad/s].  # (nq,)
         acceleration: Limits [rad/s2].  # (nq,)
         jerk: Limits [rad/s3].  # (nq,)
     """
-    motion = _input(start, velocity, acceleration, jerk)
-    motion.target_position, motion.target_velocity = (x.tolist() for x in target)
-    motion.minimum_duration = duration
-    stop = _input((*target, np.zeros_like(velocity)), velocity, acceleration, jerk)
-    stop.control_interface = ruckig.ControlInterface.Velocity
-    profiles = []
-    parts = [_calculate(motion), _calculate(stop)]
-    shift = parts[0].duration
-    for first, then, q in zip(parts[0].profiles[0], parts[1].profiles[0], target[0], strict=True):
-        pass_ = MotionProfile.from_ruckig(first, shift, float(q))
-        rest = MotionProfile.from_ruckig(then, parts[1].duration)
-        later = [[shift + segment[0], *segment[1:]] for segment in rest.segments]
-        profiles.append(MotionProfile(pass_.segments + later, shift + rest.duration, rest.end))
-    return profiles
+    zero = np.zeros_like(velocity)
+    parts = []
+    for target, shortest in ((velocity, duration), (zero, 0.0)):
+        motion = _input(start, np.maximum(np.abs(start[1]), 1.0), acceleration, jerk)
+        motion.control_interface = ruckig.ControlInterface.Velocity
+        motion.target_velocity, motion.minimum_duration = target.tolist(), shortest or None
+        trajectory = _calculate(motion)
+        d = trajectory.duration
+        parts.append([MotionProfile.from_ruckig(p, d) for p in trajectory.profiles[0]])
+        start = np.array([profile.end for profile in parts[-1]]), velocity, zero
+    return [first.then(second) for first, second in zip(*parts, strict=True)]
 
 
 def _scalar_input(start: ScalarState, limits: tuple[float, float, float], unit: float) -> Any:
