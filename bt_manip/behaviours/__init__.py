@@ -23,6 +23,7 @@ from .move_linear import MoveLinear as MoveLinear
 from .move_through import MoveThrough as MoveThrough
 from .move_to_configuration import MoveToConfiguration as MoveToConfiguration
 from .move_to_pose import MoveToPose as MoveToPose
+from .object_condition import ObjectCondition as ObjectCondition
 from .object_exists import ObjectExists as ObjectExists
 from .open_gripper import OpenGripper as OpenGripper
 from .payload import payload_of as payload_of

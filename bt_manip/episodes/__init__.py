@@ -8,6 +8,7 @@ from .actions import JointTargets as JointTargets
 from .actions import JointTorques as JointTorques
 from .actions import SubtreeChoice as SubtreeChoice
 from .actions import action_kind as action_kind
+from .actions import differential_ik as differential_ik
 from .episodes import STEP as STEP
 from .episodes import Episodes as Episodes
 from .observations import Images as Images

@@ -1,0 +1,23 @@
+"""The parts that this package registers."""
+
+from pathlib import Path
+
+from bt_manip import hookimpl
+
+TREES = Path(__file__).parent / "trees"
+
+
+@hookimpl
+def register_behaviours(register):
+    """Register the policy as a leaf, and a condition for its end."""
+    from bt_manip_policy.is_above import IsAbove
+    from bt_manip_policy.run_policy import RunPolicy
+
+    register(RunPolicy)
+    register(IsAbove)
+
+
+@hookimpl
+def register_trees(register):
+    """Register the pick and place with a policy."""
+    register("pick_place_policy", TREES / "pick_place_policy.xml")

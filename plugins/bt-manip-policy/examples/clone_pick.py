@@ -1,0 +1,208 @@
+"""Clone the pick of pick_place from demonstrations, and write the policy as ONNX.
+
+    bt-manip demos pick_place --episodes 500 --to demos
+    python clone_pick.py demos pick.onnx
+    bt-manip run pick_place_policy --set policy=pick.onnx
+
+It needs the extra: pip install bt-manip-policy[train]
+"""
+
+import argparse
+import math
+import time
+from pathlib import Path
+
+import numpy as np
+import onnx
+import torch
+from torch import nn
+
+from bt_manip.demonstrations import read_demonstrations
+
+INPUTS = {  # observations of the policy, and their names in the demonstrations
+    "robot_tool_position": "robot_tool_position",
+    "robot_tool_rotation": "robot_tool_rotation",
+    "robot_gripper_opening": "robot_gripper_opening",
+    "object_position": "cube_position",
+    "object_rotation": "cube_rotation",
+}
+ACTION, RATE = "cartesian_deltas", 20
+BASE = (-0.1, 0.0)  # [m] the robot's, on the table
+NEAR = 0.03  # [m] within which the features have a finer scale
+OPEN = 0.9  # opening above which the gripper is open
+SPEED = 0.6  # of the demonstrations, which use the arm's limits: nothing is left to correct with
+RETURN = 0.3  # share of a deviation from the path that one action corrects
+LARGEST = 4.0  # action, in units of SCALE
+SCALE = (0.02, 0.02, 0.02, 0.04, 0.04, 0.08)  # of the deltas [m, rad]
+
+
+class ClonedPick(nn.Module):
+    """A multilayer perceptron on features that do not depend on how a cube is numbered.
+
+    A cube looks the same after a quarter turn, so four yaws of the gripper are right. The features
+    refer to the one nearest to the direction from the robot's base to the cube; it does not change
+    while the arm moves.
+    """
+
+    def __init__(self, width: int) -> None:
+        """Make the layers."""
+        super().__init__()
+        self.register_buffer("mean", torch.zeros(13))
+        self.register_buffer("std", torch.ones(13))
+        self.register_buffer("scale", torch.tensor([*SCALE, 1.0]))
+        self.layers = nn.Sequential(
+            nn.Linear(13, width), nn.ReLU(),
+            nn.Linear(width, width), nn.ReLU(),
+            nn.Linear(width, 7),
+        )  # fmt: skip
+
+    def features(self, tool, tool_axes, opening, cube, cube_axes):
+        """Return the features of observations."""  # (..., 13)
+        between = tool - cube
+        near = torch.clip(between - torch.tensor([0.0, 0.0, 0.015]), -NEAR, NEAR)
+        azimuth = torch.atan2(cube[..., 1:2] - BASE[1], cube[..., 0:1] - BASE[0])
+        quarter = math.pi / 2.0
+        yaw = azimuth + _wrapped(_yaw(cube_axes) - azimuth, quarter)
+        turn = _wrapped(_yaw(tool_axes) - yaw, 2.0 * math.pi)
+        tilt = torch.cat([tool_axes[..., 2:3], tool_axes[..., 5:6]], -1)  # z of the x and y axes
+        return torch.cat([between, tool, near, turn, tilt, opening], -1)
+
+    def forward(self, *observations):
+        """Return the action: displacement and rotation of the tool, and the gripper's number."""
+        features = (self.features(*observations) - self.mean) / self.std
+        return LARGEST * torch.tanh(self.layers(features) / LARGEST) * self.scale
+
+
+class Gripped(nn.Module):
+    """A policy whose gripper opens or closes at the start of the step."""
+
+    def __init__(self, policy: ClonedPick) -> None:
+        """Wrap a policy."""
+        super().__init__()
+        self.policy = policy
+
+    def forward(self, *observations):
+        """Return the action with -1 or 1 for the gripper."""
+        action = self.policy(*observations)
+        return torch.cat([action[..., :6], 2.0 * (action[..., 6:] > 0.0).float() - 1.0], -1)
+
+
+def read(folder: Path) -> tuple[list[torch.Tensor], torch.Tensor]:
+    """Return observations and actions of the picks in a folder of demonstrations."""
+    observations: list[list[np.ndarray]] = [[] for _ in INPUTS]
+    actions = []
+    for one in read_demonstrations(folder):
+        n = next((i for i, leaf in enumerate(one.leaves) if "Drop" in leaf), len(one))
+        for rows, name in zip(observations, INPUTS.values(), strict=True):
+            rows.append(one.observations[name][:n])
+        actions.append(one.actions[ACTION][:n])
+    tensors = [torch.tensor(np.concatenate(rows), dtype=torch.float32) for rows in observations]
+    return tensors, torch.tensor(np.concatenate(actions), dtype=torch.float32)
+
+
+def chosen(policy: ClonedPick, observations: list[torch.Tensor], actions: torch.Tensor):
+    """Return which rows to learn from.
+
+    Not those in which nothing moves yet, nor those after the expert turned to another yaw than the
+    one that the features refer to.
+    """
+    still = (actions[:, :3].norm(dim=1) < 1e-3) & (actions[:, 3:6].norm(dim=1) < 2e-3)
+    idle = still & (observations[2][:, 0] > OPEN) & (actions[:, 6] < 0.0)
+    turn = policy.features(*observations)[:, 9].abs()
+    between = (observations[0] - observations[3]).norm(dim=1)
+    return ~idle & ~((between < 0.3) & (turn > 0.2))
+
+
+def perturbed(observations: list[torch.Tensor], actions: torch.Tensor, rng: torch.Generator):
+    """Move the open gripper off the demonstrated path, and correct the actions to lead back to it.
+
+    The higher the gripper, the farther. An open gripper that is not where the expert closes it
+    stays open.
+    """
+    tool, axes, opening, cube, cube_axes = observations
+    n = len(actions)
+    height = (tool - cube)[:, 2:]
+    size = torch.rand(n, 1, generator=rng) * (torch.rand(n, 1, generator=rng) > 0.2)
+    size = size * (opening > OPEN) * (0.015 + 0.1 * (height - 0.02).clip(0.0, 0.4))
+    shift = size * torch.randn(n, 3, generator=rng) * torch.tensor([1.0, 1.0, 0.5])
+    turn = 5.0 * size * torch.randn(n, 3, generator=rng) * torch.tensor([0.2, 0.2, 1.0])
+    wanted = actions * torch.tensor([SPEED] * 6 + [1.0])
+    wanted[:, :3] -= RETURN * shift
+    wanted[:, 3:6] -= RETURN * turn
+    off = (shift[:, :2].norm(dim=1) > 0.004) | (shift[:, 2].abs() > 0.006)
+    wanted[off | (turn.norm(dim=1) > 0.06), 6] = -1.0
+    return [tool + shift, _turned(axes, turn), opening, cube, cube_axes], wanted
+
+
+def train(policy: ClonedPick, observations, actions, steps: int, seed: int) -> None:
+    """Fit a policy to the actions."""
+    rng = torch.Generator().manual_seed(seed)
+    features = policy.features(*observations)
+    policy.mean[:], policy.std[:] = features.mean(0), features.std(0) + 1e-3
+    optimizer = torch.optim.Adam(policy.parameters())
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, 3e-3, total_steps=steps)
+    start = time.perf_counter()
+    for step in range(steps):
+        rows = torch.randint(0, len(actions), (256,), generator=rng)
+        seen, wanted = perturbed([o[rows] for o in observations], actions[rows], rng)
+        error = (policy(*seen) - wanted) / policy.scale
+        moved = nn.functional.huber_loss(error[:, :6], torch.zeros(256, 6), delta=0.3)
+        gripped = nn.functional.softplus(-4.0 * policy(*seen)[:, 6] * wanted[:, 6].sign())
+        loss = 3.0 * moved + 0.2 * gripped.mean()
+        optimizer.zero_grad()
+        loss.backward()
+        optimizer.step()
+        schedule.step()
+        if step % (steps // 10) == 0:
+            print(f"step {step}: loss {loss:.4f}, {time.perf_counter() - start:.0f} s", flush=True)
+
+
+def export(policy: ClonedPick, path: Path) -> None:
+    """Write a policy with its specification."""
+    sizes = (3, 6, 1, 3, 6)
+    example = tuple(torch.ones(size) for size in sizes)
+    torch.onnx.export(
+        Gripped(policy), example, str(path), input_names=[*INPUTS], output_names=["action"],
+        dynamo=False, opset_version=17,
+    )  # fmt: skip
+    model = onnx.load(path)
+    onnx.helper.set_model_props(model, {"bt_manip.action": ACTION, "bt_manip.rate": str(RATE)})
+    onnx.save(model, path)
+
+
+def _wrapped(angle, period: float):
+    """Return an angle within half a period of zero."""
+    return angle - period * torch.round(angle / period)
+
+
+def _turned(axes, turn):
+    """Return two axes after a small rotation, a rotation vector."""
+    x, y = axes[:, :3], axes[:, 3:]
+    x, y = x + torch.linalg.cross(turn, x), y + torch.linalg.cross(turn, y)
+    return torch.cat([nn.functional.normalize(x, dim=1), nn.functional.normalize(y, dim=1)], 1)
+
+
+def _yaw(axes):
+    return torch.atan2(axes[..., 1:2], axes[..., 0:1])
+
+
+def main() -> None:
+    """Read, train and write."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("demonstrations", type=Path, help="folder of bt-manip demos")
+    parser.add_argument("policy", type=Path, help="ONNX file to write")
+    parser.add_argument("--steps", type=int, default=6000)
+    parser.add_argument("--width", type=int, default=128)
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args()
+    torch.manual_seed(options.seed)
+    observations, actions = read(options.demonstrations)
+    policy = ClonedPick(options.width)
+    rows = chosen(policy, observations, actions)
+    print(f"{int(rows.sum())} of {len(rows)} steps")
+    train(policy, [o[rows] for o in observations], actions[rows], options.steps, options.seed)
+    export(policy.eval(), options.policy)
+
+
+if __name__ == "__main__":
+    main()

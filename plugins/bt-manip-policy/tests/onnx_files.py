@@ -1,0 +1,84 @@
+"""Small ONNX files, encoded by hand: the fields and their numbers are those of onnx.proto."""
+
+import numpy as np
+
+FLOAT, INT64, BOOL = 1, 7, 9
+
+
+def _varint(n):
+    out = b""
+    while n > 0x7F:
+        out, n = out + bytes([n & 0x7F | 0x80]), n >> 7
+    return out + bytes([n])
+
+
+def message(*fields):
+    """Encode pairs of number and value: an integer, a text, or an encoded message."""
+    out = b""
+    for number, value in fields:
+        if isinstance(value, int):
+            out += _varint(number << 3) + _varint(value)
+        else:
+            data = value.encode() if isinstance(value, str) else value
+            out += _varint(number << 3 | 2) + _varint(len(data)) + data
+    return out
+
+
+def node(operator, inputs, outputs, *attributes):
+    """Encode a node."""
+    names = [(1, name) for name in inputs] + [(2, name) for name in outputs]
+    return message(*names, (4, operator), *((5, attribute) for attribute in attributes))
+
+
+def tensor(name, values):
+    """Encode an initializer."""
+    array = np.asarray(values)
+    kind = {"f": FLOAT, "i": INT64, "b": BOOL}[array.dtype.kind]
+    array = array.astype(np.float32) if kind == FLOAT else array
+    return message(*((1, n) for n in array.shape), (2, kind), (8, name), (9, array.tobytes()))
+
+
+def value(name, shape, kind=FLOAT):
+    """Encode the description of an input or output."""
+    dims = [(1, message((2, n) if isinstance(n, str) else (1, n))) for n in shape]
+    return message((1, name), (2, message((1, message((1, kind), (2, message(*dims)))))))
+
+
+def graph(nodes, inputs, outputs, initializers=()):
+    """Encode a graph."""
+    return message(
+        *((1, one) for one in nodes), (2, "graph"), *((5, one) for one in initializers),
+        *((11, one) for one in inputs), *((12, one) for one in outputs),
+    )  # fmt: skip
+
+
+def model(encoded_graph, **metadata):
+    """Encode a model."""
+    entries = [message((1, f"bt_manip.{key}"), (2, text)) for key, text in metadata.items()]
+    opset = message((1, ""), (2, 17))
+    return message((1, 8), (7, encoded_graph), (8, opset), *((14, entry) for entry in entries))
+
+
+def linear(offset, inputs, weights=None, **metadata):
+    """Encode a policy: an offset plus weighted observations.
+
+    Args:
+        offset: The actions where all weights are zero.  # (n,) or (chunk, n)
+        inputs: Shapes of the observations by name.
+        weights: Weights by observation; zero where none are given.  # (size, n)
+        metadata: ``action`` and ``rate``, where they are not the usual ones.
+    """
+    offset = np.asarray(offset, dtype=float)
+    nodes, initializers, total = [], [tensor("offset", offset)], "offset"
+    for i, (name, shape) in enumerate(inputs.items()):
+        weight = np.zeros((shape[-1], offset.shape[-1]))
+        weight = (weights or {}).get(name, weight)
+        initializers.append(tensor(f"weight{i}", np.asarray(weight, dtype=float)))
+        last = i == len(inputs) - 1
+        nodes.append(node("MatMul", [name, f"weight{i}"], [f"product{i}"]))
+        nodes.append(node("Add", [total, f"product{i}"], ["action" if last else f"sum{i}"]))
+        total = f"sum{i}"
+    described = [value(name, shape) for name, shape in inputs.items()]
+    out = [value("action", offset.shape)]
+    metadata = {"action": "cartesian_deltas", "rate": "20", **metadata}
+    return model(graph(nodes, described, out, initializers), **metadata)

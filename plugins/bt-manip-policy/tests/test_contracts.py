@@ -1,0 +1,29 @@
+"""Everything that the package brings keeps the contracts of its kind."""
+
+import atexit
+import tempfile
+from pathlib import Path
+
+import onnx_files as onnx
+
+from bt_manip.testing import Example, contracts_of, trees_of
+
+_FOLDER = tempfile.TemporaryDirectory()
+atexit.register(_FOLDER.cleanup)
+IDLE = Path(_FOLDER.name) / "idle.onnx"
+IDLE.write_bytes(onnx.linear([0.002, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0], {"robot_tool_position": (3,)}))
+
+test_contracts = contracts_of(
+    "policy",
+    examples={
+        "RunPolicy": Example(
+            ports={"model": str(IDLE), "time_limit": 0.5},
+            status="FAILURE",
+            fails=({"time_limit": -1.0},),
+        ),
+        "IsAbove": Example(ports={"object": "basket", "support": "table"}, status="FAILURE"),
+    },
+)
+
+
+test_trees = trees_of("policy", settings={"pick_place_policy": {"policy": str(IDLE)}})

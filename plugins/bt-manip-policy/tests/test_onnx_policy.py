@@ -1,0 +1,161 @@
+"""Reading policies from files, and their actions."""
+
+import numpy as np
+import onnx_files as onnx
+import pytest
+
+from bt_manip_policy import OnnxPolicy, PolicyError, onnx_policy
+
+Q = {"robot_joint_positions": (3,)}
+OBSERVED = {"robot_joint_positions": np.array([1.0, 2.0, 3.0], dtype=np.float32)}
+
+
+@pytest.fixture
+def written(tmp_path):
+    """Return the path of a file with this content."""
+
+    def write(content):
+        path = tmp_path / "policy.onnx"
+        path.write_bytes(content)
+        return path
+
+    return write
+
+
+@pytest.fixture
+def read(written):
+    return lambda content: OnnxPolicy(written(content))
+
+
+def test_inputs_and_metadata_are_the_specification(read):
+    policy = read(onnx.linear(np.zeros(7), Q, rate="25"))
+    assert policy.inputs == Q
+    assert (policy.action, policy.rate) == ("cartesian_deltas", 25.0)
+
+
+def test_same_observations_give_the_same_action(read):
+    weights = np.random.default_rng(0).normal(size=(3, 7))
+    policy = read(onnx.linear(np.ones(7), Q, {"robot_joint_positions": weights}))
+    first = policy.act(OBSERVED, 7)
+    assert first.shape == (1, 7)
+    assert np.allclose(first[0], 1.0 + OBSERVED["robot_joint_positions"] @ weights, atol=1e-5)
+    assert np.array_equal(policy.act(OBSERVED, 7), first)
+
+
+@pytest.mark.parametrize("shape", [(1, 3), ("batch", 3)])
+def test_observations_get_the_batch_dimension_that_the_file_asks_for(read, shape):
+    policy = read(onnx.linear(np.ones((1, 7)), {"robot_joint_positions": shape}))
+    policy.check({"robot_joint_positions": (3,)})
+    assert policy.act(OBSERVED, 7).shape == (1, 7)
+
+
+def test_several_rows_are_a_sequence_of_actions(read):
+    policy = read(onnx.linear(np.arange(28).reshape(4, 7), Q))
+    assert policy.act(OBSERVED, 7)[:, 0].tolist() == [0.0, 7.0, 14.0, 21.0]
+
+
+def test_observations_that_the_station_lacks_are_named(read):
+    policy = read(onnx.linear(np.zeros(7), {"robot_joint_position": (3,)}))
+    with pytest.raises(PolicyError, match="did you mean 'robot_joint_positions'"):
+        policy.check({"robot_joint_positions": (3,)})
+
+
+def test_observations_of_another_size_are_rejected(read):
+    with pytest.raises(PolicyError, match="of size 3, the station's has 6"):
+        read(onnx.linear(np.zeros(7), Q)).check({"robot_joint_positions": (6,)})
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_an_action_that_is_not_finite_is_an_error(read, value):
+    offset = np.zeros(7)
+    offset[2] = value
+    with pytest.raises(PolicyError, match="not finite"):
+        read(onnx.linear(offset, Q)).act(OBSERVED, 7)
+
+
+def test_an_action_of_another_size_is_an_error(read):
+    with pytest.raises(PolicyError, match="returned values of shape 6, .* of this robot has 7"):
+        read(onnx.linear(np.zeros(6), Q)).act(OBSERVED, 7)
+
+
+@pytest.mark.parametrize("content", [b"", b"no protobuf at all", bytes(1000)])
+def test_files_of_something_else_are_rejected(read, content):
+    with pytest.raises(PolicyError, match=r"policy.onnx' does not load"):
+        read(content)
+
+
+def test_missing_and_huge_files_are_rejected(tmp_path):
+    with pytest.raises(PolicyError, match="No such file"):
+        OnnxPolicy(tmp_path / "missing.onnx")
+    with pytest.raises(PolicyError, match="a folder"):
+        OnnxPolicy(tmp_path)
+    huge = tmp_path / "huge.onnx"
+    with huge.open("wb") as file:
+        file.truncate(2**40)
+    with pytest.raises(PolicyError, match="larger than"):
+        OnnxPolicy(huge)
+
+
+@pytest.mark.parametrize("rate", ["0", "nan", "1e9", "often"])
+def test_rates_without_a_sense_are_rejected(read, rate):
+    with pytest.raises(PolicyError, match="bt_manip.rate"):
+        read(onnx.linear(np.zeros(7), Q, rate=rate))
+
+
+def test_files_without_metadata_are_rejected(read):
+    graph = onnx.graph(
+        [onnx.node("Identity", ["robot_joint_positions"], ["action"])],
+        [onnx.value("robot_joint_positions", (7,))],
+        [onnx.value("action", (7,))],
+    )
+    with pytest.raises(PolicyError, match="lack 'bt_manip.action'"):
+        read(onnx.model(graph))
+
+
+def test_files_cannot_read_other_files(written, tmp_path, monkeypatch):
+    """Weights in a file of their own, wherever it is, are not read."""
+    np.ones(7, dtype=np.float32).tofile(tmp_path / "weights")
+    monkeypatch.chdir(tmp_path)
+    for location in ("weights", str(tmp_path / "weights"), "../weights"):
+        entry = onnx.message((1, "location"), (2, location))
+        weights = onnx.message((1, 7), (2, onnx.FLOAT), (8, "w"), (14, 1), (13, entry))
+        graph = onnx.graph(
+            [onnx.node("Add", ["robot_joint_positions", "w"], ["action"])],
+            [onnx.value("robot_joint_positions", (7,))],
+            [onnx.value("action", (7,))],
+            [weights],
+        )
+        with pytest.raises(PolicyError, match="does not load"):
+            OnnxPolicy(written(onnx.model(graph, action="joint_targets", rate="20")))
+
+
+def test_operators_of_other_libraries_are_rejected(read):
+    custom = onnx.message((1, "robot_joint_positions"), (2, "action"), (4, "RunShell"), (7, "evil"))
+    graph = onnx.graph(
+        [custom], [onnx.value("robot_joint_positions", (7,))], [onnx.value("action", (7,))]
+    )
+    with pytest.raises(PolicyError, match="does not load"):
+        read(onnx.model(graph, action="joint_targets", rate="20"))
+
+
+def test_a_graph_that_computes_without_end_is_stopped(read, monkeypatch):
+    monkeypatch.setattr(onnx_policy, "MAX_TIME", 0.2)
+    body = onnx.graph(
+        [onnx.node("Identity", ["go"], ["still"]), onnx.node("Identity", ["x"], ["y"])],
+        [
+            onnx.value("i", (), onnx.INT64),
+            onnx.value("go", (), onnx.BOOL),
+            onnx.value("x", (7,)),
+        ],
+        [onnx.value("still", (), onnx.BOOL), onnx.value("y", (7,))],
+    )
+    attribute = onnx.message((1, "body"), (6, body), (20, 5))
+    graph = onnx.graph(
+        [onnx.node("Loop", ["", "true", "robot_joint_positions"], ["action"], attribute)],
+        [onnx.value("robot_joint_positions", (7,))],
+        [onnx.value("action", (7,))],
+        [onnx.tensor("true", np.array(True))],
+    )
+    policy = read(onnx.model(graph, action="joint_targets", rate="20"))
+    with pytest.raises(PolicyError, match="failed"):
+        policy.act({"robot_joint_positions": np.zeros(7)}, 7)

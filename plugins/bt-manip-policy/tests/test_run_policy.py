@@ -1,0 +1,183 @@
+"""A policy acts as a leaf: what it moves, what stops it, and why it fails."""
+
+import numpy as np
+import onnx_files as onnx
+import pytest
+
+from bt_manip.behaviours import Hover
+from bt_manip.bt import NodeStatus, Tree
+from bt_manip.exceptions import NodeError
+from bt_manip.plugins import load_plugins
+from bt_manip.runner import build_station
+from bt_manip.spatial import pointing_down
+from bt_manip_policy import RunPolicy
+
+TOOL = {"robot_tool_position": (3,)}
+
+
+@pytest.fixture(scope="module")
+def built():
+    station = build_station(load_plugins().parts)
+    return station, station.get_state()
+
+
+@pytest.fixture
+def station(built):
+    station, state = built
+    station.set_state(state)
+    return station
+
+
+@pytest.fixture
+def policy(tmp_path):
+    """Write a policy: an offset, inputs, and more arguments of `onnx_files.linear`."""
+
+    def write(offset, inputs=TOOL, weights=None, **metadata):
+        path = tmp_path / "policy.onnx"
+        path.write_bytes(onnx.linear(offset, inputs, weights, **metadata))
+        return str(path)
+
+    return write
+
+
+class Acting:
+    """Ticks a policy and keeps the reference of each control step."""
+
+    def __init__(self, station, **ports):
+        self.station, self.leaf = station, RunPolicy("policy", **ports)
+        self.tree = Tree(self.leaf, clock=station.clock)
+        self.tree.setup(**station.infrastructure)
+        self.rows, self.status = [], NodeStatus.RUNNING
+
+    def run(self, duration, tick=10):
+        arm = self.station.arm
+        for _ in range(round(duration / (1e-3 * tick))):
+            if self.status is NodeStatus.RUNNING:
+                self.status = self.tree.tick()
+            for _ in range(tick):
+                self.station.cell.step()
+                self.rows.append((arm.q.copy(), arm.v.copy(), arm.a.copy()))
+        return self
+
+    def check_limits(self):
+        limits = self.station.arm.model.limits
+        q, v, a = (np.array(rows) for rows in zip(*self.rows, strict=True))
+        assert limits.contain(q.min(axis=0), 1e-9) and limits.contain(q.max(axis=0), 1e-9)
+        assert (np.abs(v) <= limits.velocity * 1.000001).all()
+        assert (np.abs(a) <= limits.acceleration * 1.000001).all()
+
+
+def tool(station):
+    return station.arm.model.pose(station.arm.q)
+
+
+def test_cartesian_deltas_add_up_and_then_time_is_up(station, policy):
+    start = tool(station)
+    model = policy([0.005, 0.0, -0.003, 0.0, 0.0, 0.02, -1.0])
+    acting = Acting(station, model=model, time_limit=0.5).run(1.5)
+    moved, turned = tool(station).translation - start.translation, tool(station).rotation
+    assert acting.status is NodeStatus.FAILURE
+    assert "0.5 s" in acting.leaf.feedback_message
+    # Ten actions, and the stop after the last one.
+    assert np.allclose(moved, [0.05, 0.0, -0.03], atol=4e-3)
+    assert np.allclose(turned, pointing_down([0, 0, 0], 0.2).rotation, atol=0.02)
+    assert not station.arm.v.any()
+    acting.check_limits()
+
+
+def test_joint_targets_are_reached(station, policy):
+    target = station.arm.q_ref + 0.1
+    model = policy([*target, 1.0], action="joint_targets")
+    acting = Acting(station, model=model, time_limit=1.0).run(1.2)
+    assert np.allclose(station.arm.robot.q, target, atol=2e-3)
+    assert station.gripper.closed_on_nothing
+    acting.check_limits()
+
+
+def test_observations_of_the_object_of_the_port_are_called_object(station, policy):
+    """A policy that leads the tool to a point beside the object."""
+    beside = np.array([-0.25, 0.1, 0.4])
+    weights = {"object_position": 0.1 * np.eye(3, 7), "robot_tool_position": -0.1 * np.eye(3, 7)}
+    model = policy([*(0.1 * beside), 0, 0, 0, -1], {**TOOL, "object_position": (3,)}, weights)
+    Acting(station, model=model, object="basket").run(4.0).check_limits()
+    where = station.cell.pose("basket").translation + beside
+    assert np.allclose(tool(station).translation, where, atol=2e-3)
+
+
+def test_sequences_of_actions_are_executed_in_turn(station, policy):
+    start = tool(station).translation[0]
+    there_and_back = np.zeros((8, 7))
+    there_and_back[:4, 0], there_and_back[4:, 0] = 0.004, -0.004
+    acting = Acting(station, model=policy(there_and_back)).run(0.2)
+    gone = tool(station).translation[0] - start
+    assert 0.01 < gone < 0.02
+    acting.run(0.2)
+    assert abs(tool(station).translation[0] - start) < 0.5 * gone
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_limits_hold_whatever_the_policy_wants(station, policy, seed):
+    rng = np.random.default_rng(seed)
+    low, high = station.arm.model.limits.lower, station.arm.model.limits.upper
+    targets = np.column_stack([rng.uniform(low - 1.0, high + 1.0, (40, 7)), -np.ones(40)])
+    targets[:, 1:4] = station.arm.q_ref[1:4] + rng.uniform(-0.3, 0.3, (40, 3))  # free of contact
+    model = policy(targets, action="joint_targets")
+    acting = Acting(station, model=model, time_limit=2.0).run(3.0)
+    acting.check_limits()
+    assert not station.arm.v.any()
+
+
+def test_an_external_force_stops_the_arm_and_is_the_reason(station, policy):
+    model = policy([0.0, 0.0, -0.02, 0.0, 0.0, 0.0, -1.0])
+    acting = Acting(station, model=model, time_limit=9.0).run(6.0)
+    assert acting.status is NodeStatus.FAILURE
+    assert "external force" in acting.leaf.feedback_message
+    assert station.arm.at_rest
+
+
+def test_halting_stops_the_arm_within_its_limits(station, policy):
+    acting = Acting(station, model=policy([0.02, 0.02, -0.01, 0.0, 0.0, 0.0, 1.0])).run(0.4)
+    assert np.abs(station.arm.v).max() > 0.1
+    acting.tree.halt()
+    acting.status = NodeStatus.IDLE
+    acting.run(0.6)
+    acting.check_limits()
+    assert station.arm.at_rest and not station.gripper.moving
+
+
+def test_actions_that_are_not_finite_are_failures(station, policy):
+    acting = Acting(station, model=policy([0.0, np.nan, 0, 0, 0, 0, 0])).run(0.05)
+    assert acting.status is NodeStatus.FAILURE
+    assert "not finite" in acting.leaf.feedback_message
+    assert not station.arm.moving
+
+
+@pytest.mark.parametrize(
+    ("offset", "inputs", "metadata", "reason"),
+    [
+        (np.zeros(7), TOOL, {"action": "joint_torques"}, "did you mean 'joint_targets'"),
+        (np.zeros(6), TOOL, {}, "of this robot has 7"),
+        (np.zeros(7), {"robot_tool_positions": (3,)}, {}, "did you mean 'robot_tool_position'"),
+        (np.zeros(7), {"robot_joint_positions": (6,)}, {}, "size 6, the station's has 7"),
+        (np.zeros(7), TOOL, {"rate": "1000"}, "ticked less often"),
+    ],
+)
+def test_a_policy_that_does_not_fit_fails_with_the_reason(
+    station, policy, offset, inputs, metadata, reason
+):
+    acting = Acting(station, model=policy(offset, inputs, **metadata)).run(0.1)
+    assert acting.status is NodeStatus.FAILURE
+    assert reason in acting.leaf.feedback_message
+    assert not station.arm.moving
+
+
+def test_files_are_checked_before_the_run(station, tmp_path):
+    with pytest.raises(NodeError, match="No such file"):
+        Acting(station, model=str(tmp_path / "missing.onnx"))
+
+
+def test_hover_goes_on_from_a_halted_policy(station, policy):
+    acting = Acting(station, model=policy([0.02, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0])).run(0.4)
+    acting.tree.halt()
+    result = station.run(Hover(object="basket", height=0.3))
+    assert result.status is NodeStatus.SUCCESS, result.reason
