@@ -62,6 +62,11 @@ STABLE = {
         "LossCheck"
     ),
     "bt_manip.envs": "LearningTask Outcome DmEnvironment",
+    "bt_manip.evaluation": (
+        "Evaluation EpisodeId EpisodeResult EpisodeWorker evaluate run_episodes Worker "
+        "WorkerDiedError RayPool ResultFolder read_results SuccessRate wilson_interval "
+        "Parameter parse_parameter grid samples"
+    ),
     "bt_manip.demonstrations": (
         "Demonstration DemonstrationStore DemonstrationRecorder read_demonstrations "
         "write_robomimic write_demonstration_table write_lerobot"

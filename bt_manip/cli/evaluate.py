@@ -198,7 +198,7 @@ def _command(evaluation: "Evaluation", failure: "Failure", point: "dict[str, Any
     keys = given.pop("settings", {}) | {k: v for k, v in point.items() if k not in given}
     given |= {key: value for key, value in point.items() if key in given}
     words = ["bt-manip", "run", evaluation.tree]
-    defaults = {"robot": "panda", "planner": "rrt_connect", "seed": 0}
+    defaults = {"robot": "panda", "planner": "rrt_connect"}  # the seed: that of the scene
     for key, value in given.items():
         if value is not None and value != defaults.get(key):
             words += [f"--{key}", str(value)]
