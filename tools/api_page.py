@@ -79,7 +79,7 @@ STABLE = {
     "bt_manip.plugins": "load_plugins Plugins",
     "bt_manip.runner": (
         "Station TreeResult build_station Scene SceneRobot Fixture RunObserver RunRequest Run "
-        "prepare find_tree table_and_basket two_arms save_snapshot load_snapshot"
+        "prepare request_of find_tree table_and_basket two_arms save_snapshot load_snapshot"
     ),
     "bt_manip.testing": (
         "Trial Stub Example contracts_of trees_of run_tree Situations built_in_situations play "

@@ -236,9 +236,9 @@ def _rotation(T: pin.SE3) -> np.ndarray:
 
 def _joint_addresses(model: mujoco.MjModel, name: str) -> list[int]:
     """Return the addresses in qpos of the hinges and slides of an entity."""
-    single = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+    single = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
     return [
         int(model.jnt_qposadr[i])
         for i in range(model.njnt)
-        if model.jnt_type[i] in single and entity_of(model.joint(i).name) == name
+        if int(model.jnt_type[i]) in single and entity_of(model.joint(i).name) == name
     ]

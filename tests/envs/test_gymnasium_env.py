@@ -84,7 +84,7 @@ def test_a_state_continues_bit_for_bit(env):
 
 @pytest.mark.parametrize("action", ACTIONS)
 def test_a_random_policy_neither_crashes_nor_meets_nan(action):
-    run_random_policy(ID, action, 75)
+    run_random_policy(ID, action, 50)
 
 
 @pytest.mark.soak

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from bt_manip.cell.objects import ModelObject
 from bt_manip.episodes import Images, Observations
 from bt_manip.exceptions import BtManipError
 from bt_manip.runner import build_station
@@ -50,3 +51,18 @@ def test_images_show_the_entities(station, opengl):
 def test_an_unknown_kind_of_images_is_refused(station):
     with pytest.raises(BtManipError, match="no images are called 'rbg'"):
         Observations(station, Images(("rbg",)))
+
+
+def test_joints_of_objects_are_observed(parts, tmp_path):
+    file = tmp_path / "lid.xml"
+    file.write_text(
+        "<mujoco><worldbody><body name='lid'><joint name='slide' type='slide' axis='0 0 1'/>"
+        "<geom type='box' size='0.05 0.05 0.01'/></body></worldbody></mujoco>"
+    )
+    station = build_station(parts)
+    cell = station.cell
+    name = cell.add(ModelObject(str(file)), pose((0.3, 0.4, 1.2)), name="lid", free=False)
+    observations = Observations(station)
+    assert observations.specs[f"{name}_joint_positions"].shape == (1,)
+    cell.data.joint("lid/slide").qpos[0] = 0.02
+    assert observations.read()["lid_joint_positions"] == pytest.approx([0.02])
