@@ -32,5 +32,5 @@ test_trees_end_as_they_should = trees_of("blocks", end_states=END_STATES, seed=1
 
 @pytest.mark.soak
 @pytest.mark.parametrize("tree", END_STATES)
-def test_fifty_of_fifty(tree, parts):
-    run_tree(tree, parts, end_state=END_STATES[tree], cycles=50)
+def test_two_hundred_of_two_hundred(tree, parts):
+    run_tree(tree, parts, end_state=END_STATES[tree], cycles=200)

@@ -22,7 +22,7 @@ DEPTH_TOLERANCE = 0.002
 CAUGHT = 0.0015
 """Depth at which an object is in the hole during a search [m]: it does not tilt so deep."""
 
-PITCH = 0.0007
+PITCH = 0.0005
 """Distance between the turns of the spiral [m]: less than the play that holes have."""
 
 LOWERING_SPEED = 0.04
@@ -42,11 +42,11 @@ class Insert(MotionBehaviour):
     contact instead of jamming. Whatever the outcome, the arm returns to its own controller once it
     is at rest.
 
-    With a `search` radius, the hole may be beside the middle of the socket. The object is lowered
-    until it meets the socket with `search_force`, and slides on a spiral around the middle until it
-    falls into the hole (spiral search, S. Chhatpar and M. Branicky, IROS 2001). Friction makes it
-    lag behind the spiral by friction times force divided by the controller's stiffness, 1.5 mm for
-    0.3, 5 N and 1000 N/m: the radius has to be as much larger.
+    With a `search` radius, the hole may be beside the middle of the socket. The object is pressed
+    on the socket: the stiffness times `press` is the force. It slides on a spiral around the middle
+    until it falls into the hole (spiral search, S. Chhatpar and M. Branicky, IROS 2001). Friction
+    makes it lag behind the spiral by the coefficient of friction times `press`; the radius has to
+    be as much larger.
     """
 
     memory = (*MotionBehaviour.memory, "_phase", "_tare", "_last_force")
@@ -60,9 +60,11 @@ class Insert(MotionBehaviour):
     search = Input(
         float, default=0.0, doc="Radius around the middle to search for the hole [m]; 0: none."
     )
-    search_force = Input(float, default=5.0, doc="Force on the socket during the search [N].")
+    press = Input(
+        float, default=0.004, doc="Depth of the reference below the socket's top in a search [m]."
+    )
 
-    amounts = {**MotionBehaviour.amounts, "search": "m", "search_force": "N"}
+    amounts = {**MotionBehaviour.amounts, "search": "m", "press": "m"}
 
     _phase = OVER
     _tare: tuple[float, ...] = ()  # [N] force at the wrist before contact, in the tool's axes
@@ -94,11 +96,11 @@ class Insert(MotionBehaviour):
         if self._phase in (LOWERING, SEARCHING) and depth >= CAUGHT:
             self._phase = PUSHING
             return self.begin_motion(self._push)
-        if self._phase == LOWERING and force >= self.search_force:
-            self._phase = SEARCHING
-            return self.begin_motion(self._search)
         if self.arm.moving:
             return Status.RUNNING
+        if self._phase == LOWERING:
+            self._phase = SEARCHING
+            return self.begin_motion(self._search)
         self._ended = self.cell.time if self._ended is None else self._ended
         if self.cell.time - self._ended > self.SETTLING:
             searched = f", found no hole within {1e3 * self.search:.1f} mm," if self.search else ""
@@ -125,7 +127,7 @@ class Insert(MotionBehaviour):
         super().terminate(new_status)
 
     def _lower(self) -> None:
-        target = self._tool_pose(-self.depth)
+        target = self._tool_pose(-self.press)
         self.arm.move_linear(target, speed=LOWERING_SPEED, contact=True)
 
     def _search(self) -> None:

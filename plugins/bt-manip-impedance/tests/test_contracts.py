@@ -9,7 +9,7 @@ from bt_manip.behaviours import CloseGripper, Grasp, Hover, Lift, Reach, extent
 from bt_manip.cell import is_in
 from bt_manip.runner import Fixture
 from bt_manip.runner import build_station as build
-from bt_manip.testing import Example, built_in_situations, contracts_of, play, trees_of
+from bt_manip.testing import Example, built_in_situations, contracts_of, play, run_tree, trees_of
 from bt_manip_impedance import ReachHandle
 
 OVER_THE_BUTTON = "over the button"
@@ -78,16 +78,21 @@ def rod_is_in_the_basket(station):
     assert is_in(station.cell, "rod", "basket")
 
 
-test_trees = trees_of(
-    "impedance",
-    end_states={
-        "press_button": button_is_released,
-        "insert_peg": peg_is_in_the_hole,
-        "peg_in_hole": peg_is_in_the_hole,
-        "open_drawer": drawer_is_open,
-        "hand_over": rod_is_in_the_basket,
-    },
-)
+END_STATES = {
+    "press_button": button_is_released,
+    "insert_peg": peg_is_in_the_hole,
+    "peg_in_hole": peg_is_in_the_hole,
+    "open_drawer": drawer_is_open,
+    "hand_over": rod_is_in_the_basket,
+}
+
+test_trees = trees_of("impedance", end_states=END_STATES)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("tree", ["press_button", "peg_in_hole", "open_drawer", "hand_over"])
+def test_two_hundred_of_two_hundred(tree, parts):
+    run_tree(tree, parts, end_state=END_STATES[tree], cycles=200, seed=1)
 
 
 @pytest.fixture(scope="session")
