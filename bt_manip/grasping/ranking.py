@@ -159,7 +159,8 @@ def _turn_towards(R_now: np.ndarray, R: np.ndarray, axis: np.ndarray) -> np.ndar
     They maximize the trace of R_now^T turn R, which is a sinusoid of the angle.
     """  # (n, 3, 3)
     M = R @ R_now.T
-    sine = np.einsum("nij,nji->n", [pin.skew(u) for u in axis], M) if len(M) else np.zeros(0)
-    cosine = np.trace(M, axis1=1, axis2=2) - np.einsum("ni,nij,nj->n", axis, M, axis)
-    turns = [pin.exp3(a * u) for a, u in zip(np.arctan2(sine, cosine), axis, strict=True)]
-    return np.reshape(turns, (-1, 3, 3))
+    skew, along = -np.cross(axis[:, None], np.eye(3)), axis[:, :, None] * axis[:, None]
+    sine = np.einsum("nij,nji->n", skew, M)
+    cosine = np.einsum("nij,nji->n", np.eye(3) - along, M)
+    angle = np.arctan2(sine, cosine)[:, None, None]
+    return np.asarray(along + np.sin(angle) * skew + np.cos(angle) * (np.eye(3) - along))

@@ -51,3 +51,9 @@ def test_the_nearest_grasp_of_a_ball_is_turned_to_the_tool():
         assert first.T_wt.translation[:2] == pytest.approx([0.0, 0.0], abs=1e-9)
         assert first.tool_distance == pytest.approx(0.0, abs=1e-6)
         assert first.grasp.T_ot.isApprox(first.T_wt)
+
+
+def test_from_a_tool_that_points_up_the_nearest_grasp_still_has_a_pose():
+    upwards = pin.SE3(np.eye(3), np.zeros(3))
+    first = next(ranking(candidates(solid("sphere", 0.025)), T_now=upwards).by_distance())
+    assert np.linalg.det(first.T_wt.rotation) == pytest.approx(1.0)

@@ -108,7 +108,7 @@ def test_a_tool_beside_the_fingers_is_found(checked):
 
 def test_a_gripper_that_does_not_open_so_wide_is_found(checked):
     result = checked(("max_force = 60.0", "max_force = 60.0\nopen_width = 0.2"))
-    assert "open_width" in "".join(result.findings)
+    assert len(result.findings) == 1 and "open_width" in result.findings[0]
 
 
 def test_an_arm_too_weak_for_itself_is_found(checked):
