@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Iterable
-from types import TracebackType
 from typing import Any
 
 from rich import box
@@ -57,12 +56,7 @@ class EvaluationView:
             self._live.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         """Stop drawing."""
         if self._console.is_terminal:
             self._live.stop()
@@ -105,7 +99,7 @@ class EvaluationView:
         speed = counted / elapsed
         left = _duration((self._planned - done) / speed)
         factor = self._simulated / elapsed
-        return f"{text}, {speed:.2f} episodes/s ({factor:.0f} x real time), {left} left"
+        return f"{text}, {speed:.2f} episodes/s ({factor:.2g} x real time), {left} left"
 
     def _drawn(self) -> RenderableType:
         return Group(Text(self._progress()), self._results(POINTS))

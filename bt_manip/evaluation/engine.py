@@ -39,25 +39,14 @@ class Worker(Protocol[E_contra, R_co]):
         """Run an episode; both the episode and its result can be pickled."""
 
 
-class RemoteWorker(Protocol):
-    """A worker in another process."""
-
-    def send(self, episode: Any) -> None:
-        """Start an episode."""
-
-    def receive(self) -> Any:
-        """Return the result of the episode.
-
-        Raises:
-            WorkerDiedError: If the process died.
-            Exception: What the worker raised.
-        """
-
-
 class Pool(Protocol):
-    """Starts workers in other processes and waits for them."""
+    """Starts workers in other processes and waits for them.
 
-    def start(self) -> RemoteWorker:
+    A started worker has ``send(episode)``, and ``receive()``, which returns the result, or raises
+    `WorkerDiedError` or what the worker raised.
+    """
+
+    def start(self) -> Any:
         """Start a worker."""
 
     def wait(self, workers: Collection[Any]) -> Collection[Any]:
