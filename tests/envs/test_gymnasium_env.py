@@ -139,3 +139,15 @@ def test_impossible_options_are_refused():
         gymnasium.make(ID, action="jumps")
     with pytest.raises(BtManipError, match="a reward is"):
         gymnasium.make(ID, reward="much")
+
+
+@pytest.mark.soak
+def test_vectorized_environments_have_the_observations_of_single_ones(env):
+    many = gymnasium.make_vec(
+        f"bt_manip.envs:{ID}", num_envs=2, vectorization_mode="async", action="joint_targets"
+    )
+    observations, _ = many.reset(seed=5)
+    many.step(many.action_space.sample())
+    single, _ = env.reset(seed=6)
+    many.close()
+    assert all(np.array_equal(observations[name][1], single[name]) for name in single)

@@ -1,0 +1,35 @@
+"""Differential inverse kinematics, for small displacements of the tool."""
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+IK_ERROR = 1e-5
+"""Error of the tool pose at which differential inverse kinematics ends [m] and [rad]."""
+
+
+def differential_ik(model: Any, q: np.ndarray, T_wt: pin.SE3, iterations: int = 4) -> np.ndarray:
+    """Return the configuration near another one that puts the tool at a pose, as far as it can.
+
+    Damped least squares (Nakamura & Hanafusa, 1986), inside the position limits.
+
+    Args:
+        model: The arm's `RobotModel`.
+        q: Where to start [rad].  # (nq,)
+        T_wt: Pose of the tool in the world.
+        iterations: Number of steps.
+    """  # (nq,)
+    q = q.copy()
+    weights = (model.limits.velocity / model.limits.velocity.max()) ** 2
+    for _ in range(iterations):
+        T = model.pose(q)
+        turn = pin.log3(T_wt.rotation @ T.rotation.T)
+        error = np.concatenate([T_wt.translation - T.translation, turn])
+        if np.abs(error).max() < IK_ERROR:
+            break
+        J = model.jacobian(q)
+        WJ = weights[:, np.newaxis] * J.T
+        q += WJ @ np.linalg.solve(J @ WJ + 1e-5 * np.eye(6), error)
+        q = np.clip(q, model.limits.lower, model.limits.upper)
+    return q
