@@ -9,10 +9,16 @@ IK_ERROR = 1e-5
 """Error of the tool pose at which differential inverse kinematics ends [m] and [rad]."""
 
 
+HOMING = 0.01
+"""Share of the distance from home by which redundant joints approach it in an iteration, so that
+they do not drift into limits."""
+
+
 def differential_ik(model: Any, q: np.ndarray, T_wt: pin.SE3, iterations: int = 4) -> np.ndarray:
     """Return the configuration near another one that puts the tool at a pose, as far as it can.
 
-    Damped least squares (Nakamura & Hanafusa, 1986), inside the position limits.
+    Damped least squares (Nakamura & Hanafusa, 1986), inside the position limits; redundant joints
+    move towards home.
 
     Args:
         model: The arm's `RobotModel`.
@@ -30,6 +36,7 @@ def differential_ik(model: Any, q: np.ndarray, T_wt: pin.SE3, iterations: int = 
             break
         J = model.jacobian(q)
         WJ = weights[:, np.newaxis] * J.T
-        q += WJ @ np.linalg.solve(J @ WJ + 1e-5 * np.eye(6), error)
+        homing = HOMING * (model.home - q)
+        q += homing + WJ @ np.linalg.solve(J @ WJ + 1e-5 * np.eye(6), error - J @ homing)
         q = np.clip(q, model.limits.lower, model.limits.upper)
     return q
