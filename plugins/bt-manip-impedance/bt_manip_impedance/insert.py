@@ -61,7 +61,7 @@ class Insert(MotionBehaviour):
         float, default=0.0, doc="Radius around the middle to search for the hole [m]; 0: none."
     )
     press = Input(
-        float, default=0.004, doc="Depth of the reference below the socket's top in a search [m]."
+        float, default=0.006, doc="Depth of the reference below the socket's top in a search [m]."
     )
 
     amounts = {**MotionBehaviour.amounts, "search": "m", "press": "m"}
