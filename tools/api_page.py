@@ -90,7 +90,9 @@ STABLE = {
 
 EXPERIMENTAL = {
     "bt_manip.bt": "read_tree Reading declare Stubs Libraries LeafMapping",
-    "bt_manip.cell": "entity_of",
+    "bt_manip.exceptions": "one_line shown",
+    "bt_manip.input_files": "read_bytes",
+    "bt_manip.cell": "entity_of extent bottom_of why_not_on ContactEvent",
     "bt_manip.cell.randomization": "Randomization",
     "bt_manip.collision": "CollisionWorld FreeSpace CollisionPair",
     "bt_manip.trajectories": (
@@ -110,7 +112,9 @@ EXPERIMENTAL = {
         "RecordedRun RecordedScene VideoRecorder write_csv write_parquet write_mcap write_video "
         "Continuation RecordedInterventions restore_snapshot"
     ),
-    "bt_manip.runner": "EventStream EventQueue RunEvent TreeSource Interventions",
+    "bt_manip.behaviours": "ObjectCondition default_force",
+    "bt_manip.episodes": "differential_ik",
+    "bt_manip.runner": "scene_of EventStream EventQueue RunEvent TreeSource Interventions",
     "bt_manip.faults": "Fault FaultContext FaultError FaultInjector parameter parse_fault",
     "bt_manip.viewer": "render write_png NoOpenGLError Page Panel",
 }
