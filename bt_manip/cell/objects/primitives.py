@@ -377,7 +377,10 @@ class HoleBoard(PrimitiveProp):
         opening = (hole + thickness) / 2**0.5
         if not min(x / 2 - abs(u), y / 2 - abs(v)) > opening:
             wide = 2 * (opening + max(abs(u), abs(v)))
-            raise CellError(f"a hole of radius {hole:g} m needs a board wider than {wide:g}")
+            raise CellError(
+                f"a hole of radius {hole:g} m at an offset of {u:g}, {v:g} m needs a board wider "
+                f"than {wide:g} m"
+            )
         self._add_ring(hole, thickness, z, centre=(u, v))
         for sign in (1, -1):
             side, end = (x / 2 - opening - sign * u) / 2, (y / 2 - opening - sign * v) / 2
