@@ -11,7 +11,7 @@ from bt_manip.cli.completion import complete_part
 from bt_manip.cli.interrupt import INTERRUPTED
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 from bt_manip.cli.settings import parse_settings
-from bt_manip.cli.station_options import station_options
+from bt_manip.cli.station_options import station_options, workers_option
 
 DEMONSTRATION_FORMATS = ("robomimic", "parquet", "lerobot")
 
@@ -61,10 +61,7 @@ def demos() -> None:
     "--images", default="", metavar="CAMERA,CAMERA", help="Record images of these cameras."
 )
 @click.option("--size", default="128x128", show_default=True, metavar="WxH", help="Of the images.")
-@click.option(
-    "--jobs", type=click.IntRange(min=1), metavar="N",
-    help="Number of processes.  [default: one for each core]",
-)  # fmt: skip
+@workers_option
 @station_options
 def record(
     tree: str,
@@ -73,7 +70,7 @@ def record(
     failures: bool,
     images: str,
     size: str,
-    jobs: int | None,
+    workers: int | None,
     settings: tuple[str, ...],
     **options: Any,
 ) -> int:
@@ -112,7 +109,7 @@ def record(
     left = [episode for episode in range(episodes) if episode not in done]
     console, code = Console(stderr=True), 0
     try:
-        results = run_episodes(make_recorder, left, min(jobs or os.cpu_count() or 1, len(left)))
+        results = run_episodes(make_recorder, left, min(workers or os.cpu_count() or 1, len(left)))
         for _ in track(
             results, "demos", len(left), console=console, transient=True,
             disable=not console.is_terminal,

@@ -14,7 +14,7 @@ from bt_manip.cli.completion import complete_part
 from bt_manip.cli.interrupt import INTERRUPTED
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 from bt_manip.cli.settings import parse_settings
-from bt_manip.cli.station_options import Command, station_options
+from bt_manip.cli.station_options import Command, station_options, workers_option
 from bt_manip.extras import require_extra
 
 if TYPE_CHECKING:
@@ -35,10 +35,7 @@ _OPTIONS: tuple[Callable[[Command], Command], ...] = (
         "--seed", type=click.IntRange(min=0), default=0, show_default=True, metavar="S",
         help="Seed of all episodes.",
     ),
-    click.option(
-        "--workers", type=click.IntRange(min=1), metavar="N",
-        help="Number of processes, or of workers on the cluster.  [default: one for each core]",
-    ),
+    workers_option,
     click.option(
         "--ray", is_flag=False, flag_value="local", metavar="[ADDRESS]",
         help="Run on a Ray cluster, HOST:PORT; without an address, on a local one.",
@@ -143,7 +140,6 @@ def _execute(
     evaluation = Evaluation(tree, options, make_points(), timeout, chosen())
     worker = EpisodeWorker(evaluation)  # bad input is found here
     evaluation = replace(evaluation, identity=worker.identity)
-    jobs = workers or os.cpu_count() or 1
     with ExitStack() as stack:
         before: list[EpisodeResult] = []
         results = None
@@ -154,12 +150,12 @@ def _execute(
         pool = None
         if ray is not None:
             pool = RayPool(partial(EpisodeWorker, evaluation), ray, workers or 0)
-            jobs = workers or pool.cpus
-        view = stack.enter_context(EvaluationView(evaluation, episodes, jobs, before))
+        workers = workers or (pool.cpus if pool is not None else os.cpu_count() or 1)
+        view = stack.enter_context(EvaluationView(evaluation, episodes, workers, before))
         code = 0
         try:
             found = run_evaluation(
-                evaluation, episodes, jobs, pool=pool, worker=worker, before=before,
+                evaluation, episodes, workers, pool=pool, worker=worker, before=before,
                 until_width=until_interval,
             )  # fmt: skip
             for result in stack.enter_context(closing(found)):

@@ -32,10 +32,10 @@ class EvaluationView:
     """
 
     def __init__(
-        self, evaluation: Evaluation, episodes: int, jobs: int, before: Iterable[EpisodeResult]
+        self, evaluation: Evaluation, episodes: int, workers: int, before: Iterable[EpisodeResult]
     ) -> None:
         """Count what is known before."""
-        self._evaluation, self._jobs = evaluation, jobs
+        self._evaluation, self._workers = evaluation, workers
         self._planned = episodes * len(evaluation.points)
         self.total, self.rates = SuccessRate(), [SuccessRate() for _ in evaluation.points]
         self._points: dict[int, int] = {}
@@ -91,7 +91,7 @@ class EvaluationView:
     def _progress(self) -> str:
         """Return how far it is, how fast, and the time left."""
         done = self.total.trials
-        text = f"{done} of {self._planned} episodes, {self._jobs} workers"
+        text = f"{done} of {self._planned} episodes, {self._workers} workers"
         elapsed = time.monotonic() - self._first
         counted = done - self._before - 1
         if counted < 1 or elapsed <= 0.0:

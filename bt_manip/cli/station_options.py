@@ -1,4 +1,4 @@
-"""Options that choose the parts of a station and the settings of its tree."""
+"""Options of several commands: the parts of a station, the settings of its tree, workers."""
 
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -36,6 +36,12 @@ _OPTIONS = (
         help="Set a key that the tree declares; may be given more than once.",
     ),
 )  # fmt: skip
+
+workers_option = click.option(
+    "--workers", type=click.IntRange(min=1), metavar="N",
+    help="Number of processes, or of workers on a cluster.  [default: one for each core]",
+)  # fmt: skip
+"""Adds ``--workers`` to a command."""
 
 
 def station_options(command: Command) -> Command:

@@ -11,7 +11,7 @@ from bt_manip.cli.completion import complete_part
 from bt_manip.cli.interrupt import INTERRUPTED
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 from bt_manip.cli.settings import parse_settings
-from bt_manip.cli.station_options import station_options
+from bt_manip.cli.station_options import station_options, workers_option
 
 if TYPE_CHECKING:
     from bt_manip.faults import StressTable
@@ -37,10 +37,7 @@ NOT_ACCEPTABLE = 1
     "--phases", default="", metavar="A,B",
     help="Only at these leaves.  [default: all that run in an undisturbed cycle]",
 )  # fmt: skip
-@click.option(
-    "--jobs", type=click.IntRange(min=1), metavar="N",
-    help="Number of processes.  [default: one for each core]",
-)  # fmt: skip
+@workers_option
 @click.option(
     "--markdown", type=click.Path(path_type=Path), metavar="FILE",
     help="Write the whole table to a page: between the lines <!-- stress --> and <!-- /stress -->, "
@@ -56,7 +53,7 @@ def stress(
     seeds: int,
     faults: str,
     phases: str,
-    jobs: int | None,
+    workers: int | None,
     markdown: Path | None,
     json_file: Path | None,
     settings: tuple[str, ...],
@@ -87,7 +84,7 @@ def stress(
     results, code = [], 0
     console = Console(stderr=True)
     try:
-        done = run_episodes(tester, cases, jobs or os.cpu_count() or 1)
+        done = run_episodes(tester, cases, workers or os.cpu_count() or 1)
         for result in track(
             done, "stress", len(cases), console=console, transient=True,
             disable=not console.is_terminal,

@@ -64,7 +64,7 @@ def raise_lost(episode: object, error: WorkerDiedError) -> NoReturn:
 def run_episodes(
     make_worker: Callable[[], Worker[Episode, Result]],
     episodes: Iterable[Episode],
-    jobs: int = 1,
+    workers: int = 1,
     *,
     pool: Pool | None = None,
     lost: Callable[[Episode, WorkerDiedError], Result] = raise_lost,
@@ -78,7 +78,7 @@ def run_episodes(
     Args:
         make_worker: Makes the worker of a process; it can be pickled.
         episodes: The episodes; taken as they are needed.
-        jobs: Number of processes; 1: this one, where no pool is given.
+        workers: Number of processes; 1: this one, where no pool is given.
         pool: Starts the workers; None: processes of this machine.
         lost: Returns the result of an episode that was given up; by default it raises.
 
@@ -86,7 +86,7 @@ def run_episodes(
         WorkerDiedError: If an episode was given up.
         Exception: The first exception of a worker.
     """
-    if jobs == 1 and pool is None:
+    if workers == 1 and pool is None:
         yield from map(make_worker().run, episodes)
         return
     pool = pool or ProcessPool(make_worker)
@@ -97,7 +97,7 @@ def run_episodes(
     results: list[Result] = []
     try:
         while True:
-            while len(busy) < jobs:
+            while len(busy) < workers:
                 if again:
                     episode, attempt = again.popleft()
                 else:

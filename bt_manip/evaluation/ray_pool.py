@@ -31,14 +31,14 @@ class RayPool:
     """
 
     def __init__(
-        self, make_worker: Callable[[], Worker[Any, Any]], address: str = LOCAL, jobs: int = 0
+        self, make_worker: Callable[[], Worker[Any, Any]], address: str = LOCAL, workers: int = 0
     ) -> None:
         """Connect to a cluster, or start one.
 
         Args:
             make_worker: Makes the worker of an actor; it can be pickled.
             address: ``HOST:PORT`` of the cluster, or `LOCAL`.
-            jobs: Number of CPUs of a local cluster; 0: all of this machine.
+            workers: Number of CPUs of a local cluster; 0: all of this machine.
 
         Raises:
             BtManipError: If Ray is missing, or there is no cluster at the address.
@@ -54,7 +54,7 @@ class RayPool:
         self._ray, self._make_worker = ray, make_worker
         options: dict[str, Any] = {"address": address, "log_to_driver": False}
         if address == LOCAL:
-            options |= {"num_cpus": jobs or os.cpu_count(), "object_store_memory": OBJECT_STORE}
+            options |= {"num_cpus": workers or os.cpu_count(), "object_store_memory": OBJECT_STORE}
             options["include_dashboard"] = False
         try:
             ray.init(logging_level=logging.ERROR, **options)

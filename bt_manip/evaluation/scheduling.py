@@ -15,7 +15,7 @@ due to chance when a rate is near 0 or 1."""
 def evaluate(
     evaluation: Evaluation,
     episodes: int,
-    jobs: int = 1,
+    workers: int = 1,
     *,
     pool: Pool | None = None,
     worker: EpisodeWorker | None = None,
@@ -27,7 +27,7 @@ def evaluate(
     Args:
         evaluation: What is evaluated.
         episodes: Number of episodes of each point.
-        jobs: Number of workers.
+        workers: Number of workers.
         pool: Starts them, as for `run_episodes`.
         worker: A worker in this process, for one job without a pool.
         before: Results that are known, which are neither run nor yielded.
@@ -48,10 +48,10 @@ def evaluate(
                     yield EpisodeId(point, episode)
 
     make: Callable[[], Worker[EpisodeId, EpisodeResult]] = partial(EpisodeWorker, evaluation)
-    if worker is not None and jobs == 1 and pool is None:
+    if worker is not None and workers == 1 and pool is None:
         make = partial(_same, worker)
     lost = partial(lost_episode, evaluation.seed)
-    for result in run_episodes(make, wanted(), jobs, pool=pool, lost=lost):
+    for result in run_episodes(make, wanted(), workers, pool=pool, lost=lost):
         rates[result.point].add(result)
         yield result
 

@@ -36,7 +36,7 @@ def path(tmp_path):
 def record(bt_manip, path, tmp_path):
     folder = tmp_path / "demos"
     return lambda *options, name="tree": bt_manip(
-        "demos", f"{path}:{name}", "--to", folder, "--jobs", 1, *options
+        "demos", f"{path}:{name}", "--to", folder, "--workers", 1, *options
     )
 
 
@@ -80,7 +80,7 @@ def test_failed_episodes_are_named_with_the_reason(record):
 def test_a_killed_command_goes_on_with_the_same_digests(bt_manip, path, tmp_path):
     def options(folder):
         tree, to = f"{path}:aimless", str(tmp_path / folder)
-        return ["demos", tree, "--all", "--episodes", "5", "--jobs", "1", "--to", to]
+        return ["demos", tree, "--all", "--episodes", "5", "--workers", "1", "--to", to]
 
     with subprocess.Popen([sys.executable, "-m", "bt_manip", *options("killed")]) as process:
         deadline = time.monotonic() + 60.0

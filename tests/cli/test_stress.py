@@ -23,7 +23,9 @@ def aimless():
 def stress(bt_manip, tmp_path):
     path = tmp_path / "small.py"
     path.write_text(TREE)
-    return lambda *options, name="tree": bt_manip("stress", f"{path}:{name}", "--jobs", 1, *options)
+    return lambda *options, name="tree": bt_manip(
+        "stress", f"{path}:{name}", "--workers", 1, *options
+    )
 
 
 def test_a_table_and_its_files_are_written(stress, tmp_path):
@@ -67,7 +69,7 @@ def test_a_tree_without_a_goal_is_refused(stress):
 def test_ctrl_c_ends_at_once_with_the_table_so_far(terminal, tmp_path):
     (tmp_path / "small.py").write_text(TREE)
     page = tmp_path / "page.md"
-    options = ("--faults", "push", "--seeds", "200", "--jobs", "2", "--markdown", str(page))
+    options = ("--faults", "push", "--seeds", "200", "--workers", "2", "--markdown", str(page))
     stress = terminal("stress", "small.py:tree", *options)
     stress.wait_for(b"[1-9]%")
     stress.interrupt()

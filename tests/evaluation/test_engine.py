@@ -58,10 +58,10 @@ def test_the_result_of_a_lost_episode_can_be_given(squares):
     assert sorted(result for result, _ in results) == [-3, 0, 1, 4]
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_what_a_worker_raises_is_raised(squares, jobs):
+@pytest.mark.parametrize("workers", [1, 2])
+def test_what_a_worker_raises_is_raised(squares, workers):
     with pytest.raises(BtManipError, match="-1 is negative"):
-        list(run_episodes(squares(), [0, -1], jobs))
+        list(run_episodes(squares(), [0, -1], workers))
 
 
 def test_what_fails_to_make_a_worker_raises(tmp_path):

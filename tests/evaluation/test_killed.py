@@ -93,7 +93,7 @@ def test_a_ray_cluster_gives_the_same_results_also_when_an_actor_dies(evaluation
     from functools import partial
 
     small = evaluation()
-    pool = RayPool(partial(EpisodeWorker, small), jobs=2)
+    pool = RayPool(partial(EpisodeWorker, small), workers=2)
     found = {}
     for result in evaluate(small, 20, 2, pool=pool):
         found[result.episode] = result.digest

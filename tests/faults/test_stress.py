@@ -70,9 +70,9 @@ def tree(tmp_path):
     return lambda name: partial(StressTester, f"{path}:{name}")
 
 
-def results_of(tester, *faults, seeds=1, jobs=1):
+def results_of(tester, *faults, seeds=1, workers=1):
     cases = plan_cases(tester(), seeds, faults)
-    found = {result.case: result for result in run_episodes(tester, cases, jobs)}
+    found = {result.case: result for result in run_episodes(tester, cases, workers)}
     return [found[case] for case in cases]
 
 
@@ -126,7 +126,7 @@ def test_seeds_begin_faults_at_different_times_within_the_phase(tree):
 
 def test_the_results_do_not_depend_on_the_number_of_processes(tree):
     faults = ("move", "heavy")
-    one, two = (results_of(tree("checking"), *faults, jobs=jobs) for jobs in (1, 2))
+    one, two = (results_of(tree("checking"), *faults, workers=workers) for workers in (1, 2))
     assert one == two
     assert StressTable(one).markdown("") == StressTable(two).markdown("")
 
