@@ -6,13 +6,18 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections import defaultdict
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import mujoco
 import numpy as np
 
+from bt_manip.behaviours import MotionBehaviour
+from bt_manip.cell import Cell
 from bt_manip.cell.physics.state import integration_state
 from bt_manip.plugins import load_plugins
 from bt_manip.recording.recorder import Recorder
@@ -133,6 +138,39 @@ def whole_run(cycles: int = 5) -> tuple[float, float, float]:
     return report.real_time_factor, bare, report.simulated_s / cycles
 
 
+def planning_and_spawning(cycles: int = 8) -> tuple[float, float, float]:
+    """Time what a cycle plans, its spawn and remove, and the physics alone; medians [s].
+
+    The first cycle is left out.
+    """
+    times: dict[str, list[float]] = defaultdict(list)
+
+    def timed(name: str, method: Callable[..., Any]) -> Callable[..., Any]:
+        def call(self: Any, *args: Any, **kwargs: Any) -> Any:
+            start = time.perf_counter()
+            try:
+                return method(self, *args, **kwargs)
+            finally:
+                times[name or type(self).__name__].append(time.perf_counter() - start)
+
+        return call
+
+    keeper = Keeper()
+    with (
+        patch.object(MotionBehaviour, "initialise", timed("", MotionBehaviour.initialise)),
+        patch.object(Cell, "add", timed("add", Cell.add)),
+        patch.object(Cell, "remove", timed("remove", Cell.remove)),
+    ):
+        run = _prepare(cycles)
+        times.clear()  # the scene's own
+        run.execute([keeper])
+    timer = Timer(keeper)
+    timer.replay(len(keeper.steps))
+    each = {name: statistics.median(found[1:]) for name, found in times.items()}
+    spawning = each.pop("add") + each.pop("remove")
+    return sum(each.values()), spawning, statistics.median(timer.alone)
+
+
 def command(*arguments: str, runs: int = 5, **variables: str) -> float:
     """Time a whole process; median [s]."""
     times = []
@@ -178,6 +216,7 @@ def rows() -> list[tuple[str, str, str]]:
     whole, alone = control_step(Judge())
     recorded, beside = control_step(Recorder("pick_place", 0))
     factor, bare, cycle = whole_run()
+    planning, spawning, step = planning_and_spawning()
     first, imports = start()
     return [
         (
@@ -194,6 +233,16 @@ def rows() -> list[tuple[str, str, str]]:
             "real-time factor of pick_place, all included",
             f"{factor:.1f}",
             f"{factor / bare:.2f} of bare mj_step, {bare:.0f}",
+        ),
+        (
+            "planning in a cycle",
+            f"{1e3 * planning:.1f} ms",
+            f"{planning / step:.0f} x mj_step (at most 2000)",
+        ),
+        (
+            "spawn and remove of a cycle",
+            f"{1e3 * spawning:.1f} ms",
+            f"{spawning / step:.0f} x mj_step (at most 350)",
         ),
         ("mean cycle", f"{cycle:.2f} s simulated", "at most 5 s"),
         (
