@@ -9,7 +9,7 @@ from .collision_model import CollisionModel, pair_margins
 from .motion_bounds import MotionBounds, norms
 from .robot_geometry import RobotGeometry
 
-WINDOWS = (24, 6)  # configurations per distance query; the latter where the first is not enough
+WINDOWS = (48, 12)  # configurations per distance query; the latter where the first is not enough
 CONTACT_ERROR = 4e-4  # [m] by which contacts at corners are nearer than distance queries tell
 BOX_FACTOR = float(np.sqrt(3.0))
 """Largest ratio of the distance of two boxes, corner to corner, to that of MuJoCo's contact, which
@@ -73,9 +73,11 @@ class ConservativeAdvancement:
         self._factor = np.where((kind == _BOX).all(axis=0), BOX_FACTOR, 1.0)
         self._geoms, index = np.unique(self._pairs, return_inverse=True)
         self._index = index.reshape(2, -1)  # of the pairs in _geoms
+        self._flat_index = np.ravel_multi_index(tuple(self._index), 2 * self._geoms.shape)
         self._radii = model.geom_rbound[self._pairs].sum(axis=0)
         is_plane = kind == _PLANE
-        self._planes = np.flatnonzero(is_plane.any(axis=0))
+        self._with_plane = is_plane.any(axis=0)
+        self._planes = np.flatnonzero(self._with_plane)
         self._plane_side = is_plane[1, self._planes].astype(int)
 
     def refresh(self) -> None:
@@ -187,11 +189,12 @@ class ConservativeAdvancement:
 
         For planes, the distance from the sphere to the plane counts.
         """  # (m, npair)
-        first, second = self._index
         reach = np.maximum(needed + self._radii, 0.0)
         square = np.einsum("mgi,mgi->mg", positions, positions)
-        product = (positions @ np.swapaxes(positions, 1, 2))[:, first, second]
-        close: np.ndarray = square[:, first] + square[:, second] - 2.0 * product < reach * reach
+        product = positions @ np.swapaxes(positions, 1, 2)
+        apart = square[:, np.newaxis] + square[:, :, np.newaxis] - 2.0 * product
+        apart = apart.reshape(len(apart), -1).take(self._flat_index, axis=1)
+        close: np.ndarray = apart < reach * reach
         for column, side in zip(self._planes.tolist(), self._plane_side.tolist(), strict=True):
             pair = self._index[:, column]
             plane, other = pair[side], pair[1 - side]
@@ -226,7 +229,7 @@ class ConservativeAdvancement:
             centre = centre + (rotation @ box[:, :3, np.newaxis])[..., 0]
             sides.append(Boxes(centre, rotation, box[:, 3:]))
         distance = box_distance(sides[0], sides[1], needed)
-        distance[np.isin(columns, self._planes)] = -np.inf
+        distance[self._with_plane[columns]] = -np.inf
         return distance
 
 

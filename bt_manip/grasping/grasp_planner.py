@@ -36,7 +36,7 @@ class GraspPlanner:
     def __init__(self, cell: Cell, arm: Arm) -> None:
         """Plan for an arm in a cell."""
         self._cell, self.arm = cell, arm
-        self._generators: dict[str, GraspGenerator] = {}
+        self._known: dict[str, tuple[GripperClearance, GraspGenerator]] = {}
         self._generation = -1
         self._friction = b""  # of all geoms, at which the generators were made
 
@@ -106,17 +106,20 @@ class GraspPlanner:
         cell.find(name)
         gripper = self.arm.robot.needed_gripper
         check_friction(cell, gripper, name)
-        clearance = GripperClearance(cell, self.arm.robot, [name])
         friction = cell.model.geom_friction.tobytes()  # overrides change it in place
         if self._generation != cell.generation or self._friction != friction:
-            self._generation, self._friction, self._generators = cell.generation, friction, {}
+            self._generation, self._friction, self._known = cell.generation, friction, {}
         T_wo = cell.pose(name)
-        if name not in self._generators:
+        if name in self._known:
+            clearance, generator = self._known[name]
+            clearance.refresh()
+        else:
+            clearance = GripperClearance(cell, self.arm.robot, [name])
             com = T_wo.actInv(np.array(cell.data.subtree_com[cell.body_id(name)]))
-            self._generators[name] = gripper.grasp_generator(
+            generator = gripper.grasp_generator(
                 name, solids_of(cell, name), clearance.geom_poses, com, np.random.default_rng(0)
             )
-        generator = self._generators[name]
+            self._known[name] = clearance, generator
         candidates = generator.candidates(-T_wo.rotation[2])
         ranking = GraspRanking(candidates, T_wo, generator.com, T_now)
         return GraspSearch(self.arm, name, ranking, clearance, self._rejections(name))

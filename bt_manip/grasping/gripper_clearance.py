@@ -53,15 +53,10 @@ class GripperClearance:
             opening: Of the gripper: 1 for fully open, 0 for closed.
         """
         model = cell.model
-        self._model = model
-        self._data = data = mujoco.MjData(model)
-        data.qpos[:] = cell.data.qpos
-        data.mocap_pos[:], data.mocap_quat[:] = cell.data.mocap_pos, cell.data.mocap_quat
+        self._cell, self._model, self._data = cell, model, mujoco.MjData(model)
         self._robot = robot
         self._hand = _gripper_geoms(model, robot)
-        mujoco.mj_kinematics(model, data)
         site = robot.tool_site_id
-        self._T_wt = _pose(data.site_xpos[site], data.site_xmat[site])
         own = model.body_rootid == model.body_rootid[model.site_bodyid[site]]
         collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
         others = np.flatnonzero(collides & ~own[model.geom_bodyid])
@@ -72,6 +67,13 @@ class GripperClearance:
         self._obstacles = np.array(
             [geom for geom, name in self._entity_of.items() if name not in left_out], dtype=int
         )
+        self.refresh(opening)
+
+    def refresh(self, opening: float = 1.0) -> None:
+        """Copy the present state of the cell; the compiled model must be the same."""
+        data, source = self._data, self._cell.data
+        data.qpos[:] = source.qpos
+        data.mocap_pos[:], data.mocap_quat[:] = source.mocap_pos, source.mocap_quat
         self.open(opening)
 
     def open(self, opening: float = 1.0) -> None:

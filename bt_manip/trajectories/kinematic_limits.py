@@ -40,7 +40,7 @@ class KinematicLimits(NamedTuple):
             step: Time step [s]; the jerk is the difference of accelerations over it.
         """
         return (
-            float((np.abs(velocity) / self.velocity).max()),
-            float((np.abs(acceleration) / self.acceleration).max()),
-            float((np.abs(np.diff(acceleration, axis=0)) / (step * self.jerk)).max()),
+            float((np.abs(velocity).max(axis=0) / self.velocity).max()),
+            float((np.abs(acceleration).max(axis=0) / self.acceleration).max()),
+            float((np.abs(np.diff(acceleration, axis=0)).max(axis=0) / (step * self.jerk)).max()),
         )

@@ -10,6 +10,8 @@ from .trajectory import Samples, Trajectory, sample_times
 
 CONTROL_STEP = 1e-3  # [s] control step at which references are sampled
 EFFORT_STEP = 4e-3  # [s] between inverse dynamics: efforts change little in that time
+SMOOTH_EFFORT_STEP = 16e-3
+"""The same where acceleration is linear in time [s]: efforts between are at most 2e-4 larger."""
 ROUNDING = 1e-6  # relative excess of a limit that counts as rounding
 EFFORT_FRACTION = 0.95  # of every effort limit for motions: the rest is for the controller
 
@@ -44,16 +46,19 @@ def sampled_limit_use(
     q, v, a = samples
     bounded = np.isfinite(limits.upper - limits.lower)
     lower, upper = limits.lower[bounded], limits.upper[bounded]
-    position = np.abs(q[:, bounded] - 0.5 * (upper + lower)) / (0.5 * (upper - lower))
-    jerk = np.diff(a, axis=0) / step
-    moved = np.diff(q, axis=0) / step  # a jump of the position is a velocity too
-    v = np.concatenate([v, moved])
+    position = _largest(q[:, bounded] - 0.5 * (upper + lower)) / (0.5 * (upper - lower))
+    moved = _largest(np.diff(q, axis=0) / step)  # a jump of the position is a velocity too
     return LimitUse(
         float(position.max(initial=0.0)),
-        float((np.abs(v) / limits.velocity).max()),
-        float((np.abs(a) / limits.acceleration).max()),
-        float((np.abs(jerk) / limits.jerk).max(initial=0.0)),
+        float((np.maximum(_largest(v), moved) / limits.velocity).max()),
+        float((_largest(a) / limits.acceleration).max()),
+        float((_largest(np.diff(a, axis=0) / step) / limits.jerk).max()),
     )
+
+
+def _largest(values: np.ndarray) -> np.ndarray:
+    """Return the largest absolute value of each column; 0 without rows."""
+    return np.asarray(np.abs(values).max(axis=0, initial=0.0))
 
 
 def has_jump(samples: Samples, jerk: np.ndarray, step: float = CONTROL_STEP) -> bool:
@@ -73,7 +78,9 @@ def has_jump(samples: Samples, jerk: np.ndarray, step: float = CONTROL_STEP) -> 
     return bool((np.abs(off) > jerk * step**3 / 6.0).any())
 
 
-def effort_use(trajectory: Trajectory, model: RobotModel, step: float = EFFORT_STEP) -> float:
+def effort_use(
+    trajectory: Trajectory, model: RobotModel, step: float = SMOOTH_EFFORT_STEP
+) -> float:
     """Return the largest used fraction of an effort limit.
 
     Inverse dynamics of rigid bodies, rotors and payload, with damping and dry friction. Between two
@@ -83,7 +90,7 @@ def effort_use(trajectory: Trajectory, model: RobotModel, step: float = EFFORT_S
     return sampled_effort_use(model, *trajectory.sample(effort_times(trajectory, step)))
 
 
-def effort_times(trajectory: Trajectory, step: float = EFFORT_STEP) -> np.ndarray:
+def effort_times(trajectory: Trajectory, step: float = SMOOTH_EFFORT_STEP) -> np.ndarray:
     """Return the times at which `effort_use` evaluates inverse dynamics [s]."""
     times = trajectory.breakpoints()
     if np.diff(times, prepend=0.0, append=trajectory.duration).max() > 2.0 * step:

@@ -111,10 +111,10 @@ class MotionProfile:
         """
         check_duration(factor * self.duration)
         c = factor
-        segments = [
-            [t * c, p, v / c, a / c**2, j / c**3, k / c**4] for t, p, v, a, j, k in self._segments
-        ]
-        return MotionProfile(segments, self.duration * c, self.end)
+        rows = np.array(self._segments)
+        rows[:, 0] *= c
+        rows[:, 2:] /= [c, c**2, c**3, c**4]
+        return MotionProfile(rows.tolist(), self.duration * c, self.end)
 
     def then(self, other: "MotionProfile") -> "MotionProfile":
         """Return the profile continued by another one, which starts in the state of its end."""

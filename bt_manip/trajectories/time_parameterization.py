@@ -155,15 +155,18 @@ def _fastest(
 
     for grid in grids:
         topp = TimeOptimalParameterization(path, limits, constrained, EFFORT_FRACTION, grid)
+        durations: list[float] = []
         for step in topp.smoothing_steps:
-            if has_found(topp.profile(step).duration):
+            profile = topp.profile(step)
+            durations.append(profile.duration)
+            if has_found(profile.duration):
                 break
-            for candidate in _tightened(topp, step, slow_down):
+            for candidate in _tightened(topp, step, profile, slow_down):
                 if constrained is None and candidate.effort > EFFORT_FRACTION:
                     return candidate
                 found.append(candidate)
         # A bend that the grid cannot resolve slows the whole motion.
-        if has_found(GRID_SLOWDOWN * topp.profile(topp.smoothing_steps[0]).duration):
+        if has_found(GRID_SLOWDOWN * durations[0]):
             break
     return min(found, key=lambda one: (one.effort > EFFORT_FRACTION, one.trajectory.duration))
 
@@ -171,6 +174,7 @@ def _fastest(
 def _tightened(
     topp: TimeOptimalParameterization,
     step: float,
+    profile: MotionProfile,
     slow_down: Callable[[MotionProfile], _Candidate],
 ) -> Iterator[_Candidate]:
     """Yield candidates, each with constraints tightened where the previous one was slowed.
@@ -178,9 +182,9 @@ def _tightened(
     Args:
         topp: Parameterization of the path.
         step: Smoothing step [s].
+        profile: Its profile with this step.
         slow_down: Slows a profile until it is inside all limits.
     """
-    profile = topp.profile(step)
     candidate = slow_down(profile)
     yield candidate
     for _ in range(TIGHTENINGS):
