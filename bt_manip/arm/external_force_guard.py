@@ -140,20 +140,24 @@ class ExternalForceGuard:
             The detected force; None when there is none.
         """
         before, now = self._last, self._measure(model, v_ref, a_ref)
-        self._last, a = now, self._robot.a
+        self._last, a = now, self._robot.read_a()
         inverse_dynamics = model.rnea(now.q, now.v, a)
         torque = inverse_dynamics - now.tau
         change = model.rnea(now.q, now.v, a + (now.v_error - before.v_error)) - inverse_dynamics
-        impulse_limits = self._impulse_limits[bool(model.payload)]
-        if not _within(change, impulse_limits):
-            threshold = np.array(impulse_limits)
+        threshold, bounds = self._bounds[bool(model.payload)]
+        # Compared one by one: for so few numbers NumPy is slower.
+        if all(map(le, map(abs, change.tolist() + torque.tolist()), bounds)):
+            self._detections = 0
+            return None
+        if not (np.abs(change) <= threshold).all():
             impulse = _external_impulse(change, before, now, model, dt)
             if (np.abs(impulse) > threshold).any():
                 joint = int((np.abs(impulse) / threshold).argmax())
                 motors = CHECK_INTERVAL * dt * abs(before.corrective(model)[joint])
                 load = ExternalLoad(impulse, threshold, impact=True)
                 return Detection(load, following=motors < abs(impulse[joint]))
-        self._detections = 0 if _within(torque, self._torque_limits) else self._detections + 1
+        within = (np.abs(torque) <= self._tolerated).all()  # NaN is not
+        self._detections = 0 if within else self._detections + 1
         if self._detections < CONSECUTIVE_DETECTIONS:
             return None
         return Detection(ExternalLoad(torque, self._tolerated))
@@ -173,14 +177,14 @@ class ExternalForceGuard:
         self._last = _Measurement(*(np.array(part) for part in state["last"]))
 
     def _tolerate(self, torques: np.ndarray) -> None:
-        self._tolerated, self._torque_limits = torques, torques.tolist()
-        times = (IMPULSE_THRESHOLD, IMPULSE_THRESHOLD_WITH_PAYLOAD)
-        self._impulse_limits = [(time * torques).tolist() for time in times]
+        self._tolerated = torques
+        impulses = (IMPULSE_THRESHOLD * torques, IMPULSE_THRESHOLD_WITH_PAYLOAD * torques)
+        self._bounds = [(limit, limit.tolist() + torques.tolist()) for limit in impulses]
 
     def _measure(self, model: RobotModel, v_ref: np.ndarray, a_ref: np.ndarray) -> "_Measurement":
-        robot = self._robot
-        v = robot.v
-        return _Measurement(robot.q, v, v - v_ref, a_ref.copy(), robot.tau - model.damping * v)
+        robot, v = self._robot, self._robot.read_v()
+        tau = robot.read_tau() - model.damping * v
+        return _Measurement(robot.read_q().copy(), v.copy(), v - v_ref, a_ref.copy(), tau)
 
 
 class _Measurement(NamedTuple):
@@ -195,12 +199,6 @@ class _Measurement(NamedTuple):
     def corrective(self, model: RobotModel) -> np.ndarray:
         """Return the motor torque beyond what the reference acceleration takes [N m]."""
         return self.tau - model.rnea(self.q, self.v, self.a_ref)
-
-
-def _within(values: np.ndarray, bounds: list[float]) -> bool:
-    """Tell whether no absolute value exceeds its bound."""
-    # One by one: for so few numbers NumPy is slower.
-    return all(map(le, map(abs, values.tolist()), bounds))
 
 
 def _external_impulse(

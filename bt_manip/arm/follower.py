@@ -210,7 +210,7 @@ class TrajectoryFollower:
             self._start, self._dt = self.time, dt
             self._sample()
         self.step = step = self.step + 1
-        self._now[:] = self._rows[step]
+        self._now[...] = self._rows[step]
         if step == self._last:
             self._end()
 

@@ -3,6 +3,7 @@
 import sys
 import time
 from collections.abc import Iterable, Iterator, Mapping
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 _FRAMES_PER_LEVEL = 6
 _FRAMES_AROUND = 500
+_NODE_STATUS = attrgetter("_node_status")
 
 
 class Tree:
@@ -185,7 +187,7 @@ class Tree:
         """Return the engine's status of every node, one byte a node, in the order of `nodes`."""
         if self._has_foreign:
             return bytes([link.engine_status for link in self.nodes])
-        return bytes([link._node_status for link in self.nodes])
+        return bytes(map(_NODE_STATUS, self.nodes))
 
     def node(self, path: str) -> Link:
         """Find a node by its path.

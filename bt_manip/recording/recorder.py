@@ -132,6 +132,7 @@ class Recorder(RunObserver):
         self._file = file
         self._identity: dict[str, Any] = {}
         self._digest = b""
+        self._ticks: list[tuple[bytes, bytes]] = []  # states and statuses not in the digest yet
         self._cycles: list[CycleReport] = []
         self._unfinished = False
         self._wall_start: float | None = None
@@ -150,6 +151,7 @@ class Recorder(RunObserver):
         self._time_start = self._time_now = self._cell.time
         self._logs = [RobotLog(self._cell, robot) for robot in station.robots.values()]
         self.step_logs = {log.name: log.steps for log in self._logs}
+        self._appends = [log.append for log in self.step_logs.values()]
         if self._trace is not None:
             self._trace.name_joints(station)
         self._phases = PhaseLog(lambda: self._cell.time, self._phase_ended)
@@ -174,17 +176,16 @@ class Recorder(RunObserver):
 
     def after_step(self) -> None:
         """Copy the state after one control step."""
-        full = False
-        for log in self._logs:
-            full = log.steps.append()
+        for append in self._appends:
+            full = append()
         if full:
             self._flush()
 
     def after_tick(self) -> None:
-        """Add the state to the digest; record what is gripped."""
+        """Copy the state for the digest; record what is gripped."""
         cell = self._cell
         self._time_now = cell.time
-        self._digest = next_digest(self._digest, cell.state_bytes(), self._run.tree.statuses())
+        self._ticks.append((cell.state_bytes(), self._run.tree.statuses()))
         if cell.contact_monitor.summary().held:
             self._note_gripped()
 
@@ -217,6 +218,7 @@ class Recorder(RunObserver):
                 ``"ERROR"`` or ``"RUNNING"``.
             error: Reason, for ``"ERROR"``.
         """
+        self._digest_ticks()
         cycles = list(self._cycles)
         if self._unfinished and status is not None:
             cycles.append(self._cycle(status, error))
@@ -243,10 +245,12 @@ class Recorder(RunObserver):
 
     def get_state(self) -> dict[str, Any]:
         """Return the digest so far, as plain data."""
+        self._digest_ticks()
         return {"digest": self._digest.hex()}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Continue from the digest of another recorder; cycles and figures start empty."""
+        self._ticks.clear()
         self._digest = bytes.fromhex(state["digest"])
 
     # Internal
@@ -267,7 +271,8 @@ class Recorder(RunObserver):
         self._unexpected = {}
 
     def _flush(self) -> None:
-        """Evaluate the recorded steps."""
+        """Evaluate the recorded steps, and add the ticks among them to the digest."""
+        self._digest_ticks()
         blocks = {log.name: log.take() for log in self._logs}
         block = next(iter(blocks.values()))
         if not block.touches:
@@ -277,6 +282,11 @@ class Recorder(RunObserver):
                 self._unexpected.update(dict.fromkeys(touch.unexpected))
         if self._trace is not None:
             self._trace.append(block.t, *columns_of(blocks))
+
+    def _digest_ticks(self) -> None:
+        for state, statuses in self._ticks:
+            self._digest = next_digest(self._digest, state, statuses)
+        self._ticks.clear()
 
     def _note_gripped(self) -> None:
         """Record the objects that are gripped now, each until it is removed."""

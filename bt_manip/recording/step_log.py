@@ -7,6 +7,8 @@ import numpy as np
 
 from bt_manip.robots import reader
 
+join = b"".join
+
 SIZE = 256
 """Steps in a block: large enough that the evaluation costs little per step."""
 
@@ -66,21 +68,22 @@ class StepLog:
     def bind(self) -> None:
         """Bind to the current model of the cell."""
         cell, robot = self._cell, self._robot
-        self._data, self._judge = cell.data, cell.contact_monitor.summary
-        self._tool: Any = cell.data.site_xpos[robot.tool_site_id]
-        self._q, self._v = (
-            reader(cell.data.qpos, robot.qpos_adr),
-            reader(cell.data.qvel, robot.dof_adr),
-        )
+        data, arm = cell.data, self._arm
+        # In one tuple, because looking up attributes one by one takes as long as the copy.
+        self._bound = (
+            reader(data.qpos, robot.qpos_adr), reader(data.qvel, robot.dof_adr), arm.q, arm.v,
+            arm.a, self._controllers, data.site_xpos[robot.tool_site_id], data,
+            cell.contact_monitor.summary,
+        )  # fmt: skip
 
     def append(self) -> bool:
         """Copy the state after one step; return whether the block is full."""
-        arm, tau = self._arm, self._controllers.controller.tau
-        parts: Any = (self._q(), self._v(), arm.q, arm.v, arm.a, tau, self._tool)
+        q, v, q_ref, v_ref, a_ref, controllers, tool, data, judge = self._bound
+        parts: Any = (q(), v(), q_ref, v_ref, a_ref, controllers.controller.tau, tool)
         times, rows, touches = self.pending
-        rows.append(b"".join(parts))
-        times.append(self._data.time)
-        touches.append(self._judge())
+        rows.append(join(parts))
+        times.append(data.time)
+        touches.append(judge())
         return len(touches) >= SIZE
 
     def take(self) -> StepBlock:

@@ -1,6 +1,8 @@
 """Fast access to a robot's elements of the arrays of a compiled model."""
 
 from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +26,7 @@ def reader(array: np.ndarray, addresses: np.ndarray) -> Callable[[], np.ndarray]
     return lambda: numbers
 
 
-def writer(array: np.ndarray, addresses: np.ndarray) -> Callable[[np.ndarray], None]:
+def writer(array: np.ndarray, addresses: np.ndarray) -> Callable[[np.ndarray], Any]:
     """Return a function that writes some elements of an array, indexed once as in `reader`.
 
     Args:
@@ -32,12 +34,8 @@ def writer(array: np.ndarray, addresses: np.ndarray) -> Callable[[np.ndarray], N
         addresses: Indices of the elements.
     """
     together = _lie_together(addresses)
-    target, where = (_part(array, addresses), slice(None)) if together else (array, addresses)
-
-    def write(numbers: np.ndarray) -> None:
-        target[where] = numbers
-
-    return write
+    target, where = (_part(array, addresses), ...) if together else (array, addresses)
+    return partial(target.__setitem__, where)
 
 
 def _lie_together(addresses: np.ndarray) -> bool:

@@ -49,6 +49,8 @@ class Robot(MonitoredEntity):
         read_q: Returns the measured positions without a copy [rad]; each compile sets it to the
             true ones. Arm and controller measure by it, so that faults of sensors replace it.
         read_v: Returns the measured velocities, likewise [rad/s].
+        read_a: Returns the accelerations in the last step without a copy [rad/s2].
+        read_tau: Returns the efforts of the motors in the last step without a copy [N m].
         tool_site_id: Id of the tool site in the compiled model.
         wrist_body_id: Id of the body mounted on the last link, in the compiled model.
     """
@@ -148,11 +150,11 @@ class Robot(MonitoredEntity):
         data = self.mj_data
         self.read_q = reader(data.qpos, self.qpos_adr)
         self.read_v = reader(data.qvel, self.dof_adr)
-        self._a = reader(data.qacc, self.dof_adr)
+        self.read_a = reader(data.qacc, self.dof_adr)
         motors = [model.actuator(motor.full_identifier).id for motor in self.arm_actuators]
         self.ctrl_adr = np.array(motors, dtype=np.intp)
         # qfrc_actuator would add the torque of other actuators on these joints, such as adhesion.
-        self._tau = reader(data.actuator_force, self.ctrl_adr)
+        self.read_tau = reader(data.actuator_force, self.ctrl_adr)
         self.tool_site_id = int(model.site(self.tool_site.full_identifier).id)
         self.wrist_body_id = _wrist(model, self.tool_site_id, arm)
 
@@ -181,12 +183,12 @@ class Robot(MonitoredEntity):
     @property
     def a(self) -> np.ndarray:
         """Accelerations of the arm's joints in the last step, a copy [rad/s2]."""  # (nq,)
-        return self._a().copy()
+        return self.read_a().copy()
 
     @property
     def tau(self) -> np.ndarray:
         """Efforts of the arm's motors in the last step, a copy [N m]."""  # (nq,)
-        return self._tau().copy()
+        return self.read_tau().copy()
 
     @property
     def measurement_problem(self) -> str:

@@ -65,14 +65,14 @@ class CompiledPhysics:
         self._step_start_valid = False
         self._trial: mujoco.MjData | None = None  # repeats a step; making one takes many steps
         self._warnings = self.data.warning.number
-        self._warned = self._warnings.tobytes()
+        self._warned = self._warnings.tolist()
 
     def reset(self) -> None:
         """Return to the state after compiling; the model must not have been changed."""
         mujoco.mj_resetData(self.model, self.data)
         self.physics.after_reset()
         self._step_start_valid = False
-        self._warned = self._warnings.tobytes()
+        self._warned = self._warnings.tolist()
 
     def step(
         self,
@@ -100,7 +100,7 @@ class CompiledPhysics:
             if i == n:  # for state_before_last_step()
                 mujoco.mj_getState(model, data, self._step_start, INTEGRATION)
             mj_step(model, data)
-            if warnings.tobytes() != warned:
+            if warnings.tolist() != warned:
                 self._raise_diverged()
             for hook in after:
                 hook(physics, random_state)
@@ -177,9 +177,9 @@ class CompiledPhysics:
 
     def _raise_diverged(self) -> None:
         names = list(mujoco.mjtWarning.__members__)
-        before = np.frombuffer(self._warned, self._warnings.dtype)
-        raised = [names[i].removeprefix("mjWARN_") for i in np.flatnonzero(self._warnings > before)]
-        self._warned = self._warnings.tobytes()
+        more = np.flatnonzero(self._warnings > self._warned)
+        raised = [names[i].removeprefix("mjWARN_") for i in more]
+        self._warned = self._warnings.tolist()
         raise PhysicsDiverged(f"MuJoCo warned at {self.data.time:.3f} s: {', '.join(raised)}")
 
 

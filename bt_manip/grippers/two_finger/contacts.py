@@ -1,14 +1,17 @@
 """Contacts of the fingers: forces and touched entities."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import mujoco
+import numpy as np
 from dm_control import mjcf
 
 from bt_manip.cell import BodyNames, entity_of
 
 from .mechanism import Mechanism
 
+_CACHED = 256  # lists of contacts, which recur while an object is held
 _REACH = 0.3  # [m] radius of the sensor zones, large enough for all contacts of a finger
 
 Touched = tuple[tuple[str, ...], tuple[str, ...]]
@@ -42,6 +45,7 @@ class FingerContacts:
         self._geoms = self._mechanism.geoms
         self._model, self._data = model, data
         self._labels: BodyNames | None = None
+        self._touched = lru_cache(_CACHED)(self._touched_by)
         self.bound = True
 
     def forces(self) -> tuple[float, float]:
@@ -51,16 +55,21 @@ class FingerContacts:
 
     def names(self) -> Touched:
         """Return the names of the entities that touch each finger, excluding the robot."""
-        left, right = (self._partners(geoms) for geoms in self._geoms)
+        return self._touched(self._data.contact.geom.tobytes())
+
+    def _touched_by(self, contacts: bytes) -> Touched:
+        """Return the names for the pairs of geoms in contact."""
+        pairs = np.frombuffer(contacts, np.int32).reshape(-1, 2).tolist()
+        left, right = (self._partners(geoms, pairs) for geoms in self._geoms)
         return left, right
 
-    def _partners(self, geoms: tuple[int, ...]) -> tuple[str, ...]:
+    def _partners(self, geoms: tuple[int, ...], pairs: list[list[int]]) -> tuple[str, ...]:
         if self._labels is None:
             self._labels = BodyNames(self._model)
         label = self._labels.of_geom
         own = entity_of(label[geoms[0]])
         found = set()
-        for a, b in self._data.contact.geom.tolist():
+        for a, b in pairs:
             for mine, other in ((a, b), (b, a)):
                 if mine in geoms and entity_of(label[other]) != own:
                     found.add(entity_of(label[other]))

@@ -63,6 +63,7 @@ class DrivenFingers(Gripper):
     """Control state: still, moving, closing, gripping or releasing."""
     _given_speed: float | None = None
     _stroke: Stroke | None
+    _forces: tuple[float, float] | None
     _touched: Touched | None
 
     def _build(self, robot: Robot) -> None:
@@ -97,7 +98,9 @@ class DrivenFingers(Gripper):
 
     @property
     def forces(self) -> tuple[float, float]:
-        """Normal force on each finger in the last step [N]."""
+        """Normal force on each finger in the last step [N], read on demand."""
+        if self._forces is None:
+            self._forces = self._contacts.forces()
         return self._forces
 
     @property
@@ -191,13 +194,12 @@ class DrivenFingers(Gripper):
         self._fingers.push(f1, f2)
 
     def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
-        """Measure the finger forces and advance the stroke or the force."""
-        self._forces = left, right = self._contacts.forces()
-        self._touched = None if left or right else _NOTHING
+        """Advance the stroke or the force."""
+        self._forces = self._touched = None
         if self._stroke is not None:
             self._travel_on(self._stroke)
         elif self.state in PRESSING:
-            self._press_on(left, right)
+            self._press_on(*self.forces)
 
     # Internal
 
@@ -219,7 +221,7 @@ class DrivenFingers(Gripper):
     def _touch(self) -> Touched:
         """Return the entities that each finger touched in the last step, found on demand."""
         if self._touched is None:
-            self._touched = self._contacts.names()
+            self._touched = self._contacts.names() if any(self.forces) else _NOTHING
         return self._touched
 
     def _stroke_limits(self, speed: float) -> StrokeLimits:
@@ -231,7 +233,7 @@ class DrivenFingers(Gripper):
         self._stroke = Stroke(self._motion, target, self._limits)
 
     def _look_for_contact(self) -> None:
-        left, right = self._forces
+        left, right = self.forces
         one_moves = self.mechanism.travel.one_moves  # and pushes the object to the fixed jaw
         if (left > _TOUCHED and right > _TOUCHED) or (one_moves and left > _TOUCHED):
             met = self.width < self._min + MET
@@ -287,7 +289,7 @@ class DrivenFingers(Gripper):
             "asked": self._asked,
             "press": self._press.get_state(),
             "in_band": self._in_band,
-            "forces": list(self._forces),
+            "forces": list(self.forces),
             "touched": [list(names) for names in self._touch()],
         }
 
