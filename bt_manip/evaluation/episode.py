@@ -1,18 +1,14 @@
 """Episodes of a tree: one run of its root from home, randomized by its number."""
 
-import contextlib
 import json
 import os
-import platform
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from bt_manip.exceptions import BtManipError, NodeError, shown
-from bt_manip.recording import CycleReport, Recorder, identify, versions
+from bt_manip.recording import CycleReport, Recorder, cpu_name, identify, versions
 from bt_manip.runner import NOT_MET, Run, prepare, request_of
 
 from .engine import WorkerDiedError
@@ -158,7 +154,7 @@ class EpisodeWorker:
             wall_s=time.perf_counter() - start,
             digest=report.state_digest,
             randomized=json.dumps(cycle.randomized),
-            cpu=cpu_type(),
+            cpu=cpu_name(),
         )
 
     def _prepare(self, point: int) -> Run:
@@ -182,7 +178,7 @@ class EpisodeWorker:
 
 def lost_episode(seed: int, episode: EpisodeId, error: WorkerDiedError) -> EpisodeResult:
     """Return the result of an episode whose processes died."""
-    return EpisodeResult(*episode, seed, False, "DIED", str(error), cpu=cpu_type())
+    return EpisodeResult(*episode, seed, False, "DIED", str(error), cpu=cpu_name())
 
 
 def refuse_difference(what: str, found: Mapping[str, Any], expected: Mapping[str, Any]) -> None:
@@ -209,13 +205,3 @@ def _differences(found: Any, expected: Any, key: str = "") -> list[str]:
     if found == expected:
         return []
     return [f"{key} {shown(found)} instead of {shown(expected)}"]
-
-
-@cache
-def cpu_type() -> str:
-    """Return the type of the CPU: on the same type, the same episode has the same digest."""
-    with contextlib.suppress(OSError):
-        for line in Path("/proc/cpuinfo").read_text().splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()

@@ -262,6 +262,7 @@ def versions() -> dict[str, str]:
     return found
 
 
+@cache
 def cpu_name() -> str:
     """Return the model of the processor, on which the last bits of a run depend."""
     with suppress(OSError):
