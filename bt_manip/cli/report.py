@@ -24,20 +24,18 @@ def report(recording: Path, output: Path | None) -> None:
     require_extra("view", "report", "bokeh", "viser")
     from bt_manip.recording import Recording, check_writable, whole_file, writing
 
-    is_evaluation = recording.is_dir()
-    if is_evaluation:
-        require_extra("learn", "report", "pyarrow")
-    else:
-        require_extra("record", "report", "mcap", "foxglove_schemas_protobuf")
-    from bt_manip.viewer.report import html_report, success_report
-
     path = output or recording.with_suffix(".html")
     check_writable(path, "report", source=recording)
-    if is_evaluation:
+    if recording.is_dir():
+        require_extra("learn", "report", "pyarrow")
         from bt_manip.evaluation import read_results
+        from bt_manip.viewer.report import success_report
 
         page = success_report(*read_results(recording)).encode()
     else:
+        require_extra("record", "report", "mcap", "foxglove_schemas_protobuf")
+        from bt_manip.viewer.report import html_report
+
         page = html_report(Recording(recording)).encode()
     with writing(path, "report"), whole_file(path) as file:
         file.write(page)

@@ -115,14 +115,13 @@ def rates_by_value(values: Sequence[Any], results: Sequence[EpisodeResult]) -> l
     """Return the success rate at each value, or in bins where there are many numbers."""
     pairs = [(v, r) for v, r in zip(values, results, strict=True) if v is not None]
     numeric = all(isinstance(v, int | float) for v, _ in pairs)
-    different = sorted({v for v, _ in pairs}) if numeric else []
+    if numeric:
+        pairs.sort(key=lambda pair: float(pair[0]))
+    else:
+        pairs = [(str(v), r) for v, r in pairs]
+    different = dict.fromkeys(v for v, _ in pairs)
     if not numeric or len(different) <= MAX_VALUES:
-        groups = [(v, [r for w, r in pairs if w == v]) for v in different]
-        if not numeric:
-            texts = dict.fromkeys(str(v) for v, _ in pairs)
-            groups = [(text, [r for w, r in pairs if str(w) == text]) for text in texts]
-        return [RateAt(v, str(v), SuccessRate.of(found)) for v, found in groups]
-    pairs.sort(key=lambda pair: float(pair[0]))
+        return [RateAt(v, str(v), SuccessRate.of(r for w, r in pairs if w == v)) for v in different]
     rates = []
     for bin_ in np.array_split(np.arange(len(pairs)), BINS):
         here = [pairs[i] for i in bin_]
