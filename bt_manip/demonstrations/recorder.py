@@ -85,7 +85,7 @@ class DemonstrationRecorder:
         """
         request = self._run.request
         self.episodes.reset(request.seed)
-        observations = Observations(self.episodes.station, self._images)
+        observations = self._observations()
         return {
             "tree": request.tree.name,
             "seed": request.seed,
@@ -126,7 +126,7 @@ class DemonstrationRecorder:
         """
         episodes, tree, cell = self.episodes, self._run.tree, self.episodes.station.cell
         episodes.reset(episodes.seed, episode)
-        observations = Observations(episodes.station, self._images)
+        observations = self._observations()
         observed, states = [observations.read()], [cell.state_bytes()]
         actions = defaultdict(list)
         statuses: list[bytes] = []
@@ -162,6 +162,10 @@ class DemonstrationRecorder:
             tuple(self._running(row) for row in rows),
             rows,
         )
+
+    def _observations(self) -> Observations:
+        station = self.episodes.station
+        return Observations(station.cell, station.robots, self._images)
 
     def _why_not(self) -> str:
         if self.episodes.status is NodeStatus.RUNNING:

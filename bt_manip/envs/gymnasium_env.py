@@ -91,7 +91,8 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         if self.render_mode is None:
             return None
         if self._rendered is None:
-            self._rendered = Observations(self.task.episodes.station, RENDERED)
+            station = self.task.episodes.station
+            self._rendered = Observations(station.cell, station.robots, RENDERED)
         return next(iter(self._rendered.images().values()))
 
     def close(self) -> None:

@@ -86,7 +86,8 @@ class LearningTask:
         self._dense = reward == "dense"
         self.episodes.reset(self.episodes.seed)  # objects that the tree adds are there then
         wanted = Images(**images) if isinstance(images, Mapping) else images
-        self.observations = Observations(self.episodes.station, wanted)
+        station = self.episodes.station
+        self.observations = Observations(station.cell, station.robots, wanted)
         self.action = action_kind(action, self.episodes)
         self._losses = LossCheck(self.episodes)
         self._diverged = ""

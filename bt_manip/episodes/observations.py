@@ -1,16 +1,16 @@
 """Observations of an episode: proprioception, objects, contact wrenches and images."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.cell import FrameRenderer, as_object, camera_number, entity_of
+from bt_manip.cell import Cell, FrameRenderer, as_object, camera_number, entity_of
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.robots import Gripper, Robot
-from bt_manip.runner import CommandedRobot, Station
+from bt_manip.runner import CommandedRobot
 
 IMAGES = ("rgb", "depth", "segmentation")
 """Kinds of images."""
@@ -49,34 +49,37 @@ class Images(NamedTuple):
 
 
 class Observations:
-    """Reads the observations of a station.
+    """Reads the observations of robots and their cell.
 
     Positions and rotations are in the world, a rotation as the x and y axes of the frame. Wrenches
     are those of the last control step: of the last link on what is mounted on it, in the tool
     frame; on an object, in world axes about its origin. Names, shapes and objects are those of the
-    station at construction. The numbers of an object that has left the cell are zero.
+    cell at construction. The numbers of an object that has left the cell are zero.
 
     Attributes:
         specs: The observations by name, in a fixed order.
         entities: Names of entities by their numbers in segmentation images; 0 is everything else.
     """
 
-    def __init__(self, station: Station, images: Images | None = None) -> None:
+    def __init__(
+        self, cell: Cell, robots: Mapping[str, CommandedRobot], images: Images | None = None
+    ) -> None:
         """List the observations of the present robots and objects.
 
         Args:
-            station: The station.
+            cell: The cell.
+            robots: The observed robots, by name.
             images: The images to include; default: none.
 
         Raises:
             BtManipError: If a kind of images or a camera is not known.
         """
-        cell = self._cell = station.cell
+        self._cell = cell
         self._wanted = images or Images()
         self.specs: dict[str, ObservationSpec] = {}
         self._readers: list[Read] = []
-        for name, one in station.robots.items():
-            self._add_robot(name if len(station.robots) > 1 else "robot", one)
+        for name, one in robots.items():
+            self._add_robot(name if len(robots) > 1 else "robot", one)
         for name, entity in cell.objects.items():
             if cell.is_free(name) or as_object(entity).category != "surface":
                 self._add_object(name)

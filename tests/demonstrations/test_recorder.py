@@ -60,7 +60,10 @@ def picked(tmp_path_factory):
 def reproduce(episodes, demonstration, kind):
     """Repeat the actions; return the largest error of each observation, and the success."""
     episodes.reset(0, demonstration.episode)
-    actions, observations = action_kind(kind, episodes), Observations(episodes.station)
+    actions, observations = (
+        action_kind(kind, episodes),
+        Observations(episodes.station.cell, episodes.station.robots),
+    )
     seen = [observations.read()]
     for action in demonstration.actions[kind]:
         actions.step(action)

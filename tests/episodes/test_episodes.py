@@ -14,7 +14,7 @@ def episodes(parts):
 
 def expert(episodes, kind):
     """Run the expert until the goal holds; return the observations and the actions."""
-    observations = Observations(episodes.station)
+    observations = Observations(episodes.station.cell, episodes.station.robots)
     seen, actions = [observations.read()], []
     while not episodes.success:
         kind.watch()
@@ -47,7 +47,10 @@ def test_recorded_actions_reproduce_the_observations_and_the_success(episodes, n
     episodes.reset(1)
     seen, actions = expert(episodes, action_kind(name, episodes))
     episodes.reset(1)
-    kind, observations = action_kind(name, episodes), Observations(episodes.station)
+    kind, observations = (
+        action_kind(name, episodes),
+        Observations(episodes.station.cell, episodes.station.robots),
+    )
     for action, expected in zip(actions, seen[1:], strict=True):
         kind.step(action)
         found = observations.read()

@@ -20,7 +20,7 @@ def station(parts):
 
 
 def test_numbers_are_those_of_robot_and_objects(station):
-    observations = Observations(station)
+    observations = Observations(station.cell, station.robots)
     found = observations.read()
     assert found.keys() == observations.specs.keys()
     for name, (shape, dtype, _) in observations.specs.items():
@@ -34,7 +34,7 @@ def test_numbers_are_those_of_robot_and_objects(station):
 
 def test_images_show_the_entities(station, opengl):
     images = Images(("rgb", "depth", "segmentation"), width=160, height=120)
-    observations = Observations(station, images)
+    observations = Observations(station.cell, station.robots, images)
     found = observations.read()
     observations.close()
     assert found["overview_rgb"].shape == (120, 160, 3) and found["overview_rgb"].std() > 10.0
@@ -50,7 +50,7 @@ def test_images_show_the_entities(station, opengl):
 
 def test_an_unknown_kind_of_images_is_refused(station):
     with pytest.raises(BtManipError, match="no images are called 'rbg'"):
-        Observations(station, Images(("rbg",)))
+        Observations(station.cell, station.robots, Images(("rbg",)))
 
 
 def test_joints_of_objects_are_observed(parts, tmp_path):
@@ -62,7 +62,7 @@ def test_joints_of_objects_are_observed(parts, tmp_path):
     station = build_station(parts)
     cell = station.cell
     name = cell.add(ModelObject(str(file)), pose((0.3, 0.4, 1.2)), name="lid", free=False)
-    observations = Observations(station)
+    observations = Observations(station.cell, station.robots)
     assert observations.specs[f"{name}_joint_positions"].shape == (1,)
     cell.data.joint("lid/slide").qpos[0] = 0.02
     assert observations.read()["lid_joint_positions"] == pytest.approx([0.02])

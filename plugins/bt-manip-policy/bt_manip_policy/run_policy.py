@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
@@ -134,7 +133,7 @@ class RunPolicy(ArmBehaviour):
         """Return the observations of the cell, under the names that the policy has for them."""
         if self._observations is None:
             robots = {self._robot_name: self._robots[self._robot_name]}
-            self._observations = Observations(SimpleNamespace(cell=self.cell, robots=robots))
+            self._observations = Observations(self.cell, robots)
             policy.check({name: s.shape for name, s in self._named(self._observations.specs)})
         return dict(self._named(self._observations.read()))
 
