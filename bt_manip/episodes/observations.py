@@ -137,11 +137,13 @@ class Observations:
         specs = {"position": (3, "m"), "rotation": (6, "-")}
         if free := cell.is_free(name):
             specs |= {"velocity": (6, "m/s,rad/s"), "contact_wrench": (6, "N,N m")}
-        if joints := len(_joint_addresses(cell.model, name)):
+        model, addresses = cell.model, _joint_addresses(cell.model, name)
+        if joints := len(addresses):
             specs["joint_positions"] = (joints, "rad or m")
         nothing = [np.zeros(size) for size, _ in specs.values()]
 
         def read() -> Sequence[Any]:
+            nonlocal model, addresses
             if name not in cell.entities:
                 return nothing
             T = cell.pose(name)
@@ -149,7 +151,9 @@ class Observations:
             if free:
                 found += [cell.velocity(name), np.concatenate(cell.contacts.wrench(name))]
             if joints:
-                found.append(cell.data.qpos[_joint_addresses(cell.model, name)])
+                if model is not cell.model:
+                    model, addresses = cell.model, _joint_addresses(cell.model, name)
+                found.append(cell.data.qpos[addresses])
             return found
 
         self._add(read, **{f"{name}_{one}": spec for one, spec in specs.items()})
@@ -166,7 +170,7 @@ class Observations:
                     raise BtManipError(f"no images are called '{kind}'{did_you_mean(kind, IMAGES)}")
                 last, dtype, unit = channels.get(kind, ((), "int32", "-"))
                 spec = ObservationSpec((height, width, *last), dtype, unit)
-                self.specs[f"{camera}_{kind}".replace("/", "_")] = spec
+                self.specs[_image_name(camera, kind)] = spec
 
     def images(self) -> dict[str, np.ndarray]:
         """Return the images of the present state, by name."""
@@ -176,11 +180,15 @@ class Observations:
             self.close()
             # Without shadows and multisampling, software renders 128 x 128 pixels 29 times faster.
             self._renderer = FrameRenderer(model, width, height, shadow_size=0, samples=0)
+            numbers = {name: i for i, name in enumerate(self.entities)}
+            owners = [entity_of(model.geom(i).name) for i in range(model.ngeom)]
+            # One more for pixels that show no geom: -1, the last.
+            self._geom_numbers = np.array([*(numbers.get(one, 0) for one in owners), 0], np.int32)
         renderer, found = self._renderer, {}
         for camera in cameras:
             renderer.show(self._cell.data, camera_number(model, camera))
             for kind in kinds:
-                found[f"{camera}_{kind}".replace("/", "_")] = self._image(renderer, kind)
+                found[_image_name(camera, kind)] = self._image(renderer, kind)
         return found
 
     def _image(self, renderer: FrameRenderer, kind: str) -> np.ndarray:
@@ -198,14 +206,7 @@ class Observations:
         finally:
             renderer.disable_segmentation_rendering()
         is_geom = elements[..., 1] == mujoco.mjtObj.mjOBJ_GEOM
-        # One more for pixels that show no geom: -1, the last.
-        numbers = np.array([*self._geom_numbers(renderer.model), 0], dtype=np.int32)
-        return numbers[np.where(is_geom, elements[..., 0], -1)]
-
-    def _geom_numbers(self, model: mujoco.MjModel) -> list[int]:
-        """Return the number of the entity of each geom."""
-        numbers = {name: i for i, name in enumerate(self.entities)}
-        return [numbers.get(entity_of(model.geom(i).name), 0) for i in range(model.ngeom)]
+        return self._geom_numbers[np.where(is_geom, elements[..., 0], -1)]
 
 
 class _Opening:
@@ -230,6 +231,10 @@ class _Opening:
             return [0.0 if gripper.gripping else 1.0]
         here = robot.mj_data.qpos[self._moving] - self._closed
         return [float(here @ self._scale)]
+
+
+def _image_name(camera: str, kind: str) -> str:
+    return f"{camera}_{kind}".replace("/", "_")
 
 
 def _rotation(T: pin.SE3) -> np.ndarray:
