@@ -139,6 +139,7 @@ class Recorder(RunObserver):
         self._wall = 0.0
         self._time_start = self._time_now = 0.0
         self._gripped: list[_Gripped] = []
+        self._present: dict[str, _Gripped] = {}  # those of them that have not been removed
         self._unexpected: dict[tuple[str, str], None] = {}  # an ordered set
 
     # Called by the runner
@@ -186,7 +187,9 @@ class Recorder(RunObserver):
         cell = self._cell
         self._time_now = cell.time
         self._ticks.append((cell.state_bytes(), self._run.tree.statuses()))
-        if cell.contact_monitor.summary().held:
+        held = cell.contact_monitor.summary().held
+        # One robot changes nothing about an object that it has gripped already.
+        if held and (len(self._logs) > 1 or not self._present.keys() >= set(held)):
             self._note_gripped()
 
     def cycle_ended(self, status: str, reason: str) -> None:
@@ -267,7 +270,7 @@ class Recorder(RunObserver):
             log.begin()
         self._phases.begin()
         self._cycle_start = self._cell.time
-        self._gripped = []
+        self._gripped, self._present = [], {}
         self._unexpected = {}
 
     def _flush(self) -> None:
@@ -290,20 +293,18 @@ class Recorder(RunObserver):
 
     def _note_gripped(self) -> None:
         """Record the objects that are gripped now, each until it is removed."""
-        present = {one.name: one for one in self._gripped if one.placed is None}
         for log in self._logs:
             for name in log.gripped():
-                one = present.get(name)
+                one = self._present.get(name)
                 if one is None:
-                    one = present[name] = _Gripped(name)
+                    one = self._present[name] = _Gripped(name)
                     self._gripped.append(one)
                 one.robot = log.name
 
     def _judge(self, name: str) -> None:
         """Judge an object in the step before it is removed."""
-        for one in self._gripped:
-            if one.name == name and one.placed is None:
-                one.placed = self._is_placed(name)
+        if one := self._present.pop(name, None):
+            one.placed = self._is_placed(name)
 
     def _is_placed(self, name: str) -> bool:
         return name in self._cell.entities and not why_not_in_any(self._cell, name)
