@@ -130,7 +130,11 @@ class LearningTask:
 
     def get_state(self) -> dict[str, Any]:
         """Return the state of the episode as plain data, for `set_state` in any process."""
-        return {"episode": self.episodes.get_state(), "action": self.action.get_state()}
+        return {
+            "episode": self.episodes.get_state(),
+            "action": self.action.get_state(),
+            "losses": self._losses.get_state(),
+        }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Continue an episode, bit for bit.
@@ -140,4 +144,5 @@ class LearningTask:
         """
         self.episodes.set_state(state["episode"])
         self.action.set_state(state["action"])
+        self._losses.set_state(state["losses"])
         self._diverged = ""

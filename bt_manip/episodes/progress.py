@@ -1,5 +1,8 @@
 """How far an episode is from the goal of its tree, and whether that can still be met."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from bt_manip.bt import Node, texts_of
@@ -81,6 +84,14 @@ class LossCheck:
         models = [one.arm.model for one in robots.values()]
         self._shoulders = [model.model.jointPlacements[1].translation.copy() for model in models]
         self._reach = [float(model.levers.max()) for model in models]
+
+    def get_state(self) -> dict[str, Any]:
+        """Return what it remembers of the start of the episode, as plain data."""
+        return {"objects": self._objects, "lowest": float(self._lowest)}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Restore a state of `get_state`."""
+        self._objects, self._lowest = state["objects"], state["lowest"]
 
     def reason(self) -> str:
         """Return what is lost, and why; empty if nothing is."""
