@@ -13,7 +13,7 @@ import numpy as np
 from bt_manip.exceptions import BtManipError
 from bt_manip.extras import require_extra
 from bt_manip.input_files import read_text
-from bt_manip.recording import reading, whole_file, writing
+from bt_manip.recording import identity_differences, reading, whole_file, writing
 
 FORMAT = "bt-manip demonstrations"
 VERSION = 1
@@ -111,10 +111,10 @@ class DemonstrationStore:
             _write_manifest(folder, {"format": FORMAT, "version": VERSION, **identity})
         store = cls(folder)
         there, here = store.manifest, json.loads(json.dumps(identity))
-        other = [key for key in here if there.get(key) != here[key]]
+        other = identity_differences({key: there.get(key) for key in here}, here)
         if other:
             raise BtManipError(
-                f"'{folder}' holds demonstrations that differ in {', '.join(other)}: choose "
+                f"'{folder}' holds demonstrations that differ in {', '.join([*other][:5])}: choose "
                 "another folder, or the same options and versions"
             )
         return store

@@ -7,8 +7,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
-from bt_manip.exceptions import BtManipError, NodeError, shown
-from bt_manip.recording import CycleReport, Recorder, cpu_name, identify, versions
+from bt_manip.exceptions import BtManipError, NodeError
+from bt_manip.recording import (
+    CycleReport,
+    Recorder,
+    cpu_name,
+    identify,
+    identity_differences,
+    versions,
+)
 from bt_manip.runner import NOT_MET, Run, prepare, request_of
 
 from .engine import WorkerDiedError
@@ -192,16 +199,6 @@ def refuse_difference(what: str, found: Mapping[str, Any], expected: Mapping[str
     Raises:
         BtManipError: If they differ; the message says in what.
     """
-    differences = _differences(found, expected)
+    differences = list(identity_differences(found, expected).values())
     if differences:
         raise BtManipError(f"{what} is of another evaluation: {'; '.join(differences[:5])}")
-
-
-def _differences(found: Any, expected: Any, key: str = "") -> list[str]:
-    if isinstance(found, Mapping) and isinstance(expected, Mapping):
-        keys = sorted({*found, *expected})
-        pairs = ((f"{key} {k}".strip(), found.get(k), expected.get(k)) for k in keys)
-        return [line for name, one, other in pairs for line in _differences(one, other, name)]
-    if found == expected:
-        return []
-    return [f"{key} {shown(found)} instead of {shown(expected)}"]

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from bt_manip.recording.files import whole_file as whole_file
     from bt_manip.recording.files import writing as writing
     from bt_manip.recording.identification import identify as identify
+    from bt_manip.recording.identification import identity_differences as identity_differences
     from bt_manip.recording.mcap_recorder import McapRecorder as McapRecorder
     from bt_manip.recording.recorded_run import Interval as Interval
     from bt_manip.recording.recorded_run import RecordedCycle as RecordedCycle

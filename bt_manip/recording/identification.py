@@ -2,8 +2,11 @@
 
 import hashlib
 import importlib.util
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from bt_manip.exceptions import shown
 
 if TYPE_CHECKING:
     from bt_manip.runner import Run
@@ -47,3 +50,22 @@ def _sha256(paths: list[Path]) -> str:
         if path.is_file():  # a module may be built in
             digest.update(path.read_bytes())
     return digest.hexdigest()
+
+
+def identity_differences(found: Any, expected: Any, key: str = "") -> dict[str, str]:
+    """Return in what two identities of plain data differ: the name of each value, and both values.
+
+    Args:
+        found: The identity, or a value in it.
+        expected: The one that is wanted.
+        key: Name of the value; those of nested ones follow, separated by spaces.
+    """
+    if isinstance(found, Mapping) and isinstance(expected, Mapping):
+        lines: dict[str, str] = {}
+        for name in sorted({*found, *expected}):
+            nested = found.get(name), expected.get(name)
+            lines |= identity_differences(*nested, f"{key} {name}".strip())
+        return lines
+    if found == expected:
+        return {}
+    return {key: f"{key} {shown(found)} instead of {shown(expected)}"}
