@@ -21,6 +21,9 @@ R_co = TypeVar("R_co", covariant=True)
 ATTEMPTS = 3
 """Number of processes that may die with an episode before it counts as lost."""
 
+BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
+"""Environment variables with the number of threads of OpenBLAS, which NumPy's wheels include."""
+
 EXIT_TIME = 5.0
 """Wall time to wait for the exit code of a process that has closed its pipe [s]."""
 
@@ -152,7 +155,7 @@ class ProcessPool:
 
 
 class _Process:
-    """A process with a worker.
+    """A process with a worker, whose BLAS has one thread unless the environment says otherwise.
 
     Attributes:
         pipe: Takes episodes and gives results.
@@ -165,9 +168,14 @@ class _Process:
         self._process = context.Process(target=_work, args=(make_worker, other), daemon=True)
         # The process inherits the mask: Ctrl-C reaches this process only, which ends it.
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        chosen = any(name in os.environ for name in BLAS_THREADS)
         try:
+            if not chosen:  # NumPy reads it when it is imported
+                os.environ[BLAS_THREADS[0]] = "1"
             self._process.start()
         finally:
+            if not chosen:
+                del os.environ[BLAS_THREADS[0]]
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         other.close()  # the only other end is the process's: its death ends the pipe
 

@@ -27,6 +27,13 @@ class Squares:
         return episode * episode, os.getpid()
 
 
+class Environment:
+    """A worker that returns an environment variable."""
+
+    def run(self, name: str) -> str:
+        return os.environ.get(name, "")
+
+
 @pytest.fixture
 def squares(tmp_path):
     return lambda deaths=0: partial(Squares, tmp_path, deaths)
@@ -37,6 +44,15 @@ def test_all_episodes_run_in_as_many_processes_as_asked_for(squares):
     assert sorted(result for result, _ in results) == [n * n for n in range(40)]
     processes = {process for _, process in results}
     assert len(processes) == 2 and os.getpid() not in processes
+
+
+def test_a_process_has_one_thread_for_linear_algebra_unless_told_otherwise(monkeypatch):
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+    assert list(run_episodes(Environment, ["OPENBLAS_NUM_THREADS"], 2)) == ["1"]
+    assert "OPENBLAS_NUM_THREADS" not in os.environ
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "3")
+    assert list(run_episodes(Environment, ["OPENBLAS_NUM_THREADS"], 2)) == ["3"]
 
 
 def test_one_job_runs_in_this_process(squares):
