@@ -113,7 +113,7 @@ EXPERIMENTAL = {
         "Continuation RecordedInterventions restore_snapshot"
     ),
     "bt_manip.behaviours": "ObjectCondition default_force",
-    "bt_manip.episodes": "differential_ik",
+    "bt_manip.episodes": "differential_ik command_gripper displaced end_velocity held_payload",
     "bt_manip.runner": "scene_of EventStream EventQueue RunEvent TreeSource Interventions",
     "bt_manip.faults": "Fault FaultContext FaultError FaultInjector parameter parse_fault",
     "bt_manip.viewer": "render write_png NoOpenGLError Page Panel",

@@ -7,6 +7,9 @@ from .actions import ActionSpace as ActionSpace
 from .arm_actions import CartesianDeltas as CartesianDeltas
 from .arm_actions import JointTargets as JointTargets
 from .arm_actions import JointTorques as JointTorques
+from .arm_actions import command_gripper as command_gripper
+from .arm_actions import displaced as displaced
+from .arm_actions import held_payload as held_payload
 from .differential_ik import differential_ik as differential_ik
 from .episodes import STEP as STEP
 from .episodes import Episodes as Episodes
@@ -15,4 +18,5 @@ from .observations import Observations as Observations
 from .observations import ObservationSpec as ObservationSpec
 from .progress import LossCheck as LossCheck
 from .progress import goal_progress as goal_progress
+from .references import end_velocity as end_velocity
 from .subtree_choice import SubtreeChoice as SubtreeChoice

@@ -7,7 +7,9 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.behaviours import default_force, payload_of
+from bt_manip.cell import Cell
 from bt_manip.exceptions import BtManipError
+from bt_manip.robots import Gripper, Payload
 from bt_manip.runner import CommandedRobot
 
 from .actions import ActionKind, ActionSpace
@@ -26,6 +28,38 @@ MAX_TOOL_TURNING = 4.0 * np.pi
 
 MAX_TOOL_LAG = 0.05
 """Largest distance from the tool's commanded pose at which that counts [m] and [rad]."""
+
+
+def displaced(T_wt: pin.SE3, delta: np.ndarray) -> pin.SE3:
+    """Return a pose after a displacement [m] and a rotation vector [rad] in world axes."""  # (6,)
+    return pin.SE3(pin.exp3(delta[3:]) @ T_wt.rotation, T_wt.translation + delta[:3])
+
+
+def command_gripper(gripper: Gripper, close: bool) -> None:
+    """Begin to close or to open a gripper, unless it does or has done so already."""
+    if close and not gripper.gripping:
+        gripper.close(default_force(gripper))
+    elif not close and (gripper.gripping or not (gripper.moving or gripper.is_open)):
+        gripper.open()
+
+
+def held_payload(
+    cell: Cell, gripper: Gripper, T_wt: pin.SE3, before: Payload | None
+) -> Payload | None:
+    """Return the payload of an agent's arm: known once the grasp is steady, then kept.
+
+    Args:
+        cell: The cell.
+        gripper: The gripper.
+        T_wt: Pose of the tool in the world.
+        before: The payload so far; None for nothing.
+    """
+    held = [name for name in gripper.held if cell.is_free(name)] if gripper.gripping else []
+    if not held:
+        return None
+    if before is None and gripper.steady:
+        return payload_of(cell, held[0], T_wt)
+    return before
 
 
 class ArmAction(ActionKind):
@@ -146,17 +180,10 @@ class ArmAction(ActionKind):
     def _grip(self, one: CommandedRobot, reference: StepReference | None, close: bool) -> None:
         """Open or close the gripper, and let the reference know what it holds."""
         gripper, cell = one.robot.needed_gripper, self._episodes.station.cell
-        if close and not gripper.gripping:
-            gripper.close(default_force(gripper))
-        elif not close and (gripper.gripping or not (gripper.moving or gripper.is_open)):
-            gripper.open()
-        if reference is None:
-            return
-        held = [name for name in gripper.held if cell.is_free(name)] if gripper.gripping else []
-        if not held:
-            reference.payload = None
-        elif reference.payload is None and gripper.steady:
-            reference.payload = payload_of(cell, held[0], one.arm.model.pose(one.robot.q))
+        command_gripper(gripper, close)
+        if reference is not None:
+            T_wt = one.arm.model.pose(one.robot.q)
+            reference.payload = held_payload(cell, gripper, T_wt, reference.payload)
 
 
 class JointTargets(ArmAction):
@@ -201,7 +228,7 @@ class CartesianDeltas(ArmAction):
         T, last = model.pose(q), reference.T_wt
         if last is not None and np.abs(pin.log6(T.actInv(last)).vector).max() < MAX_TOOL_LAG:
             T = last
-        T = pin.SE3(pin.exp3(numbers[3:]) @ T.rotation, T.translation + numbers[:3])
+        T = displaced(T, numbers)
         reference.move_to(differential_ik(model, q, T), one.robot.q, uniformly=True)
         reference.T_wt = T
 

@@ -12,6 +12,17 @@ MAX_LAG = 0.1
 """Largest distance of a reference from the measured joints at the start of a step [rad]."""
 
 
+def end_velocity(change: np.ndarray, before: np.ndarray, duration: float) -> np.ndarray:
+    """Return the velocity at the end of the parabola through three targets [rad/s].
+
+    Args:
+        change: Change from the second target to the third [rad].  # (nq,)
+        before: Change from the first to the second [rad].  # (nq,)
+        duration: Time between two targets [s].
+    """  # (nq,)
+    return (3.0 * change - before) / (2.0 * duration)
+
+
 class StepReference:
     """A joint motion that is commanded one step of an agent at a time.
 
@@ -81,7 +92,7 @@ class StepReference:
         if uniformly:
             move = move / max(1.0, float((np.abs(move) / most).max()))
         end = start + np.clip(move, -most, most)
-        v_end = (3.0 * end - 4.0 * start + self._before) / (2.0 * T)
+        v_end = end_velocity(end - start, start - self._before, T)
         v_end = np.clip(v_end, -limits.velocity, limits.velocity)
         rows = self._basis @ np.stack([start, end, self.v, v_end])
         self._rows = rows.reshape(len(rows), -1)

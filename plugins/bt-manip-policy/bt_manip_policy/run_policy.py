@@ -5,12 +5,18 @@ from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
-import pinocchio as pin
 
 from bt_manip.arm import Arm
-from bt_manip.behaviours import ArmBehaviour, default_force, payload_of
+from bt_manip.behaviours import ArmBehaviour
 from bt_manip.bt import Input, Status
-from bt_manip.episodes import Observations, differential_ik
+from bt_manip.episodes import (
+    Observations,
+    command_gripper,
+    differential_ik,
+    displaced,
+    end_velocity,
+    held_payload,
+)
 from bt_manip.exceptions import PortError, did_you_mean
 
 from .onnx_policy import OnnxPolicy, PolicyError
@@ -122,8 +128,7 @@ class RunPolicy(ArmBehaviour):
         last, change = self._motion or (arm.q_ref.tolist(), [0.0] * arm.model.nq)
         q, start = kind.target(arm, np.array(self._action[:n]), np.array(last))
         step = 1.0 / policy.rate
-        # The derivative at the end of the parabola with this change and the one before.
-        v = (3.0 * (q - start) - change) / (2.0 * step)
+        v = end_velocity(q - start, np.array(change), step)
         # A closing gripper moves what it touches, and the arm where that does not give way.
         closing = gripper is not None and gripper.gripping and gripper.moving
         arm.servo(q, v, step, contact=closing)
@@ -155,16 +160,10 @@ class RunPolicy(ArmBehaviour):
             return
         number = self._action[-1]
         if self.cell.time >= self._time + (1.0 - min(abs(number), 1.0)) * step - 1e-9:
-            if number > 0.0 and not gripper.gripping:
-                gripper.close(default_force(gripper))
-            elif number <= 0.0 and (gripper.gripping or not (gripper.moving or gripper.is_open)):
-                gripper.open()
-        held = self.held_objects() if gripper.gripping else []
-        if not held:
-            if self.arm.payload is not None:
-                self.arm.payload = None
-        elif self.arm.payload is None and gripper.steady:
-            self.arm.payload = payload_of(self.cell, held[0], self.T_wt)
+            command_gripper(gripper, number > 0.0)
+        payload = held_payload(self.cell, gripper, self.T_wt, self.arm.payload)
+        if payload is not self.arm.payload:
+            self.arm.payload = payload
 
 
 def _joint_target(arm: Arm, action: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -174,9 +173,8 @@ def _joint_target(arm: Arm, action: np.ndarray, last: np.ndarray) -> tuple[np.nd
 def _cartesian_delta(
     arm: Arm, action: np.ndarray, last: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    T_wt = arm.model.pose(arm.q)
-    turned = pin.SE3(pin.exp3(action[3:]) @ T_wt.rotation, T_wt.translation + action[:3])
-    return differential_ik(arm.model, arm.q_ref, turned), arm.q_ref
+    T_wt = displaced(arm.model.pose(arm.q), action)
+    return differential_ik(arm.model, arm.q_ref, T_wt), arm.q_ref
 
 
 class _Kind(NamedTuple):
