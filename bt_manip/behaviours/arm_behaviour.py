@@ -123,6 +123,12 @@ class ArmBehaviour(RobotPort, CellBehaviour):
         if gripper is not None:
             gripper.stop()
 
+    def yield_to_closing(self) -> None:
+        """Let an arm at rest yield where the closing gripper presses an object on its support."""
+        arm = self.arm
+        if arm.at_rest and not (arm.paused or arm.compliant or arm.undisturbed):
+            arm.stop(compliant=True)
+
     def held_objects(self) -> list[str]:
         """Return the free objects that the gripper holds; none without a gripper."""
         gripper = self._robots[self._robot_name].gripper

@@ -6,7 +6,10 @@ from .arm_behaviour import ArmBehaviour
 
 
 class CloseGripper(ArmBehaviour):
-    """Close the gripper, with or without an object in it."""
+    """Close the gripper, with or without an object in it.
+
+    An arm on which an external force acts meanwhile yields to it until the next motion.
+    """
 
     needs_gripper = True
 
@@ -20,7 +23,8 @@ class CloseGripper(ArmBehaviour):
         self.gripper.close(self.force)
 
     def update(self) -> Status:
-        """Wait until the gripper holds steadily or has closed on nothing."""
+        """Wait until the gripper holds steadily or has closed on nothing; yield meanwhile."""
+        self.yield_to_closing()
         self.feedback_message = self.gripper.status
         if self.gripper.steady or self.gripper.closed_on_nothing:
             return Status.SUCCESS

@@ -287,6 +287,13 @@ def _bound(
     strict: bool,
 ) -> Tree | None:
     goal = builder.goal(tree_id) if strict else ()
+    if strict and GOAL not in document.trees[tree_id].attributes:
+        for subtree in (document.trees[name] for name in builder.built):
+            if GOAL in subtree.attributes:
+                problems.warning(
+                    subtree.place_of(GOAL),
+                    f"the '{GOAL}' of a sub-tree is ignored; main tree '{tree_id}' has none",
+                )
 
     def report(node: Any, port: str, error: BtManipError) -> None:
         element = builder.places.get(id(node))

@@ -73,6 +73,17 @@ def test_a_key_that_nothing_writes_is_a_warning(registry):
     assert known.warnings == ()
 
 
+def test_a_goal_that_only_a_sub_tree_has_is_a_warning(registry):
+    main = '<BehaviorTree ID="All"{}><SubTree ID="Main"/></BehaviorTree></root>'
+    xml = XML.replace("<root ", '<root main_tree_to_execute="All" ').replace("</root>", main)
+    isin = "IsIn object=a container=box"
+    (warning,) = read_tree_text(xml.format(isin, ""), registry).warnings
+    assert str(warning) == (
+        "<text>:2:27: warning: the '_goal' of a sub-tree is ignored; main tree 'All' has none"
+    )
+    assert read_tree_text(xml.format(isin, f' _goal="{isin}"'), registry).warnings == ()
+
+
 def test_a_goal_goes_from_xml_to_python_and_back(registry):
     tree = parse_tree(XML.format(BOTH), registry)
     assert tree_to_xml(tree, registry) == XML.format(BOTH)
