@@ -36,7 +36,6 @@ _ATTRIBUTES: Final = frozenset({
 """Attributes of instances in Python, which no port can replace."""
 
 _INVALID: Final = Status.INVALID
-_SUCCESS: Final = Status.SUCCESS
 
 
 @dataclass(frozen=True)
@@ -131,48 +130,32 @@ class Node(PortAccess):
         Raises:
             NodeError: If a node raised an exception.
         """
-        if self._node_guard is not None or self._node_observers:
-            return self._execute_watched()
+        guard = self._node_guard
         try:
-            state = self._tick()
+            if guard is None:
+                state = self._tick()
+            else:
+                before = guard.before(self)
+                state = guard.after(self, self._tick() if before is None else before)
         except NodeError:
             raise
         except Exception as error:
             raise self._error(error) from error
-        if state is SUCCESS:
-            self._node_status = state
-            self.status = _SUCCESS
-        elif state is SKIPPED:
+        observers = self._node_observers
+        if state is SKIPPED:
             self.status = _INVALID
         elif state is IDLE:
             raise self._error("a tick must not end in IDLE")
-        else:
-            self._node_status = state
+        elif state is not RUNNING or self._node_status is not RUNNING:
+            if observers:
+                self._set_status(state)
+            else:
+                self._node_status = state
             self.status = PY_STATUS[state]
-        return state
-
-    def _execute_watched(self) -> NodeStatus:
-        guard = self._node_guard
-        try:
-            state = guard.before(self) if guard is not None else None
-            if state is None:
-                state = self._tick()
-            if guard is not None:
-                state = guard.after(self, state)
-        except NodeError:
-            raise
-        except Exception as error:
-            raise self._error(error) from error
-        if state is SKIPPED:
-            self.status = _INVALID
-        else:
-            if state is IDLE:
-                raise self._error("a tick must not end in IDLE")
-            self._set_status(state)
-            self.status = PY_STATUS[state]
-        runtime = self._node_runtime
-        if runtime is not None and runtime.visited is not None:
-            runtime.visited.append(self)
+        if observers:
+            runtime = self._node_runtime
+            if runtime is not None and runtime.visited is not None:
+                runtime.visited.append(self)
         return state
 
     def _tick(self) -> NodeStatus:
