@@ -20,8 +20,7 @@ run: setup  ## Set up, and let the Panda drop a cube into the basket
 	$(BIN)/bt-manip run pick_place
 
 test: setup  ## Set up, and run all tests, in WORKERS processes
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --ignore=tests/browser
-	$(BIN)/python -m pytest tests/browser
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 test-packages: setup  ## Test each package of plugins/ where nothing else of this checkout is
 	$(BIN)/python tools/test_packages.py

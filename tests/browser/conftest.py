@@ -35,16 +35,36 @@ CHROMIUM_OPTIONS = (
 )  # fmt: skip
 
 DRAW_ON_REQUEST = """
-    window.drawing = true;
-    const names = ["drawElements", "drawArrays", "drawElementsInstanced", "drawArraysInstanced"];
+    window.drawing = false;
+    const names = [
+        "clear", "drawElements", "drawArrays", "drawElementsInstanced", "drawArraysInstanced"
+    ];
     for (const name of names) {
         const draw = WebGL2RenderingContext.prototype[name];
         WebGL2RenderingContext.prototype[name] = function (...options) {
-            if (window.drawing) draw.apply(this, options);
+            const offscreen = this.getParameter(this.FRAMEBUFFER_BINDING);  // light, once
+            if (window.drawing || offscreen) draw.apply(this, options);
         };
     }
 """
 """Lets a page draw its scene only where a test wants its pixels: in software that takes seconds."""
+
+DRAW_ONE_FRAME = """
+    () => new Promise((done, fail) => {
+        setTimeout(() => fail(new Error("no frame was drawn")), 90000);  // PATIENCE
+        const frame = () => __viserTestpoints.rendererInfo.render.frame;
+        const first = frame();
+        window.drawing = true;
+        const check = () => {
+            __viserMutable.requestRender();
+            if (frame() < first + 2) return requestAnimationFrame(check);
+            window.drawing = false;  // what is drawn stays
+            requestAnimationFrame(done);
+        };
+        check();
+    })
+"""
+"""Draws a whole frame of the scene as it is now."""
 
 SIZE = {"width": 1340, "height": 620}
 """Size of the window [pixels]; the panels take 760 of the width."""
@@ -148,14 +168,13 @@ class Window:
         return self.frame.evaluate(script, argument)
 
     def wait_for_scene(self) -> None:
-        """Wait until the scene is there and has been drawn once; then stop drawing."""
+        """Wait until the scene is there, with its light."""
         wait_until(
             lambda: self.evaluate(
                 "() => window.__viserTestpoints?.rendererInfo.render.triangles > 1000"
                 " && __viserMutable.messageQueue.length == 0 && !!__viserMutable.scene.environment"
             )
         )
-        self.evaluate("() => { window.drawing = false; }")
         # The note that the scene is drawn in software goes by itself, sooner or later.
         self.evaluate("() => document.querySelector('.mantine-Notification-closeButton')?.click()")
 
@@ -177,12 +196,8 @@ class Window:
         Args:
             name: Of the artefact that keeps the whole picture.
         """  # (height, width, 3)
-        frame = "() => __viserTestpoints.rendererInfo.render.frame"
-        self.evaluate("() => { window.drawing = true; __viserMutable.requestRender(); }")
-        first = self.evaluate(frame)
-        wait_until(lambda: self.evaluate(frame) > first + 1)
+        self.evaluate(DRAW_ONE_FRAME)
         data = self.page.screenshot()
-        self.evaluate("() => { window.drawing = false; }")
         if name is not None:
             _keep(name, data)
         return _cut(data, self.frame.locator("canvas[data-engine]").bounding_box())
@@ -238,9 +253,12 @@ def wait_until(
         time.sleep(0.05)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def chromium() -> Iterator[Any]:
-    """Start Chromium, or skip the tests where there is none."""
+    """Start Chromium, or skip the tests where there is none.
+
+    Its event loop runs in this thread meanwhile: tests of other files could not run their own.
+    """
     executable = shutil.which("chromium")
     if executable is None:
         pytest.skip("no chromium here: the Debian package has it")

@@ -1,5 +1,7 @@
 """What a person sees and does on the page of a recording (``bt-manip replay``)."""
 
+import re
+
 import pytest
 
 from bt_manip.recording import RecordedScene, Recording
@@ -18,9 +20,14 @@ def window(start, open_window, picked) -> Window:
 def go_to(window: Window, time: float) -> None:
     """Choose a time on the time line."""
     box = window.page.locator("input[inputmode=decimal]").last
-    box.fill(f"{time:g}")
-    box.press("Enter")
-    window.wait_for_text(rf"\b{time:.2f} s: ")
+
+    def arrived() -> bool:
+        box.fill(f"{time:g}")  # lost if the page is drawn anew meanwhile
+        box.press("Enter")
+        window.page.wait_for_timeout(500)
+        return re.search(rf"\b{time:.2f} s: ", window.text()) is not None
+
+    wait_until(arrived)
 
 
 def test_it_is_paused_at_the_chosen_start(window):
