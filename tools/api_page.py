@@ -105,6 +105,7 @@ EXPERIMENTAL = {
     ),
     "bt_manip.grasping": ("GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE"),
     "bt_manip.robots": "GraspGenerator GraspCandidates ensure_motors",
+    "bt_manip.cell": "ParametricEntity",
     "bt_manip.toml_tables": "TomlTable",
     "bt_manip.control": "ControllerManager",
     "bt_manip.recording": (

@@ -30,6 +30,7 @@ from .objects import Basket as Basket
 from .objects import Camera as Camera
 from .objects import CellObject as CellObject
 from .objects import Cube as Cube
+from .objects import ParametricEntity as ParametricEntity
 from .objects import Prop as Prop
 from .objects import Segmentation as Segmentation
 from .objects import Table as Table

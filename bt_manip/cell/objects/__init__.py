@@ -33,4 +33,5 @@ from .primitives import Sphere as Sphere
 from .primitives import Tray as Tray
 from .primitives import Wall as Wall
 from .primitives import YellowBlock as YellowBlock
+from .prop import ParametricEntity as ParametricEntity
 from .prop import Prop as Prop

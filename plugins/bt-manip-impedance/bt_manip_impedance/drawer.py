@@ -1,15 +1,11 @@
 """A cabinet with a drawer."""
 
-from collections.abc import Mapping, Sequence
-from types import MappingProxyType
-from typing import Any
-
 import numpy as np
 import pinocchio as pin
 from dm_control import composer, mjcf
 from dm_control.composer.observation import observable
 
-from bt_manip.cell import CellError
+from bt_manip.cell import CellError, ParametricEntity
 
 SIZE = (0.3, 0.24, 0.12)  # [m] of the cabinet along x, y and z
 WALL = 0.01  # [m] thickness of all boards
@@ -20,38 +16,31 @@ MASS = 1.5  # [kg] of the drawer
 DAMPING = 10.0  # [N s/m] of the slide
 
 
-class Drawer(composer.Entity):
+class Drawer(ParametricEntity):
     """A cabinet with a drawer that slides towards -x; its origin is the middle of its bottom."""
 
     kind = "drawer"
     category = "drawer"
     free = False
+    defaults = {
+        "travel": 0.2,  # [m] of the drawer
+        "resistance": 5.0,  # [N] friction of the slide: force that moves the drawer slowly
+        "colour": (0.72, 0.53, 0.33),  # red, green and blue of the cabinet, from 0 to 1
+    }
 
-    def _build(
-        self,
-        name: str = "drawer",
-        travel: float = 0.2,
-        resistance: float = 5.0,
-        colour: Sequence[float] = (0.72, 0.53, 0.33),
-    ) -> None:
+    def _make_model(self, name: str) -> None:
         """Build the drawer, closed.
-
-        Args:
-            name: Model name.
-            travel: Travel of the drawer [m].
-            resistance: Friction of the slide: force that moves the drawer slowly [N].
-            colour: Red, green and blue of the cabinet, from 0 to 1.
 
         Raises:
             CellError: If the resistance is not positive, or the travel not above 0 and shorter than
                 the drawer.
         """
+        travel, resistance, colour = (self._parameters[key] for key in self.defaults)
         x, y, z = (0.5 * length for length in SIZE)
         if not 0.0 < travel < SIZE[0] - 2 * WALL:
             raise CellError(f"travel must be above 0 and below {SIZE[0] - 2 * WALL} m: {travel!r}")
         if not 0.0 < resistance < np.inf:
             raise CellError(f"resistance must be a positive number [N], got {resistance!r}")
-        self._parameters = {"travel": travel, "resistance": resistance, "colour": tuple(colour)}
         self.travel = travel
         self._mjcf_root = root = mjcf.RootElement(model=name)
         root.default.geom.set_attributes(
@@ -87,16 +76,6 @@ class Drawer(composer.Entity):
 
     def _build_observables(self) -> "DrawerObservables":
         return DrawerObservables(self)
-
-    @property
-    def mjcf_model(self) -> mjcf.RootElement:
-        """The MJCF model."""
-        return self._mjcf_root
-
-    @property
-    def parameters(self) -> Mapping[str, Any]:
-        """Its parameters, as plain data."""
-        return MappingProxyType(self._parameters)
 
     @property
     def joint(self) -> mjcf.Element:

@@ -8,7 +8,7 @@ import pinocchio as pin
 from bt_manip.behaviours import MotionBehaviour
 from bt_manip.bt import Condition, Input, Status
 from bt_manip.cell import Cell, CellError
-from bt_manip_impedance.push_button import PRESSED
+from bt_manip_impedance.push_button import PRESSED, PushButton
 
 RELEASED = 1e-4  # [m] depth up to which the cap counts as up
 
@@ -39,7 +39,7 @@ class Press(MotionBehaviour):
         """Move straight down."""
         self._since = self._outcome = None
         button = self.cell.find(self.object)
-        if not hasattr(button, "travel"):
+        if not isinstance(button, PushButton):
             raise CellError(f"'{self.object}' is not a button")
         self._move_over_the_cap(-self.depth)
 
@@ -99,7 +99,7 @@ class IsReleased(Condition):
     def update(self) -> Status:
         """Measure the depth of the cap."""
         button = self.cell.entities.get(self.object)
-        if not hasattr(button, "depth"):
+        if not isinstance(button, PushButton):
             return self.fail(f"the cell has no button '{self.object}'")
         if button.depth > RELEASED:
             return self.fail(f"'{self.object}' is {1e3 * button.depth:.1f} mm down")
@@ -118,6 +118,6 @@ class WasPressed(Condition):
     def update(self) -> Status:
         """Read the button's count."""
         button = self.cell.entities.get(self.object)
-        if not hasattr(button, "presses"):
+        if not isinstance(button, PushButton):
             return self.fail(f"the cell has no button '{self.object}'")
         return Status.SUCCESS if button.presses else self.fail(f"'{self.object}' was not pressed")

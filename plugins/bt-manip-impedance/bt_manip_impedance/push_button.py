@@ -1,14 +1,13 @@
 """A push button."""
 
-from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from dm_control import composer, mjcf
 from dm_control.composer.observation import observable
 
-from bt_manip.cell import CellError
+from bt_manip.cell import CellError, ParametricEntity
 
 RADIUS = 0.025  # [m]
 HOUSING = 0.02  # [m] height
@@ -18,36 +17,29 @@ PRESSED = 0.95
 PRELOAD = 0.2  # fraction of the full force at which the cap begins to move
 
 
-class PushButton(composer.Entity):
+class PushButton(ParametricEntity):
     """A housing with a cap on a spring; its origin is the middle of its bottom."""
 
     kind = "push_button"
     category = "button"
     free = False
+    defaults = {
+        "travel": 0.008,  # [m] of the cap
+        "force": 10.0,  # [N] at the end of the travel
+        "colour": (0.8, 0.1, 0.1),  # red, green and blue of the cap, from 0 to 1
+    }
 
-    def _build(
-        self,
-        name: str = "push_button",
-        travel: float = 0.008,
-        force: float = 10.0,
-        colour: Sequence[float] = (0.8, 0.1, 0.1),
-    ) -> None:
+    def _make_model(self, name: str) -> None:
         """Build the button.
-
-        Args:
-            name: Model name.
-            travel: Travel of the cap [m].
-            force: Force at the end of the travel [N].
-            colour: Red, green and blue of the cap, from 0 to 1.
 
         Raises:
             CellError: If travel or force is not positive, or the travel longer than the housing.
         """
+        travel, force, colour = (self._parameters[key] for key in self.defaults)
         if not 0.0 < travel <= HOUSING:
             raise CellError(f"travel must be above 0 and at most {HOUSING} m, got {travel!r}")
         if not 0.0 < force < np.inf:
             raise CellError(f"force must be a positive number [N], got {force!r}")
-        self._parameters = {"travel": travel, "force": force, "colour": tuple(colour)}
         self.travel = travel
         self._presses, self._down = 0, False
         self._mjcf_root = root = mjcf.RootElement(model=name)
@@ -73,16 +65,6 @@ class PushButton(composer.Entity):
 
     def _build_observables(self) -> "PushButtonObservables":
         return PushButtonObservables(self)
-
-    @property
-    def mjcf_model(self) -> mjcf.RootElement:
-        """The MJCF model."""
-        return self._mjcf_root
-
-    @property
-    def parameters(self) -> Mapping[str, Any]:
-        """Its parameters, as plain data."""
-        return MappingProxyType(self._parameters)
 
     @property
     def height(self) -> float:
