@@ -92,7 +92,7 @@ EXPERIMENTAL = {
     "bt_manip.bt": "read_tree Reading declare Stubs Libraries LeafMapping",
     "bt_manip.exceptions": "one_line shown",
     "bt_manip.input_files": "read_bytes",
-    "bt_manip.cell": "entity_of extent bottom_of why_not_on ContactEvent",
+    "bt_manip.cell": "entity_of extent bottom_of why_not_on ContactEvent ParametricEntity",
     "bt_manip.cell.randomization": "Randomization",
     "bt_manip.collision": "CollisionWorld FreeSpace CollisionPair",
     "bt_manip.trajectories": (
@@ -105,7 +105,6 @@ EXPERIMENTAL = {
     ),
     "bt_manip.grasping": ("GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE"),
     "bt_manip.robots": "GraspGenerator GraspCandidates ensure_motors",
-    "bt_manip.cell": "ParametricEntity",
     "bt_manip.toml_tables": "TomlTable",
     "bt_manip.control": "ControllerManager",
     "bt_manip.recording": (

@@ -28,7 +28,9 @@ class StepReference:
 
     Each step is a cubic from the present reference position and velocity to the target. Its
     velocity at the end is the derivative of the parabola through the last three targets, so that
-    targets on a smooth trajectory give back that trajectory.
+    targets on a smooth trajectory give back that trajectory. `Arm.servo` also keeps acceleration,
+    jerk and effort limits, so it lags behind recorded targets and doubles the time of a step; it
+    serves policies in trees, which share the arm with planned motions.
 
     Attributes:
         q: Position [rad].  # (nq,)

@@ -31,7 +31,8 @@ class RunPolicy(ArmBehaviour):
     """Let a learned policy act until something else halts it, or fail after a time.
 
     Each action goes to the arm as `Arm.servo`: it keeps all limits, and the arm stops by itself on
-    an external force. A halted policy leaves the arm at rest.
+    an external force. A halted policy leaves the arm at rest. Actions of environments move along
+    cubics instead (`bt_manip.episodes`), which repeat recorded targets but keep fewer limits.
     """
 
     model = Input(str, doc="ONNX file of the policy.")
