@@ -150,7 +150,7 @@ class Cell:
             with self._model.change(f"'{label}' cannot be added"):
                 self._model.attach(label, attachment, max_overlap=overlap)
         except CellError:
-            entity.mjcf_model.model = model_name
+            self._model.rename(entity, model_name)
             raise
         return label
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from bt_manip import spatial
-from bt_manip.cell import Cell, OverlapError, objects
+from bt_manip.cell import Cell, CellError, OverlapError, Region, objects
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
 
@@ -138,6 +138,20 @@ def test_what_cannot_be_added_leaves_nothing_behind():
     with pytest.raises(OverlapError):
         cell.add(objects.Cube(), spatial.pose((0.5, 0.0, 0.2)), name="other")
     assert cell.model is model
+    cell.step(3)
+
+
+def test_what_did_not_fit_is_added_elsewhere_without_a_compile(monkeypatch):
+    cell = make_cell()
+    cube = objects.Cube()
+    with pytest.raises(OverlapError):
+        cell.add(cube, spatial.pose((0.5, 0.0, 0.2)), name="other")
+    assert cell.is_reusable(cube)
+    monkeypatch.setattr("bt_manip.cell.physics.mjcf_writer.MjcfWriter.compile", None)
+    inside = Region((0.5, 0.5), (0.0, 0.0), (0.2, 0.2))
+    with pytest.raises(CellError, match="'other' cannot be placed"):
+        cell.place(cube, inside, np.random.default_rng(0), name="other", attempts=2)
+    cell.add(cube, BESIDE, name="other")
     cell.step(3)
 
 

@@ -124,6 +124,11 @@ class ArenaModel:
         with self._tracker.attaching(entity.mjcf_model):
             entity.detach()
 
+    def rename(self, entity: composer.Entity, name: str) -> None:
+        """Set the model name of an entity that is attached nowhere; that is no edit."""
+        with self._tracker.attaching(entity.mjcf_model):
+            entity.mjcf_model.model = name
+
     def relocate(
         self, name: str, attachment: Attachment, *, max_overlap: float | None = None
     ) -> None:
@@ -244,20 +249,21 @@ class ArenaModel:
             CellError: If it does not compile, or the search inside raises one.
         """
         failure = f"'{name}' cannot be placed"
-        entity_model = attachment.entity.mjcf_model
-        model_name = entity_model.model
+        model_name = attachment.entity.mjcf_model.model
         uninitialised, new = list(self._uninitialised), dict(self._new)
         try:
             self.attach(name, attachment)
             try:
-                model = self._mj_model()
-                data = mujoco.MjData(model)
-                self._carry_state(self.physics, model, data)
-                yield PlacementSearch(model, data, name, attachment.free)
+                copy = self._physics()
+                try:
+                    self._carry_state(self.physics, copy.model, copy.data)
+                    yield PlacementSearch(copy.model, copy.data, name, attachment.free)
+                finally:
+                    self.cache.retire(copy)
             finally:
                 self.detach(name)
                 self._uninitialised[:], self._new = uninitialised, new
-                entity_model.model = model_name
+                self.rename(attachment.entity, model_name)
         except CellError as error:
             raise CellError(f"{failure}: {error}") from error
         except ValueError as error:
@@ -314,11 +320,11 @@ class ArenaModel:
                 verb = "added" if name in self._new else "moved"
                 refuse_overlap(new.model, new.data, new.body_names, name, limit, verb)
         except BaseException:
-            self.cache.forget(new)
             if old is not None:
                 for entity in entities:  # bind those that stay to the old physics again
                     if entity not in self._uninitialised:
                         entity.after_compile(old.physics, random_state)
+            self.cache.retire(new)  # often the same entity comes at another pose next
             raise
         self.generation += 1
         return new

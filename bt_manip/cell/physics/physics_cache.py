@@ -73,12 +73,8 @@ class PhysicsCache:
         while len(self._retired) > self.limit:
             self._free(self._retired.pop(0))
 
-    def forget(self, physics: CompiledPhysics) -> None:
-        """Drop a physics that was never in use."""
-        self._origins.pop(physics, None)
-
     def _free(self, physics: CompiledPhysics) -> None:
-        self.forget(physics)
+        self._origins.pop(physics, None)
         physics.physics.free()
 
 
