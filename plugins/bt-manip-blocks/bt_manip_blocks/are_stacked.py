@@ -4,7 +4,7 @@ from itertools import pairwise
 from typing import Any
 
 from bt_manip.bt import Condition, Input, Status
-from bt_manip.cell import Cell, CellError, why_not_on
+from bt_manip.cell import Cell, CellError, is_on, why_not_on
 from bt_manip_blocks.blocks import blocks_in, blocks_on
 
 
@@ -34,6 +34,12 @@ class AreStacked(Condition):
         return Status.SUCCESS
 
     def progress(self) -> float:
-        """Return the share of the blocks that are off the support, of those that should be."""
-        blocks, lowest = blocks_in(self.cell), blocks_on(self.cell, self.on)
-        return (len(blocks) - len(lowest)) / max(len(blocks) - 1, 1)
+        """Return the share of the blocks in the highest tower, above its base."""
+        towers = [self._above(base) for base in blocks_on(self.cell, self.on)]
+        return max(towers, default=0) / max(len(blocks_in(self.cell)) - 1, 1)
+
+    def _above(self, base: str) -> int:
+        """Count the blocks that stand on one another above a base, each released and at rest."""
+        others = [name for name in blocks_in(self.cell) if name != base]
+        above = next((name for name in others if is_on(self.cell, name, base)), None)
+        return 0 if above is None else 1 + self._above(above)

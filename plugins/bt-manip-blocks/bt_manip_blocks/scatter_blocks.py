@@ -7,7 +7,7 @@ import numpy as np
 
 from bt_manip import spatial
 from bt_manip.bt import Action, Input, Output, Status
-from bt_manip.cell import Cell, CellError
+from bt_manip.cell import Cell, CellError, unique_name
 from bt_manip_blocks.blocks import blocks_in
 from bt_manip_blocks.coloured_block import ColouredBlock
 
@@ -32,6 +32,7 @@ class ScatterBlocks(Action):
         """Keep the cell and its randomness."""
         self.cell: Cell = infrastructure["cell"]
         self.rng: np.random.Generator = infrastructure["rng"]
+        self._made: dict[tuple[str, int, int], ColouredBlock] = {}
 
     def initialise(self) -> None:
         """Scatter."""
@@ -47,12 +48,14 @@ class ScatterBlocks(Action):
     def _scatter(self) -> None:
         cell = self.cell
         height = cell.surface_height(self.on)
-        blocks = [ColouredBlock(colour=colour) for _ in range(self.each) for colour in self.colours]
-        places = self._places(len(blocks))
+        colours = self.colours
+        wanted = [(colour, i, j) for i in range(self.each) for j, colour in enumerate(colours)]
+        places = self._places(len(wanted))
         names = []
         with cell.editing():
             for name in blocks_in(cell):
                 cell.remove(name)
+        blocks = [self._block(*key) for key in wanted]
         with cell.editing():  # another one: what comes by a name that goes would take its state
             for block, (x, y) in zip(blocks, places, strict=True):
                 yaw = self.rng.uniform(-math.pi, math.pi)
@@ -60,9 +63,18 @@ class ScatterBlocks(Action):
                     (x, y, height + block.rest_height),
                     (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)),
                 )
-                names.append(cell.add(block, T_wo))
+                name = unique_name(block.colour, cell.entities)
+                names.append(cell.add(block, T_wo, name=name))
         self.blocks = names
         self.feedback_message = f"{len(names)} blocks"
+
+    def _block(self, colour: str, i: int, j: int) -> ColouredBlock:
+        """Return the block that was scattered before, or a new one: the same need no compile."""
+        key = colour, i, j
+        made = self._made.get(key)
+        if made is None or not self.cell.is_reusable(made):
+            made = self._made[key] = ColouredBlock(colour=colour)
+        return made
 
     def _places(self, count: int) -> list[tuple[float, float]]:
         """Draw places that keep their distance.

@@ -43,6 +43,16 @@ def test_scattering_again_clears_the_old_ones_away(station, trial):
     assert blocks == ["red", "green", "blue"]
 
 
+def test_blocks_that_are_scattered_again_are_not_compiled_again(station, trial):
+    scattering = trial(ScatterBlocks(each=2, blocks="{blocks}"))
+    models = []
+    for _ in range(2):
+        assert scattering.tick() is SUCCESS
+        models.append(station.cell.model)
+    assert models[0] is models[1]
+    assert scattering.blackboard["blocks"] == ["red", "green", "blue", "red_1", "green_1", "blue_1"]
+
+
 @pytest.mark.start("two blocks")
 def test_the_block_that_lies_elsewhere_or_that_a_tower_grows_on_is_not_chosen(station, trial):
     choosing = trial(ChooseBlock(base="red", block="{block}"))
@@ -113,6 +123,23 @@ def test_blocks_are_stacked_when_each_rests_on_the_one_below(station, trial, pla
     station.cell.step(30)
     looking = trial(AreStacked())
     assert looking.fails_with(reason) if reason else looking.tick() is SUCCESS
+
+
+def test_progress_counts_the_blocks_that_stand_on_the_one_below(station, trial):
+    progress = trial(AreStacked()).behaviour.progress
+    put(station, "red", 0.3, -0.1)
+    put(station, "blue", 0.3, -0.2)
+    put(station, "green", 0.4, -0.1, 0.2)
+    station.cell.step(30)
+    assert progress() == 0.0  # the green one falls
+    for height, expected in ((0.06, 0.5), (0.2, 0.0)):
+        station.cell.move("green", spatial.pose((0.3, -0.1, SURFACE + height)))
+        station.cell.step(30)
+        assert progress() == expected
+    station.cell.move("green", spatial.pose((0.3, -0.1, SURFACE + 0.06)))
+    station.cell.move("blue", spatial.pose((0.3, -0.1, SURFACE + 0.1)))
+    station.cell.step(30)
+    assert progress() == 1.0
 
 
 def test_two_blocks_beside_each_other_are_no_tower(station, trial):
