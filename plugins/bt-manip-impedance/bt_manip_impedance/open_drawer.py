@@ -1,6 +1,7 @@
 """Open a drawer by its handle."""
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,9 @@ LAG = 0.03
 
 MAX_REST_SPEED = 5e-3
 """Speed of a drawer that counts as at rest [m/s]; as for objects."""
+
+NEAR = 0.2
+"""Distance from the handle at which the progress for reaching it has fallen to a quarter [m]."""
 
 OVER, DOWN = "over", "down"
 
@@ -154,9 +158,9 @@ class IsOpen(Condition):
     object = Input(str, doc="Name of the drawer.")
     opening = Input(float, default=0.15, doc="How far it is open at least [m].")
 
-    def setup(self, *, cell: Cell, **_: Any) -> None:
-        """Keep the cell."""
-        self.cell = cell
+    def setup(self, *, cell: Cell, robots: Mapping[str, Any], **_: Any) -> None:
+        """Keep the cell and the robots."""
+        self.cell, self.robots = cell, robots
 
     def update(self) -> Status:
         """Measure the position and velocity of the slide."""
@@ -171,8 +175,14 @@ class IsOpen(Condition):
         return Status.SUCCESS
 
     def progress(self) -> float:
-        """Return the share of the opening."""
-        return find_drawer(self.cell, self.object).opening / self.opening
+        """Return the progress: shares for reaching and holding the handle, the rest for opening."""
+        drawer, robots = find_drawer(self.cell, self.object), self.robots.values()
+        handle = (self.cell.pose(self.object) * drawer.T_oh).translation
+        distances = [np.linalg.norm(one.robot.tool_pose.translation - handle) for one in robots]
+        near = 1.0 - math.tanh(min(distances) / NEAR)
+        held = any(one.gripper is not None and self.object in one.gripper.held for one in robots)
+        opened = min(drawer.opening / self.opening, 1.0)
+        return 0.2 * max(near, opened) + 0.2 * max(held, opened) + 0.6 * opened
 
 
 def find_drawer(cell: Cell, name: str) -> Drawer:

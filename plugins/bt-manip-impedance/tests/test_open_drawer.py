@@ -29,7 +29,9 @@ def at_the_handle(parts, **drawer):
 
 def test_a_drawer_is_open_after_it_has_been_pulled(parts):
     station = at_the_handle(parts, resistance=10.0)
-    assert station.run(IsOpen("open", object="drawer")).status is NodeStatus.FAILURE
+    is_open = IsOpen("open", object="drawer")
+    assert station.run(is_open).status is NodeStatus.FAILURE
+    assert 0.35 < is_open.progress() < 0.45  # the handle is held
     assert station.run(PullOpen("pull", object="drawer")).status is NodeStatus.SUCCESS
     station.cell.step(300)
     assert station.run(IsOpen("open", object="drawer")).status is NodeStatus.SUCCESS
@@ -49,4 +51,7 @@ def test_a_handle_that_is_not_held_is_not_pulled(parts):
     station = build_station(parts, scene=parts.scenes.create("open_drawer"))
     behaviour = PullOpen("pull", object="drawer")
     assert station.run(behaviour).status is NodeStatus.FAILURE
+    is_open = IsOpen("open", object="drawer")
+    assert station.run(is_open).status is NodeStatus.FAILURE
+    assert 0.0 < is_open.progress() < 0.2
     assert behaviour.feedback_message == "the gripper does not hold 'drawer'"
