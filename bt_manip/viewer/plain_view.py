@@ -10,7 +10,10 @@ from bt_manip.viewer.wrapping import print_wrapped
 
 
 class PlainView(RunObserver):
-    """Prints a line for each cycle, and for each leaf that ends if there is only one cycle."""
+    """Prints a line for each cycle, and for each leaf that ends if there is only one cycle.
+
+    A leaf that a reactive node checks at every tick gets a line when its status changes.
+    """
 
     def __init__(self, console: Console, *, cycles: int) -> None:
         """Set where to print.
@@ -23,6 +26,8 @@ class PlainView(RunObserver):
         self._cycles = cycles
         self._cycle = 0
         self._lines: list[str] = []  # of leaves that have ended in this tick
+        self._tick = 0
+        self._ended: dict[Any, tuple[int, str]] = {}  # tick and status of each leaf's last end
 
     def run_started(self, run: Any) -> None:
         """Observe the tree's leaves if each of them gets a line."""
@@ -40,6 +45,7 @@ class PlainView(RunObserver):
 
     def after_tick(self) -> None:
         """Print the leaves that have ended."""
+        self._tick += 1
         lines, self._lines = self._lines, []
         for line in lines:
             print_wrapped(self._console, line, indent=20)
@@ -64,6 +70,9 @@ class PlainView(RunObserver):
 
     def _node_changed(self, node: Any, old: Any, new: Any) -> None:
         if node.children or new.name not in ("SUCCESS", "FAILURE"):
+            return
+        before, self._ended[node] = self._ended.get(node), (self._tick, new.name)
+        if before == (self._tick - 1, new.name):
             return
         message = f": {node.feedback_message}" if node.feedback_message else ""
         # Printing may raise, which would be an exception of the tree here.
