@@ -4,13 +4,10 @@ import gc
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-
-from tests.warm_start import WarmPopen
 
 pytest_plugins = ["tests.robot_fixtures", "tests.run_fixtures"]
 
@@ -39,15 +36,6 @@ def _draws(backend: str) -> bool:
 
 if "MUJOCO_GL" not in os.environ:
     os.environ["MUJOCO_GL"] = next(filter(_draws, ("egl", "osmesa")), "disable")
-
-
-@pytest.fixture(scope="session", autouse=True)
-def commands_start_warm() -> Iterator[None]:
-    """Start ``python -m bt_manip`` where the packages are imported already."""
-    with pytest.MonkeyPatch.context() as patch:
-        if sys.platform == "linux":
-            patch.setattr(subprocess, "Popen", WarmPopen)
-        yield
 
 
 @pytest.fixture(scope="session")
