@@ -23,7 +23,7 @@ from bt_manip.exceptions import MotionError
 from bt_manip.kinematics import InverseKinematics, Target
 from bt_manip.planning import LineTo, Planner, RRTConnect, Step
 from bt_manip.robots import Payload, Robot, RobotModel
-from bt_manip.trajectories import Trajectory
+from bt_manip.trajectories import SplinePath, Trajectory
 
 from .diagnosis import ArmMeasurement, diagnose
 from .external_force_guard import CHECK_INTERVAL, Detection, ExternalForceGuard, external_load
@@ -179,7 +179,12 @@ class Arm:
         self._move(PoseRequest(T_wt, speed, margin, approach), planner=planner, rng=rng)
 
     def move_linear(
-        self, T_wt: pin.SE3 | Target, speed: float = 1.0, *, contact: bool = False
+        self,
+        T_wt: pin.SE3 | Target,
+        speed: float = 1.0,
+        *,
+        contact: bool = False,
+        joint_path: SplinePath | None = None,
     ) -> None:
         """Move the tool to a pose on a straight line, rotating uniformly.
 
@@ -191,6 +196,8 @@ class Arm:
             speed: 1 is as fast as joints and tool may; at 0.5 it takes twice the time.
             contact: Whether contact is intended; then neither collisions nor external forces are
                 checked.
+            joint_path: What `follow_tool_path` returned for this line, if that is known; not used
+                where the arm does not rest at its start.
 
         Raises:
             MotionError: When the line cannot be followed to its end (the message says how far),
@@ -201,7 +208,8 @@ class Arm:
             if not found.solved:
                 raise MotionError(f"the pose is unreachable: {found.reason}", reason="unreachable")
             T_wt = self.model.pose(found.q)
-        self.move_path([LineTo(T_wt)], speed, contact=contact)
+        speed = check_speed(speed)
+        self._move(ToolPathRequest([LineTo(T_wt)], speed, 0.0, contact, joint_path))
 
     def move_path(
         self,

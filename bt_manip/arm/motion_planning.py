@@ -29,6 +29,7 @@ from bt_manip.trajectories import (
     KinematicLimits,
     MotionProfile,
     SequenceTrajectory,
+    SplinePath,
     TailTrajectory,
     TimeScaledTrajectory,
     Trajectory,
@@ -74,6 +75,7 @@ class ToolPathRequest(NamedTuple):
     speed: float
     blend: float  # [m] from a corner, where its rounding begins; at 0 the tool stops there
     contact: bool  # whether contact is intended; then collisions are not checked
+    joint_path: SplinePath | None = None  # that follows them from its start, if it is known
 
 
 class FollowRequest(NamedTuple):
@@ -339,9 +341,12 @@ def _plan_tool_path(
     """Plan a tool path from where the arm comes to rest; return as `_plan_to_configurations`."""
     model = scene.model
     stop, q = _stop(start, model)
-    curves = []
+    curves, known = [], request.joint_path
     for path in tool_paths(model.pose(q), request.steps, request.blend):
-        curve = follow_tool_path(scene.ik, q, path)
+        if known is not None and np.array_equal(known.knots[0, : model.nq], q):
+            curve = known
+        else:
+            curve = follow_tool_path(scene.ik, q, path)
         if scene.world is not None:
             check_tool_path(scene.world, curve, path)
         bounds = path.limits(KinematicLimits.of_joints(model.limits), model.tool_limits)

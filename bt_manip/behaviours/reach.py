@@ -22,11 +22,17 @@ class Reach(GrippingBehaviour):
     )
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
     grasp = Input(
-        str, default="", doc="The grasp that Hover chose; by default the nearest to the tool."
+        str,
+        default="",
+        doc="The grasp to take; by default the one that Hover chose, or the nearest to the tool.",
     )
 
     def start(self) -> None:
-        """Move straight to the grasp."""
+        """Move straight to the grasp, on the joint path that Hover found where that still holds."""
+        planned = None if self.grasp else self.grasp_planner.planned(self.object)
+        if planned is not None and self.height is None:
+            self.arm.move_linear(planned.T_wt, speed=self.speed, joint_path=planned.approach)
+            return
         T_wt = self._grasp_pose()
         if self.height is not None:
             centre, a = centre_pose(self.cell, self.object).translation, T_wt.rotation[:, 2]

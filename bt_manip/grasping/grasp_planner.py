@@ -1,6 +1,7 @@
 """Plan grasps of objects."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -15,6 +16,9 @@ from .grip_friction import check_friction
 from .gripper_clearance import MAX_PENETRATION, GripperClearance
 from .ranking import GraspRanking
 from .rejections import Rejections
+
+MAX_DISPLACEMENT = 1e-5
+"""Displacement of an object [m] and [rad] up to which a plan for it holds: objects settle."""
 
 
 class GraspPlanner:
@@ -36,9 +40,11 @@ class GraspPlanner:
     def __init__(self, cell: Cell, arm: Arm) -> None:
         """Plan for an arm in a cell."""
         self._cell, self.arm = cell, arm
-        self._known: dict[str, tuple[GripperClearance, GraspGenerator]] = {}
+        self._generators: dict[str, GraspGenerator] = {}
+        self._clearances: dict[str, GripperClearance] = {}
         self._generation = -1
         self._friction = b""  # of all geoms, at which the generators were made
+        self._planned: tuple[str, int, GraspPlan] | None = None  # object, generation of the cell
 
     def plan(self, name: str, heights: Sequence[float], centre: np.ndarray) -> GraspPlan:
         """Choose a grasp and the configuration from which the tool approaches it.
@@ -58,6 +64,28 @@ class GraspPlanner:
         plan = search.best(heights, centre)
         if plan is None:
             raise search.rejections.error()
+        self._planned = name, self._cell.generation, plan
+        return plan
+
+    def planned(self, name: str) -> GraspPlan | None:
+        """Return the last plan if the arm rests at its pre-grasp configuration and it still holds.
+
+        The object must be where it was, up to `MAX_DISPLACEMENT`, and the gripper have clearance.
+
+        Args:
+            name: The object.
+        """
+        cell = self._cell
+        if self._planned is None or self._planned[:2] != (name, cell.generation):
+            return None
+        plan = self._planned[2]
+        moved = plan.T_wt.actInv(cell.pose(name) * plan.grasp.T_ot)
+        if (
+            not np.array_equal(plan.q_pregrasp, self.arm.q)
+            or not moved.isIdentity(MAX_DISPLACEMENT)
+            or self._clearance(name).at_pose(plan.T_wt).distance < -MAX_PENETRATION
+        ):
+            return None
         return plan
 
     def nearest(self, name: str, T_now: pin.SE3) -> tuple[GraspCandidate, pin.SE3]:
@@ -86,11 +114,45 @@ class GraspPlanner:
         Raises:
             MotionError: When it has none, naming the obstacle.
         """
-        found = GripperClearance(self._cell, self.arm.robot, [name]).at_pose(T_wt)
+        found = self._clearance(name).at_pose(T_wt)
         if found.distance < -MAX_PENETRATION:
             rejections = self._rejections(name)
             rejections.no_clearance[found.entity] += 1
             raise rejections.error()
+
+    def _clearance(self, name: str) -> GripperClearance:
+        """Return the clearance around an object in the present state of the cell."""
+        if self._generation != self._cell.generation:
+            self._generation = self._cell.generation
+            self._generators, self._clearances = {}, {}
+        if name in self._clearances:
+            self._clearances[name].refresh()
+        else:
+            self._clearances[name] = GripperClearance(self._cell, self.arm.robot, [name])
+        return self._clearances[name]
+
+    def get_state(self) -> dict[str, Any] | None:
+        """Return the plan that `planned` may return, as plain data."""
+        if self._planned is None or self._planned[1] != self._cell.generation:
+            return None
+        name, _, plan = self._planned
+        return {
+            "object": name,
+            "T_ot": plan.grasp.T_ot.homogeneous.tolist(),
+            "width": plan.grasp.width,
+            "T_wt": plan.T_wt.homogeneous.tolist(),
+            "q_pregrasp": plan.q_pregrasp.tolist(),
+        }
+
+    def set_state(self, state: dict[str, Any] | None) -> None:
+        """Restore what `get_state` returned, in the same cell; its approach is followed again."""
+        self._planned = None
+        if state is not None:
+            T_ot, T_wt = (pin.SE3(np.array(state[key])) for key in ("T_ot", "T_wt"))
+            plan = GraspPlan(
+                GraspCandidate(T_ot, state["width"]), T_wt, np.array(state["q_pregrasp"]), ""
+            )
+            self._planned = state["object"], self._cell.generation, plan
 
     def _rejections(self, name: str) -> Rejections:
         others = [
@@ -106,20 +168,17 @@ class GraspPlanner:
         cell.find(name)
         gripper = self.arm.robot.needed_gripper
         check_friction(cell, gripper, name)
+        clearance = self._clearance(name)
         friction = cell.model.geom_friction.tobytes()  # overrides change it in place
-        if self._generation != cell.generation or self._friction != friction:
-            self._generation, self._friction, self._known = cell.generation, friction, {}
+        if self._friction != friction:
+            self._friction, self._generators = friction, {}
         T_wo = cell.pose(name)
-        if name in self._known:
-            clearance, generator = self._known[name]
-            clearance.refresh()
-        else:
-            clearance = GripperClearance(cell, self.arm.robot, [name])
+        if name not in self._generators:
             com = T_wo.actInv(np.array(cell.data.subtree_com[cell.body_id(name)]))
-            generator = gripper.grasp_generator(
+            self._generators[name] = gripper.grasp_generator(
                 name, solids_of(cell, name), clearance.geom_poses, com, np.random.default_rng(0)
             )
-            self._known[name] = clearance, generator
+        generator = self._generators[name]
         candidates = generator.candidates(-T_wo.rotation[2])
         ranking = GraspRanking(candidates, T_wo, generator.com, T_now)
         return GraspSearch(self.arm, name, ranking, clearance, self._rejections(name))

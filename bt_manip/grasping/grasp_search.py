@@ -14,6 +14,7 @@ from bt_manip.exceptions import MotionError
 from bt_manip.kinematics import PoseTarget
 from bt_manip.planning import plan_straight_approach, translate_along_tool_z
 from bt_manip.robots import GraspCandidate
+from bt_manip.trajectories import SplinePath
 
 from .gripper_clearance import MAX_PENETRATION, SUFFICIENT_CLEARANCE, GripperClearance
 from .ranking import COST_TOLERANCE, GraspRanking, RankedGrasp
@@ -52,6 +53,8 @@ class GraspPlan(NamedTuple):
     """Configuration at the pre-grasp pose, a straight line along the tool's axis away."""  # (nq,)
     reason: str
     """Cost of the grasp, distance to it, and how many were rejected before it."""
+    approach: SplinePath | None = None
+    """Joint path along that line, where it was followed already."""
 
 
 class GraspSearch:
@@ -219,11 +222,12 @@ class GraspSearch:
         if collisions:
             rejections.collisions[collisions[0][:2]] += 1
             return None
-        margin, end, error = plan_straight_approach(arm.ik, q, one.T_wt, arm.world)
+        approach = plan_straight_approach(arm.ik, q, one.T_wt, arm.world)
+        margin = approach.limit_margin
         if margin <= 0.0:
-            rejections.reject_approach(error)
+            rejections.reject_approach(approach.error)
             return None
-        if not self._can_lift(one, end):
+        if not self._can_lift(one, approach.end):
             return None
         reason = (
             f"{one.describe()}; {margin:.2f} rad from the nearest joint limit; "
@@ -231,7 +235,7 @@ class GraspSearch:
         )
         if rejections.total:
             reason += f"; {rejections.total} grasps rejected before"
-        return margin, GraspPlan(one.grasp, one.T_wt, q, reason)
+        return margin, GraspPlan(one.grasp, one.T_wt, q, reason, approach.curve)
 
     def _target(self, one: RankedGrasp, standoff: float = 0.0) -> pin.SE3 | PoseTarget:
         """Return the target of the tool at a distance before a grasp [m], turned or not."""

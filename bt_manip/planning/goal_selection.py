@@ -9,6 +9,7 @@ import pinocchio as pin
 from bt_manip.collision import CollisionWorld
 from bt_manip.exceptions import MotionError
 from bt_manip.kinematics import IKResult, InverseKinematics, Target
+from bt_manip.trajectories import SplinePath
 
 from .collision_check import check_tool_path
 from .tool_path import LineTo, tool_paths
@@ -26,11 +27,13 @@ class StraightApproach(NamedTuple):
         end: Configuration at the end of the line; the first one where it cannot be followed
             [rad].  # (nq,)
         error: Why it cannot be followed.
+        curve: The joint path that follows it; None where the tool is at its end already.
     """
 
     limit_margin: float
     end: np.ndarray
     error: MotionError | None
+    curve: SplinePath | None = None
 
 
 def goal_configurations(
@@ -96,7 +99,7 @@ def plan_straight_approach(
         T_wt: Tool pose at its end.
         world: Collision world; None does not check.
     """
-    configurations = q[np.newaxis]
+    configurations, curve = q[np.newaxis], None
     for line in tool_paths(ik.model.pose(q), [LineTo(T_wt)]):  # none where the tool is there
         try:
             curve = follow_tool_path(ik, q, line, QUICK_REFINEMENTS)
@@ -107,7 +110,7 @@ def plan_straight_approach(
         configurations = curve.knots[:, : ik.model.nq]
     limits = ik.model.limits
     margin = min((configurations - limits.lower).min(), (limits.upper - configurations).min())
-    return StraightApproach(float(margin), np.array(configurations[-1]), None)
+    return StraightApproach(float(margin), np.array(configurations[-1]), None, curve)
 
 
 def translate_along_tool_z(T_wt: pin.SE3, distance: float) -> pin.SE3:

@@ -10,7 +10,7 @@ from bt_manip.cell import Cell
 from bt_manip.collision import CollisionWorld, check_home
 from bt_manip.control import Controller, ControllerManager
 from bt_manip.exceptions import BtManipError
-from bt_manip.grasping import ReachFromAbove
+from bt_manip.grasping import GraspPlanner, ReachFromAbove
 from bt_manip.registry import Parts
 from bt_manip.robots import Gripper, Robot
 
@@ -27,6 +27,7 @@ class CommandedRobot:
         arm: Plans and executes the motions of the arm.
         controllers: The arm's torque controllers, one of them active.
         gripper: Its gripper; None where it has none.
+        grasp_planner: Chooses its grasps.
         chosen: The names of its description, its first controller and its planner.
     """
 
@@ -35,6 +36,7 @@ class CommandedRobot:
     arm: Arm
     controllers: ControllerManager
     gripper: Gripper | None
+    grasp_planner: GraspPlanner
     chosen: SceneRobot
 
     @cached_property
@@ -53,6 +55,7 @@ class CommandedRobot:
             "arm": self.arm.get_state(),
             "controllers": self.controllers.get_state(),
             "gripper": None if self.gripper is None else self.gripper.get_state(),
+            "grasp_plan": self.grasp_planner.get_state(),
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
@@ -62,6 +65,7 @@ class CommandedRobot:
         self.controllers.set_state(state["controllers"])
         if self.gripper is not None:
             self.gripper.set_state(state["gripper"])
+        self.grasp_planner.set_state(state.get("grasp_plan"))
 
 
 class NoOnlyRobot:
@@ -118,7 +122,7 @@ class RobotEntities:
         """Add the robot to a cell at its pose; return the name it got."""
         return cell.add(self._robot, self._chosen.T_wb, name=self._chosen.name or None, free=False)
 
-    def commanded(self, name: str) -> CommandedRobot:
+    def commanded(self, name: str, cell: Cell) -> CommandedRobot:
         """Connect the arm to the controllers; the cell must be compiled."""
         robot = self._robot
         model = robot.make_model()
@@ -132,4 +136,5 @@ class RobotEntities:
             guard=ExternalForceGuard(robot, model),
         )
         self._controllers.reference = arm
-        return CommandedRobot(name, robot, arm, self._controllers, robot.gripper, self._chosen)
+        controllers, planner = self._controllers, GraspPlanner(cell, arm)
+        return CommandedRobot(name, robot, arm, controllers, robot.gripper, planner, self._chosen)

@@ -325,7 +325,7 @@ def build_station(
         for fixture, entity in fixtures:
             if fixture.name in later:
                 add_fixture(cell, fixture, entity, seed)
-    robots = {name: one.commanded(name) for name, one in zip(names, entities, strict=True)}
+    robots = {name: one.commanded(name, cell) for name, one in zip(names, entities, strict=True)}
     for one in robots.values():
         one.robot.configurations |= scene.configurations
     for fixture in scene.fixtures:

@@ -71,7 +71,8 @@ class SplinePath:
         """Return all coordinates and their derivatives by s up to an order."""  # (n, m) each
         piece = self._breakpoints[1:-1].searchsorted(s, side="right")
         u = s - self._breakpoints[piece]
-        monomials = _FACTORS[: order + 1] * u[:, None, None] ** _EXPONENTS[: order + 1]
+        powers = np.vander(u, DEGREE + 1, increasing=True)
+        monomials = _FACTORS[: order + 1] * powers[:, _EXPONENTS[: order + 1]]
         values = monomials @ self._coefficients[piece]
         return [values[:, i] for i in range(order + 1)]
 
