@@ -78,11 +78,15 @@ class MotionBounds:
         centres, self._radii = anchors.copy(), np.zeros(nq)
         position, radius = data.geom_xpos, model.geom_rbound
         lowest, highest = position - radius[:, np.newaxis], position + radius[:, np.newaxis]
-        for k in range(nq):
-            geoms = np.flatnonzero(link_of_geom == k + 1)
-            if len(geoms):
-                centres[k] = 0.5 * (lowest[geoms].min(axis=0) + highest[geoms].max(axis=0))
-                self._radii[k] = (norms(position[geoms] - centres[k]) + radius[geoms]).max()
+        geoms = np.argsort(link_of_geom, kind="stable")
+        geoms = geoms[link_of_geom[geoms] > 0]
+        link = link_of_geom[geoms] - 1
+        links, first = np.unique(link, return_index=True)
+        if len(links):
+            low = np.minimum.reduceat(lowest[geoms], first)
+            centres[links] = 0.5 * (low + np.maximum.reduceat(highest[geoms], first))
+            reach = norms(position[geoms] - centres[link]) + radius[geoms]
+            self._radii[links] = np.maximum.reduceat(reach, first)
         rotations = data.xmat[self._bodies].reshape(-1, 3, 3)
         self._local = np.einsum("kji,kj->ki", rotations, centres - data.xpos[self._bodies])
         along = np.concatenate([[0.0], np.cumsum(norms(anchors[1:] - anchors[:-1]))])

@@ -127,26 +127,26 @@ class GripperClearance:
             data.geom_xmat[geom] = T_wg.rotation.ravel()
 
     def _nearest(self, geoms: Sequence[int], others: np.ndarray, limit: float) -> Clearance:
-        best = Clearance(limit, "")
-        for geom in geoms:
-            for other in self._close(geom, others, best.distance):
-                distance = mujoco.mj_geomDistance(
-                    self._model, self._data, int(geom), int(other),
-                    max(best.distance, _MIN_QUERY), None,
-                )  # fmt: skip
-                if distance < best.distance:
-                    best = Clearance(float(distance), self._entity_of[int(other)])
+        model, data, best = self._model, self._data, Clearance(limit, "")
+        gaps = self._sphere_gaps(np.array(geoms, dtype=int), others)
+        for i, k in np.argwhere(gaps < limit).tolist():
+            if gaps[i, k] >= best.distance:
+                continue
+            other = int(others[k])
+            reach = max(best.distance, _MIN_QUERY)
+            distance = mujoco.mj_geomDistance(model, data, int(geoms[i]), other, reach, None)
+            if distance < best.distance:
+                best = Clearance(float(distance), self._entity_of[other])
         return best
 
-    def _close(self, geom: int, others: np.ndarray, limit: float) -> np.ndarray:
-        """Select the geoms whose bounding spheres are closer than a limit; planes have none."""
-        if not len(others):
-            return others
-        model, data = self._model, self._data
-        offset = data.geom_xpos[others] - data.geom_xpos[geom]
-        gap = np.sqrt((offset * offset).sum(axis=1)) - model.geom_rbound[others]
-        plane = model.geom_type[others] == int(mujoco.mjtGeom.mjGEOM_PLANE)
-        return others[plane | (gap - model.geom_rbound[geom] < limit)]
+    def _sphere_gaps(self, geoms: np.ndarray, others: np.ndarray) -> np.ndarray:
+        """Return the distances of bounding spheres [m]; -inf for planes, which have none."""
+        model, position = self._model, self._data.geom_xpos
+        offset = position[others] - position[geoms][:, np.newaxis]
+        radii = model.geom_rbound[others] + model.geom_rbound[geoms][:, np.newaxis]
+        gaps = np.sqrt((offset * offset).sum(axis=-1)) - radii
+        gaps[:, model.geom_type[others] == int(mujoco.mjtGeom.mjGEOM_PLANE)] = -np.inf
+        return np.asarray(gaps)  # (len(geoms), len(others))
 
 
 def with_clearance(
