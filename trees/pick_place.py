@@ -40,6 +40,7 @@ def pick_place(
     height: str = "auto",
     drop_height: str = "auto",
     force: str = "auto",
+    blend_radius: float = 0.0,
     attempts: int = 3,
 ) -> Tree:
     """Pick a cube from a random place on the table and drop it into the basket.
@@ -55,6 +56,8 @@ def pick_place(
         drop_height: Height of the tool over the basket's bottom [m]; auto: 0.25, or what the robot
             reaches.
         force: Normal force of each finger [N]; auto: 50, or 0.8 of the gripper's maximum if lower.
+        blend_radius: Distance of the tool from the end of Hover and Lift at which the next motion
+            may begin [m]; at 0 the arm comes to rest.
         attempts: How often pick and drop are tried.
     """
     root = Sequence(
@@ -64,7 +67,7 @@ def pick_place(
             "or clean up",
             RetryUntilSuccessful(
                 "until it is in",
-                attempt(basket, force, height, drop_height),
+                attempt(basket, force, height, drop_height, blend_radius),
                 num_attempts=attempts,
             ),
             RemoveObject(object="{object}"),
@@ -74,7 +77,9 @@ def pick_place(
     return Tree(root, goal=IsIn(object="{object}", container=basket))
 
 
-def attempt(basket: str, force: str, height: str, drop_height: str) -> Behaviour:
+def attempt(
+    basket: str, force: str, height: str, drop_height: str, blend_radius: float
+) -> Behaviour:
     """Bring the object into the basket, from wherever it is.
 
     An attempt waits until nothing moves and nothing pushes the arm, and goes on from what is true
@@ -93,7 +98,7 @@ def attempt(basket: str, force: str, height: str, drop_height: str) -> Behaviour
                 Fallback(
                     "in the gripper",
                     IsHolding(object="{object}"),
-                    SubTree("pick", pick(force, height), object="{object}"),
+                    SubTree("pick", pick(force, height, blend_radius), object="{object}"),
                 ),
                 Drop(container=basket, height=drop_height),
             ),
@@ -103,15 +108,15 @@ def attempt(basket: str, force: str, height: str, drop_height: str) -> Behaviour
     return SubTree("attempt", pick_and_drop, object="{object}")
 
 
-def pick(force: str, height: str) -> Behaviour:
+def pick(force: str, height: str, blend_radius: float) -> Behaviour:
     """Pick the object."""
     return Sequence(
         "pick once",
         OpenGripper(),
-        Hover(object="{object}", height=height),
+        Hover(object="{object}", height=height, blend_radius=blend_radius),
         Reach(object="{object}"),
         Grasp(object="{object}", force=force),
-        Lift(height=height),
+        Lift(height=height, blend_radius=blend_radius),
     )
 
 

@@ -21,7 +21,7 @@ from bt_manip.checks import (
 from bt_manip.collision import CollisionWorld
 from bt_manip.exceptions import MotionError
 from bt_manip.kinematics import InverseKinematics, Target
-from bt_manip.planning import LineTo, Planner, RRTConnect, Step
+from bt_manip.planning import MAX_BLEND, LineTo, Planner, RRTConnect, Step, tool_distance
 from bt_manip.robots import Payload, Robot, RobotModel
 from bt_manip.trajectories import SplinePath, Trajectory
 
@@ -50,6 +50,7 @@ MAX_TRACKING_ERROR = 0.1  # [rad]; an external force is detected at about 0.01 r
 RECOVERY_TIMEOUT = 1.0  # [s] in which joints come to rest after a compliant stop; usually 0.2
 SERVO_VELOCITY = 0.98  # of the velocity limits, for rounding
 SERVO_ACCELERATION = 0.7  # of the limits, with which it plans to brake: the rest is for the jerk
+AHEAD_SAMPLES = 8  # configurations of the rest of a motion whose tool poses are compared
 RETRY_INTERVAL = 20  # control steps after which a change of the speed scale is tried again
 
 
@@ -68,6 +69,9 @@ class Arm:
         fault: Why the arm stopped by itself, empty when it did not; the next motion clears it.
         compliant: Whether controllers yield to contact: after a compliant stop, until the next
             motion.
+        blend_radius: Radius around the tool's target within which the next motion may begin before
+            this one has come to rest [m]; then it is planned from the target. At 0 it replaces this
+            one at once. The next motion, a stop and a reset set it to 0.
         q: Reference position [rad], read-only and live.  # (nq,)
         v: Reference velocity [rad/s], read-only and live.  # (nq,)
         a: Reference acceleration [rad/s2], read-only and live.  # (nq,)
@@ -100,6 +104,7 @@ class Arm:
         self.coordinator: MultiArmCoordinator | None = None
         self.fault, self._guarded = "", False
         self.compliant = self._recovering = False
+        self.blend_radius = 0.0
         self._settling = 0  # control steps at rest in a compliant stop
         self._unchecked = 0  # control steps since external forces were checked
         self.follower = TrajectoryFollower(robot.q)
@@ -108,6 +113,7 @@ class Arm:
     def reset(self, q: np.ndarray | None = None) -> None:
         """Discard all motion and rest at a configuration [rad], by default the robot's."""
         self.compliant = self._recovering = False
+        self.blend_radius = 0.0
         self.follower.reset(self.robot.q if q is None else q)
 
     def hold_at(self, q: np.ndarray) -> None:
@@ -204,7 +210,7 @@ class Arm:
                 collides, or exceeds the effort limits.
         """
         if isinstance(T_wt, Target):
-            found = self.ik.nearest(T_wt, self.q, margin=MARGIN)
+            found = self.ik.nearest(T_wt, self.target, margin=MARGIN)
             if not found.solved:
                 raise MotionError(f"the pose is unreachable: {found.reason}", reason="unreachable")
             T_wt = self.model.pose(found.q)
@@ -336,7 +342,7 @@ class Arm:
         self.check_ready()
         delay = partial(self.coordinator.delay, self) if self.coordinator else in_sequence
         scene = PlanningScene(self.model, self.ik, self.world, planner, delay)
-        state = self.follower.state
+        state = self.follower.state._replace(blend_radius=self.blend_radius)
         if self.compliant:
             state = state._replace(q=self.robot.q)
         motion = plan(request, state, scene, rng)
@@ -347,6 +353,7 @@ class Arm:
         self.compliant = False
         contact = isinstance(request, ToolPathRequest | ServoRequest) and request.contact
         self.fault, self._guarded = "", self.world is not None and not contact
+        self.blend_radius = 0.0
         if self.guard is not None and not was_guarded:
             self.guard.begin(self.model, self.v, self.a)
             self._unchecked = 0
@@ -406,6 +413,21 @@ class Arm:
         """Configuration in which the reference will come to rest [rad]."""  # (nq,)
         return self.follower.state.target.copy()
 
+    def ends_within(self, radius: float) -> bool:
+        """Tell whether the rest of the motion keeps the tool within a radius of its target.
+
+        Args:
+            radius: Radius [m], at most `MAX_BLEND` of the distance that the motion moves the tool.
+        """
+        trajectory = self.trajectory
+        if trajectory is None or self.speed_scale == 0.0:  # paused, it rests elsewhere
+            return trajectory is None and not self.paused
+        start = trajectory.sample(np.zeros(1))[0]
+        ahead = self.follower.ahead(np.linspace(0.0, self.remaining, AHEAD_SAMPLES))
+        T_target = self.model.pose(trajectory.end).copy()
+        length, *left = tool_distance(self.model, np.concatenate([start, ahead]), T_target)
+        return bool(max(left) <= min(radius, MAX_BLEND * length))
+
     @property
     def q_ref(self) -> np.ndarray:
         """A copy of the reference position [rad]."""  # (nq,)
@@ -446,6 +468,8 @@ class Arm:
             compliant: Whether it yields to contact after the stop.
         """
         self.follower.stop(self.model)
+        if not fault:
+            self.blend_radius = 0.0
         if compliant:
             self._recovering, self._settling = True, 0
         if self.coordinator is not None:
@@ -524,6 +548,7 @@ class Arm:
             "payload": None if self.payload is None else self.payload.get_state(),
             "fault": self.fault,
             "compliant": self.compliant,
+            "blend_radius": self.blend_radius,
             "recovering": self._recovering,
             "settling": self._settling,
             "guarded": self._guarded,
@@ -539,7 +564,7 @@ class Arm:
             self.payload = None if payload is None else Payload.from_state(payload)
         self.fault, self._guarded = state["fault"], state["guarded"]
         self.compliant, self._recovering = state["compliant"], state["recovering"]
-        self._settling = state["settling"]
+        self._settling, self.blend_radius = state["settling"], state["blend_radius"]
         self._unchecked = state["unchecked"]
         if self.guard is not None and state["guard"] is not None:
             self.guard.set_state(state["guard"])

@@ -33,6 +33,7 @@ class ArmState(NamedTuple):
     time: float = 0.0  # [s] since the start of the trajectory
     speed_scale: float = 1.0  # as commanded, 0 to 1
     stopping: bool = False  # whether the trajectory is a stop that discards the motion
+    blend_radius: float = 0.0  # [m] of the tool around its target, where the next motion may begin
 
     @property
     def at_rest(self) -> bool:

@@ -1,6 +1,7 @@
 """Planning of requested motions: one function of the request, the arm's state and the scene."""
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from itertools import chain, tee
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ from bt_manip.kinematics import InverseKinematics, Target
 from bt_manip.planning import (
     Planner,
     Step,
+    blend,
     check_goals,
     check_tool_path,
     collision_free_goals,
@@ -25,6 +27,7 @@ from bt_manip.planning import (
 )
 from bt_manip.robots import RobotModel
 from bt_manip.trajectories import (
+    BlendedTrajectory,
     JointTrajectory,
     KinematicLimits,
     MotionProfile,
@@ -141,6 +144,9 @@ def plan(
     have at full speed, then scaled in time: it takes the same path at any speed scale. Where the
     limits do not allow that, it is planned from the actual state.
 
+    With a blend radius, a motion to a configuration, a pose or along a tool path is planned from
+    the end of the present motion, and begins before that one has come to rest where it can.
+
     Args:
         request: The request.
         state: The present state of the arm.
@@ -155,12 +161,17 @@ def plan(
         MotionError: When the target is unreachable or inside an obstacle, when no collision-free
             path is found, or when it exceeds the effort limits.
     """
+    free = isinstance(request, ConfigurationRequest | PoseRequest)
+    free = free or (isinstance(request, ToolPathRequest) and not request.contact)
+    blends = free and state.blend_radius > 0.0
     targets: Iterator[np.ndarray] = iter(())
     if isinstance(request, ToolPathRequest):
         scene = scene._replace(world=None) if request.contact else scene
     elif not isinstance(request, BackOffRequest | ServoRequest):
-        targets = _targets(request, state, scene)
+        targets = _targets(request, _at_end(state) if blends else state, scene)
     for start, s_dot, s_ddot in _starts(state):
+        first = _rest(start) if blends else None
+        start = start if first is None else _at_end(start)
         if isinstance(request, ToolPathRequest):
             stop, motion = _plan_tool_path(request, start, scene)
         elif isinstance(request, BackOffRequest):
@@ -173,7 +184,11 @@ def plan(
         if stop is None and motion is None:
             return None
         speed_scale = s_dot if motion is None else state.speed_scale
-        planned = _scaled(scene.delay(stop, motion), s_dot, s_ddot, speed_scale, scene.model)
+        if first is None or motion is None:
+            trajectory = scene.delay(stop, motion)
+        else:
+            trajectory = _blended(first, motion, state.blend_radius, scene)
+        planned = _scaled(trajectory, s_dot, s_ddot, speed_scale, scene.model)
         if planned is not None:
             return planned._replace(stops=motion is None)
     raise AssertionError("a motion from the actual state can always be scaled")
@@ -230,6 +245,34 @@ def _starts(state: ArmState) -> Iterator[tuple[ArmState, float, float]]:
             full = state._replace(v=v, a=a, trajectory=nominal, time=s)
             yield full, *(rest or (s_dot, s_ddot))
     yield state, *(rest or (1.0, 0.0))
+
+
+def _rest(state: ArmState) -> Trajectory | None:
+    """Return the rest of the present motion; None of an arm at rest."""
+    trajectory, t = state.trajectory, state.time
+    while isinstance(trajectory, BlendedTrajectory):
+        part, time = trajectory.active(t)
+        if part is not trajectory.parts[-1]:
+            break
+        trajectory, t = part, time  # so that blends do not nest
+    return None if trajectory is None else TailTrajectory(trajectory, t)
+
+
+def _at_end(state: ArmState) -> ArmState:
+    """Return the state of rest at the end of the present motion."""
+    rest = np.zeros_like(state.q)
+    return state._replace(q=state.target, v=rest, a=rest, trajectory=None, time=0.0)
+
+
+def _blended(
+    first: Trajectory, second: Trajectory, radius: float, scene: PlanningScene
+) -> Trajectory:
+    """Return two motions blended, or one after the other where that is not possible."""
+    blended = blend(first, second, radius, scene.model, scene.world)
+    if blended is not None:
+        with suppress(MotionError):  # another arm blocks it
+            return scene.delay(None, blended)
+    return scene.delay(first, second)
 
 
 def _scaled(

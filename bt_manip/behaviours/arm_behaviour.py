@@ -34,6 +34,7 @@ class CellBehaviour(Action):
 
     _started = 0.0  # [s] simulated
     _violated: float | None = None  # [s] when the condition of `steady` was last violated
+    _waits = False  # whether it has not started yet although it is running
 
     def setup(self, **infrastructure: Any) -> None:
         """Keep the cell."""
@@ -56,6 +57,8 @@ class CellBehaviour(Action):
 
     def _tick(self) -> NodeStatus:
         try:
+            if self._waits and self._node_status is NodeStatus.RUNNING:
+                return self._start()
             return super()._tick()
         except FAILURES as error:
             return self._finish(self.fail(str(error)))
@@ -108,14 +111,66 @@ class CellBehaviour(Action):
 
 
 class ArmBehaviour(RobotPort, CellBehaviour):
-    """A behaviour that uses a robot's arm and its gripper."""
+    """A behaviour that uses a robot's arm and its gripper.
 
-    memory: ClassVar[tuple[str, ...]] = (*CellBehaviour.memory, *RobotPort.memory)
+    It starts once the arm has come to rest, if the behaviour before it has completed earlier. If
+    the arm stopped by itself meanwhile, it fails with the reason.
+    """
 
-    def initialise(self) -> None:
-        """Start with the selected robot."""
+    ARRIVED = 5e-3  # [rad]; a controller without an integral leaves some friction uncompensated
+    SETTLING = 0.5  # [s]
+
+    needs_rest: ClassVar[bool] = True
+    """Whether it starts only when the arm has come to rest."""
+
+    memory: ClassVar[tuple[str, ...]] = (
+        *CellBehaviour.memory, *RobotPort.memory, "_ended", "_waits",
+    )  # fmt: skip
+
+    _ended: float | None = None  # [s] when the reference came to rest
+
+    @property
+    def largest_error(self) -> float:
+        """Largest joint error at which the arm has arrived [rad]."""
+        return self.ARRIVED
+
+    def _start(self) -> NodeStatus:
         self.choose_robot()
-        super().initialise()
+        arm = self.arm
+        if arm.blend_radius and (self.needs_rest or arm.fault):
+            self._ended = self._ended if self._waits else None
+            status = self.wait_for_arrival()
+            self._waits = status is Status.RUNNING
+            if self._waits:
+                return NodeStatus.RUNNING
+            arm.blend_radius = 0.0
+            if status is Status.FAILURE:
+                return self._finish(status)
+        self._waits = False
+        return super()._start()
+
+    def wait_for_arrival(self) -> Status:
+        """Return whether the arm has arrived; fail if it stopped by itself or does not settle."""
+        arm = self.arm
+        if arm.fault:
+            return self.fail(arm.fault)
+        if arm.paused:
+            self.feedback_message = "paused"
+            return Status.RUNNING
+        if arm.moving:
+            self.feedback_message = f"{arm.remaining:.2f} s left"
+            return Status.RUNNING
+        error = float(np.max(np.abs(arm.q - arm.robot.q)))
+        if error <= self.largest_error:
+            return Status.SUCCESS
+        if self._ended is None:
+            self._ended = self.cell.time
+        if self.cell.time - self._ended > self.SETTLING:
+            return self.fail(
+                f"the arm stopped {error:.4f} rad from its target: {arm.describe_error()}"
+            )
+        self.feedback_message = f"settling, {error:.4f} rad left"
+        return Status.RUNNING
 
     def stop_gripper(self) -> None:
         """Stop the gripper, where there is one."""
@@ -137,8 +192,9 @@ class ArmBehaviour(RobotPort, CellBehaviour):
 
     @property
     def T_wt(self) -> pin.SE3:
-        """Pose of the tool at the measured joint positions."""
-        return self.arm.model.pose(self.arm.robot.q)
+        """Pose of the tool: measured at rest, where it will come to rest of a moving arm."""
+        arm = self.arm
+        return arm.model.pose(arm.target if arm.moving else arm.robot.q)
 
 
 class MotionBehaviour(ArmBehaviour):
@@ -153,8 +209,6 @@ class MotionBehaviour(ArmBehaviour):
     `LOST`: contacts may be interrupted for a few milliseconds.
     """
 
-    ARRIVED = 5e-3  # [rad]; a controller without an integral leaves some friction uncompensated
-    SETTLING = 0.5  # [s]
     RETRY = 0.1  # [s]
     LOST = 0.05  # [s]
 
@@ -165,26 +219,21 @@ class MotionBehaviour(ArmBehaviour):
     )
 
     memory: ClassVar[tuple[str, ...]] = (
-        *ArmBehaviour.memory, "_ended", "_blocked", "_tried", "_carried", "_missing",
+        *ArmBehaviour.memory, "_blocked", "_tried", "_carried", "_missing",
     )  # fmt: skip
     amounts: ClassVar[Mapping[str, str]] = {"wait": "s"}
 
-    _ended: float | None = None  # [s] when the reference came to rest
+    needs_rest = False
+
     _blocked: float | None = None  # [s] since when another robot has blocked the motion
     _tried = 0.0  # [s] of the last attempt
     _carried: Sequence[str] = ()  # objects that the gripper held at the start
     _missing: float | None = None  # [s] since when it has held none of them
 
-    @property
-    def largest_error(self) -> float:
-        """Largest joint error at which the arm has arrived [rad]."""
-        return self.ARRIVED
-
     def initialise(self) -> None:
         """Start the motion."""
         self._started, self._violated = self.cell.time, None
         self._ended = self._blocked = self._missing = None
-        self.choose_robot()
         self.check_amounts()
         self._carried = self.held_objects() if self.arm.payload is not None else []
         self.begin_motion(self.start)
@@ -223,26 +272,10 @@ class MotionBehaviour(ArmBehaviour):
         if self._blocked is not None:
             late = self.cell.time >= self._tried + self.RETRY - 1e-9
             return self.begin_again() if late else Status.RUNNING
-        arm = self.arm
-        if arm.fault:
-            return self.fail(arm.fault)
-        if arm.paused:
-            self.feedback_message = "paused"
-            return Status.RUNNING
-        if arm.moving:
-            self.feedback_message = f"{arm.remaining:.2f} s left"
-            return Status.RUNNING
-        error = float(np.max(np.abs(arm.q - arm.robot.q)))
-        if error <= self.largest_error:
+        status = self.wait_for_arrival()
+        if status is Status.SUCCESS:
             return Status.RUNNING if self._missing is not None else self.arrived()
-        if self._ended is None:
-            self._ended = self.cell.time
-        if self.cell.time - self._ended > self.SETTLING:
-            return self.fail(
-                f"the arm stopped {error:.4f} rad from its target: {arm.describe_error()}"
-            )
-        self.feedback_message = f"settling, {error:.4f} rad left"
-        return Status.RUNNING
+        return status
 
     @property
     def _lost(self) -> bool:
@@ -276,3 +309,31 @@ class MotionBehaviour(ArmBehaviour):
         """Stop the arm when halted during the motion."""
         if new_status == Status.INVALID and self.arm.busy:
             self.arm.stop()
+
+
+class BlendedMotion(MotionBehaviour):
+    """A motion after which the arm need not come to rest.
+
+    With a blend radius it completes as soon as the rest of the motion keeps the tool within this
+    radius of its target; the motion of the next behaviour may begin meanwhile.
+    """
+
+    blend_radius = Input(
+        float,
+        default=0.0,
+        doc="Distance of the tool from its target at which the next motion may begin [m]; at 0 the "
+        "arm comes to rest.",
+    )
+
+    amounts: ClassVar[Mapping[str, str]] = {**MotionBehaviour.amounts, "blend_radius": "m"}
+
+    def update(self) -> Status:
+        """Wait until the arm has arrived, or is within the blend radius."""
+        status, arm, radius = super().update(), self.arm, self.blend_radius
+        waiting = self._blocked is not None or self._missing is not None
+        if status is not Status.RUNNING or waiting or not (radius and arm.moving):
+            return status
+        if not arm.ends_within(radius):
+            return status
+        arm.blend_radius = radius
+        return Status.SUCCESS

@@ -2,10 +2,10 @@
 
 from bt_manip.grasping import GraspPlanner
 
-from .arm_behaviour import MotionBehaviour
+from .arm_behaviour import BlendedMotion
 
 
-class GrippingBehaviour(MotionBehaviour):
+class GrippingBehaviour(BlendedMotion):
     """Plan a grasp of an object and move."""
 
     @property

@@ -9,16 +9,16 @@ from bt_manip.checks import check_positive
 from bt_manip.kinematics import PoseTarget, PositionTarget, Target
 from bt_manip.planning import Planner
 
-from .arm_behaviour import MotionBehaviour
+from .arm_behaviour import BlendedMotion
 from .poses import pose_input
 
 
-class Move(MotionBehaviour):
+class Move(BlendedMotion):
     """A motion with a speed and a tolerance."""
 
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
     tolerance = Input(
-        float, default=MotionBehaviour.ARRIVED, doc="Largest error of a joint on arrival [rad]."
+        float, default=BlendedMotion.ARRIVED, doc="Largest error of a joint on arrival [rad]."
     )
 
     def check_amounts(self) -> None:

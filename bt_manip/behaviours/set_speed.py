@@ -11,6 +11,8 @@ class SetSpeed(ArmBehaviour):
     A running motion stays on its path. At 0 it pauses, and continues when the scaling is raised.
     """
 
+    needs_rest = False
+
     speed = Input(float, default=1.0, doc="Fraction of the planned speed, 0 to 1.")
 
     def start(self) -> None:

@@ -8,6 +8,8 @@ from .arm_behaviour import ArmBehaviour
 class Stop(ArmBehaviour):
     """Stop the arm on its path and cancel its motion."""
 
+    needs_rest = False
+
     compliant = Input(
         bool, default=False, doc="Whether the arm yields to contact until its next motion."
     )

@@ -1,6 +1,9 @@
 """Collision-free paths in joint space, and Cartesian paths of the tool."""
 
 from .back_off import plan_back_off as plan_back_off
+from .blending import MAX_BLEND as MAX_BLEND
+from .blending import blend as blend
+from .blending import tool_distance as tool_distance
 from .collision_check import check_goals as check_goals
 from .collision_check import check_tool_path as check_tool_path
 from .collision_check import collision_free_goals as collision_free_goals

@@ -2,6 +2,7 @@
 
 from .kinematic_limits import KinematicLimits as KinematicLimits
 from .limit_check import CONTROL_STEP as CONTROL_STEP
+from .limit_check import EFFORT_FRACTION as EFFORT_FRACTION
 from .limit_check import LimitUse as LimitUse
 from .limit_check import effort_use as effort_use
 from .limit_check import limit_use as limit_use
@@ -20,6 +21,7 @@ from .time_scaling import SpeedScaleChange as SpeedScaleChange
 from .time_scaling import at_speed_scale as at_speed_scale
 from .time_scaling import change_speed_scale as change_speed_scale
 from .topp import TOPP_GRIDS as TOPP_GRIDS
+from .trajectory import BlendedTrajectory as BlendedTrajectory
 from .trajectory import JointTrajectory as JointTrajectory
 from .trajectory import PathTrajectory as PathTrajectory
 from .trajectory import Samples as Samples

@@ -213,8 +213,9 @@ def joint_profiles(
     velocity: np.ndarray,
     acceleration: np.ndarray,
     jerk: np.ndarray,
+    final: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> list[MotionProfile]:
-    """Plan the time-optimal motion of several joints that all come to rest at the same time.
+    """Plan the time-optimal motion of several joints that all arrive at the same time.
 
     Args:
         start: Initial positions, velocities and accelerations.  # (nq,) each
@@ -222,9 +223,12 @@ def joint_profiles(
         velocity: Limits [rad/s].  # (nq,)
         acceleration: Limits [rad/s2].  # (nq,)
         jerk: Limits [rad/s3].  # (nq,)
+        final: Final velocities and accelerations; by default the joints come to rest.  # (nq,) each
     """
     motion = _input(start, velocity, acceleration, jerk)
     motion.target_position = [float(x) for x in target]
+    if final is not None:
+        motion.target_velocity, motion.target_acceleration = (x.tolist() for x in final)
     trajectory = _calculate(motion)
     return [
         MotionProfile.from_ruckig(profile, trajectory.duration, float(end))

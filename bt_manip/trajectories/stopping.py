@@ -20,6 +20,7 @@ from .limit_check import (
 from .motion_profile import MotionProfile, ScalarState
 from .stop_search import shortest_stop_time, stop_profiles
 from .trajectory import (
+    BlendedTrajectory,
     PathTrajectory,
     SequenceTrajectory,
     TailTrajectory,
@@ -160,7 +161,10 @@ def _active(trajectory: Trajectory, t: float) -> tuple[Trajectory, float]:
     """Return the innermost trajectory at a time, and its own time."""
     while True:
         if isinstance(trajectory, SequenceTrajectory):
-            trajectory, t = trajectory.active(t)
+            part, time = trajectory.active(t)
+            if isinstance(trajectory, BlendedTrajectory) and part is not trajectory.parts[-1]:
+                return trajectory, t  # the part does not end at rest
+            trajectory, t = part, time
         elif isinstance(trajectory, TailTrajectory):
             t += trajectory.start
             trajectory = trajectory.trajectory

@@ -152,6 +152,29 @@ class SequenceTrajectory:
         return {"kind": "sequence", "parts": [part.get_state() for part in self.parts]}
 
 
+class BlendedTrajectory(SequenceTrajectory):
+    """Trajectories one after the other, each starting in the state of motion of the previous one.
+
+    A part may be left before its end.
+    """
+
+    def __init__(self, parts: Sequence[Trajectory], starts: Sequence[float]) -> None:
+        """Concatenate trajectories.
+
+        Args:
+            parts: The trajectories; the last one ends at rest.
+            starts: When each begins [s].
+        """
+        super().__init__(parts)
+        self._starts[:-1] = starts
+        self.duration = self._starts[-1] = starts[-1] + parts[-1].duration
+
+    def get_state(self) -> dict[str, Any]:
+        """Return the trajectory as plain data."""
+        state = super().get_state()
+        return {**state, "kind": "blended", "starts": self._starts[:-1].tolist()}
+
+
 class TailTrajectory:
     """The rest of a trajectory from a given time on."""
 
@@ -250,6 +273,8 @@ def trajectory_from_state(state: dict[str, Any]) -> Trajectory:
             )
         case {"kind": "sequence", "parts": parts}:
             return SequenceTrajectory([trajectory_from_state(part) for part in parts])
+        case {"kind": "blended", "parts": parts, "starts": starts}:
+            return BlendedTrajectory([trajectory_from_state(part) for part in parts], starts)
         case {"kind": "tail", "trajectory": trajectory, "start": start}:
             return TailTrajectory(trajectory_from_state(trajectory), start)
         case {"kind": "time-scaled", "nominal": nominal, "time_scaling": time_scaling}:

@@ -189,11 +189,11 @@ def test_other_than_plain_data_is_refused_and_leaves_no_file(tmp_path, state, me
         ("{", "is no snapshot"),
         ("[]", "is no snapshot"),
         ("[" * 100_000, "nested too deep"),
-        ('{"format": "bt-manip snapshot", "version": 5}', "it has no table 'state'"),
-        ('{"format": "bt-manip snapshot", "version": 5, "state": 3}', "it has no table 'state'"),
-        ('{"format": "bt-manip snapshot", "version": 5, "state": {}}', "is damaged"),
-        ('{"format": "bt-manip snapshot", "version": 5, "state": {"a": NaN}}', "is NaN"),
-        ('{"format": "bt-manip snapshot", "version": 99}', "version 99, expected 5"),
+        ('{"format": "bt-manip snapshot", "version": 6}', "it has no table 'state'"),
+        ('{"format": "bt-manip snapshot", "version": 6, "state": 3}', "it has no table 'state'"),
+        ('{"format": "bt-manip snapshot", "version": 6, "state": {}}', "is damaged"),
+        ('{"format": "bt-manip snapshot", "version": 6, "state": {"a": NaN}}', "is NaN"),
+        ('{"format": "bt-manip snapshot", "version": 99}', "version 99, expected 6"),
     ],
 )
 def test_a_file_that_is_not_a_snapshot_is_refused(tmp_path, content, message):

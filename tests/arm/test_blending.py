@@ -1,0 +1,204 @@
+"""Blends: the next motion begins before the arm has come to rest, inside all limits."""
+
+import json
+
+import numpy as np
+import pytest
+
+from bt_manip.arm import Arm
+from bt_manip.exceptions import MotionError
+from bt_manip.planning import tool_distance
+from bt_manip.spatial import pointing_down
+
+from .test_arm import Watch
+
+CORNER = np.array([0.5, 0.2, -0.3, -1.7, 0.3, 1.9, 0.9])
+RADIUS = 0.2
+
+
+@pytest.fixture
+def watch(arm):
+    return Watch(arm)
+
+
+def run_to_blend(watch, radius=RADIUS):
+    """Advance an arm to where the rest of its motion is within the blend radius."""
+    while not watch.arm.ends_within(radius):
+        watch.run(10)
+    assert watch.arm.moving
+    watch.arm.blend_radius = radius
+
+
+def line_down(arm, z=0.25):
+    T_wt = arm.model.pose(arm.target).copy()
+    T_wt.translation[2] -= z
+    arm.move_linear(T_wt)
+
+
+def joints_on(arm):
+    arm.move_to_configuration(arm.target + [0.4, 0.3, 0.1, -0.2, 0.0, 0.3, 0.2])
+
+
+def blend_at_corner(watch, next_motion):
+    """Move to the corner and blend; return the duration with a stop in the corner, and its rows."""
+    arm = watch.arm
+    arm.move_to_configuration(CORNER)
+    other = Watch(Arm(arm.robot, ik=arm.ik))
+    other.arm.set_state(arm.get_state())
+    other.run()
+    next_motion(other.arm)
+    other.run()
+    run_to_blend(watch)
+    start = len(watch.rows)
+    next_motion(arm)
+    assert np.array_equal(arm.target, other.arm.target)
+    return len(other.rows), start
+
+
+@pytest.mark.parametrize("next_motion", [line_down, joints_on])
+def test_a_blend_keeps_all_limits_is_shorter_and_ends_at_the_same_target(watch, next_motion):
+    arm = watch.arm
+    with_stop, start = blend_at_corner(watch, next_motion)
+    target = arm.target
+    watch.run()
+    watch.check()
+    assert watch.worst_effort() < 1.0
+    assert len(watch.rows) < with_stop - 50  # steps
+    assert arm.q == pytest.approx(target, abs=1e-9)
+    q = np.array([row[0] for row in watch.rows])
+    at_corner = tool_distance(arm.model, q[start:], arm.model.pose(CORNER).copy())
+    inside = at_corner <= RADIUS + 1e-9
+    assert inside[: inside.argmin()].all() and 0.0 < at_corner.min() < RADIUS
+    limits = arm.model.limits
+    for order, limit in enumerate((limits.velocity, limits.acceleration, limits.jerk), 1):
+        differences = np.abs(np.diff(q, order, axis=0)) / 1e-3**order  # of positions alone
+        assert (differences <= limit * 1.001).all()
+
+
+def test_a_blended_line_is_left_nowhere_after_the_blend(watch):
+    arm = watch.arm
+    blend_at_corner(watch, line_down)
+    watch.run()
+    corner = arm.model.pose(CORNER).translation.copy()
+    outside = [arm.model.pose(row[0]).translation - corner for row in watch.rows[-100:]]
+    assert np.abs(np.array(outside)[:, :2]).max() < 1e-4
+    assert outside[0][2] > outside[-1][2] == pytest.approx(-0.25, abs=1e-4)
+
+
+def test_without_a_blend_radius_the_next_motion_starts_at_once_as_before(watch):
+    watch.arm.move_to_configuration(CORNER)
+    watch.run(500)
+    joints_on(watch.arm)
+    assert watch.arm.trajectory.get_state()["kind"] == "joints"
+
+
+def test_a_motion_is_not_skipped_by_a_large_blend_radius(arm):
+    arm.move_to_configuration(CORNER)
+    assert not arm.ends_within(10.0)
+    for _ in range(20):
+        arm.advance(1e-3)
+    assert not arm.ends_within(1e-3)
+
+
+def test_an_arm_that_pauses_does_not_end_within_any_radius(watch):
+    watch.arm.move_to_configuration(CORNER)
+    watch.run(200)
+    watch.arm.pause()
+    assert not watch.arm.ends_within(10.0)
+    watch.run()
+    assert watch.arm.paused
+    assert not watch.arm.ends_within(10.0)
+
+
+@pytest.mark.parametrize("steps", [5, 100, 250])
+def test_a_stop_within_a_blend_stays_on_its_path_inside_the_limits(watch, steps):
+    arm = watch.arm
+    blend_at_corner(watch, line_down)
+    other = Watch(Arm(arm.robot, ik=arm.ik))
+    other.arm.set_state(arm.get_state())
+    other.run()
+    path = np.array([row[0] for row in other.rows])
+    watch.run(steps)
+    arm.stop()
+    assert arm.blend_radius == 0.0
+    watch.run()
+    watch.check()
+    assert not arm.v.any() and not arm.moving
+    assert np.abs(path - arm.q).max(axis=1).min() < 3e-3  # between two steps of the path
+
+
+def test_a_paused_blend_goes_on_to_its_target(watch):
+    arm = watch.arm
+    blend_at_corner(watch, line_down)
+    target = arm.target
+    watch.run(60)
+    arm.pause()
+    watch.run()
+    assert arm.paused
+    arm.resume()
+    watch.run()
+    watch.check()
+    assert arm.q == pytest.approx(target, abs=1e-9)
+
+
+@pytest.mark.parametrize("speed_scale", [0.5, 0.8])
+def test_blends_at_a_lower_speed_scale_keep_the_limits(watch, speed_scale):
+    watch.arm.speed_scale = speed_scale
+    blend_at_corner(watch, line_down)
+    target = watch.arm.target
+    watch.run()
+    watch.check()
+    assert watch.arm.q == pytest.approx(target, abs=1e-9)
+
+
+def test_a_restored_blend_goes_on_bit_for_bit(watch):
+    arm = watch.arm
+    blend_at_corner(watch, line_down)
+    watch.run(40)
+    other = Watch(Arm(arm.robot, ik=arm.ik))
+    other.arm.set_state(json.loads(json.dumps(arm.get_state())))
+    assert other.arm.get_state() == arm.get_state()
+    watch.run()
+    other.run()
+    for ours, theirs in zip(watch.rows[1 - len(other.rows) :], other.rows[1:], strict=True):
+        assert np.array_equal(ours, theirs)
+
+
+def test_a_second_blend_may_begin_within_the_first(watch):
+    arm = watch.arm
+    blend_at_corner(watch, joints_on)
+    for _ in range(6):
+        watch.run(100)
+        arm.blend_radius = RADIUS
+        target = arm.target + [0.1, -0.2, 0.1, 0.1, 0.1, -0.1, 0.1]
+        arm.move_to_configuration(target)
+    watch.run()
+    watch.check()
+    assert arm.q == pytest.approx(target, abs=1e-9)
+
+
+def test_a_refused_motion_leaves_the_arm_on_its_way_to_the_corner(watch):
+    watch.arm.move_to_configuration(CORNER)
+    run_to_blend(watch)
+    with pytest.raises(MotionError, match="unreachable"):
+        watch.arm.move_to_pose(pointing_down([3.0, 0.0, 0.3], 0.0))
+    watch.run()
+    assert watch.arm.q == pytest.approx(CORNER, abs=1e-9)
+
+
+def test_a_wall_inside_the_corner_is_passed_with_its_clearance(walled):
+    corner, across = (pointing_down((0.5, y, 0.5), 0.0) for y in (0.17, -0.17))
+    below = pointing_down((0.5, 0.17, 0.12), 0.0)
+    touched = {}
+    for world in (None, walled.world):
+        arm = Arm(walled.robot, ik=walled.ik, world=world)
+        arm.reset(walled.ik.nearest(below, np.array(walled.robot.description.home)).q)
+        watch = Watch(arm)
+        arm.move_linear(corner)
+        run_to_blend(watch, 0.35)
+        arm.move_linear(across)
+        watch.run()
+        watch.check()
+        touched[world] = any(walled.world.collisions(row[0]) for row in watch.rows[::5])
+        assert arm.model.pose(arm.q).translation == pytest.approx(across.translation, abs=1e-4)
+    assert touched == {None: True, walled.world: False}
