@@ -174,7 +174,7 @@ def planning_and_spawning(cycles: int = 8) -> tuple[float, float, float]:
 
 def blended_cycle(cycles: int = 20) -> float:
     """Give the mean cycle with blended motions [s]."""
-    run = _prepare(cycles, blend_radius="0.3")
+    run = _prepare(cycles, blend_radius="0.35")
     run.execute([])
     return run.station.cell.time / cycles
 

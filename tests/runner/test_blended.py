@@ -8,7 +8,7 @@ import pytest
 from bt_manip.recording.recorder import Recorder
 from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
 
-RADIUS = 0.3  # [m]
+RADIUS = 0.35  # [m]
 
 
 class Blends(RunObserver):
