@@ -92,7 +92,9 @@ EXPERIMENTAL = {
     "bt_manip.bt": "read_tree Reading declare Stubs Libraries LeafMapping",
     "bt_manip.exceptions": "one_line shown",
     "bt_manip.input_files": "read_bytes",
-    "bt_manip.cell": "entity_of extent bottom_of why_not_on ContactEvent ParametricEntity",
+    "bt_manip.cell": (
+        "entity_of extent bottom_of why_not_on ContactEvent ParametricEntity unique_name"
+    ),
     "bt_manip.cell.randomization": "Randomization",
     "bt_manip.collision": "CollisionWorld FreeSpace CollisionPair",
     "bt_manip.trajectories": (

@@ -195,6 +195,7 @@ def main() -> None:
     parser.add_argument("--width", type=int, default=128)
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
+    torch.set_num_threads(1)  # a network as small as this is no faster in more
     torch.manual_seed(options.seed)
     observations, actions = read(options.demonstrations)
     policy = ClonedPick(options.width)
