@@ -178,12 +178,6 @@ class ArmBehaviour(RobotPort, CellBehaviour):
         if gripper is not None:
             gripper.stop()
 
-    def yield_to_closing(self) -> None:
-        """Let an arm at rest yield where the closing gripper presses an object on its support."""
-        arm = self.arm
-        if arm.at_rest and not (arm.paused or arm.compliant or arm.undisturbed):
-            arm.stop(compliant=True)
-
     def held_objects(self) -> list[str]:
         """Return the free objects that the gripper holds; none without a gripper."""
         gripper = self._robots[self._robot_name].gripper
@@ -192,9 +186,9 @@ class ArmBehaviour(RobotPort, CellBehaviour):
 
     @property
     def T_wt(self) -> pin.SE3:
-        """Pose of the tool: measured at rest, where it will come to rest of a moving arm."""
+        """Measured pose of the tool; within a blend, the pose where the motion would end."""
         arm = self.arm
-        return arm.model.pose(arm.target if arm.moving else arm.robot.q)
+        return arm.model.pose(arm.target if arm.blend_radius else arm.robot.q)
 
 
 class MotionBehaviour(ArmBehaviour):

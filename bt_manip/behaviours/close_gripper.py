@@ -6,10 +6,7 @@ from .arm_behaviour import ArmBehaviour
 
 
 class CloseGripper(ArmBehaviour):
-    """Close the gripper, with or without an object in it.
-
-    An arm on which an external force acts meanwhile yields to it until the next motion.
-    """
+    """Close the gripper, with or without an object in it."""
 
     needs_gripper = True
 
@@ -23,8 +20,7 @@ class CloseGripper(ArmBehaviour):
         self.gripper.close(self.force)
 
     def update(self) -> Status:
-        """Wait until the gripper holds steadily or has closed on nothing; yield meanwhile."""
-        self.yield_to_closing()
+        """Wait until the gripper holds steadily or has closed on nothing."""
         self.feedback_message = self.gripper.status
         if self.gripper.steady or self.gripper.closed_on_nothing:
             return Status.SUCCESS

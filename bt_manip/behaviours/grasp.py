@@ -50,7 +50,9 @@ class Grasp(ArmBehaviour):
 
     def update(self) -> Status:
         """Wait for a steady grip; yield to the forces of closing."""
-        self.yield_to_closing()
+        arm = self.arm
+        if arm.at_rest and not (arm.paused or arm.compliant or arm.undisturbed):
+            arm.stop(compliant=True)
         self.feedback_message = self.gripper.status
         if self.gripper.steady:
             return self._held()

@@ -37,8 +37,7 @@ def test_what_is_grasped_becomes_the_arms_payload(at_the_cube, trial):
     assert at_the_cube.controller.payload == payload
 
 
-@pytest.mark.parametrize(("close", "ports"), [(Grasp, {"object": "cube"}), (CloseGripper, {})])
-def test_closing_yields_where_the_fingers_press_on_the_table(at_the_cube, trial, close, ports):
+def test_grasp_yields_where_the_fingers_press_on_the_table(at_the_cube, trial):
     arm, cell = at_the_cube.arm, at_the_cube.cell
     down = arm.robot.tool_pose
     down.translation[2] -= 0.031
@@ -46,7 +45,7 @@ def test_closing_yields_where_the_fingers_press_on_the_table(at_the_cube, trial,
     at_the_cube.step_until(lambda: not arm.moving)
     cell.step(300)
     assert not arm.undisturbed
-    assert trial(close(**ports)).until_done() is SUCCESS
+    assert trial(Grasp(object="cube")).until_done() is SUCCESS
     cell.step(100)
     assert arm.undisturbed
     assert trial(Lift(height=0.1)).until_done() is SUCCESS
