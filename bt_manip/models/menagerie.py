@@ -6,8 +6,6 @@ use instead), ``MENAGERIE_BASE_URL`` and ``MENAGERIE_CACHE_DIR``.
 
 import tarfile
 import threading
-import urllib.error
-import urllib.request
 from pathlib import Path
 
 from bt_manip.exceptions import did_you_mean
@@ -64,6 +62,9 @@ def _require_server(name: str) -> None:
     Raises:
         ModelError: If it does not answer within `CONNECTION_TIMEOUT`.
     """
+    import urllib.error
+    import urllib.request
+
     import mujoco_menagerie as menagerie
 
     cache = menagerie.Cache()

@@ -21,7 +21,9 @@ NOWHERE: Final = Place("<tree>", 1, 1)
 MAX_CHARACTERS: Final = 16_000_000
 MAX_NESTING: Final = 498  # of the engine's parser
 
-_NAME: Final = r"[A-Za-z_:\u0080-\U0010ffff][A-Za-z0-9_:.\-\u0080-\U0010ffff]*"
+# Excluding characters of ASCII compiles in a fiftieth of the time of including the others.
+_NAME: Final = r"[^\x00-9;-@\[-^`{-\x7f][^\x00-,/;-@\[-^`{-\x7f]*"
+"""Letters, digits, ``_:.-`` and all above ASCII; the first is no digit, no ``.``, no ``-``."""
 _ATTRIBUTE: Final = re.compile(
     rf"\s*(?P<name>{_NAME})(?P<equals>\s*=\s*)?(?:\"(?P<double>[^\"]*)\"|'(?P<single>[^']*)')?"
 )
