@@ -5,9 +5,15 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.behaviours import ArmBehaviour, nearest_orientation, pose_from_text, pose_to_text
-from bt_manip.bt import Condition, Input, Output, Status
-from bt_manip.cell import Cell, CellError, ContactEvent, entity_of, extent
+from bt_manip.behaviours import (
+    ArmBehaviour,
+    ObjectCondition,
+    nearest_orientation,
+    pose_from_text,
+    pose_to_text,
+)
+from bt_manip.bt import Input, Output, Status
+from bt_manip.cell import CellError, ContactEvent, entity_of, extent
 
 
 class FindFreeEnd(ArmBehaviour):
@@ -59,7 +65,7 @@ class FindFreeEnd(ArmBehaviour):
         return Status.SUCCESS
 
 
-class IsHandedOver(Condition):
+class IsHandedOver(ObjectCondition):
     """Check that one robot has handed an object over to another one, in the air.
 
     It is judged from contacts: it holds from the moment at which both robots touch the object and
@@ -68,17 +74,16 @@ class IsHandedOver(Condition):
 
     memory = ("_handed_over",)
 
-    object = Input(str, doc="Name of the object.")
     giver = Input(str, doc="Name of the robot that hands it over.")
     receiver = Input(str, doc="Name of the robot that takes it.")
     support = Input(str, default="table", doc="Name of what it must not be put down on.")
 
     _handed_over = False
 
-    def setup(self, *, cell: Cell, **_: Any) -> None:
+    def setup(self, **infrastructure: Any) -> None:
         """Observe the contacts of the cell."""
-        self.cell = cell
-        cell.contact_changed.append(self._observe)
+        super().setup(**infrastructure)
+        self.cell.contact_changed.append(self._observe)
 
     def _observe(self, event: ContactEvent) -> None:
         name, giver, receiver, support = self._names()
@@ -95,16 +100,13 @@ class IsHandedOver(Condition):
     def _names(self) -> tuple[str, str, str, str]:
         return self.object, self.giver, self.receiver, self.support
 
-    def update(self) -> Status:
-        """Return what the contacts have shown."""
-        try:
-            for name in self._names():
-                self.cell.find(name)
-        except CellError as error:
-            return self.fail(str(error))
+    def why_not(self) -> str:
+        """Return what the contacts have not shown."""
+        for name in self._names():
+            self.cell.find(name)
         if self._handed_over:
-            return Status.SUCCESS
-        return self.fail(
+            return ""
+        return (
             f"'{self.giver}' has not handed '{self.object}' over to '{self.receiver}' without "
             f"putting it down on '{self.support}'"
         )

@@ -2,13 +2,12 @@
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.behaviours import MotionBehaviour, extent
-from bt_manip.bt import Condition, Input, Status
+from bt_manip.behaviours import MotionBehaviour, ObjectCondition, extent
+from bt_manip.bt import Input, Status
 from bt_manip.cell import Cell, CellError, at_rest, bottom_of
 from bt_manip.planning import ArcTo
 
@@ -186,33 +185,25 @@ def spiral(
         start, sign = end, -sign
 
 
-class IsInserted(Condition):
+class IsInserted(ObjectCondition):
     """Check that an object rests in a socket."""
 
-    object = Input(str, doc="Name of the object.")
     socket = Input(str, doc="Name of the object with the hole.")
     depth = Input(float, default=0.03, doc="How deep it is inserted at least [m].")
 
-    def setup(self, *, cell: Cell, **_: Any) -> None:
-        """Keep the cell."""
-        self.cell = cell
-
-    def update(self) -> Status:
+    def why_not(self) -> str:
         """Measure its depth, inside the outline of the socket."""
-        try:
-            resting = at_rest(self.cell, self.object)
-            depth = -_height_over(self.cell, self.object, self.socket)
-            lower, upper = extent(self.cell, self.socket)
-        except CellError as error:
-            return self.fail(str(error))
+        resting = at_rest(self.cell, self.object)
+        depth = -_height_over(self.cell, self.object, self.socket)
+        lower, upper = extent(self.cell, self.socket)
         if not resting:
-            return self.fail(f"'{self.object}' moves")
+            return f"'{self.object}' moves"
         position = self.cell.pose(self.object).translation[:2]
         if (position < lower[:2]).any() or (position > upper[:2]).any():
-            return self.fail(f"'{self.object}' is beside '{self.socket}'")
+            return f"'{self.object}' is beside '{self.socket}'"
         if depth < self.depth - DEPTH_TOLERANCE:
-            return self.fail(f"'{self.object}' is {1e3 * depth:.1f} mm deep in '{self.socket}'")
-        return Status.SUCCESS
+            return f"'{self.object}' is {1e3 * depth:.1f} mm deep in '{self.socket}'"
+        return ""
 
 
 def _height_over(cell: Cell, name: str, socket: str) -> float:

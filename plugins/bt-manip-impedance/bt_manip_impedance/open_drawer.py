@@ -8,8 +8,8 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip import spatial
-from bt_manip.behaviours import MotionBehaviour
-from bt_manip.bt import Condition, Input, Status
+from bt_manip.behaviours import MotionBehaviour, ObjectCondition
+from bt_manip.bt import Input, Status
 from bt_manip.cell import Cell, CellError
 from bt_manip_impedance.drawer import Drawer
 
@@ -152,27 +152,25 @@ class PullOpen(MotionBehaviour):
         super().terminate(new_status)
 
 
-class IsOpen(Condition):
+class IsOpen(ObjectCondition):
     """Check that a drawer is open, and at rest."""
 
     object = Input(str, doc="Name of the drawer.")
     opening = Input(float, default=0.15, doc="How far it is open at least [m].")
 
-    def setup(self, *, cell: Cell, robots: Mapping[str, Any], **_: Any) -> None:
+    def setup(self, **infrastructure: Any) -> None:
         """Keep the cell and the robots."""
-        self.cell, self.robots = cell, robots
+        super().setup(**infrastructure)
+        self.robots: Mapping[str, Any] = infrastructure["robots"]
 
-    def update(self) -> Status:
+    def why_not(self) -> str:
         """Measure the position and velocity of the slide."""
-        try:
-            drawer = find_drawer(self.cell, self.object)
-        except CellError as error:
-            return self.fail(str(error))
+        drawer = find_drawer(self.cell, self.object)
         if drawer.opening < self.opening:
-            return self.fail(f"'{self.object}' is {1e3 * drawer.opening:.0f} mm open")
+            return f"'{self.object}' is {1e3 * drawer.opening:.0f} mm open"
         if abs(drawer.speed) > MAX_REST_SPEED:
-            return self.fail(f"'{self.object}' moves at {1e3 * drawer.speed:.0f} mm/s")
-        return Status.SUCCESS
+            return f"'{self.object}' moves at {1e3 * drawer.speed:.0f} mm/s"
+        return ""
 
     def progress(self) -> float:
         """Return the progress: shares for reaching and holding the handle, the rest for opening."""

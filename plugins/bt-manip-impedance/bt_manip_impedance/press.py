@@ -1,13 +1,11 @@
 """Press a button."""
 
-from typing import Any
-
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.behaviours import MotionBehaviour
-from bt_manip.bt import Condition, Input, Status
-from bt_manip.cell import Cell, CellError
+from bt_manip.behaviours import MotionBehaviour, ObjectCondition
+from bt_manip.bt import Input, Status
+from bt_manip.cell import CellError
 from bt_manip_impedance.push_button import PRESSED, PushButton
 
 RELEASED = 1e-4  # [m] depth up to which the cap counts as up
@@ -87,37 +85,36 @@ class Press(MotionBehaviour):
         self.arm.move_linear(pin.SE3(T_wt.rotation, goal), speed=self.speed, contact=True)
 
 
-class IsReleased(Condition):
+class ButtonCondition(ObjectCondition):
+    """A condition on a push button in the cell."""
+
+    object = Input(str, doc="Name of the button.")
+
+    @property
+    def button(self) -> PushButton:
+        """The button.
+
+        Raises:
+            CellError: If there is none of that name.
+        """
+        button = self.cell.entities.get(self.object)
+        if not isinstance(button, PushButton):
+            raise CellError(f"the cell has no button '{self.object}'")
+        return button
+
+
+class IsReleased(ButtonCondition):
     """Check that a button is up."""
 
-    object = Input(str, doc="Name of the button.")
-
-    def setup(self, *, cell: Cell, **_: Any) -> None:
-        """Keep the cell."""
-        self.cell = cell
-
-    def update(self) -> Status:
+    def why_not(self) -> str:
         """Measure the depth of the cap."""
-        button = self.cell.entities.get(self.object)
-        if not isinstance(button, PushButton):
-            return self.fail(f"the cell has no button '{self.object}'")
-        if button.depth > RELEASED:
-            return self.fail(f"'{self.object}' is {1e3 * button.depth:.1f} mm down")
-        return Status.SUCCESS
+        depth = self.button.depth
+        return f"'{self.object}' is {1e3 * depth:.1f} mm down" if depth > RELEASED else ""
 
 
-class WasPressed(Condition):
+class WasPressed(ButtonCondition):
     """Check that a button has been pressed down since it was made."""
 
-    object = Input(str, doc="Name of the button.")
-
-    def setup(self, *, cell: Cell, **_: Any) -> None:
-        """Keep the cell."""
-        self.cell = cell
-
-    def update(self) -> Status:
+    def why_not(self) -> str:
         """Read the button's count."""
-        button = self.cell.entities.get(self.object)
-        if not isinstance(button, PushButton):
-            return self.fail(f"the cell has no button '{self.object}'")
-        return Status.SUCCESS if button.presses else self.fail(f"'{self.object}' was not pressed")
+        return "" if self.button.presses else f"'{self.object}' was not pressed"
