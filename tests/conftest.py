@@ -47,6 +47,14 @@ def parts() -> Any:
 
 
 @pytest.fixture(scope="session")
+def build_station(parts: Any) -> Any:
+    """Build stations of the built-in parts, apart from those of the tests of plugins/."""
+    from bt_manip.runner import build_station
+
+    return lambda: build_station(parts)
+
+
+@pytest.fixture(scope="session")
 def opengl() -> str:
     """Give the backend that draws, or skip the test where it does not."""
     backend = os.environ["MUJOCO_GL"]

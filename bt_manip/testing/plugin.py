@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from bt_manip.testing.trial import Trial
 
 _LATEST: pytest.StashKey[Trial] = pytest.StashKey()
+_SITUATIONS: pytest.StashKey[dict[Callable[[], Station], Situations]] = pytest.StashKey()
 
 
 # Options, markers, reports
@@ -135,7 +136,7 @@ def load_plugin() -> Callable[..., Plugins]:
 
 @pytest.fixture(scope="session")
 def build_station(parts: Parts) -> Callable[[], Station]:
-    """Function that builds the station; override it for another robot or scene."""
+    """Function that builds the station; override it in session scope for another robot or scene."""
 
     def build() -> Station:
         from bt_manip.runner import build_station
@@ -145,12 +146,19 @@ def build_station(parts: Parts) -> Callable[[], Station]:
     return build
 
 
-@pytest.fixture(scope="session")
-def situations(build_station: Callable[[], Station]) -> Situations:
-    """The start situations; override it, request the original and ``add`` further ones."""
+@pytest.fixture
+def situations(build_station: Callable[[], Station], pytestconfig: pytest.Config) -> Situations:
+    """The start situations; override it, request the original and ``add`` further ones.
+
+    There is one for each function `build_station`, and pytest would keep a fixture of session scope
+    where a module or folder overrides what it depends on.
+    """
     from bt_manip.testing.situations import built_in_situations
 
-    return built_in_situations(build_station)
+    made = pytestconfig.stash.setdefault(_SITUATIONS, {})
+    if build_station not in made:
+        made[build_station] = built_in_situations(build_station)
+    return made[build_station]
 
 
 @pytest.fixture

@@ -43,11 +43,13 @@ class Situations:
             after: The situation before; None for the station as built.
 
         Raises:
-            BtManipError: When the name is taken, or the situation before is unknown.
+            BtManipError: When another situation has the name, or the one before is unknown.
         """
-        known = self._makers.get(name)
-        if known is not None and known != (make, after):
-            raise BtManipError(f"there is already a situation '{name}'")
+        if name in self._makers:
+            known, follows = self._makers[name]
+            if (_code(known), follows) != (_code(make), after):
+                raise BtManipError(f"there is already a situation '{name}'")
+            return
         if after is not None and after not in self._makers:
             raise self._unknown(after)
         self._makers[name] = (make, after)
@@ -87,6 +89,11 @@ class Situations:
 
     def _unknown(self, name: str) -> BtManipError:
         return BtManipError(f"no start situation '{name}'{did_you_mean(name, self._makers)}")
+
+
+def _code(make: Make) -> object:
+    """Return what is equal for functions that one definition makes at each call of a fixture."""
+    return getattr(make, "__code__", make)
 
 
 def play(station: Station, *behaviours: Behaviour, timeout: float = 10.0) -> None:

@@ -24,6 +24,7 @@ def build_station(parts):
 
 @pytest.mark.parametrize("turn", [0.0, 0.3, 1.0])
 def test_a_cube_is_placed_on_another_one(station, trial, turn):
+    assert len(station.robot.q) == 5
     cell = station.cell
     cell.remove("cube")
     quat = (np.cos(0.5 * turn), 0.0, 0.0, np.sin(0.5 * turn))

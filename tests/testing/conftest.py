@@ -10,7 +10,7 @@ AFTER_A_MOTION = "after a motion"
 BESIDE_ANOTHER = "holding a cube, another on the table"
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture
 def situations(situations):
     situations.add(BESIDE_ANOTHER, put_another, after="holding a cube over the table")
     situations.add(AFTER_A_MOTION, move)

@@ -133,7 +133,7 @@ def test_a_conftest_adds_situations_and_builds_another_station(session):
         def build_station(parts):
             return lambda: build(parts, controller="gravity_compensated_pd", seed=4)
 
-        @pytest.fixture(scope="session")
+        @pytest.fixture
         def situations(situations):
             situations.add("home with the cube", lambda station: play(station, MoveHome()),
                            after="holding a cube over the table")
@@ -155,6 +155,25 @@ def test_a_conftest_adds_situations_and_builds_another_station(session):
     )
     result.assert_outcomes(passed=1, errors=1)
     result.stdout.fnmatch_lines(["*no start situation 'home with the cub'; did you mean 'home *"])
+
+
+def test_each_module_has_the_station_that_it_builds(session):
+    of_its_own = """
+        import pytest
+        from bt_manip.runner import build_station as build
+
+        @pytest.fixture(scope="session")
+        def build_station(parts):
+            return lambda: build(parts, controller="gravity_compensated_pd")
+
+        def test_it(station):
+            assert station.controller.kind == "gravity_compensated_pd"
+        """
+    usual = """
+        def test_it(station):
+            assert station.controller.kind == "computed_torque"
+        """
+    session(test_a=of_its_own, test_b=usual, test_c=of_its_own).assert_outcomes(passed=3)
 
 
 MINE = """

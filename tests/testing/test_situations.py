@@ -68,8 +68,10 @@ def test_names_that_are_taken_or_unknown_are_refused(build_station):
     situations.add("a", print, after=None)  # the same again: a conftest may be read twice
     with pytest.raises(BtManipError, match="already a situation 'a'"):
         situations.add("a", repr, after=None)
+    for _ in range(2):  # a fixture of each test
+        situations.add("b", lambda station: station.cell.step(1), after="a")
     with pytest.raises(BtManipError, match="no start situation 'at rset'"):
-        situations.add("b", print, after="at rset")
+        situations.add("c", print, after="at rset")
     with pytest.raises(BtManipError, match="no start situation 'aa'; did you mean 'a'"):
         situations.reset("aa")
 
