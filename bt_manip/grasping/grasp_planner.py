@@ -41,7 +41,7 @@ class GraspPlanner:
         """Plan for an arm in a cell."""
         self._cell, self.arm = cell, arm
         self._generators: dict[str, GraspGenerator] = {}
-        self._clearances: dict[str, GripperClearance] = {}
+        self._around: GripperClearance  # made again after each compile
         self._generation = -1
         self._friction = b""  # of all geoms, at which the generators were made
         self._planned: tuple[str, int, GraspPlan] | None = None  # object, generation of the cell
@@ -68,9 +68,10 @@ class GraspPlanner:
         return plan
 
     def planned(self, name: str) -> GraspPlan | None:
-        """Return the last plan if the arm rests at its pre-grasp configuration and it still holds.
+        """Return the last plan if it holds and the next motion begins where its approach does.
 
-        The object must be where it was, up to `MAX_DISPLACEMENT`, and the gripper have clearance.
+        The arm must rest at the pre-grasp configuration, or come to rest there within its blend
+        radius; the object be where it was, up to `MAX_DISPLACEMENT`; and the gripper be clear.
 
         Args:
             name: The object.
@@ -78,10 +79,11 @@ class GraspPlanner:
         cell = self._cell
         if self._planned is None or self._planned[:2] != (name, cell.generation):
             return None
-        plan = self._planned[2]
+        plan, arm = self._planned[2], self.arm
+        start = arm.target if arm.blend_radius else arm.q
         moved = plan.T_wt.actInv(cell.pose(name) * plan.grasp.T_ot)
         if (
-            not np.array_equal(plan.q_pregrasp, self.arm.q)
+            not np.array_equal(plan.q_pregrasp, start)
             or not moved.isIdentity(MAX_DISPLACEMENT)
             or self._clearance(name).at_pose(plan.T_wt).distance < -MAX_PENETRATION
         ):
@@ -124,12 +126,12 @@ class GraspPlanner:
         """Return the clearance around an object in the present state of the cell."""
         if self._generation != self._cell.generation:
             self._generation = self._cell.generation
-            self._generators, self._clearances = {}, {}
-        if name in self._clearances:
-            self._clearances[name].refresh()
+            self._generators = {}
+            self._around = GripperClearance(self._cell, self.arm.robot, [name])
         else:
-            self._clearances[name] = GripperClearance(self._cell, self.arm.robot, [name])
-        return self._clearances[name]
+            self._around.refresh()
+            self._around.ignore([name])
+        return self._around
 
     def get_state(self) -> dict[str, Any] | None:
         """Return the plan that `planned` may return, as plain data."""

@@ -194,7 +194,7 @@ class GraspSearch:
         for restarts, margin in _SEARCHES if grasps else ():
             if best is not None:
                 break
-            for found in arm.ik.solutions(targets, arm.q, restarts=restarts, margin=margin):
+            for found in arm.ik.nearest_first(targets, arm.q, restarts=restarts, margin=margin):
                 reached.add(found.target)
                 if rejections.approaches >= MAX_APPROACHES:
                     break

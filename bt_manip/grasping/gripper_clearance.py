@@ -62,12 +62,16 @@ class GripperClearance:
         others = np.flatnonzero(collides & ~own[model.geom_bodyid])
         names = [_entity(model, body) for body in range(model.nbody)]
         self._entity_of = {int(g): names[model.geom_bodyid[g]] for g in others}
-        robots = {name for name, entity in cell.entities.items() if isinstance(entity, Robot)}
-        left_out = robots.union(ignored)
-        self._obstacles = np.array(
-            [geom for geom, name in self._entity_of.items() if name not in left_out], dtype=int
-        )
+        self.ignore(ignored)
         self.refresh(opening)
+
+    def ignore(self, names: Sequence[str]) -> None:
+        """Set which entities are no obstacles, beside the robots."""
+        entities = self._cell.entities.items()
+        ignored = {name for name, entity in entities if isinstance(entity, Robot)}.union(names)
+        self._obstacles = np.array(
+            [geom for geom, name in self._entity_of.items() if name not in ignored], dtype=int
+        )
 
     def refresh(self, opening: float = 1.0) -> None:
         """Copy the present state of the cell; the compiled model must be the same."""

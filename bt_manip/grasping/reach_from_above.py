@@ -104,7 +104,7 @@ class ReachFromAbove:
         for height in heights:
             for k in range(4):
                 T_wt = pointing_down(bottom + np.array([0.0, 0.0, height]), k * np.pi / 4)
-                if ik.solutions(T_wt, home, restarts=1, margin=MARGIN):
+                if next(ik.nearest_first(T_wt, home, restarts=1, margin=MARGIN), None):
                     return True
         return False
 
@@ -226,7 +226,7 @@ class ReachFromAbove:
         R = self._arm.model.pose(q0).rotation
         above.sort(key=lambda T_wt: -float(np.trace(T_wt.rotation.T @ R)))
         for T_wt in above[:2]:
-            for found in ik.solutions(T_wt, q0, restarts=restarts, margin=MARGIN):
+            for found in ik.nearest_first(T_wt, q0, restarts=restarts, margin=MARGIN):
                 if self._comes_down(T_wt, found.q):
                     return found.q
         return None

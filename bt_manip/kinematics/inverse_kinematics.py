@@ -1,6 +1,6 @@
 """Inverse kinematics: configurations for poses of the tool, and for problems."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -20,16 +20,18 @@ from bt_manip.robots import RobotModel
 
 from .compiled_problem import CompiledProblem, compile_problem
 from .initial_guesses import InitialGuesses
+from .levenberg_marquardt import LMResult
 from .maximum_reach import MaximumReach
 from .null_space_motion import NullSpaceMotion
 from .problem import IKProblem
 from .residuals import PoseResidual, StackedResidual
 from .result import IKResult
-from .search import SearchResult, search, search_all, search_near
+from .search import SearchResult, refined_end, search, search_all, search_near
 from .secondary_objectives import SecondaryObjectives
 from .targets import Target
 
 STORED = 2000  # configurations to choose initial guesses from
+DISTINCT = 0.1  # [rad] by which some joint of two solutions differs
 
 Request: TypeAlias = pin.SE3 | Target | IKProblem
 """A pose T_wt of the tool in the world, a target of a frame, or a problem."""
@@ -183,7 +185,7 @@ class InverseKinematics:
         *,
         restarts: int = 8,
         margin: float = 0.0,
-        distinct: float = 0.1,
+        distinct: float = DISTINCT,
         rng: np.random.Generator | None = None,
     ) -> list[IKResult]:
         """List distinct solutions, the best first.
@@ -203,27 +205,58 @@ class InverseKinematics:
         Raises:
             MotionError: When an argument is invalid, or a problem comes with a margin.
         """
-        q0 = self._clipped(q0)
-        check_count(restarts, "restarts")
-        check_non_negative(margin, "margin", "rad")
         check_non_negative(distinct, "distinct", "rad")
+        q0 = self._clipped(q0)
         rng = None if rng is None else check_generator(rng)
-        nearness = SecondaryObjectives(self._inverse_speed, posture=(q0, 1.0))
         found: list[tuple[float, IKResult]] = []
-        for i, one in enumerate(_alternatives(request)):
-            problem = self._compile(one, q0, margin)
-            if self._out_of_reach(problem) or (problem.lower > problem.upper).any():
-                continue
-            guesses = self._near_guesses(problem, q0, restarts, rng)
-            searched = problem if problem.objectives else problem._replace(objectives=nearness)
-            for end in search_all(searched, guesses, self.iterations):
-                found.append((end.cost, _result(problem, end, target=i)))
+        for i, problem, ends in self._search_all(_alternatives(request), q0, restarts, margin, rng):
+            searched = self._with_nearness(problem, q0)
+            for end in ends:
+                refined = refined_end(searched, end)
+                if refined is not None:
+                    found.append((refined.cost, _result(problem, refined, i)))
         found.sort(key=lambda pair: pair[0])
-        kept: list[IKResult] = []
-        for _, result in found:
-            if all(np.abs(result.q - other.q).max() > distinct for other in kept):
-                kept.append(result)
-        return kept
+        return list(_distinct((result for _, result in found), distinct))
+
+    def nearest_first(
+        self,
+        targets: pin.SE3 | Target | Sequence[pin.SE3 | Target],
+        q0: np.ndarray,
+        *,
+        restarts: int = 8,
+        margin: float = 0.0,
+    ) -> Iterator[IKResult]:
+        """Yield distinct solutions, about the nearest to `q0` first.
+
+        The same as `solutions`, but each is moved to where it is nearest only when it is taken, and
+        they are sorted by their distance before.
+
+        Args:
+            targets: A pose of the tool or a target, or several alternative ones.
+            q0: The present configuration.  # (nq,)
+            restarts: As for `solutions`.
+            margin: As for `solutions`.
+
+        Raises:
+            MotionError: When an argument is invalid.
+        """
+        q0 = self._clipped(q0)
+        poses = _alternatives(targets)
+        found = [
+            (self._distance(end.q, q0), i, end)
+            for i, _, ends in self._search_all(poses, q0, restarts, margin, None)
+            for end in ends
+        ]
+        found.sort(key=lambda one: one[0])
+
+        def refine_one_by_one() -> Iterator[IKResult]:
+            for _, i, end in found:
+                problem = self._compile(poses[i], q0, margin)
+                refined = refined_end(self._with_nearness(problem, q0), end)
+                if refined is not None:
+                    yield _result(problem, refined, i)
+
+        return _distinct(refine_one_by_one(), DISTINCT)
 
     def nearest(
         self,
@@ -269,6 +302,30 @@ class InverseKinematics:
     def _distance(self, q: np.ndarray, q0: np.ndarray) -> float:
         times = (q - q0) * self._inverse_speed
         return float(np.sqrt(times.dot(times) / len(times)))
+
+    def _search_all(
+        self,
+        requests: Sequence[Request],
+        q0: np.ndarray,
+        restarts: int,
+        margin: float,
+        rng: np.random.Generator | None,
+    ) -> Iterator[tuple[int, CompiledProblem, list[LMResult]]]:
+        """Yield index, compiled problem and unrefined solutions of each request within reach."""
+        check_count(restarts, "restarts")
+        check_non_negative(margin, "margin", "rad")
+        for i, request in enumerate(requests):
+            problem = self._compile(request, q0, margin)
+            if not self._out_of_reach(problem) and (problem.lower <= problem.upper).all():
+                guesses = self._near_guesses(problem, q0, restarts, rng)
+                yield i, problem, search_all(problem, guesses, self.iterations)
+
+    def _with_nearness(self, problem: CompiledProblem, q0: np.ndarray) -> CompiledProblem:
+        """Return a problem whose cost, if it has none, is the squared distance from `q0`."""
+        if problem.objectives:
+            return problem
+        nearness = SecondaryObjectives(self._inverse_speed, posture=(q0, 1.0))
+        return problem._replace(objectives=nearness)
 
     def _clipped(self, q: np.ndarray) -> np.ndarray:
         q = check_configuration(q, self.model.nq)
@@ -354,6 +411,15 @@ def _alternatives(request: Request | Sequence[pin.SE3 | Target]) -> list[Request
         if not isinstance(one, IKProblem | Target):
             check_pose(one)
     return requests
+
+
+def _distinct(results: Iterable[IKResult], difference: float) -> Iterator[IKResult]:
+    """Yield results that differ from those before by more than this in some joint [rad]."""
+    kept: list[np.ndarray] = []
+    for result in results:
+        if all(np.abs(result.q - q).max() > difference for q in kept):
+            kept.append(result.q)
+            yield result
 
 
 def _result(problem: CompiledProblem, found: SearchResult, target: int = 0) -> IKResult:

@@ -136,8 +136,8 @@ def search_near(
 
 def search_all(
     problem: CompiledProblem, guesses: Iterable[np.ndarray], iterations: int
-) -> Iterator[SearchResult]:
-    """Yield the collision-free solutions from all initial guesses, including duplicates.
+) -> list[LMResult]:
+    """Return where the searches from all initial guesses met the constraints, duplicates included.
 
     Args:
         problem: The problem.
@@ -150,12 +150,15 @@ def search_all(
         for guess in guesses
     ]
     solved = any(end.solved for end in ends)
-    for end in ends:
-        if end.solved or (end.met and not solved):
-            refined = _refine(problem, end, *limits)
-            if not problem.collision(refined.q):
-                total = end.iterations + refined.iterations
-                yield SearchResult(refined.q, True, total, cost=refined.cost)
+    return [end for end in ends if end.solved or (end.met and not solved)]
+
+
+def refined_end(problem: CompiledProblem, end: LMResult) -> SearchResult | None:
+    """Return the refined solution of `search_all`; None where it collides."""
+    refined = _refine(problem, end, problem.lower, problem.upper)
+    if problem.collision(refined.q):
+        return None
+    return SearchResult(refined.q, True, end.iterations + refined.iterations, cost=refined.cost)
 
 
 def _refine(

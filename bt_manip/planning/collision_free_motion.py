@@ -29,7 +29,7 @@ from .planner import Planner, PlanningProblem
 
 PLANNING_ATTEMPTS = 5
 PLANNING_CLEARANCE = 8e-3  # [m] larger than that of `FreeSpace`: leaves space for smoothing
-COARSE_STEP = 0.04  # [rad] of the check that comes before that at `PATH_STEP`
+COARSE_STEP = 0.2  # [rad] of the check before that at `PATH_STEP`, which finds most collisions
 
 
 def plan_collision_free_motion(

@@ -94,7 +94,7 @@ def effort_times(trajectory: Trajectory, step: float = SMOOTH_EFFORT_STEP) -> np
     """Return the times at which `effort_use` evaluates inverse dynamics [s]."""
     times = trajectory.breakpoints()
     if np.diff(times, prepend=0.0, append=trajectory.duration).max() > 2.0 * step:
-        times = np.unique(np.concatenate([sample_times(trajectory.duration, step), times]))
+        times = np.sort(np.concatenate([sample_times(trajectory.duration, step), times]))
     return times
 
 

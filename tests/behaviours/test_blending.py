@@ -31,6 +31,20 @@ def test_hover_and_reach_take_less_time_without_a_rest_between_them(station, tri
     assert times[1] < times[0] - 0.05
 
 
+def test_a_blended_reach_takes_the_path_that_hover_found(station, trial, blended, monkeypatch):
+    requested = []
+    move_linear = station.arm.move_linear
+
+    def noted(*args, joint_path=None, **options):
+        requested.append(joint_path)
+        return move_linear(*args, joint_path=joint_path, **options)
+
+    monkeypatch.setattr(station.arm, "move_linear", noted)
+    assert trial(Reach(object="cube")).tick() is RUNNING
+    (path,) = requested
+    assert path.knots[-1, :7] == pytest.approx(station.arm.target, abs=1e-9)
+
+
 def test_a_behaviour_that_needs_rest_waits_for_it(station, trial, blended):
     closing, gripper = trial(CloseGripper()), station.robot.gripper
     while station.arm.moving:

@@ -25,6 +25,16 @@ def test_the_clearance_is_the_distance_to_the_nearest_entity(station, grips):
     assert beside.entity == "other" and 0.0 < beside.distance < 0.0105
 
 
+def test_what_is_ignored_can_be_changed(station, grips):
+    clearance = GripperClearance(station.cell, station.robot, [])
+    assert clearance.at_pose(grips[0]).entity == "cube"
+    clearance.ignore(["cube"])
+    alone = GripperClearance(station.cell, station.robot, ["cube"])
+    assert clearance.at_pose(grips[0]) == alone.at_pose(grips[0])
+    clearance.ignore([])
+    assert clearance.at_pose(grips[0]).entity == "cube"
+
+
 def test_poses_with_sufficient_clearance_are_selected(station, grips):
     cube = station.cell.pose("cube")
     beside = cube.translation + 0.07 * grips[0].rotation[:, 1]

@@ -272,6 +272,18 @@ def test_solutions_are_distinct_and_the_nearest_comes_first(robot, model, ik, rn
         assert all(np.abs(solution.q - other.q).max() > 0.1 for other in found[:i])
 
 
+def test_nearest_first_yields_the_solutions_from_near_to_far(model, ik, rng):
+    for q0 in random_configurations(model, rng, 10):
+        poses = [spatial.pointing_down([0.45, 0.1, 0.3], yaw) for yaw in (0.4, 0.4 + 0.5 * np.pi)]
+        listed = ik.solutions(poses, q0)
+        yielded = list(ik.nearest_first(poses, q0))
+        for one in listed:
+            assert min(np.abs(one.q - other.q).max() for other in yielded) <= 0.1
+        nearest = next(ik.nearest_first(poses, q0))
+        assert np.array_equal(nearest.q, yielded[0].q)
+        assert ik.distance(nearest.q, q0) <= 1.1 * ik.distance(listed[0].q, q0)
+
+
 def test_the_nearest_solution_is_usually_nearer_than_those_from_random_guesses(model, ik, rng):
     nearer = 0
     for _ in range(20):

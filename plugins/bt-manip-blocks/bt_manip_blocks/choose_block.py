@@ -46,8 +46,11 @@ class ChooseBlock(SyncAction):
     def update(self) -> Status:
         """Compare the blocks."""
         try:
+            around = GripperClearance(self.cell, self.arm.robot, [])
             clearances = {
-                b: self._clearance(b) for b in blocks_on(self.cell, self.on) if b != self.base
+                block: self._clearance(block, around)
+                for block in blocks_on(self.cell, self.on)
+                if block != self.base
             }
             gaps = {block: self._gap(block) for block in clearances} if self.base else {}
         except CellError as error:
@@ -63,11 +66,11 @@ class ChooseBlock(SyncAction):
         self.feedback_message = f"'{chosen}', with {1000 * clearances[chosen]:.0f} mm of clearance"
         return Status.SUCCESS
 
-    def _clearance(self, name: str) -> float:
+    def _clearance(self, name: str, around: GripperClearance) -> float:
         height = self.cell.find(name).rest_height - GRIP_DEPTH
         grips = top_grasp_poses(centre_pose(self.cell, name), height)
-        clearance = GripperClearance(self.cell, self.arm.robot, [name])
-        return with_clearance(grips, clearance)[1].distance
+        around.ignore([name])
+        return with_clearance(grips, around)[1].distance
 
     def _place(self, name: str) -> pin.SE3:
         T_wo, block = self.cell.pose(name), self.cell.find(name)
