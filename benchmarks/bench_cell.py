@@ -134,7 +134,7 @@ def insertion(present: int, times: int = 9) -> tuple[float, float, float]:
 
 
 def placing(present: int, times: int = 9) -> float:
-    """Time placing among others where the first pose drawn is mostly taken; median [s]."""
+    """Time placing among others where the first pose drawn is usually taken; median [s]."""
     cell, _ = pick()
     rng = np.random.default_rng(0)
     region = Region((-0.6, -0.3), (-0.3, 0.3), (1.04, 1.04))

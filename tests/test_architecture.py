@@ -286,8 +286,9 @@ def test_a_constant_has_one_meaning_in_a_package():
 
 
 LAZY = (
-    "bt_manip", "bt_manip.demonstrations", "bt_manip.evaluation", "bt_manip.plugins",
-    "bt_manip.recording", "bt_manip.testing", "bt_manip.viewer", "bt_manip.viewer.page",
+    "bt_manip", "bt_manip.demonstrations", "bt_manip.evaluation", "bt_manip.faults",
+    "bt_manip.plugins", "bt_manip.recording", "bt_manip.testing", "bt_manip.viewer",
+    "bt_manip.viewer.page",
 )  # fmt: skip
 """Packages that import what they export when it is first used."""
 

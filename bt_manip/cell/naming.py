@@ -40,12 +40,12 @@ def unique_name(wanted: str, taken: Container[str | None]) -> str:
 
 
 def name_elements(model: mjcf.RootElement) -> None:
-    """Name the bodies, geoms, joints and sites that have no name.
+    """Name the bodies, geoms, joints, sites and contact pairs that have no name.
 
     PyMJCF would number them at each compile, each by a search through the whole model: a third of
     the compile for a robot with a hundred nameless geoms.
     """
-    for namespace in ("body", "geom", "joint", "site"):
+    for namespace in ("body", "geom", "joint", "site", "contact"):
         elements = model.find_all(namespace, exclude_attachments=True)
         taken = {getattr(e, "name", None) for e in elements}
         for number, element in enumerate(elements):

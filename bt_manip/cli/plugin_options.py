@@ -76,7 +76,9 @@ def warn_of_unknown(plugins: "Plugins") -> None:
     from bt_manip.plugins import Choice, names_of
 
     ctx = click.get_current_context(silent=True)
-    wanted = [] if ctx is None else ctx.meta.get(_BLOCKED, ())
+    wanted = () if ctx is None else ctx.meta.get(_BLOCKED, ())
+    if not wanted:
+        return
     known = set().union(*(plugin.names for plugin in plugins.plugins))
     known = known.union(*(names_of(c.point) for c in plugin_commands(Choice()).values()))
     for name in wanted:

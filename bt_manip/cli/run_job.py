@@ -1,10 +1,13 @@
 """One run of the command line, from its options to its report."""
 
+import contextlib
+import gc
 import os
 import shlex
 import sys
 import traceback
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +20,7 @@ from bt_manip.cli.run_options import RunOptions, make_request
 from bt_manip.exceptions import BtManipError, NodeError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from rich.console import Console
 
@@ -95,7 +98,7 @@ class RunJob:
 
     def _execute(self) -> int:
         """Prepare and execute the run; return the exit code of one that was not interrupted."""
-        with self._interrupt.raised():
+        with self._interrupt.raised(), _garbage_collection_off():
             self.run, observers = self._prepare()
         self._started = True
         with self._interrupt.patient():
@@ -105,8 +108,6 @@ class RunJob:
     def _prepare(self) -> tuple["Run", list["RunObserver"]]:
         """Return the run and its observers; all bad input is found here."""
         options = replace(self._options, window=self._can_open_window())
-        from rich.console import Console
-
         self._plugins = plugins = load_chosen_plugins()
         parts = plugins.parts
         resumed = None
@@ -127,7 +128,6 @@ class RunJob:
         )
         if options.episode is not None:
             prepared.begin_episode(options.episode)
-        self._console = Console(quiet=options.quiet)
         self._trace = Trace(options.trace) if options.trace else None
         self._recorder = Recorder(
             request.tree.name,
@@ -172,6 +172,12 @@ class RunJob:
         for observer in observers:
             observer.check(prepared)
         return prepared, observers
+
+    @cached_property
+    def _console(self) -> "Console":
+        from rich.console import Console
+
+        return Console(quiet=self._options.quiet)
 
     def _fault_injector(self, run: "Run", parts: "Parts") -> "RunObserver":
         """Return an observer that injects the requested faults.
@@ -295,7 +301,7 @@ class RunJob:
         )
 
     def _print_cycles(self, report: "RunReport") -> None:
-        if self._recorder is None:
+        if self._recorder is None or self._options.quiet:
             return
         from bt_manip.cli.cycle_table import print_cycles
 
@@ -339,6 +345,22 @@ class RunJob:
             use_offscreen_opengl()
         os.environ.setdefault("MUJOCO_GL", "disable")
         return False
+
+
+@contextlib.contextmanager
+def _garbage_collection_off() -> "Iterator[None]":
+    """Switch the garbage collector off while a run is prepared, and freeze the objects that exist.
+
+    Most of them stay until the run ends: each collection, also during the run, would traverse them
+    and free nothing.
+    """
+    gc.unfreeze()  # objects of an earlier run
+    gc.disable()
+    try:
+        yield
+        gc.freeze()
+    finally:
+        gc.enable()
 
 
 def _check_files(options: RunOptions) -> None:

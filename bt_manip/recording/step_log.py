@@ -9,7 +9,7 @@ from bt_manip.robots import reader
 
 join = b"".join
 
-SIZE = 256
+SIZE = 512
 """Steps in a block: large enough that the evaluation costs little per step."""
 
 

@@ -145,7 +145,7 @@ class Trace:
 def read_trace(path: str | os.PathLike[str]) -> dict[str, np.ndarray]:
     """Return the columns of a trace by name, also of a run that goes on or was killed.
 
-    Such a trace lacks at most the last 256 control steps.
+    Such a trace lacks at most the last 512 control steps.
 
     Args:
         path: The file of ``bt-manip run --trace``.

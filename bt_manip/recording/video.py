@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Callable, Iterable
-from fractions import Fraction
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -58,6 +57,8 @@ class VideoFile:
         Raises:
             RecordingError: If it cannot be written.
         """
+        from fractions import Fraction
+
         import av
 
         self._path, self._av = path, av

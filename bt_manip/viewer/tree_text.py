@@ -1,9 +1,10 @@
 """A tree with its statuses as text."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rich.text import Text
+if TYPE_CHECKING:
+    from rich.text import Text
 
 MARKS = {
     "IDLE": ("·", "dim"),
@@ -18,7 +19,7 @@ PLAIN_MARKS = {"▶": ">", "✓": "+", "✗": "x", "·": "."}
 """Marks for ASCII terminals."""
 
 
-def tree_lines(root: Any, status_of: Any, *, ascii_only: bool = False) -> Iterator[Text]:
+def tree_lines(root: Any, status_of: Any, *, ascii_only: bool = False) -> "Iterator[Text]":
     """Yield a line for each node, children below their parents.
 
     Args:
@@ -26,6 +27,8 @@ def tree_lines(root: Any, status_of: Any, *, ascii_only: bool = False) -> Iterat
         status_of: Returns the name of a node's status.
         ascii_only: Whether to use ASCII marks only.
     """
+    from rich.text import Text
+
     # A stack instead of recursion: a tree may be deeper than Python's stack.
     stack = [(root, 0)]
     while stack:

@@ -1,5 +1,6 @@
 """Bad input: exit 2, one clear message, no traceback, nothing simulated, nothing written."""
 
+import gc
 import os
 import textwrap
 from pathlib import Path
@@ -40,6 +41,11 @@ def xml(tmp_path: Path, body: str) -> Path:
     path = tmp_path / "task.xml"
     path.write_text(textwrap.dedent(XML).strip().format(body))
     return path
+
+
+def test_the_garbage_collector_is_on_again_after_bad_input(refused):
+    refused("no_such_tree")
+    assert gc.isenabled()
 
 
 def test_an_unknown_tree(refused):

@@ -3,8 +3,8 @@
 import hashlib
 import struct
 from collections.abc import Collection, Hashable, Iterable, Iterator
+from html import escape
 from typing import Any, NamedTuple
-from xml.sax.saxutils import quoteattr
 
 import mujoco
 import numpy as np
@@ -72,7 +72,7 @@ class MjcfWriter:
         assets = {file.to_xml_string(): file.get_contents() for file in self._files(kept)}
         for text in texts.values():
             assets.update(text.assets)
-        whole = [f"<mujoco model={quoteattr(self._root.model)}>"]
+        whole = [f'<mujoco model="{escape(self._root.model)}">']
         for section in self._root.all_children():
             tag = section.tag
             if tag == "default":
@@ -97,8 +97,8 @@ class MjcfWriter:
         """Serialize the defaults of the arena and of all attached models."""
         default = self._root.default
         own = "".join(_written(child, self._root, {}) for child in default.all_children())
-        name = quoteattr(default.dclass or "/")
-        parts = [f"<default><default class={name}>{own}</default>"]
+        name = escape(default.dclass or "/")
+        parts = [f'<default><default class="{name}">{own}</default>']
         for model in attached_to(self._root):
             known = texts.get(id(model))
             parts.append(known.sections["default"] if known else self._default_of(model))
