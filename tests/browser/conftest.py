@@ -29,7 +29,9 @@ PATIENCE = 90.0
 """Longest wait for anything, on a loaded computer [s]: not that of a passing test."""
 
 CHROMIUM_OPTIONS = (
-    "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--disable-quic",
+    "--no-sandbox", "--disable-quic",
+    "--use-angle=gl-egl", "--ignore-gpu-blocklist",  # Mesa: its shaders compile 10 times faster
+    "--enable-unsafe-swiftshader",  # where there is none
     "--no-first-run", "--disable-background-networking", "--disable-component-update",
     "--disable-sync", "--force-device-scale-factor=1",
 )  # fmt: skip
@@ -42,12 +44,23 @@ DRAW_ON_REQUEST = """
     for (const name of names) {
         const draw = WebGL2RenderingContext.prototype[name];
         WebGL2RenderingContext.prototype[name] = function (...options) {
-            const offscreen = this.getParameter(this.FRAMEBUFFER_BINDING);  // light, once
-            if (window.drawing || offscreen) draw.apply(this, options);
+            const lit = window.__viserMutable?.scene?.environment;  // which is drawn once
+            if (window.drawing || !lit) draw.apply(this, options);
         };
     }
 """
 """Lets a page draw its scene only where a test wants its pixels: in software that takes seconds."""
+
+FIXED_RESOLUTION = """
+    const get = URLSearchParams.prototype.get;
+    URLSearchParams.prototype.get = function (name) {
+        return name == "fixedDpr" ? "1" : get.call(this, name);
+    };
+"""
+"""Sets viser's query ``?fixedDpr=1`` in each page and frame.
+
+A page that is slow would change its resolution otherwise, which empties what has been drawn.
+"""
 
 DRAW_ONE_FRAME = """
     () => new Promise((done, fail) => {
@@ -65,6 +78,9 @@ DRAW_ONE_FRAME = """
     })
 """
 """Draws a whole frame of the scene as it is now."""
+
+POSITION = "() => __viserMutable.nodeRefFromName['/cube/cube:cube']?.position.toArray() ?? []"
+"""Gives the position of the cube in the scene [m], or nothing where there is none."""
 
 SIZE = {"width": 1340, "height": 620}
 """Size of the window [pixels]; the panels take 760 of the width."""
@@ -278,7 +294,7 @@ def open_window(chromium) -> Iterator[Callable[..., Window]]:
     def open_window(url: str, **options: Any) -> Window:
         contexts.append(chromium.new_context(**{"viewport": SIZE, **options}))
         contexts[-1].set_default_timeout(1e3 * PATIENCE)
-        contexts[-1].add_init_script(DRAW_ON_REQUEST)
+        contexts[-1].add_init_script(DRAW_ON_REQUEST + FIXED_RESOLUTION)
         return Window(contexts[-1].new_page(), url)
 
     yield open_window

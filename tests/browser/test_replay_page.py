@@ -5,9 +5,7 @@ import re
 import pytest
 
 from bt_manip.recording import RecordedScene, Recording
-from tests.browser.conftest import Window, wait_until
-
-POSITION = "() => [...(__viserMutable.nodePoseData['/cube/cube:cube']?.position ?? [])]"
+from tests.browser.conftest import POSITION, Window, wait_until
 
 
 @pytest.fixture(scope="module")

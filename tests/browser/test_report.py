@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from bt_manip.bt import AlwaysFailure, Fallback, Sleep
-from bt_manip.recording import McapRecorder, Recording
+from bt_manip.recording import McapRecorder, RecordedScene, Recording
 from bt_manip.viewer.report import html_report
-from tests.browser.conftest import Window, wait_until
+from tests.browser.conftest import POSITION, Window, wait_until
 
 RANGE = "() => { const x = Bokeh.documents[0].roots()[{i}].x_range; return [x.start, x.end]; }"
 
@@ -53,14 +53,18 @@ def test_nothing_is_requested_and_nothing_goes_wrong(report):
     assert not report.log
 
 
-def test_the_replay_shows_the_robot(report):
+def test_the_replay_shows_the_robot_at_each_time_that_is_chosen(report, picked):
     report.wait_for_scene()
-    player = report.frame.locator("button").first
-    player.dispatch_event("click")  # pause
-    time = report.frame.locator("input").first
-    time.fill("2.0")
-    time.press("Enter")
-    wait_until(lambda: time.input_value() == "2.0")
+    report.frame.locator("button:has(.tabler-icon-player-pause-filled)").dispatch_event("click")
+    report.frame.locator(".tabler-icon-player-play-filled").wait_for()
+    scene, box = RecordedScene(Recording(picked)), report.frame.locator("input").first
+    for time in (1.5, 3.0, 2.0):
+        box.fill(f"{time}")
+        box.press("Enter")
+        scene.seek(time)
+        position = scene.poses()[scene.frames.index("cube/cube")][:3].tolist()
+        near = pytest.approx(position, abs=0.05)  # [m] in the frame before
+        wait_until(lambda near=near: report.evaluate(POSITION) == near)
     share = {}
     shown = report.scene("report")
     for node in ("/panda", "/cube"):

@@ -1,6 +1,7 @@
 """The scene of the page: the visible geometry of a cell, and the poses of its bodies."""
 
 import hashlib
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -32,6 +33,7 @@ class SceneView:
         self._shown: dict[str, Any] = {}  # the appearance of the entities, by name
         self._digests: dict[str, str] = {}  # of their shapes: those of another cell may be equal
         self._nodes: dict[str, Any] = {}  # by entity
+        self._added = Counter[str]()  # how often each entity was added
         self._frames: dict[str, dict[str, Any]] = {}  # by entity and body
         self._bound: list[Any] = []  # nodes of the bodies
         self._sent = np.empty((0, 7))  # their poses as they were sent last
@@ -88,15 +90,16 @@ class SceneView:
 
     def _add(self, name: str, bodies: Mapping[str, Sequence[VisualShape]]) -> None:
         scene, root = self._server.scene, f"/{name}"
+        self._added[name] += 1
+        if (count := self._added[name]) > 1:
+            # viser's page and player mix up the poses of two nodes that have the same name in turn.
+            root += f" ({count})"
         self._nodes[name] = scene.add_frame(root, show_axes=False)
         frames = self._frames[name] = {}
         for body, shapes in bodies.items():
             # Poses are those in the world: bodies are no children of each other.
             path = f"{root}/{body.replace('/', ':')}"
-            # viser unites a removal and a new node of the same name; a page then keeps the old pose
-            # in place of the default one, which is only sent for a node that replaces another.
-            for _ in range(2):
-                frames[body] = scene.add_frame(path, show_axes=False)
+            frames[body] = scene.add_frame(path, show_axes=False)
             for i, shape in enumerate(shapes):
                 vertices, faces = triangles_of(shape)
                 *rgb, alpha = shape.rgba

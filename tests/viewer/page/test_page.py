@@ -82,19 +82,16 @@ MOVABLE = """
 </worldbody></mujoco>"""
 
 
-def test_a_node_that_replaces_another_of_its_name_is_sent_with_its_pose(page, connect):
-    """A page that gets both at once would else keep the old pose where the new one is default."""
+def test_no_two_nodes_have_the_same_name_in_turn(page, connect):
+    """A page would keep the pose of the first, and so would the replay of a report."""
     model = mujoco.MjModel.from_xml_string(MOVABLE)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     client = connect()
-    for number in range(2):
+    for number in range(3):
         page._scene.bind(CellScene(model, data, {"thing": number}))
-    messages = [m for m in client.read() if m.get("name") == "/thing/thing"]
-    (created,) = {m["type"] for m in messages} & {"FrameMessage"}
-    after = messages[max(i for i, m in enumerate(messages) if m["type"] == created) :]
-    assert of_type(after, "SetPositionMessage")[-1]["position"] == [0.0, 0.0, 0.0]
-    assert of_type(after, "SetOrientationMessage")[-1]["wxyz"] == [1.0, 0.0, 0.0, 0.0]
+    created = [m["name"] for m in of_type(client.read(), "FrameMessage")]
+    assert "/thing" in created and len(set(created)) == len(created)
 
 
 def test_only_changed_poses_are_sent_when_objects_come_and_go(page, connect):
