@@ -4,7 +4,6 @@ import importlib.util
 import json
 import re
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -45,28 +44,6 @@ def test_the_page_stays_up_after_the_run_until_ctrl_c(trees, tmp_path):
     finally:
         process.kill()
     assert json.loads(report.read_text())["status"] == "SUCCESS"
-
-
-def test_the_address_is_printed_when_the_usual_port_is_taken(trees):
-    with socket.socket() as taken:
-        taken.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            taken.bind(("127.0.0.1", 8080))
-            taken.listen()
-        except OSError:
-            pass  # another program has it
-        process = subprocess.Popen(
-            [sys.executable, "-u", "-m", "bt_manip", "run", f"{trees}:quick", "--view"],
-            stdout=subprocess.PIPE, text=True,
-        )  # fmt: skip
-        assert process.stdout is not None
-        try:
-            line = process.stdout.readline()
-            assert re.fullmatch(r"The page of the run: http://127\.0\.0\.1:\d+\n", line)
-            assert ":8080\n" not in line
-        finally:
-            process.kill()
-            process.wait()
 
 
 @pytest.mark.parametrize("until", ["", "stays up"], ids=["while preparing", "later"])
