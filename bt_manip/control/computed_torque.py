@@ -18,7 +18,7 @@ join = b"".join
 MIN_INERTIA = 8e-4
 """Inertia of a joint that feedback assumes at least, over the effort limit [kg m2 / N m].
 
-With the default gains the motor saturates at an error of 0.26 rad. Industrial arms mostly have
+With the default gains the motor saturates at an error of 0.26 rad. Industrial arms usually have
 more.
 """
 

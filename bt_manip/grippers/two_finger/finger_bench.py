@@ -83,7 +83,7 @@ class FingerBench:
             and int(model.jnt_type[j]) in (_SLIDE, _HINGE)
             and self.body in ancestors(model, int(model.jnt_bodyid[j]))
         ]
-        frozen = np.setdiff1d(np.arange(model.nv), model.jnt_dofadr[self.joints])
+        frozen = np.delete(np.arange(model.nv), model.jnt_dofadr[self.joints])
         model.dof_armature[frozen] += _HEAVY
 
     def sweep(self, joint: int, held: Iterable[int] = ()) -> Sweep:

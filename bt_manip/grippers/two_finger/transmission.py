@@ -86,10 +86,8 @@ class LinkedFingers:
         self._mechanism = mechanism
         travel = mechanism.travel
         self.mass, self.loss = travel.mass, travel.loss
-        self._ways = [tuple(way.tolist()) for way in travel.polynomials]
-        self._slopes = [
-            tuple((np.arange(1, way.size) * way[1:]).tolist()) for way in travel.polynomials
-        ]
+        self._travels = [tuple(p.tolist()) for p in travel.polynomials]
+        self._slopes = [tuple((np.arange(1, p.size) * p[1:]).tolist()) for p in travel.polynomials]
         self._hold1, self._hold2 = (tuple(p.tolist()) for p in travel.holding)
         self._r1, self._r2 = travel.ratios.tolist()
         self._at = (0.0, 0.0)
@@ -105,10 +103,10 @@ class LinkedFingers:
         """Return the positions and velocities of the fingers."""
         position, velocity, p1, p2, d1, d2 = self._bound
         q1, q2 = self._at = position(p1), position(p2)
-        (way1, way2), (slope1, slope2) = self._ways, self._slopes
+        (travel1, travel2), (slope1, slope2) = self._travels, self._slopes
         return (
-            _polynomial(way1, q1),
-            _polynomial(way2, q2),
+            _polynomial(travel1, q1),
+            _polynomial(travel2, q2),
             _polynomial(slope1, q1) * velocity(d1),
             _polynomial(slope2, q2) * velocity(d2),
         )
