@@ -68,7 +68,6 @@ def verify(
         mujoco.mj_rne(mj_model, data, 0, bias)
         mujoco.mj_fullM(mj_model, data, full)
         M = pin.crba(pin_model, pin_data, q)
-        M = np.triu(M) + np.triu(M, 1).T
         mass_error = max(mass_error, float(np.abs(M - full[np.ix_(at_v, at_v)]).max()))
         nle = pin.nonLinearEffects(pin_model, pin_data, q, v)
         bias_error = max(bias_error, float(np.abs(nle - bias[at_v]).max()))

@@ -68,17 +68,17 @@ class CartesianImpedance(Controller):
         friction = model.damping * v_ref + model.friction * np.tanh(v_ref / FRICTION_VELOCITY)
         feedforward = pin.rnea(model.model, model.data, q, v, a_ref) + friction
         error = self.error(q, q_ref)
-        M = _inertia(model, q)
+        inertias = np.diagonal(pin.crba(model.model, model.data, q))
         J = model.jacobian(q)
-        J_Minv = np.linalg.solve(M, J.T).T  # (6, nv)
+        J_Minv = J @ pin.computeMinverse(model.model, model.data, q)  # (6, nv)
         mobility = J_Minv @ J.T  # (6, 6)
         damping = 2.0 * self.damping_ratio * np.sqrt(self.stiffness / np.diagonal(mobility))
         v_error = v_ref - v
         wrench = self.stiffness * error + damping * (J @ v_error)
         posture = self.posture_stiffness * (q_ref - q) + v_error * (
-            2.0 * self.damping_ratio * np.sqrt(self.posture_stiffness * np.diagonal(M))
+            2.0 * self.damping_ratio * np.sqrt(self.posture_stiffness * inertias)
         )
-        mobility[np.diag_indices(6)] += REGULARISATION
+        mobility.flat[::7] += REGULARISATION  # of its diagonal
         # Cancel the acceleration of the tool by the posture torques.
         wrench -= np.linalg.solve(mobility, J_Minv @ posture)
         return feedforward + J.T @ wrench + posture
@@ -89,9 +89,3 @@ class CartesianImpedance(Controller):
         R = T_wt.rotation
         turn = R @ pin.log3(R.T @ T_ref.rotation)
         return np.concatenate((T_ref.translation - T_wt.translation, turn))  # (6,) [m, rad]
-
-
-def _inertia(model, q: np.ndarray) -> np.ndarray:
-    """Return the joint inertia matrix; Pinocchio computes the upper triangle only."""
-    upper = np.triu(pin.crba(model.model, model.data, q))
-    return upper + np.triu(upper, 1).T
