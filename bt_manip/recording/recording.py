@@ -154,7 +154,7 @@ class Recording:
             for time, _, data in self.messages(f"/robots/{robot}/joints"):
                 step = parse(data)
                 times.append(time)
-                rows.append([getattr(step, name) for name in STEP_FIELDS])
+                rows.append([list(getattr(step, name)) for name in STEP_FIELDS])
                 free.append(step.free)
             shape = len(rows), len(STEP_FIELDS), len(self.joints[robot])
             columns = np.array(rows, dtype=float).reshape(shape)

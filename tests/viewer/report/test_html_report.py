@@ -128,14 +128,15 @@ def test_an_incomplete_recording_gives_a_report_that_says_so(page, picked, tmp_p
     assert "This recording is incomplete" in text and "NOT ENDED" in text
 
 
-def test_a_minute_is_thinned_below_five_megabytes_and_says_so(tmp_path):
+def test_thinned_lines_say_so(page):
+    assert re.search(r"Thinned: of each 3\.\d+ ms, lines show the smallest and the", shown(page))
+
+
+@pytest.mark.soak
+def test_a_minute_is_thinned_below_five_megabytes(tmp_path):
     path = tmp_path / "minute.mcap"
     command = ["run", "pick_place", "--cycles", "16", "--quiet", "--record", str(path)]
     assert run_app(Interrupt(), command) == 0
     recording = Recording(path)
     assert recording.end > 60.0
-    written = html_report(recording)
-    assert len(written.encode()) <= 5e6
-    assert re.search(
-        r"Thinned: of each [\d.]+ ms, lines show the smallest and the largest", written
-    )
+    assert len(html_report(recording).encode()) <= 5e6
