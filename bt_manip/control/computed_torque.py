@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 from dm_control import mjcf
 from numpy import add, frombuffer, tanh
-from pinocchio import crba, rnea
+from pinocchio import rnea
 
 from bt_manip.robots import Robot, RobotModel
 
 from .controller import Controller
+from .joint_inertia import inverse_inertias, smallest_inertia
 from .pd_law import per_joint
 
 join = b"".join
@@ -25,8 +26,6 @@ more.
 MAX_INERTIA_RATIO = 8.0
 """Largest ratio of assumed and true inertia. With the default velocity gain and steps of 1 ms, the
 velocity error then vanishes in a step; from twice this ratio on it would oscillate."""
-
-_CONFIGURATIONS = 16  # at which the inertia is computed
 
 
 class ComputedTorque(Controller):
@@ -164,13 +163,9 @@ def added_inertia(model: RobotModel) -> np.ndarray:
     Args:
         model: The arm with its payload.
     """  # (nq,)
-    limits = model.limits
-    needed = MIN_INERTIA * limits.effort
-    rng = np.random.default_rng(0)
-    lower, upper = limits.sampling_bounds()
-    samples = [model.home, *rng.uniform(lower, upper, (_CONFIGURATIONS, model.nq))]
-    inverses = [np.linalg.inv(crba(model.model, model.data, q)) for q in samples]
-    inertia = 1.0 / np.max([np.diagonal(inverse) for inverse in inverses], axis=0)
+    needed = MIN_INERTIA * model.limits.effort
+    inverses = inverse_inertias(model)
+    inertia = smallest_inertia(inverses)
     added = np.minimum(needed, MAX_INERTIA_RATIO * inertia) - inertia
     added = np.maximum(added, 0.0)
     roots = np.sqrt(added)[:, np.newaxis]

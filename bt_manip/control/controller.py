@@ -12,7 +12,7 @@ from numpy import ndarray
 from bt_manip.robots import Payload, Robot, RobotModel, writer
 
 from .exceptions import ControlError, ControllerFault
-from .pd_law import POSITION_GAIN, VELOCITY_GAIN, compliant_torque, pd_torque
+from .pd_law import compliant_torque, default_gains, pd_torque
 from .reference import Hold, Reference
 
 FLOAT = np.dtype(np.float64)
@@ -267,15 +267,16 @@ class Controller(composer.Entity):
     def _substitute(self) -> None:
         """Replace ``compute`` by springs and dampers: stiff after a fault, else soft."""
         fault = self._fault
-        model = self._robot.make_model().with_payload(self._payload) if fault else None
-        kp, kd = POSITION_GAIN * self._limit, VELOCITY_GAIN * self._limit
+        if fault:
+            model = self._robot.make_model().with_payload(self._payload)
+            kp, kd = default_gains(model)
 
         def compute(
             q: ndarray, v: ndarray, q_ref: ndarray, v_ref: ndarray, a_ref: ndarray
         ) -> ndarray:
-            if model is None:
-                return compliant_torque(self.model, self._limit, q, v, q_ref)
-            return pd_torque(model, kp, kd, q, v, q_ref, v_ref)
+            if fault:
+                return pd_torque(model, kp, kd, q, v, q_ref, v_ref)
+            return compliant_torque(self.model, self._limit, q, v, q_ref)
 
         self.compute = compute  # type: ignore[method-assign]
 

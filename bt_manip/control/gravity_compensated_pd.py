@@ -7,7 +7,7 @@ import numpy as np
 from bt_manip.robots import Robot
 
 from .controller import Controller
-from .pd_law import POSITION_GAIN, VELOCITY_GAIN, pd_torque, per_joint
+from .pd_law import default_gains, pd_torque, per_joint
 
 
 class GravityCompensatedPD(Controller):
@@ -31,19 +31,29 @@ class GravityCompensatedPD(Controller):
 
         Args:
             robot: The robot to control.
-            kp: Position gains [N m/rad]; default: `POSITION_GAIN` times the effort limit.
-            kd: Velocity gains [N m s/rad]; default: `VELOCITY_GAIN` times the effort limit.
+            kp: Position gains [N m/rad]; default: 15 times the effort limit, less for light joints.
+            kd: Velocity gains [N m s/rad]; default: 0.6 times the effort limit, likewise.
 
         Raises:
             ControlError: If a gain is negative, or their number is not that of the joints.
         """
         super()._build(robot)
-        effort = robot.limits.effort
-        self.kp = per_joint("kp", POSITION_GAIN * effort if kp is None else kp, effort.size)
-        self.kd = per_joint("kd", VELOCITY_GAIN * effort if kd is None else kd, effort.size)
+        n = robot.limits.effort.size
+        self._given = [
+            None if gain is None else per_joint(name, gain, n)
+            for name, gain in (("kp", kp), ("kd", kd))
+        ]
+        self._gains: list[np.ndarray] = []
+
+    def _on_model_change(self) -> None:
+        if not self._gains:
+            default = default_gains(self._robot.make_model())  # without payload
+            pairs = zip(self._given, default, strict=True)
+            self._gains = [own if given is None else given for given, own in pairs]
 
     def compute(
         self, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
     ) -> np.ndarray:
         """Return the PD torques plus gravity [N m]."""  # (nv,)
-        return pd_torque(self.model, self.kp, self.kd, q, v, q_ref, v_ref)
+        model = self.model  # sets the gains
+        return pd_torque(model, *self._gains, q, v, q_ref, v_ref)

@@ -8,6 +8,7 @@ import pinocchio as pin
 from bt_manip.robots import RobotModel
 
 from .exceptions import ControlError
+from .joint_inertia import inverse_inertias, smallest_inertia
 
 POSITION_GAIN = 15.0
 """Default position gain over effort limit: an error of 67 mrad saturates the motor [1/rad]."""
@@ -15,11 +16,29 @@ POSITION_GAIN = 15.0
 VELOCITY_GAIN = 0.6
 """Default velocity gain over effort limit: the motor saturates at 1.7 rad/s [s/rad]."""
 
+MAX_DECAY = 500.0
+"""Largest default velocity gain over inertia of a joint [1/s]: with steps of 1 ms the velocity
+error halves in a step; from four times this on it would oscillate and grow."""
+
 COMPLIANT_POSITION_GAIN = 5.0
 """Position gain of a compliant arm over effort limit: a third of the default [1/rad]."""
 
 COMPLIANT_FREQUENCY = 100.0
 """Largest natural frequency of a joint of a compliant arm, a tenth of the control rate [rad/s]."""
+
+
+def default_gains(model: RobotModel) -> tuple[np.ndarray, np.ndarray]:
+    """Return default position and velocity gains [N m/rad, N m s/rad].
+
+    They follow the effort limits; where a joint is too light for that, both are smaller by the same
+    factor, so that its velocity gain is `MAX_DECAY` times its smallest inertia.
+
+    Args:
+        model: The arm with its payload.
+    """  # (nv,), (nv,)
+    kd = VELOCITY_GAIN * model.limits.effort
+    share = np.minimum(1.0, MAX_DECAY * smallest_inertia(inverse_inertias(model)) / kd)
+    return POSITION_GAIN * model.limits.effort * share, kd * share
 
 
 def pd_torque(

@@ -1,11 +1,13 @@
-"""Computed torque holds joints of almost no inertia."""
+"""Joints of almost no inertia are held by computed torque, PD control and after a fault."""
 
 import numpy as np
 import pinocchio as pin
 import pytest
 
 from bt_manip import spatial
+from bt_manip.control import ControllerFault
 from bt_manip.control.computed_torque import MAX_INERTIA_RATIO, added_inertia
+from bt_manip.control.pd_law import POSITION_GAIN, VELOCITY_GAIN, default_gains
 from bt_manip.runner import Station, build_station
 from tests.measuring.small_arm import write_small_arm
 
@@ -52,3 +54,33 @@ def test_the_added_inertia_keeps_the_ratio_that_the_control_step_allows(parts, t
         inertia = pin.crba(model.model, model.data, q)
         ratios = np.linalg.eigvals(np.linalg.solve(inertia, inertia + added)).real
         assert ratios.max() < 1.5 * MAX_INERTIA_RATIO
+
+
+def still_after_a_push(station: Station) -> bool:
+    """Return whether the arm rests where it was, half a second after it got a velocity."""
+    q = station.robot.q
+    station.cell.data.qvel[station.robot.dof_adr] = 0.1
+    for _ in range(50):
+        station.cell.step(10)
+    return np.abs(station.robot.q - q).max() < 0.02 and np.abs(station.robot.v).max() < 0.02
+
+
+def test_pd_control_of_a_light_arm_is_stable(parts, tmp_path):
+    path = str(write_small_arm(tmp_path, armature=0.0, friction=0.0, damping=0.0))
+    assert still_after_a_push(build_station(parts, robot=path, controller="gravity_compensated_pd"))
+
+
+def test_what_replaces_a_failed_controller_holds_a_light_arm(parts, tmp_path, monkeypatch):
+    path = str(write_small_arm(tmp_path, armature=0.0, friction=0.0, damping=0.0))
+    station = build_station(parts, robot=path)
+    monkeypatch.setattr(station.controller, "compute", lambda q, *_: np.full_like(q, np.nan))
+    with pytest.raises(ControllerFault):
+        station.cell.step()
+    assert still_after_a_push(station)
+
+
+def test_default_gains_of_usual_arms_follow_the_effort_limits(parts):
+    model = build_station(parts).arm.model
+    kp, kd = default_gains(model)
+    assert np.array_equal(kp, POSITION_GAIN * model.limits.effort)
+    assert np.array_equal(kd, VELOCITY_GAIN * model.limits.effort)
