@@ -56,4 +56,5 @@ class GravityCompensatedPD(Controller):
     ) -> np.ndarray:
         """Return the PD torques plus gravity [N m]."""  # (nv,)
         model = self.model  # sets the gains
-        return pd_torque(model, *self._gains, q, v, q_ref, v_ref)
+        kp, kd = self._gains
+        return pd_torque(model, kp, kd, q, v, q_ref, v_ref)

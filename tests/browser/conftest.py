@@ -44,21 +44,14 @@ DRAW_ON_REQUEST = """
     for (const name of names) {
         const draw = WebGL2RenderingContext.prototype[name];
         WebGL2RenderingContext.prototype[name] = function (...options) {
-            const offscreen = this.getParameter(this.FRAMEBUFFER_BINDING);  // light, shadows
-            if (window.drawing || (offscreen && !window.lit)) draw.apply(this, options);
+            const offscreen = this.getParameter(this.FRAMEBUFFER_BINDING);
+            const [x, y, width, height] = this.getParameter(this.VIEWPORT);
+            const light = offscreen && !(width == 1024 && height == 1024);  // no shadow
+            if (window.drawing || light) draw.apply(this, options);
         };
     }
 """
 """Lets a page draw its scene only where a test wants its pixels: in software that takes seconds."""
-
-DRAW_LIGHT = """
-    () => new Promise(done => {
-        __viserMutable.requestRender();
-        const then = next => requestAnimationFrame(() => requestAnimationFrame(next));
-        then(() => { window.lit = true; done(); });
-    })
-"""
-"""Waits until the light of a scene that is there has been drawn, which happens once."""
 
 FIXED_RESOLUTION = """
     const get = URLSearchParams.prototype.get;
@@ -200,7 +193,6 @@ class Window:
                 " && __viserMutable.messageQueue.length == 0 && !!__viserMutable.scene.environment"
             )
         )
-        self.evaluate(DRAW_LIGHT)
         # The note that the scene is drawn in software goes by itself, sooner or later.
         self.evaluate("() => document.querySelector('.mantine-Notification-closeButton')?.click()")
 

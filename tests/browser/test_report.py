@@ -65,8 +65,10 @@ def test_the_replay_shows_the_robot_at_each_time_that_is_chosen(report, picked):
         position = scene.poses()[scene.frames.index("cube/cube")][:3].tolist()
         near = pytest.approx(position, abs=0.05)  # [m] in the frame before
         wait_until(lambda near=near: report.evaluate(POSITION) == near)
+    report.wait_for_scene()  # going back, the player makes it anew
     share = {}
     shown = report.scene("report")
+    assert (shown.max(axis=2) > 40).mean() > 0.9  # the environment's light is there
     for node in ("/panda", "/cube"):
         share[node] = (abs(shown - report.scene_without(node)).max(axis=2) > 20).mean()
     assert 0.02 < share["/panda"] < 0.5
