@@ -79,7 +79,7 @@ def _tracking(error: float, peak: TrackingPeak, cycle: int) -> str:
         return f"{text}, {1e3 * peak.after_contact_s:.0f} ms after a contact ended."
     return (
         f"{text}, without contact and with motors at up to {100 * peak.effort:.0f} % of their "
-        "limits: friction, or little rotor inertia."
+        "limits: friction, little rotor inertia, or a controller without a model of the dynamics."
     )
 
 

@@ -94,7 +94,7 @@ def test_large_deflections_and_tracking_errors_are_reported():
     [
         ({"effort": 1.0, "after_contact_s": 0.02}, "when a motor was at its effort limit."),
         ({"after_contact_s": 0.02}, "20 ms after a contact ended."),
-        ({}, "without contact and with motors at up to 40 % of their limits: friction, or little"),
+        ({}, "without contact and with motors at up to 40 % of their limits: friction, little"),
     ],
 )
 def test_a_large_tracking_error_is_reported_with_its_place_and_cause(preceding, cause):
