@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from bt_manip.testing.trial import Trial
 
 _LATEST: pytest.StashKey[Trial] = pytest.StashKey()
-_SITUATIONS: pytest.StashKey[dict[Callable[[], Station], Situations]] = pytest.StashKey()
 
 
 # Options, markers, reports
@@ -146,16 +145,26 @@ def build_station(parts: Parts) -> Callable[[], Station]:
     return build
 
 
+@pytest.fixture(scope="session")
+def _situations_by_station(
+    build_station: Callable[[], Station],
+) -> dict[Callable[[], Station], Situations]:
+    """The start situations by `build_station`, which must have session scope, too."""
+    return {}
+
+
 @pytest.fixture
-def situations(build_station: Callable[[], Station], pytestconfig: pytest.Config) -> Situations:
+def situations(
+    build_station: Callable[[], Station],
+    _situations_by_station: dict[Callable[[], Station], Situations],
+) -> Situations:
     """The start situations; override it, request the original and ``add`` further ones.
 
-    There is one for each function `build_station`, and pytest would keep a fixture of session scope
-    where a module or folder overrides what it depends on.
+    In session scope, pytest would keep it where a module or folder overrides `build_station`.
     """
     from bt_manip.testing.situations import built_in_situations
 
-    made = pytestconfig.stash.setdefault(_SITUATIONS, {})
+    made = _situations_by_station
     if build_station not in made:
         made[build_station] = built_in_situations(build_station)
     return made[build_station]

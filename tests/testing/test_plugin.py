@@ -174,6 +174,8 @@ def test_each_module_has_the_station_that_it_builds(session):
             assert station.controller.kind == "computed_torque"
         """
     session(test_a=of_its_own, test_b=usual, test_c=of_its_own).assert_outcomes(passed=3)
+    each_time = of_its_own.replace('(scope="session")', "")
+    session(test_d=each_time).stdout.fnmatch_lines(["ScopeMismatch:*build_station*"])
 
 
 MINE = """
