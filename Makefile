@@ -1,6 +1,6 @@
 # Everything works on a fresh clone with git, make and Python 3.11 or 3.12.
 .DEFAULT_GOAL := help
-.PHONY: help setup run test test-packages lint types docs bench soak
+.PHONY: help setup run test test-packages test-clients lint types docs bench soak stress-tables
 
 READY := .venv/.ready
 BIN := .venv/bin
@@ -14,7 +14,7 @@ help:  ## Show what there is
 setup: $(READY)  ## Make .venv with exact versions of everything
 
 $(READY): pyproject.toml constraints.txt tools/setup.sh $(wildcard plugins/*/pyproject.toml)
-	@PYTHON="$(PYTHON)" sh tools/setup.sh
+	@PYTHON="$(PYTHON)" INSTALLER="$(INSTALLER)" sh tools/setup.sh
 
 run: setup  ## Set up, and let the Panda drop a cube into the basket
 	$(BIN)/bt-manip run pick_place
@@ -24,6 +24,9 @@ test: setup  ## Set up, and run all tests, in WORKERS processes
 
 test-packages: setup  ## Test each package of plugins/ where nothing else of this checkout is
 	$(BIN)/python tools/test_packages.py
+
+test-clients: setup  ## Test with Stable-Baselines3 and robomimic, in an environment of their own
+	$(BIN)/python tools/test_clients.py
 
 lint: setup  ## Check style
 	$(BIN)/ruff check .
@@ -47,3 +50,6 @@ bench: setup  ## Measure, and print tables, beside other packages where they ins
 soak: setup  ## Run the tests that take minutes, and CYCLES cycles of pick_place with SEED
 	$(BIN)/python -m pytest -m soak
 	$(BIN)/bt-manip run pick_place --cycles $(CYCLES) --seed $(SEED) --quiet --report soak.json
+
+stress-tables: setup  ## Stress all trees, and write the tables to docs/stress_tables.md; takes hours
+	$(BIN)/python tools/stress_tables.py --workers $(WORKERS)

@@ -11,13 +11,14 @@ import mujoco
 import numpy as np
 from dm_control import composer, mjcf
 
+from bt_manip import build_station
 from bt_manip.arm import Arm
 from bt_manip.cell import Basket, Cell, Cube, Region, Table
 from bt_manip.cell.physics.state import integration_state
 from bt_manip.control import ComputedTorque
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
-from bt_manip.runner import build_station, load_snapshot, save_snapshot
+from bt_manip.runner import load_snapshot, save_snapshot
 from bt_manip.spatial import pointing_down, pose
 
 BLOCK = 100  # steps

@@ -8,6 +8,7 @@ import numpy as np
 
 from bt_manip.cell import integration_state
 from bt_manip.envs import LearningTask
+from bt_manip.runner import Run, RunObserver
 
 SEEDS = range(4)
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
@@ -26,21 +27,34 @@ def _expert(task: LearningTask, seed: int) -> list[np.ndarray]:
     return actions
 
 
+class _Controls(RunObserver):
+    """Keeps the controls of all steps."""
+
+    def run_started(self, run: Run) -> None:
+        self._cell, self.kept = run.station.cell, []
+
+    def after_step(self) -> None:
+        self.kept.append(self._cell.data.ctrl.copy())
+
+
 def step_and_physics(action: str, reward: str) -> tuple[float, float, float]:
     """Time resets, steps with observations, and the physics of these steps alone; medians [s]."""
     task = LearningTask("pick_place", action=action, reward=reward)
-    cell = task.episodes.station.cell
+    log = _Controls()
+    observed = LearningTask("pick_place", action=action, reward=reward, observers=(log,))
+    cell = observed.episodes.station.cell
     resets, whole, alone = [], [], []
     for seed in SEEDS:
         actions = _expert(task, seed)
-        task.reset(seed)
+        observed.reset(seed)
         model, data = cell.model, cell.data
         starts: list[np.ndarray] = []
         controls: list[list[np.ndarray]] = []
         for one in actions:
             starts.append(integration_state(model, data))
-            controls.append([])
-            task.action.step(one, (lambda kept=controls[-1]: kept.append(cell.data.ctrl.copy()),))
+            log.kept = []
+            observed.action.step(one)
+            controls.append(log.kept)
         start = _clock()
         task.reset(seed)
         resets.append(_clock() - start)

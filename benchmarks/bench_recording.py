@@ -13,8 +13,8 @@ from typing import Any
 
 from bt_manip.groot import GrootPublisher
 from bt_manip.plugins import load_plugins
-from bt_manip.recording import McapRecorder, Recorder
-from bt_manip.runner import EventStream, Run, RunObserver, RunRequest, find_tree, prepare
+from bt_manip.record import McapRecorder, Recorder
+from bt_manip.runner import EventQueue, Run, RunObserver, RunRequest, find_tree, prepare
 from bt_manip.viewer import Page
 
 CYCLES = 3
@@ -171,7 +171,7 @@ def rows() -> list[tuple[str, str, str]]:
         path = Path(folder, "run.mcap")
         recorded = share(lambda: [McapRecorder(path)])
         size = path.stat().st_size
-    unread = cost(lambda: [EventStream()])
+    unread = cost(lambda: [EventQueue(size=1)])
     unmonitored = cost(lambda: [GrootPublisher(PORT)])
     shown = {}
     for number in (0, 1, 20):

@@ -20,7 +20,7 @@ from bt_manip.behaviours import MotionBehaviour
 from bt_manip.cell import Cell
 from bt_manip.cell.physics.state import integration_state
 from bt_manip.plugins import load_plugins
-from bt_manip.recording.recorder import Recorder
+from bt_manip.record.report.recorder import Recorder
 from bt_manip.runner import Run, RunObserver, prepare, request_of
 
 CYCLES = 3

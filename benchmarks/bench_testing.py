@@ -6,7 +6,7 @@ import sys
 import time
 from collections.abc import Callable
 
-from bt_manip import spatial
+from bt_manip import build_station, spatial
 from bt_manip.behaviours import (
     Drop,
     Grasp,
@@ -20,7 +20,7 @@ from bt_manip.behaviours import (
     Reach,
 )
 from bt_manip.bt import Action
-from bt_manip.runner.station import Station, build_station
+from bt_manip.runner.station import Station
 from bt_manip.testing.situations import (
     AROUND_THE_CUBE,
     AT_REST,
@@ -55,7 +55,7 @@ import os
 os.environ["MUJOCO_GL"] = "disable"
 import bt_manip.testing.situations, bt_manip.testing.trial, bt_manip.plugins, time
 from bt_manip.behaviours import IsHolding
-from bt_manip.runner.station import build_station
+from bt_manip import build_station
 start = time.process_time()
 from bt_manip.plugins import load_plugins
 parts = load_plugins().parts

@@ -5,10 +5,12 @@ import sys
 
 def main() -> None:
     """Run the command line and leave with its exit code."""
+    from bt_manip.cli.exit_codes import BAD_INPUT, INTERRUPTED
+
     if sys.version_info[:2] not in ((3, 11), (3, 12)):
         found = ".".join(str(part) for part in sys.version_info[:3])
         print(f"bt-manip needs Python 3.11 or 3.12, this is {found}", file=sys.stderr)
-        sys.exit(2)
+        sys.exit(BAD_INPUT)
     try:
         # Importing takes a while, so whoever presses Ctrl-C during it is heard too.
         from bt_manip.cli.interrupt import Interrupt
@@ -16,7 +18,7 @@ def main() -> None:
         interrupt = Interrupt()
         interrupt.install()
     except KeyboardInterrupt:
-        sys.exit(130)
+        sys.exit(INTERRUPTED)
     from bt_manip.cli.app import run_app
     from bt_manip.cli.streams import open_closed_streams
 

@@ -89,7 +89,7 @@ def register_trees(register: Callable[..., None]) -> None:
 def register_scenes(register: Callable[[str, Callable[[], Any]], None]) -> None:
     """Bring the scene of the pick and place task, one with two robots, and those in files."""
     from bt_manip.models import bundled_root
-    from bt_manip.runner import scene_of, table_and_basket, two_arms
+    from bt_manip.scenes import scene_of, table_and_basket, two_arms
 
     register("table_and_basket", table_and_basket)
     register("two_arms", two_arms)
@@ -99,11 +99,28 @@ def register_scenes(register: Callable[[str, Callable[[], Any]], None]) -> None:
 
 @hookimpl
 def register_model_sources(register: Callable[[str, Callable[..., Any]], None]) -> None:
-    """Bring models that travel with the package, and those of Fuel, Menagerie and ROS packages."""
+    """Bring models that travel with the package, and those of Menagerie and ROS packages."""
     from bt_manip.models import built_in_sources
 
     for kind, find in built_in_sources().items():
         register(kind, find)
+
+
+@hookimpl
+def register_model_formats(register: Callable[[str, Any], None]) -> None:
+    """Bring MJCF, URDF and meshes."""
+    from bt_manip.models import built_in_formats
+
+    for name, one in built_in_formats().items():
+        register(name, one)
+
+
+@hookimpl
+def register_model_caches(register: Callable[[str, Callable[[], Any]], None]) -> None:
+    """Bring the downloaded models of Menagerie."""
+    from bt_manip.models import MenagerieCache
+
+    register("menagerie", MenagerieCache)
 
 
 @hookimpl
@@ -131,10 +148,21 @@ def register_faults(register: Callable[[str, type], None]) -> None:
 
 
 @hookimpl
+def register_actions(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
+    """Bring torques and targets of joints, displacements of the tool, and parts of the tree."""
+    from bt_manip import agents
+
+    for make in (
+        agents.JointTorques, agents.JointTargets, agents.CartesianDeltas, agents.SubtreeChoice,
+    ):  # fmt: skip
+        register(make.kind, make)
+
+
+@hookimpl
 def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
     """Bring the trace of the joints, the recording of everything, videos, and logs for Groot2."""
     from bt_manip.groot import BtlogRecorder, SqliteRecorder
-    from bt_manip.recording import McapRecorder, TraceRecorder, VideoRecorder
+    from bt_manip.record import McapRecorder, TraceRecorder, VideoRecorder
 
     register("trace", TraceRecorder)
     register("mcap", McapRecorder)

@@ -3,7 +3,10 @@
 from collections.abc import Iterable
 from typing import Any
 
-_SHOWN = 120  # characters of a value that a message shows
+ANY_BUT_INTERRUPT = (Exception, GeneratorExit, SystemExit)
+"""Exceptions of behaviours and plugins that end a run or an episode with a reason."""
+
+_SHOWN = 72  # characters of a value that a message shows
 
 
 class BtManipError(Exception):
@@ -36,13 +39,25 @@ def shown(value: Any) -> str:
     """Return the representation of a value in one line of limited length."""
     if isinstance(value, int) and abs(value) > 10**_SHOWN:  # repr raises for the longest
         return f"an integer of {value.bit_length()} bits"
-    text = " ".join(repr(value).split())
+    return shortened(repr(value))
+
+
+def shortened(text: str) -> str:
+    """Return a text, such as a script, in one line of limited length."""
+    text = one_line(text)
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 
 def one_line(text: object) -> str:
     """Return a text, such as the message of a library's error, in one line."""
     return " ".join(str(text).split())
+
+
+def reason_of(error: BaseException) -> str:
+    """Return why an exception ended a run or an episode: its message, with the type of others'."""
+    if isinstance(error, BtManipError | NodeError):
+        return str(error)
+    return f"{type(error).__name__}: {error}".rstrip(": ")
 
 
 class TreeError(BtManipError):

@@ -99,7 +99,7 @@ def register_scenes(register: Callable[[str, Callable[[], Any]], None]) -> None:
 
     Args:
         register: ``register(name, factory)``, where ``factory()`` returns a
-            `bt_manip.runner.Scene`.
+            `bt_manip.scenes.Scene`.
     """
 
 
@@ -110,7 +110,30 @@ def register_model_sources(register: Callable[[str, Callable[..., Any]], None]) 
     Args:
         register: ``register(kind, find)``, where ``find(address, progress)`` returns
             the `bt_manip.models.FoundModel` or the path of the file for an address ``kind:...``,
-            and calls ``progress(name, done, total)`` during a download [bytes].
+            and calls ``progress(name, done, total)`` during a download [bytes]. An attribute
+            ``checks_downloads = True`` of the function says that it calls
+            `bt_manip.models.check_downloads` before each download. Only such functions find the
+            models of a snapshot.
+    """
+
+
+@hookspec
+def register_model_formats(register: Callable[[str, Any], None]) -> None:
+    """Register formats of model files, which are converted to MJCF.
+
+    Args:
+        register: ``register(name, format)`` with a `bt_manip.models.ModelFormat`, whose suffixes
+            and root element no other format has.
+    """
+
+
+@hookspec
+def register_model_caches(register: Callable[[str, Callable[[], Any]], None]) -> None:
+    """Register caches of models, which ``bt-manip models list``, ``fetch`` and ``clear`` manage.
+
+    Args:
+        register: ``register(name, factory)``, where ``factory()`` returns a
+            `bt_manip.models.ModelCache`.
     """
 
 
@@ -145,6 +168,16 @@ def register_faults(register: Callable[[str, type], None]) -> None:
     Args:
         register: ``register(name, cls)`` with a dataclass that derives from `bt_manip.faults.Fault`
             and whose parameters all have defaults.
+    """
+
+
+@hookspec
+def register_actions(register: Callable[[str, Callable[[Any], Any]], None]) -> None:
+    """Register kinds of actions, by which agents act in episodes and environments.
+
+    Args:
+        register: ``register(name, factory)``, where ``factory(episodes)`` returns a new
+            `bt_manip.agents.ActionKind` for a `bt_manip.agents.Episodes`.
     """
 
 

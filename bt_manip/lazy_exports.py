@@ -1,33 +1,24 @@
 """Packages that import what they export only when it is asked for."""
 
-import ast
 import importlib
-import sys
-from collections.abc import Callable
-from functools import cache
-from pathlib import Path
+from collections.abc import Callable, Mapping
 from typing import Any
 
 
-def lazy_exports(package: str) -> Callable[[str], Any]:
+def lazy_exports(package: str, exports: Mapping[str, str]) -> Callable[[str], Any]:
     """Make a package's ``__getattr__`` (PEP 562), for exports that are expensive to import.
 
-    The exports are the ``from module import name as name`` in the source of the package's
-    ``__init__``, under ``if TYPE_CHECKING``: what type checkers see is what is exported.
+    Type checkers read the same imports under ``if TYPE_CHECKING``; a test compares the two.
 
     Args:
         package: Full name of the package.
+        exports: The names exported from each module, separated by blanks.
     """
-
-    @cache
-    def modules() -> dict[str, str]:
-        source = Path(str(sys.modules[package].__file__)).read_text(encoding="utf-8")
-        imports = (n for n in ast.walk(ast.parse(source)) if isinstance(n, ast.ImportFrom))
-        return {a.name: str(n.module) for n in imports for a in n.names if a.asname == a.name}
+    modules = {name: module for module, names in exports.items() for name in names.split()}
 
     def get(name: str) -> Any:
-        if name not in modules():
+        if name not in modules:
             raise AttributeError(f"module '{package}' has no attribute {name!r}")
-        return getattr(importlib.import_module(modules()[name], package), name)
+        return getattr(importlib.import_module(modules[name]), name)
 
     return get

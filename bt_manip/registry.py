@@ -157,6 +157,10 @@ class Registry(Generic[T]):
         make.__wrapped__ = factory  # type: ignore[attr-defined]
         return make
 
+    def copies(self) -> dict[str, T]:
+        """Return copies of all parts by name, in alphabetical order."""
+        return {name: self.get(name) for name in self}
+
     def owner(self, name: str) -> str:
         """Return the name of the plugin that provides a part.
 
@@ -220,9 +224,12 @@ class Parts:
         scenes: Factories, ``factory() -> Scene``.
         model_sources: Functions, ``find(address, progress) -> FoundModel | Path``, by the kind of
             address: the text before the colon.
+        model_formats: Formats of model files, `bt_manip.models.ModelFormat`.
+        model_caches: Factories, ``factory() -> bt_manip.models.ModelCache``.
         recorders: Factories, ``factory(path) -> RunObserver``.
         panels: Factories, ``factory(page) -> Panel``.
         faults: Classes of faults, ``cls(**parameters) -> Fault``.
+        actions: Factories, ``factory(episodes) -> ActionKind``.
         surroundings: Required scene and controller of trees, by the name of the tree.
     """
 
@@ -239,9 +246,14 @@ class Parts:
     model_sources: Registry[Callable[..., Any]] = field(
         default_factory=lambda: Registry("model source")
     )
+    model_formats: Registry[Any] = field(default_factory=lambda: Registry("model format"))
+    model_caches: Registry[Callable[..., Any]] = field(
+        default_factory=lambda: Registry("model cache")
+    )
     recorders: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("recorder"))
     panels: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("panel"))
     faults: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("fault"))
+    actions: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("action kind"))
     surroundings: dict[str, Surroundings] = field(default_factory=dict)
 
     def by_kind(self) -> Mapping[str, Registry[Any]]:
@@ -256,7 +268,10 @@ class Parts:
             "trees": self.trees,
             "scenes": self.scenes,
             "model_sources": self.model_sources,
+            "model_formats": self.model_formats,
+            "model_caches": self.model_caches,
             "recorders": self.recorders,
             "panels": self.panels,
             "faults": self.faults,
+            "actions": self.actions,
         }

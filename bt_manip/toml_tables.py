@@ -134,11 +134,11 @@ class TomlTable:
 
     def needed_text(self, key: str) -> str:
         """Return a required string."""
-        return str(self.text(key)) if self._has(key, "a text") else ""
+        return str(self.text(key)) if self.require(key, "a text") else ""
 
     def texts(self, key: str) -> tuple[str, ...]:
         """Return a required list of strings."""
-        if not self._has(key, "a list of names"):
+        if not self.require(key, "a list of names"):
             return ()
         return tuple(self._typed(key, lambda value: _is_list(value, str), "a list of names", ()))
 
@@ -163,7 +163,7 @@ class TomlTable:
 
     def needed_number(self, key: str, *, above: float = -inf) -> float:
         """Return a required finite number above a bound."""
-        value = self.number(key, above=above) if self._has(key, "a number") else None
+        value = self.number(key, above=above) if self.require(key, "a number") else None
         return 1.0 if value is None else value
 
     def numbers(
@@ -204,7 +204,7 @@ class TomlTable:
         self, key: str, size: int | None, *, above: float = -inf
     ) -> tuple[float, ...]:
         """Return a required list of finite numbers above a bound; a single one is repeated."""
-        if not self._has(key, "a list of numbers" if size is None else f"{size} numbers"):
+        if not self.require(key, "a list of numbers" if size is None else f"{size} numbers"):
             return ()
         return self.numbers(key, size, spread=True, above=above) or ()
 
@@ -230,6 +230,19 @@ class TomlTable:
             self.reject("quat_wxyz", f"is no rotation: {error}")
             return (1.0, 0.0, 0.0, 0.0)
         return quat or (1.0, 0.0, 0.0, 0.0)
+
+    def require(self, key: str, what: str) -> bool:
+        """Return whether the table has a required key, and reject it if not.
+
+        Args:
+            key: The key.
+            what: Its type, for the message.
+        """
+        if key not in self._entries:
+            self._asked.append(key)
+            near = [k for k in self._entries if k not in self._asked]
+            self.reject(key, f"is missing: {what}" + (did_you_mean(key, near) if near else ""))
+        return key in self._entries
 
     def flag(self, key: str) -> bool | None:
         """Return a boolean, or None if missing."""
@@ -306,14 +319,6 @@ class TomlTable:
     def _get(self, key: str, default: Any = None) -> Any:
         self._asked.append(key)
         return self._entries.get(key, default)
-
-    def _has(self, key: str, what: str) -> bool:
-        """Return whether the table has a required key, and reject it if not."""
-        if key not in self._entries:
-            self._asked.append(key)
-            near = [k for k in self._entries if k not in self._asked]
-            self.reject(key, f"is missing: {what}" + (did_you_mean(key, near) if near else ""))
-        return key in self._entries
 
     def _full(self, key: str) -> str:
         text = ""

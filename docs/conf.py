@@ -37,7 +37,8 @@ highlight_language = "text"  # of blocks without one: commands and their output
 nitpicky = True
 nitpick_ignore_regex = [  # other projects' names, and internal ones in signatures
     ("py:class", r".*"),
-    ("py:exc", r"UnknownPartError|ControllerFault"),
+    ("py:exc", r"UnknownPartError|ControllerFault|FileInUseError"),
+    ("py:obj", r"typing\.Annotated.*"),
     ("py:meth", r"PluginManager\..*"),
 ]
 

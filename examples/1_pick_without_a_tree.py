@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from bt_manip import build_station
 from bt_manip.cell.objects import Cube
-from bt_manip.runner import build_station
 from bt_manip.spatial import pointing_down, pose
 
 

@@ -3,9 +3,9 @@
 Run it as a script, or let the command line show it: bt-manip run examples/2_first_tree.py:pick
 """
 
+from bt_manip import build_station
 from bt_manip.behaviours import Drop, Grasp, Hover, IsIn, Lift, Reach, SpawnObject
 from bt_manip.bt import RetryUntilSuccessful, Sequence, Tree
-from bt_manip.runner import build_station
 
 
 def pick(force: float = 50.0) -> Tree:

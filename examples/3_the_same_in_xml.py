@@ -5,10 +5,10 @@ Or without Python: bt-manip run examples/3_first_tree.xml
 
 from pathlib import Path
 
+from bt_manip import build_station
 from bt_manip.behaviours import Drop, Grasp, Hover, IsIn, Lift, Reach, SpawnObject
 from bt_manip.bt import BehaviourRegistry, load_tree, parse_tree
 from bt_manip.exceptions import TreeError
-from bt_manip.runner import build_station
 
 FILE = Path(__file__).with_name("3_first_tree.xml")
 

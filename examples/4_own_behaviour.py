@@ -7,12 +7,13 @@ from typing import Any
 
 import pytest
 
+from bt_manip import build_station
 from bt_manip.behaviours import Grasp, Hover, IsHolding, Lift, Reach
 from bt_manip.bt import Action, Input, NodeStatus, Output, Sequence, Status, Tree
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import Cube
 from bt_manip.robots import Gripper
-from bt_manip.runner import Station, build_station
+from bt_manip.runner import Station
 from bt_manip.spatial import pose
 
 GRAVITY = 9.81  # [m/s2]

@@ -4,10 +4,10 @@ from typing import Any
 
 from dm_control import composer, mjcf
 
+from bt_manip import build_station
 from bt_manip.behaviours import Drop, Grasp, Hover, IsIn, Lift, Reach, SpawnObject
 from bt_manip.bt import Sequence, Tree
 from bt_manip.plugins import load_plugins
-from bt_manip.runner import build_station
 
 
 class Tin(composer.Entity):

@@ -49,7 +49,7 @@ def parts() -> Any:
 @pytest.fixture(scope="session")
 def build_station(parts: Any) -> Any:
     """Build stations of the built-in parts, apart from those of the tests of plugins/."""
-    from bt_manip.runner import build_station
+    from bt_manip import build_station
 
     return lambda: build_station(parts)
 

@@ -1,16 +1,28 @@
 """Runs of trees in stations of their own."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from bt_manip import build_station
 from bt_manip.bt import Node, Tree
 from bt_manip.cli.app import run_app
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.registry import Parts
-from bt_manip.runner import Run, RunRequest, Scene, TreeSource, build_station
+from bt_manip.runner import KINDS, Run, RunEvent, RunObserver, RunRequest, TreeSource
+from bt_manip.scenes import Scene
+
+
+class Listener(RunObserver):
+    """Keeps the events of some kinds, or of all."""
+
+    def __init__(self, events: list[RunEvent], kinds: Collection[str] = KINDS) -> None:
+        self.kinds, self._events = kinds, events
+
+    def handle(self, event: RunEvent) -> None:
+        self._events.append(event)
 
 
 @pytest.fixture(scope="session")

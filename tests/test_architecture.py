@@ -2,6 +2,7 @@
 
 import ast
 import importlib
+import re
 import subprocess
 import sys
 from collections import defaultdict
@@ -18,19 +19,19 @@ PACKAGE = REPOSITORY / "bt_manip"
 LAYERS = (
     {
         "bt", "models",
-        "checks", "exceptions", "extras", "hookspecs", "input_files", "key_values", "notebook",
-        "png", "registry", "spatial", "toml_lines", "toml_tables", "lazy_exports", "version",
+        "checks", "exceptions", "extras", "hookspecs", "input_files", "installed", "key_values",
+        "lazy_exports", "notebook", "png", "registry", "spatial", "toml_fields", "toml_lines",
+        "toml_tables", "toml_text", "version",
     },
     {"robots", "cell"},
     {"kinematics", "collision", "trajectories"},
     {"planning", "control", "grippers"},
     {"arm", "grasping"},
     {"behaviours"},
-    {"runner", "episodes"},
-    {
-        "viewer", "recording", "groot", "testing", "faults", "evaluation", "robot_setup",
-        "demonstrations", "envs",
-    },
+    {"scenes", "runner", "agents"},
+    {"viewer", "record", "groot", "faults"},
+    {"plugins", "builtin"},
+    {"testing", "evaluation", "robot_setup", "demonstrations", "envs"},
     {"cli"},
 )  # fmt: skip
 """Packages and single modules by layer, from the lowest."""
@@ -39,6 +40,7 @@ WITHIN_LAYER = {
     ("bt", "exceptions"),
     ("models", "exceptions"),
     ("models", "spatial"),
+    ("models", "installed"),
     ("checks", "exceptions"),
     ("extras", "exceptions"),
     ("key_values", "exceptions"),
@@ -50,22 +52,26 @@ WITHIN_LAYER = {
     ("toml_tables", "input_files"),
     ("toml_tables", "spatial"),
     ("toml_tables", "toml_lines"),
+    ("toml_fields", "exceptions"),
+    ("toml_fields", "spatial"),
+    ("toml_fields", "toml_tables"),
     ("robots", "cell"),
     ("kinematics", "collision"),
     ("grasping", "arm"),
-    ("episodes", "runner"),
-    ("testing", "faults"),
+    ("runner", "scenes"),
+    ("agents", "runner"),
+    ("agents", "scenes"),
+    ("plugins", "builtin"),
+    ("testing", "evaluation"),
+    ("testing", "envs"),
     ("robot_setup", "testing"),
-    ("groot", "recording"),
-    ("viewer", "recording"),
-    ("viewer", "evaluation"),
-    ("evaluation", "recording"),
-    ("demonstrations", "recording"),
+    ("groot", "record"),
+    ("viewer", "record"),
 }
 """Imports inside a layer: which package, and what it may import."""
 
-BESIDE = {"plugins", "builtin", "__main__", "__init__"}
-"""Modules beside the layers: they bring everything together and import lazily."""
+BESIDE = {"__main__", "__init__"}
+"""Modules beside the layers."""
 
 
 class Import(NamedTuple):
@@ -176,14 +182,43 @@ def test_a_module_imports_only_from_layers_below(name):
             continue
         if other == "__init__" and found.name in ("hookimpl", "__version__", "lazy_exports"):
             continue
-        if other in BESIDE:
-            # The runner and what stands above it may ask for all parts when it runs; only the
-            # command line knows plugins at import.
-            allowed = found.deferred or (top == "cli" and other == "plugins")
-            assert allowed and layer_of(top) >= layer_of("runner"), str(found)
-            continue
+        assert other not in BESIDE, str(found)
         below = layer_of(other) < layer_of(top)
         assert below or (top, other) in WITHIN_LAYER, str(found)
+
+
+STEPPING = {
+    "bt_manip.runner.loop",
+    "bt_manip.testing.behaviour_contract",  # contracts of parts, without a tree
+    "bt_manip.testing.controller_contract",
+    "bt_manip.testing.fault_contract",
+    "bt_manip.testing.object_contract",
+    "bt_manip.testing.robot_contract",
+    "bt_manip.testing.situations",
+}
+"""Modules that call `Cell.step`."""
+
+
+def test_the_loop_alone_makes_control_steps():
+    found = {
+        name
+        for name, path in modules().items()
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Call) and re.search(r"cell\.step$", ast.unparse(node.func))
+    }
+    assert found == STEPPING
+
+
+def test_no_module_imports_a_package_of_plugins():
+    packages = [path.name for path in (REPOSITORY / "plugins").glob("*/bt_manip_*")]
+    assert "bt_manip_fuel" in packages
+    found = [
+        f"{name} imports {package}"
+        for name, path in modules().items()
+        for package in packages
+        if re.search(rf"^\s*(from|import) {package}\b", path.read_text(), re.MULTILINE)
+    ]
+    assert not found
 
 
 def test_every_package_is_in_a_layer():
@@ -287,7 +322,7 @@ def test_a_constant_has_one_meaning_in_a_package():
 
 LAZY = (
     "bt_manip", "bt_manip.demonstrations", "bt_manip.evaluation", "bt_manip.faults",
-    "bt_manip.plugins", "bt_manip.recording", "bt_manip.testing", "bt_manip.viewer",
+    "bt_manip.plugins", "bt_manip.record", "bt_manip.testing", "bt_manip.viewer",
     "bt_manip.viewer.page",
 )  # fmt: skip
 """Packages that import what they export when it is first used."""
@@ -304,10 +339,18 @@ def test_an_init_only_exports_names(package):
 def test_what_a_package_exports_on_demand_is_what_type_checkers_see(package):
     body = ast.parse(modules()[package].read_text()).body
     (checked,) = (statement for statement in body if is_type_checking(statement))
+    (table,) = (
+        node.args[1]
+        for node in ast.walk(ast.Module(body, []))
+        if isinstance(node, ast.Call) and ast.unparse(node.func) == "lazy_exports"
+    )
+    names = [(found.module, alias.name) for found in checked.body for alias in found.names]
+    exported = [
+        (found, name) for found, group in ast.literal_eval(table).items() for name in group.split()
+    ]
+    assert sorted(names) == sorted(exported)
     module = importlib.import_module(package)
-    names = [alias.name for imported in checked.body for alias in imported.names]
-    assert names
-    for name in names:
+    for _, name in names:
         assert getattr(module, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'load_plugin'"):
         _ = module.load_plugin

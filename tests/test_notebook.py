@@ -5,17 +5,17 @@ from html import unescape
 
 import pytest
 
+from bt_manip import build_station
 from bt_manip.behaviours import ObjectExists, RemoveObject, SpawnObject
 from bt_manip.bt import NodeStatus, Sequence, Sleep
 from bt_manip.cell import CellError, NoOpenGLError
 from bt_manip.cell import cell as cell_module
 from bt_manip.exceptions import BtManipError
 from bt_manip.notebook import html_table
-from bt_manip.runner import build_station
 
 pytest.importorskip("mcap", reason="the extra [record] is not installed")
 
-from bt_manip.recording import Recording  # noqa: E402
+from bt_manip.record import Recording  # noqa: E402
 
 
 @pytest.fixture(scope="module")

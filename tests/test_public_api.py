@@ -13,13 +13,19 @@ import pytest
 import bt_manip
 
 REPOSITORY = Path(__file__).resolve().parent.parent
-TOOL = REPOSITORY / "tools" / "api_page.py"
+TOOLS = REPOSITORY / "tools"
 
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
 
-_spec = importlib.util.spec_from_file_location("api_page", TOOL)
-api_page = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(api_page)
+
+def load_tool(name):
+    spec = importlib.util.spec_from_file_location(name, TOOLS / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+api_page, key_page = load_tool("api_page"), load_tool("key_page")
 
 
 @pytest.mark.parametrize("package", api_page.names())
@@ -31,6 +37,10 @@ def test_every_documented_name_can_be_imported(package):
 
 def test_the_page_is_up_to_date():
     assert api_page.PAGE.read_text() == api_page.page(), "run python tools/api_page.py"
+
+
+def test_the_page_of_a_robots_keys_is_up_to_date():
+    assert key_page.PAGE.read_text() == key_page.page(), "run python tools/key_page.py"
 
 
 def shown_code() -> list[tuple[str, str]]:

@@ -56,7 +56,7 @@ STABLE = {
     "bt_manip.planning": (
         "Planner PlanningProblem PlanningResult RRTConnect LineTo ArcTo TurnAbout"
     ),
-    "bt_manip.episodes": (
+    "bt_manip.agents": (
         "Episodes Observations ObservationSpec Images ActionKind ActionSpace "
         "JointTorques JointTargets CartesianDeltas SubtreeChoice action_kind goal_progress "
         "LossCheck"
@@ -65,6 +65,7 @@ STABLE = {
     "bt_manip.evaluation": (
         "Evaluation EpisodeId EpisodeResult EpisodeWorker evaluate run_episodes Worker "
         "WorkerDiedError RayPool ResultFolder read_results SuccessRate wilson_interval "
+        "PairedTable mcnemar_p_value newcombe_interval "
         "Parameter parse_parameter grid samples"
     ),
     "bt_manip.demonstrations": (
@@ -78,9 +79,10 @@ STABLE = {
     "bt_manip.models": "ModelError load_model find_model bundled_path",
     "bt_manip.plugins": "load_plugins Plugins",
     "bt_manip.runner": (
-        "Station TreeResult build_station Scene SceneRobot Fixture RunObserver RunRequest Run "
-        "prepare request_of find_tree table_and_basket two_arms save_snapshot load_snapshot"
+        "Station TreeResult RunObserver RunRequest Run prepare request_of find_tree "
+        "save_snapshot load_snapshot"
     ),
+    "bt_manip.scenes": "Scene SceneRobot Fixture table_and_basket two_arms",
     "bt_manip.testing": (
         "Trial Stub Example contracts_of trees_of run_tree Situations built_in_situations play "
         "AT_REST assert_stands_still assert_touches_only assert_tower"
@@ -89,6 +91,11 @@ STABLE = {
 """Names that keep their meaning until the next major version."""
 
 EXPERIMENTAL = {
+    "bt_manip.spatial": "quat_wxyz",
+    "bt_manip.models": (
+        "FoundModel MjcfModel ModelFormat ModelCache Progress terminal_progress check_downloads "
+        "model_name find_package_file read_xml read_png image_of_obj Mesh read_mesh Assets SOLREF"
+    ),
     "bt_manip.bt": "read_tree Reading declare Stubs Libraries LeafMapping",
     "bt_manip.exceptions": "one_line shown",
     "bt_manip.input_files": "read_bytes",
@@ -106,17 +113,23 @@ EXPERIMENTAL = {
         "SuctionGripper suction_gripper GRIP_DEPTH Solid"
     ),
     "bt_manip.grasping": ("GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE"),
-    "bt_manip.robots": "GraspGenerator GraspCandidates ensure_motors",
+    "bt_manip.robots": "GraspGenerator GraspCandidates FoundGripper effort_limit ensure_motors",
+    "bt_manip.evaluation": "StressTester StressCase plan_cases",
+    "bt_manip.robot_setup": "describe_robot try_robot",
+    "bt_manip.toml_fields": "Key documented read_part",
     "bt_manip.toml_tables": "TomlTable",
     "bt_manip.control": "ControllerManager",
-    "bt_manip.recording": (
+    "bt_manip.record": (
         "Recorder RunReport Trace read_report read_trace McapRecorder Recording RecordingError "
         "RecordedRun RecordedScene VideoRecorder write_csv write_parquet write_mcap write_video "
         "Continuation RecordedInterventions restore_snapshot"
     ),
     "bt_manip.behaviours": "ObjectCondition default_force",
-    "bt_manip.episodes": "differential_ik command_gripper displaced end_velocity held_payload",
-    "bt_manip.runner": "scene_of EventStream EventQueue RunEvent TreeSource Interventions",
+    "bt_manip.agents": "differential_ik command_gripper displaced end_velocity held_payload",
+    "bt_manip.scenes": "scene_of",
+    "bt_manip.runner": (
+        "EventQueue RunEvent KINDS TreeSource Interventions RunLoop Actor RunModifier make_station"
+    ),
     "bt_manip.faults": "Fault FaultContext FaultError FaultInjector parameter parse_fault",
     "bt_manip.viewer": "render write_png NoOpenGLError Page Panel",
 }

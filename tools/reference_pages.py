@@ -41,7 +41,10 @@ PARTS = {
     "scenes": "Scenes",
     "recorders": "Recorders",
     "faults": "Faults",
+    "actions": "Kinds of actions",
     "model_sources": "Model sources",
+    "model_formats": "Model formats",
+    "model_caches": "Model caches",
 }
 
 COMMAND_LINE = """Command line
@@ -90,7 +93,7 @@ What bt-manip reads and writes, with the keys of each file.
 |---|---|---|
 | tree (`.xml`) | `bt-manip run`, `tree` | [tree language](../tree-language.md), `tree schema` |
 | scene (`.toml`) | `--scene`, `bt-manip scene` | [scenes](../scenes.md#a-file) |
-| robot (`.toml`) | `--robot`, `robot` in a scene | [below](#robot) |
+| robot (`.toml`) | `--robot`, `robot` in a scene | [keys](../robot-keys.md) |
 | report (`.json`, `.jsonl`) | `--report` | [below](#report) |
 | trace (`.npz`) | `--trace` | [below](#trace) |
 | snapshot | `--snapshot-at`, `--resume` | none: the version that wrote it reads it |
@@ -109,11 +112,11 @@ status is `RUNNING`. If the disk is full, what was written stays; the cycles tha
 written as soon as there is space; otherwise the run ends with exit code 3 and a message with the
 first cycle that is lost. There is no report of bad input.
 
-`bt_manip.recording.read_report` reads both, also while the run goes on. It leaves out an unfinished
+`bt_manip.record.read_report` reads both, also while the run goes on. It leaves out an unfinished
 last line:
 
 ```
-from bt_manip.recording import read_report
+from bt_manip.record import read_report
 
 report = read_report("report.jsonl")
 print(report.status, [cycle.duration_s for cycle in report.cycles])
@@ -129,14 +132,14 @@ A NumPy archive with one row for each control step (1 kHz); `n` is the number of
 With several robots in the cell, the names are `left/q` and so on.
 
 ```
-from bt_manip.recording import read_trace
+from bt_manip.record import read_trace
 
 trace = read_trace("trace.npz")
 error = trace["q"] - trace["q_ref"]
 ```
 
 While the run goes on, the file is a growing array in NumPy's NPY format with the same names, which
-lacks at most the last 256 steps; after `kill -9` or on a full disk, it stays one. `read_trace` and
+lacks at most the last 512 steps; after `kill -9` or on a full disk, it stays one. `read_trace` and
 `np.load(...)["q"]` read both.
 
 | name | shape | contents |
@@ -152,22 +155,6 @@ TRACED = {
     "a_ref": "reference accelerations [rad/s2]",
     "tau": "commanded joint torques [N m]",
 }
-
-ROBOT = """
-## Robot
-
-A TOML file that describes an arm with its gripper. A number stands for one of every joint. Poses
-are tables: `[base]` says where the base stands in a scene (`position`, `quat_wxyz` or `rpy`,
-`pedestal`), `[tool]` has the `frame` and the pose of the tool in it. The
-[tutorial](../plugins/tutorials/robot.md) describes a robot in Python;
-[bt-manip-menagerie](../project/bt-manip-menagerie.md) has five as files.
-
-"""
-
-SKIPPED_KEYS = (
-    "tool_frame", "T_ft", "T_rb", "T_mg", "pedestal", "file", "gripper", "tool_limits", "tolerance",
-)  # fmt: skip
-"""Attributes of robot descriptions that are written as tables, or not at all."""
 
 
 def write_all(docs: Path) -> list[Path]:
@@ -319,11 +306,9 @@ def hooks_page() -> str:
 
 
 def files_page() -> str:
-    """Return the page of the keys of reports, traces and robots."""
-    report = importlib.import_module("bt_manip.recording.report")
-    trace = importlib.import_module("bt_manip.recording.trace")
-    robots = importlib.import_module("bt_manip.robots")
-    two_fingers = importlib.import_module("bt_manip.grippers.two_finger.parameters")
+    """Return the page of the keys of reports and traces."""
+    report = importlib.import_module("bt_manip.record.report.run_report")
+    trace = importlib.import_module("bt_manip.record.tables.trace")
     text = [FILES]
     for cls in (
         report.RunReport, report.CycleReport, report.GrippedObject, report.Phase,
@@ -331,15 +316,8 @@ def files_page() -> str:
     ):  # fmt: skip
         text.append(f"### {cls.__name__}\n\n{_fields(cls)}\n")
     text.append(TRACE)
-    for name in trace.COLUMNS:
+    for name in trace.STEP_FIELDS:
         text.append(f"| `{name}` | (steps, n) | {TRACED[name]} |\n")
-    text.append(ROBOT + _fields(robots.RobotDescription))
-    text.append("\n### `[tool_limits]`\n\n" + _fields(robots.ToolLimits))
-    text.append("\n### `[tolerance]`\n\n" + _fields(robots.Tolerance))
-    text.append("\n### `[gripper]`\n\n" + _fields(robots.GripperDescription))
-    keys = _described(two_fingers.two_finger_gripper, "Args")
-    rows = "".join(f"| `{key}` | {text} |\n" for key, text in keys.items())
-    text.append(f"\n### `[gripper]` with two fingers\n\n| key | |\n|---|---|\n{rows}")
     return "".join(text)
 
 
@@ -348,8 +326,6 @@ def _fields(cls: type) -> str:
     about = _described(cls, "Attributes")
     rows = []
     for field in dataclasses.fields(cls):
-        if field.name in SKIPPED_KEYS:
-            continue
         kind = field.type if isinstance(field.type, str) else inspect.formatannotation(field.type)
         kind = re.sub(r"[\w.]+\.(\w+)", r"\1", kind).replace("|", "\\|")
         rows.append(f"| `{field.name}` | {kind} | {about.get(field.name, '')} |\n")

@@ -2,6 +2,7 @@
 # Make .venv with the exact packages of constraints.txt and the project itself in it.
 #
 # PYTHON=/path/to/python3.12 chooses the interpreter; otherwise one is looked for.
+# INSTALLER=pip installs with pip; otherwise uv installs, where it runs.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -37,7 +38,21 @@ find_python() {
     done
 }
 
+# Let uv fetch a Python, into the folder where `candidates` finds it; pip fetches uv itself.
+fetch_python() {
+    uv=$(command -v uv) || {
+        uv=.venv/bin/uv
+        python3 -m venv --clear .venv &&
+            .venv/bin/python -m pip install -q --disable-pip-version-check -c constraints.txt uv
+    } >/dev/null 2>&1 || return
+    echo "No Python 3.11 or 3.12 found: uv fetches Python 3.12 into ~/.local/share/uv/python"
+    "$uv" python install --install-dir "$HOME/.local/share/uv/python" 3.12
+}
+
 python=$(find_python)
+if [ -z "$python" ] && [ -z "${PYTHON:-}" ] && fetch_python; then
+    python=$(find_python)
+fi
 if [ -z "$python" ]; then
     {
         echo "bt-manip needs Python $WANTED."
@@ -69,30 +84,88 @@ done
 log=.venv/setup.log
 : >"$log"
 
-# Run pip with its output in the log; a terminal shows its last step.
-install() {
-    .venv/bin/python -m pip install --disable-pip-version-check -c constraints.txt "$@" \
-        >>"$log" 2>&1 </dev/null &
-    pip=$!
-    trap 'kill "$pip" 2>/dev/null; exit 130' INT TERM
+# Run a command with its output in the log; a terminal shows its last step.
+run() {
+    "$@" >>"$log" 2>&1 </dev/null &
+    job=$!
+    trap 'kill "$job" 2>/dev/null; exit 130' INT TERM
     if [ -t 1 ]; then
-        while kill -0 "$pip" 2>/dev/null; do
-            step=$(grep -E '^ *(Collecting|Downloading|Building|Installing)' "$log" | tail -n 1)
+        while kill -0 "$job" 2>/dev/null; do
+            step=$(grep -E '^ *(Collecting|Download|Building|Built|Resolved|Prepared|Install)' "$log" |
+                tail -n 1)
             printf '\r\033[K  %.70s' "${step#"${step%%[! ]*}"}"
             sleep 1
         done
         printf '\r\033[K'
     fi
-    if ! wait "$pip"; then
-        tail -n 5 "$log" >&2
-        echo "Packages cannot be installed; pip's output is in $log" >&2
-        exit 1
-    fi
+    wait "$job"
 }
 
-echo "Installing packages into .venv: a minute or two (log: $log)"
+with_pip() {
+    run .venv/bin/python -m pip install --disable-pip-version-check -c constraints.txt "$@"
+}
+
+with_uv() {
+    # shellcheck disable=SC2086  # none or one flag
+    run .venv/bin/uv pip install --python .venv/bin/python $no_index -c constraints.txt "$@"
+}
+
+# Print a setting of pip: of its variables, else of its files.
+pip_setting() {
+    for section in :env: install global; do
+        value=$(printf '%s\n' "$settings" | sed -n "s/^$section\.$1='\(.*\)'\$/\1/p")
+        if [ -n "$value" ]; then
+            printf '%s\n' "$value" | sed 's/\\n/ /g; s/^ *//'
+            return
+        fi
+    done
+}
+
+# Hand over to uv where pip looks for packages: uv reads neither pip's files nor its variables.
+configure_uv() {
+    settings=$(.venv/bin/python -m pip config list)
+    while read -r name variable; do
+        value=$(pip_setting "$name")
+        eval "present=\${$variable:-}"
+        [ -n "$present" ] || [ -z "$value" ] || export "$variable=$value"
+    done <<END
+index-url UV_DEFAULT_INDEX
+extra-index-url UV_INDEX
+find-links UV_FIND_LINKS
+trusted-host UV_INSECURE_HOST
+cert SSL_CERT_FILE
+proxy ALL_PROXY
+END
+    case $(pip_setting no-index) in
+        1 | [Tt]rue | [Yy]es | [Oo]n) no_index=--no-index ;;
+        *) no_index= ;;
+    esac
+    export UV_INDEX_STRATEGY="${UV_INDEX_STRATEGY:-unsafe-best-match}" # as pip: all indexes alike
+}
+
 # The tools that build packages come from the constraints too, so nothing is built in isolation.
-install hatchling
-install --no-build-isolation "$@"
+install() {
+    "$1" hatchling && {
+        with=$1
+        shift
+        "$with" --no-build-isolation "$@"
+    }
+}
+
+echo "Installing packages into .venv (log: $log)"
+if [ "${INSTALLER:-uv}" = uv ] && with_pip uv && run .venv/bin/uv --version; then
+    configure_uv
+    if ! install with_uv "$@"; then
+        echo "uv cannot install the packages; pip tries, which takes a minute or two"
+        INSTALLER=pip
+    fi
+else
+    INSTALLER=pip
+fi
+if [ "${INSTALLER:-uv}" = pip ] && ! install with_pip "$@"; then
+    tail -n 5 "$log" >&2
+    echo "Packages cannot be installed; pip's output is in $log" >&2
+    exit 1
+fi
 touch .venv/.ready
 echo "Ready: 'source .venv/bin/activate' makes bt-manip a command of your shell"

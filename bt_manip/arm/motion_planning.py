@@ -25,12 +25,12 @@ from bt_manip.planning import (
     tool_paths,
     trajectory_is_free,
 )
-from bt_manip.robots import RobotModel
+from bt_manip.robots import JointLimits, RobotModel
 from bt_manip.trajectories import (
+    CONTROL_STEP,
     BlendedTrajectory,
     JointTrajectory,
     KinematicLimits,
-    MotionProfile,
     SequenceTrajectory,
     SplinePath,
     TailTrajectory,
@@ -41,6 +41,7 @@ from bt_manip.trajectories import (
     joint_profiles,
     limit_use,
     plan_stop,
+    sample_times,
     scale_to_effort_limits,
     time_parameterize,
     time_parameterize_segment,
@@ -52,6 +53,8 @@ from .follower import ArmState, PlannedMotion
 NEAR_TARGET = 0.2  # [rad] between a followed target and where a motion that is kept may end
 _AT_TARGET = 1e-10  # [rad] at which no motion is needed; Ruckig fails below 1e-12
 STOP_SAMPLES = 20  # configurations of a stop, as the path just travelled
+SERVO_SLOWINGS = 4  # of joints that exceed velocity limits near their position limits
+SERVO_SLOWER = 1.001  # times the excess, for rounding
 _SLOWEST = 1e-3  # path velocity from which a motion at full speed is inferred
 
 
@@ -334,11 +337,13 @@ def _turn(
     """Return the fastest synchronized motion to a target; None where it exceeds a limit."""
     velocity = speed * model.limits.velocity
     state = start.q, start.v, start.a
-    return _within_limits(lambda *limits: joint_profiles(state, target, velocity, *limits), model)
+    return _within_limits(
+        lambda *limits: JointTrajectory(joint_profiles(state, target, velocity, *limits)), model
+    )
 
 
 def _within_limits(
-    plan: Callable[[np.ndarray, np.ndarray], list[MotionProfile]], model: RobotModel
+    plan: Callable[[np.ndarray, np.ndarray], JointTrajectory], model: RobotModel
 ) -> JointTrajectory | None:
     """Return a trajectory within all limits; None where there is none.
 
@@ -349,10 +354,7 @@ def _within_limits(
     limits = model.limits
     try:
         trajectory = scale_to_effort_limits(
-            lambda factor: JointTrajectory(
-                plan(factor * limits.acceleration, factor * limits.jerk)
-            ),
-            model,
+            lambda factor: plan(factor * limits.acceleration, factor * limits.jerk), model
         )
     except MotionError:
         return None
@@ -364,10 +366,38 @@ def _plan_servo(
 ) -> tuple[Trajectory | None, Trajectory | None]:
     """Plan to change to a velocity; where that exceeds a limit, a moving arm stops."""
     state = start.q, start.v, start.a
+
+    def change_to(v: np.ndarray, *limits: np.ndarray) -> JointTrajectory:
+        return JointTrajectory(velocity_profiles(state, v, request.duration, *limits))
+
     motion = _within_limits(
-        lambda *limits: velocity_profiles(state, request.v, request.duration, *limits), model
+        lambda *limits: _slowed_near_ends(lambda v: change_to(v, *limits), request.v, model.limits),
+        model,
     )
     return (None, motion) if motion is not None else (_stop(start, model)[0], None)
+
+
+def _slowed_near_ends(
+    plan: Callable[[np.ndarray], JointTrajectory], v: np.ndarray, limits: JointLimits
+) -> JointTrajectory:
+    """Return a change of velocities, lowered where they exceed limits near the position limits.
+
+    The number of attempts is bounded; the caller checks the limits.
+
+    Args:
+        plan: Plans the change to given velocities.
+        v: The velocities [rad/s].  # (nq,)
+        limits: Limits of the joints.
+    """
+    trajectory = plan(v)
+    for _ in range(0 if limits.near is None else SERVO_SLOWINGS):
+        rows = trajectory.sample(sample_times(trajectory.duration, CONTROL_STEP))
+        use = np.abs(rows[1] / limits.velocity_at(*rows[:2])).max(axis=0)
+        if use.max() <= 1.0:
+            break
+        v = v / np.maximum(1.0, SERVO_SLOWER * use)
+        trajectory = plan(v)
+    return trajectory
 
 
 def _ends_near(start: ArmState, target: np.ndarray, world: CollisionWorld) -> bool:

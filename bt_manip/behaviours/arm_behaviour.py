@@ -191,11 +191,25 @@ class ArmBehaviour(RobotPort, CellBehaviour):
         return arm.model.pose(arm.target if arm.blend_radius else arm.robot.q)
 
 
+def blend_radius_input() -> Input:
+    """Declare the port of motions after which the arm need not come to rest."""
+    return Input(
+        float,
+        default=0.0,
+        doc="Distance of the tool from its target at which the next motion may begin [m]; at 0 the "
+        "arm comes to rest.",
+    )
+
+
 class MotionBehaviour(ArmBehaviour):
     """Start a motion, wait until the arm has arrived, and stop it when halted.
 
     A motion has arrived when its reference has ended and the measured joints are within
     `ARRIVED` of it; the controller gets `SETTLING` of simulated time for the rest.
+
+    Where a class declares the port `blend_radius`, a motion with such a radius completes as soon as
+    the rest of it keeps the tool within this radius of its target; the motion of the next behaviour
+    may begin meanwhile.
 
     A motion that another robot blocks is retried every `RETRY`, for up to `wait` seconds.
 
@@ -232,6 +246,16 @@ class MotionBehaviour(ArmBehaviour):
         self._carried = self.held_objects() if self.arm.payload is not None else []
         self.begin_motion(self.start)
 
+    @property
+    def _radius(self) -> float:
+        """The blend radius [m]; 0 where the class declares no such port."""
+        return float(self.read_port("blend_radius")) if "blend_radius" in self.ports else 0.0
+
+    def check_amounts(self) -> None:
+        """Check the blend radius too."""
+        super().check_amounts()
+        check_non_negative(self._radius, "port 'blend_radius'", "m")
+
     def begin_motion(self, begin: Callable[[], None]) -> Status:
         """Start a motion, wait while another robot blocks it, or fail with the reason.
 
@@ -260,15 +284,21 @@ class MotionBehaviour(ArmBehaviour):
         return self.begin_motion(self.start)
 
     def update(self) -> Status:
-        """Wait until the arm has arrived."""
+        """Wait until the arm has arrived, or is within the blend radius."""
         if self._lost:
             return self.fail(self._forget_carried())
         if self._blocked is not None:
             late = self.cell.time >= self._tried + self.RETRY - 1e-9
             return self.begin_again() if late else Status.RUNNING
         status = self.wait_for_arrival()
+        if self._missing is not None:
+            return status if status is Status.FAILURE else Status.RUNNING
         if status is Status.SUCCESS:
-            return Status.RUNNING if self._missing is not None else self.arrived()
+            return self.arrived()
+        arm, radius = self.arm, self._radius
+        if status is Status.RUNNING and radius and arm.moving and arm.ends_within(radius):
+            arm.blend_radius = radius
+            return Status.SUCCESS
         return status
 
     @property
@@ -303,31 +333,3 @@ class MotionBehaviour(ArmBehaviour):
         """Stop the arm when halted during the motion."""
         if new_status == Status.INVALID and self.arm.busy:
             self.arm.stop()
-
-
-class BlendedMotion(MotionBehaviour):
-    """A motion after which the arm need not come to rest.
-
-    With a blend radius it completes as soon as the rest of the motion keeps the tool within this
-    radius of its target; the motion of the next behaviour may begin meanwhile.
-    """
-
-    blend_radius = Input(
-        float,
-        default=0.0,
-        doc="Distance of the tool from its target at which the next motion may begin [m]; at 0 the "
-        "arm comes to rest.",
-    )
-
-    amounts: ClassVar[Mapping[str, str]] = {**MotionBehaviour.amounts, "blend_radius": "m"}
-
-    def update(self) -> Status:
-        """Wait until the arm has arrived, or is within the blend radius."""
-        status, arm, radius = super().update(), self.arm, self.blend_radius
-        waiting = self._blocked is not None or self._missing is not None
-        if status is not Status.RUNNING or waiting or not (radius and arm.moving):
-            return status
-        if not arm.ends_within(radius):
-            return status
-        arm.blend_radius = radius
-        return Status.SUCCESS

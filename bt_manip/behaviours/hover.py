@@ -2,15 +2,15 @@
 
 from bt_manip.bt import Input, Output, Status
 
+from .arm_behaviour import MotionBehaviour, blend_radius_input
 from .automatic import first_reachable, number_or_auto
-from .gripping import GrippingBehaviour
 from .poses import centre_pose, top_grasp_poses
 
 HOVER_HEIGHTS = (0.4, 0.3, 0.2, 0.15, 0.1, 0.07)
 """Heights over an object to choose from, the preferred one first [m]."""
 
 
-class Hover(GrippingBehaviour):
+class Hover(MotionBehaviour):
     """Move the tool to the pre-grasp pose over an object, from which it can approach straight.
 
     The best feasible grasp is taken: the gripper has clearance, and the arm reaches it on a
@@ -18,6 +18,7 @@ class Hover(GrippingBehaviour):
     Over a fixed object the tool only points down.
     """
 
+    blend_radius = blend_radius_input()
     object = Input(str, doc="Name of the object.")
     height = number_or_auto(
         "Height of the tool over the object's centre [m]; auto: 0.4, or the next lower of 0.3, "
@@ -28,7 +29,7 @@ class Hover(GrippingBehaviour):
         str, doc="The grasp: pose of the tool in the object and width, x;y;z;qw;qx;qy;qz;width [m]."
     )
 
-    memory = (*GrippingBehaviour.memory, "_reason")
+    memory = (*MotionBehaviour.memory, "_reason")
 
     _reason = ""  # description of the chosen grasp
 

@@ -6,7 +6,7 @@ import pinocchio as pin
 from bt_manip.bt import Input
 from bt_manip.exceptions import MotionError
 
-from .arm_behaviour import BlendedMotion
+from .arm_behaviour import MotionBehaviour, blend_radius_input
 from .automatic import number_or_auto
 
 LIFT_HEIGHT = 0.4  # [m] where the arm reaches it
@@ -14,9 +14,10 @@ MIN_HEIGHT = 0.03  # [m] that a lift needs
 FOLLOWED_PART = 0.9  # of the path that can be followed: joints turn fast near its end
 
 
-class Lift(BlendedMotion):
+class Lift(MotionBehaviour):
     """Raise the tool straight up by a height."""
 
+    blend_radius = blend_radius_input()
     height = number_or_auto("How far up [m]; auto: 0.4, or as far as the arm reaches.")
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
 

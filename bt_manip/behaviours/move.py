@@ -1,24 +1,28 @@
 """Base classes of behaviours that move to a given target."""
 
+from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pinocchio as pin
 
 from bt_manip.bt import Input
 from bt_manip.checks import check_positive
 from bt_manip.kinematics import PoseTarget, PositionTarget, Target
 from bt_manip.planning import Planner
+from bt_manip.registry import Registry
 
-from .arm_behaviour import BlendedMotion
+from .arm_behaviour import MotionBehaviour, blend_radius_input
 from .poses import pose_input
 
 
-class Move(BlendedMotion):
+class Move(MotionBehaviour):
     """A motion with a speed and a tolerance."""
 
+    blend_radius = blend_radius_input()
     speed = Input(float, default=1.0, doc="Fraction of the arm's limits, above 0 and up to 1.")
     tolerance = Input(
-        float, default=BlendedMotion.ARRIVED, doc="Largest error of a joint on arrival [rad]."
+        float, default=MotionBehaviour.ARRIVED, doc="Largest error of a joint on arrival [rad]."
     )
 
     def check_amounts(self) -> None:
@@ -64,8 +68,8 @@ class PlannedMove(Move):
     def setup(self, **infrastructure: Any) -> None:
         """Keep the planners and their random generator too."""
         super().setup(**infrastructure)
-        self._rng = infrastructure["rng"]
-        self._planners = infrastructure["planners"]
+        self._rng: np.random.Generator = infrastructure["rng"]
+        self._planners: Registry[Callable[..., Planner]] = infrastructure["planners"]
 
     def planning(self) -> dict[str, Any]:
         """Return the planner and the random generator.

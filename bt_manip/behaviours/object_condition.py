@@ -1,6 +1,6 @@
 """The base class of conditions on an object in the cell."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 from bt_manip.bt import Input, Status
 from bt_manip.bt.nodes import Condition
@@ -8,7 +8,14 @@ from bt_manip.cell import Cell, CellError
 
 
 class ObjectCondition(Condition):
-    """A condition on an object in the cell."""
+    """A condition on an object in the cell.
+
+    Attributes:
+        destination: Port that names where the object shall be, for goal-conditioned environments;
+            empty if the condition is not about its position.
+    """
+
+    destination: ClassVar[str] = ""
 
     object = Input(str, doc="Name of the object.")
 

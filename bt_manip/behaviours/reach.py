@@ -7,13 +7,14 @@ from bt_manip.bt import Input
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import GraspCandidate
 
-from .gripping import GrippingBehaviour
+from .arm_behaviour import MotionBehaviour, blend_radius_input
 from .poses import centre_pose
 
 
-class Reach(GrippingBehaviour):
+class Reach(MotionBehaviour):
     """Approach an object on a straight line with the open gripper, clear of its neighbours."""
 
+    blend_radius = blend_radius_input()
     object = Input(str, doc="Name of the object.")
     height = Input(
         float,

@@ -14,6 +14,8 @@ class IsIn(ObjectCondition):
     object in it. An object that is still gripped is not in the container.
     """
 
+    destination = "container"
+
     container = Input(str, doc="Name of the container.")
 
     def why_not(self) -> str:
@@ -26,6 +28,8 @@ class IsOn(ObjectCondition):
 
     It is at rest, no robot touches it, and the other one carries at least a quarter of its weight.
     """
+
+    destination = "support"
 
     support = Input(str, doc="Name of the object below it.")
 

@@ -12,13 +12,13 @@ from bt_manip.bt import Input, Output, Status
 from bt_manip.cell import CellError, CellObject, Region, as_object, nearest_free, unique_name
 from bt_manip.cell.objects import Catalogue
 from bt_manip.exceptions import PortError
-from bt_manip.grasping import REFERENCE_AREA, ReachFromAbove
+from bt_manip.grasping import REFERENCE_AREA
 from bt_manip.models import is_address
 
 from .arm_behaviour import CellBehaviour
 from .automatic import AUTO, numbers_or_auto
 from .poses import centre_pose, pose_output
-from .robot_port import ENTRY
+from .robot_port import ENTRY, StationRobot
 
 CUBE = "cube"  # registered name of the reference task's object
 CUBE_SIZE = 0.05  # [m] of its edges
@@ -69,7 +69,7 @@ class SpawnObject(CellBehaviour):
         super().setup(**infrastructure)
         self.rng: np.random.Generator = infrastructure["rng"]
         self.models: Catalogue = infrastructure["models"]
-        self._robots: Mapping[str, Any] = infrastructure.get("robots", {})
+        self._robots: Mapping[str, StationRobot] = infrastructure.get("robots", {})
         self._made: dict[tuple[Any, ...], composer.Entity] = {}
         with contextlib.suppress(PortError):  # the entry is written later
             if self.model != AUTO:
@@ -118,8 +118,7 @@ class SpawnObject(CellBehaviour):
             x_min, x_max, y_min, y_max = REFERENCE_AREA
             return Region((x_min, x_max), (y_min, y_max), (0.0, 0.0))
         height = declared.rest_height + float(declared.centre_offset[2]) + TOOL_HEIGHT
-        reach: ReachFromAbove = self._robots[name].reach
-        return reach.area(self.cell, self.on, height)
+        return self._robots[name].reach.area(self.cell, self.on, height)
 
     def _object(self, model: str, **parameters: Any) -> composer.Entity:
         """Return the object that this node has inserted before, if it was removed, or a new one."""

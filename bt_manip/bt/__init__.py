@@ -6,6 +6,7 @@ from bt_manip.bt.drawing import draw_dot as draw_dot
 from bt_manip.bt.drawing import draw_outline as draw_outline
 from bt_manip.bt.drawing import draw_svg as draw_svg
 from bt_manip.bt.drawing import draw_text as draw_text
+from bt_manip.bt.goal import NO_CELL as NO_CELL
 from bt_manip.bt.goal import texts_of as texts_of
 from bt_manip.bt.goal import why_not_met as why_not_met
 from bt_manip.bt.loading import ReadingOptions as ReadingOptions
@@ -96,6 +97,7 @@ from .xml.instance import TreeInstance as TreeInstance
 from .xml.instance import instance_to_xml as instance_to_xml
 from .xml.instance import tree_instances as tree_instances
 from .xml.model import models_document as models_document
+from .xml.problem import Place as Place
 from .xml.problem import Problem as Problem
 from .xml.python_source import to_python as to_python
 from .xml.schema import tree_schema as tree_schema

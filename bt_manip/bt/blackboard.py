@@ -17,7 +17,7 @@ from bt_manip.bt.port_types import (
     casts_safely,
     type_of,
 )
-from bt_manip.exceptions import BlackboardError, did_you_mean
+from bt_manip.exceptions import BlackboardError, did_you_mean, shown
 
 
 class _Empty:
@@ -198,7 +198,7 @@ class Blackboard:
             found.copy_in(value, type)
         except ValueError as error:
             raise BlackboardError(
-                f"entry '{key}' does not take {value!r} of type {type.name}: {error}"
+                f"entry '{key}' does not take {shown(value)} of type {type.name}: {error}"
             ) from None
 
     def unset(self, key: str) -> None:

@@ -4,18 +4,26 @@ import shlex
 from collections.abc import Container, Iterable, Mapping
 from typing import Any, Final
 
+from py_trees.behaviour import Behaviour
+
 from bt_manip.bt.blackboard import Blackboard, Entry
-from bt_manip.bt.nodes.binding import Report, bind
+from bt_manip.bt.nodes.binding import OnProblem, bind
 from bt_manip.bt.nodes.node import Node, NodeKind
 from bt_manip.bt.port_types import UNTYPED, PortType
 from bt_manip.bt.ports import Port
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.runtime import Runtime
 from bt_manip.bt.status import SUCCESS
-from bt_manip.exceptions import BtManipError, TreeError, did_you_mean
+from bt_manip.exceptions import BtManipError, TreeError, did_you_mean, shown
 
 GOAL: Final = "_goal"
 """Attribute of a ``<BehaviorTree>`` that declares its goal."""
+
+NO_CELL: Final = (
+    "no condition of the goal reads the cell, so the tree alone decides whether it succeeded; "
+    "add a condition on the cell, such as IsIn"
+)
+"""The warning for a goal that `reads_cell` does not hold for."""
 
 AND: Final = "&&"
 """Joins the conditions of a goal."""
@@ -56,7 +64,7 @@ def parse_goal(text: str, registry: BehaviourRegistry) -> tuple[Node, ...]:
     try:
         words = [*shlex.split(text), AND]
     except ValueError as error:
-        raise TreeError(f"the goal '{text}' cannot be read: {error}") from None
+        raise TreeError(f"the goal {shown(text)} cannot be read: {error}") from None
     conditions: list[Node] = []
     while words:
         end = words.index(AND)
@@ -97,7 +105,7 @@ def _check_mandatory(name: str, ports: Mapping[str, Port], given: Container[str]
 
 
 def goal_to_text(goal: Iterable[Node], registry: BehaviourRegistry) -> str:
-    """Return the text that `parse_goal` makes the same conditions of.
+    """Write the conditions of a goal as the text that `parse_goal` reads.
 
     Raises:
         TreeError: If the class of a condition is not registered.
@@ -119,15 +127,15 @@ def _quoted(value: str) -> str:
 
 
 def bind_goal(
-    goal: Node | Iterable[Node], scope: Blackboard, runtime: Runtime, report: Report | None
+    goal: Node | Iterable[Node], scope: Blackboard, runtime: Runtime, on_problem: OnProblem | None
 ) -> tuple[Node, ...]:
-    """Let the conditions of a goal read a scope, without a trace in the tree.
+    """Bind the conditions of a goal to a scope, which they only read.
 
     Args:
         goal: One condition, or all.
         scope: The scope of the tree's root.
         runtime: The runtime of the tree.
-        report: Collects the problems of the conditions; without it the first error is raised.
+        on_problem: Collects the problems of the conditions; without it the first error is raised.
 
     Raises:
         TreeError: If one is no condition.
@@ -139,9 +147,18 @@ def bind_goal(
         if not isinstance(condition, Node) or condition.kind is not NodeKind.CONDITION:
             raise TreeError(f"a goal consists of conditions, got {type(condition).__name__}")
         _check_mandatory(condition.name, condition.ports, condition.given)
-        bind(condition, own, _ReadOnlyScope(scope), report)
+        bind(condition, own, _ReadOnlyScope(scope), on_problem)
         condition.path = f"goal/{condition.name}"
     return conditions
+
+
+def reads_cell(goal: Iterable[Node]) -> bool:
+    """Return whether a condition of a goal can read the cell, and not only the tree's blackboard.
+
+    A condition gets the cell, as all infrastructure, in its ``setup``; one that inherits
+    py_trees' own, such as ``ScriptCondition``, has only its ports and the blackboard.
+    """
+    return any(type(condition).setup is not Behaviour.setup for condition in goal)
 
 
 def why_not_met(condition: Node) -> str:

@@ -1,16 +1,14 @@
 """Files whose trees other documents may name as sub-trees."""
 
 from collections.abc import Collection, Iterable
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-from .registry import BehaviourRegistry
-from .stubs import Stubs
-from .xml.check import check_elements
-from .xml.dialect import Dialect
+from .xml.context import ReadingContext
 from .xml.document import Document, Sources, read_document
+from .xml.engine_rules import check_engine_rules
 from .xml.problem import Problem, Problems
-from .xml.verify import verify
+from .xml.static_checks import check_elements
 
 
 class Libraries:
@@ -45,41 +43,31 @@ class Libraries:
         for other in self.documents:
             document.add_library(other)
 
-    def problems_of(self, files: Collection[str], *args: Any, **options: Any) -> list[Problem]:
-        """Return what is wrong with some of the files, and what keeps any from being read.
+    def problems_of(self, files: Collection[str], context: ReadingContext) -> list[Problem]:
+        """Return the problems of some of the files, and those of files that cannot be read.
 
         Args:
             files: Their names, as of places.
-            *args: As of `problems`.
-            **options: As of `problems`.
+            context: The document that names trees of the files.
         """
         unread = set(self._problems)
-        found = self.problems(*args, **options)
+        found = self.problems(context)
         return [problem for problem in found if problem.place.file in files or problem in unread]
 
-    def problems(
-        self,
-        registry: BehaviourRegistry,
-        dialect: Dialect,
-        stubs: Stubs | None = None,
-        *,
-        strict: bool = True,
-    ) -> list[Problem]:
-        """Return all that is wrong with the files by themselves, found once for each dialect.
+    def problems(self, context: ReadingContext) -> list[Problem]:
+        """Return the problems of all files by themselves, found once for each dialect.
 
         Args:
-            registry: The behaviours that they may name.
-            dialect: How they are written.
-            stubs: What stands for behaviours that nobody has.
-            strict: Whether what BehaviorTree.CPP finds only at a tick is an error.
+            context: The document that names trees of the files.
         """
-        if dialect.name not in self._checked:
+        dialect = context.dialect.name
+        if dialect not in self._checked:
             found = Problems()
             found.extend(self._problems)
             for document in self.documents:
-                known = registry if stubs is None else stubs.extend(document, registry)
-                verify(document, known, found, dialect, strict=strict)
-                if strict:
-                    check_elements(document, known, found, dialect)
-            self._checked[dialect.name] = list(found)
-        return self._checked[dialect.name]
+                own = replace(context, document=document, problems=found)
+                check_engine_rules(own)
+                if own.strict:
+                    check_elements(own)
+            self._checked[dialect] = list(found)
+        return self._checked[dialect]

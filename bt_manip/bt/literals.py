@@ -11,6 +11,7 @@ import re
 from typing import Any
 
 from bt_manip.bt.status import NodeStatus
+from bt_manip.exceptions import shortened, shown
 
 _INTEGER = re.compile(r"-?[0-9]+")
 _REAL = re.compile(
@@ -36,11 +37,11 @@ def parse_integer(text: str, bits: int = 32, *, signed: bool = True) -> int:
     """
     found = _INTEGER.match(text)
     if found is None:
-        raise ValueError(f"'{text}' is not an integer")
+        raise ValueError(f"{shown(text)} is not an integer")
     value = int(found[0])
     lower, upper = integer_range(bits, signed=signed)
     if not lower <= value <= upper:
-        raise ValueError(f"{found[0]} is outside {lower} .. {upper}")
+        raise ValueError(f"{shown(value)} is outside {lower} .. {upper}")
     return value
 
 
@@ -61,14 +62,25 @@ def parse_real(text: str, *, whole: bool = False) -> float:
     """
     found = _REAL.match(text)
     if found is None or (whole and found.end() != len(text)):
-        raise ValueError(f"'{text}' is not a number")
+        raise ValueError(f"{shown(text)} is not a number")
     digits = found[0].lower()
     if "n" in digits:  # inf and nan
         return float(digits.partition("(")[0])
     value = float(digits)
     if math.isinf(value) or (value == 0 and re.search("[1-9]", digits.partition("e")[0])):
-        raise ValueError(f"{found[0]} does not fit a double")
+        raise ValueError(f"{shortened(found[0])} does not fit a double")
     return value
+
+
+def continues_after_number(text: str, *, integer: bool) -> bool:
+    """Return whether a text begins with a number, and goes on with a rest that is ignored.
+
+    Args:
+        text: The text.
+        integer: Whether the number is an integer, so that a point or exponent is a rest.
+    """
+    found = (_INTEGER if integer else _REAL).match(text)
+    return found is not None and found.end() != len(text)
 
 
 def parse_boolean(text: str) -> bool:
@@ -80,7 +92,7 @@ def parse_boolean(text: str) -> bool:
     try:
         return _BOOLEANS[text]
     except KeyError:
-        raise ValueError(f"'{text}' is not a truth value (true, false, 1 or 0)") from None
+        raise ValueError(f"{shown(text)} is not a truth value (true, false, 1 or 0)") from None
 
 
 def parse_status(text: str) -> NodeStatus:
@@ -93,7 +105,7 @@ def parse_status(text: str) -> NodeStatus:
         return NodeStatus[text]
     except KeyError:
         names = ", ".join(NodeStatus.__members__)
-        raise ValueError(f"'{text}' is not a status ({names})") from None
+        raise ValueError(f"{shown(text)} is not a status ({names})") from None
 
 
 def split_list(text: str) -> list[str]:
@@ -113,7 +125,7 @@ def parse_json(text: str) -> Any:
     try:
         return json.loads(text, parse_constant=_no_constant, parse_float=_finite)
     except (ValueError, RecursionError) as error:
-        raise ValueError(f"'{text}' is not JSON ({error})") from None
+        raise ValueError(f"{shown(text)} is not JSON ({error})") from None
 
 
 def _no_constant(text: str) -> Any:
@@ -123,7 +135,7 @@ def _no_constant(text: str) -> Any:
 def _finite(text: str) -> float:
     value = float(text)
     if math.isinf(value):
-        raise ValueError(f"{text} does not fit a double")
+        raise ValueError(f"{shortened(text)} does not fit a double")
     return value
 
 

@@ -1,26 +1,34 @@
 """Reading trees: from files and texts to trees that run."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypedDict, Unpack
 
+from py_trees.behaviour import Behaviour
+
 from bt_manip.bt.blackboard import Blackboard
-from bt_manip.bt.goal import GOAL
 from bt_manip.bt.libraries import Libraries
 from bt_manip.bt.mapping import LeafMapping
+from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.runtime import Clock
 from bt_manip.bt.stubs import Stubs
 from bt_manip.bt.substitution import Substitutions
 from bt_manip.bt.tree import Tree
 from bt_manip.bt.xml.builder import Builder
-from bt_manip.bt.xml.check import check_elements, check_keys, check_unused
-from bt_manip.bt.xml.dialect import dialect_named
+from bt_manip.bt.xml.context import ReadingContext
+from bt_manip.bt.xml.dialect import BTCPP, dialect_named
 from bt_manip.bt.xml.document import Document, parse_document, read_document
-from bt_manip.bt.xml.problem import Place, Problem, Problems
-from bt_manip.bt.xml.verify import verify
+from bt_manip.bt.xml.engine_rules import check_engine_rules
+from bt_manip.bt.xml.problem import Problem, Problems
+from bt_manip.bt.xml.static_checks import (
+    check_elements,
+    check_goals_below,
+    check_keys,
+    check_unused,
+)
 from bt_manip.exceptions import BtManipError, TreeError
 
 
@@ -32,7 +40,7 @@ class Reading:
         tree: The tree; None if the document cannot be used.
         problems: All findings, errors and warnings.
         document: The document, as far as it could be read.
-        stubbed: What each stub stands for and does, with the number of its nodes.
+        stubbed: The description of each stub, with the number of its nodes.
         registry: The behaviours, stubs included, and the nodes of the dialect.
     """
 
@@ -44,12 +52,12 @@ class Reading:
 
     @property
     def errors(self) -> tuple[Problem, ...]:
-        """The findings because of which the document cannot be used."""
+        """The findings that make the document unusable."""
         return tuple(problem for problem in self.problems if problem.is_error)
 
     @property
     def warnings(self) -> tuple[Problem, ...]:
-        """The findings that do not stop it from being used."""
+        """The findings with which the document can still be used."""
         return tuple(problem for problem in self.problems if not problem.is_error)
 
     def raise_errors(self) -> None:
@@ -58,10 +66,10 @@ class Reading:
             raise TreeError("\n".join(map(str, self.errors)), self.errors)
 
     def usable_tree(self) -> Tree:
-        """Return the tree, if nothing is wrong with it.
+        """Return the tree of a document without errors.
 
         Raises:
-            TreeError: If the document is wrong; it lists all that is.
+            TreeError: If the document has errors; it lists all of them.
         """
         self.raise_errors()
         if self.tree is None:
@@ -74,16 +82,15 @@ class ReadingOptions(TypedDict, total=False):
 
     Attributes:
         clock: Returns the time [s] of Delay, Timeout and Sleep; default: ``time.monotonic``.
-        main: The tree to run; by default the one that the document says.
+        main: The tree to run; default: the main tree of the document.
         dialect: ``btcpp``, ``moveit-pro``, or ``auto`` to recognise it; default: ``btcpp``.
         blackboard: The root's entries that exist before.
-        substitutions: Rules that put other nodes in the place of some, for tests.
+        substitutions: Rules that replace nodes, for tests.
         libraries: Other files and folders whose trees may be named as sub-trees; `Libraries`
             that are given to several readings are read and checked once.
-        stubs: What stands for behaviours and sub-trees that nobody has; by default they are errors.
-        mapping: Which behaviours stand for leaves and sub-trees of others; they are replaced in the
-            document.
-        strict: Whether errors that the engine finds only at a tick are reported; default: True.
+        stubs: Placeholders for unknown behaviours and sub-trees; by default these are errors.
+        mapping: Rules that replace leaves and sub-trees of other projects by behaviours.
+        strict: Whether the static checks, beyond the rules of the engine, are made; default: True.
         library: Whether a document needs no main tree; default: False.
     """
 
@@ -113,7 +120,7 @@ def load_tree(
         A tree that can run.
 
     Raises:
-        TreeError: If the document is wrong; it lists all that is, with file, line and column.
+        TreeError: If the document has errors; it lists them with file, line and column.
     """
     return read_tree(path, registry, **options).usable_tree()
 
@@ -139,7 +146,7 @@ def parse_tree(
         A tree that can run.
 
     Raises:
-        TreeError: If the document is wrong; it lists all that is, with line and column.
+        TreeError: If the document has errors; it lists them with line and column.
     """
     return read_tree_text(text, registry, file=file, base=base, **options).usable_tree()
 
@@ -162,7 +169,9 @@ def read_tree(
     if not isinstance(libraries, Libraries):
         libraries = options["libraries"] = Libraries(libraries)
     document = read_document(path, problems, libraries.sources)
-    return _read(document, registry, problems, **options)
+    if document is None:
+        return Reading(None, tuple(problems), None)
+    return _Reader(document, registry, problems, **options).read()
 
 
 def read_tree_text(
@@ -184,140 +193,119 @@ def read_tree_text(
     """
     problems = Problems()
     document = parse_document(text, problems, file=file, base=base)
-    return _read(document, registry, problems, **options)
-
-
-def _read(
-    document: Document | None,
-    registry: BehaviourRegistry,
-    problems: Problems,
-    *,
-    clock: Clock = time.monotonic,
-    main: str | None = None,
-    dialect: str = "btcpp",
-    blackboard: Blackboard | Mapping[str, Any] | None = None,
-    substitutions: Substitutions | None = None,
-    strict: bool = True,
-    libraries: Sequence[str | Path] | Libraries = (),
-    stubs: Stubs | None = None,
-    mapping: LeafMapping | None = None,
-    library: bool = False,
-) -> Reading:
     if document is None:
         return Reading(None, tuple(problems), None)
-    own_main = document.main_tree()
-    own_trees = list(document.trees)
-    if not isinstance(libraries, Libraries):
-        libraries = Libraries(libraries)
-    libraries.add_to(document)
-    if mapping is not None:
-        mapping.apply(document, problems)
-    rules = dialect_named(dialect, document.root)
-    known = registry = rules.extended(registry)
-    if stubs is not None:
-        registry = stubs.extend(document, registry)
-    stubbed: dict[str, int] = {}
-    verify(document, registry, problems, rules, strict=strict)
-    if strict:
-        check_elements(document, registry, problems, rules)
-    main = main or own_main
-    tree: Tree | None = None
-    if main is not None:
-        builder = Builder(
-            document,
-            registry,
-            problems,
-            rules,
-            substitutions=substitutions,
-            stubs=stubs,
-            strict=strict,
+    return _Reader(document, registry, problems, **options).read()
+
+
+@dataclass
+class _Reader:
+    """Reads one document: checks it, builds its main tree and collects the findings.
+
+    The options are those of `ReadingOptions`.
+    """
+
+    document: Document
+    registry: BehaviourRegistry
+    problems: Problems
+    clock: Clock = time.monotonic
+    main: str | None = None
+    dialect: str = BTCPP.name
+    blackboard: Blackboard | Mapping[str, Any] | None = None
+    substitutions: Substitutions | None = None
+    strict: bool = True
+    libraries: Sequence[str | Path] | Libraries = ()
+    stubs: Stubs | None = None
+    mapping: LeafMapping | None = None
+    library: bool = False
+
+    def read(self) -> Reading:
+        """Read the document; its libraries are added to it."""
+        document, problems, libraries = self.document, self.problems, self.libraries
+        main, own_trees = self.main or document.main_tree(), list(document.trees)
+        if not isinstance(libraries, Libraries):
+            libraries = Libraries(libraries)
+        libraries.add_to(document)
+        if self.mapping is not None:
+            self.mapping.apply(document, problems)
+        dialect = dialect_named(self.dialect, document.root)
+        context = ReadingContext(
+            document, self.registry, problems, dialect, self.stubs, self.strict
         )
-        place = document.root.place_of("main_tree_to_execute")
-        scope = _scope(blackboard)
-        root = builder.build(main, place)
-        if root is not None:
-            tree = _bound(root, builder, problems, document, registry, clock, scope, main, strict)
-        if strict:
+        check_engine_rules(context)
+        if self.strict:
+            check_elements(context)
+        builder = Builder(context, self.substitutions)
+        tree = self._main_tree(main, builder)
+        if self.strict and not builder.is_too_deep:
+            _build_others(own_trees, context, builder)
+        reached = {
+            document.trees[name].place.file for name in builder.built if name in document.trees
+        }
+        problems.extend(libraries.problems_of(reached, context))
+        if problems.errors:
+            tree = None
+        return Reading(tree, tuple(problems), document, builder.stubbed, context.registry)
+
+    def _main_tree(self, main: str | None, builder: Builder) -> Tree | None:
+        """Build the tree that runs, and check its goal and its blackboard keys."""
+        document, problems = self.document, self.problems
+        if main is None:
+            if not self.library and document.root.name == "root":
+                names = ", ".join(document.trees) or "none"
+                problems.error(
+                    document.root.place,
+                    f"which tree to run? <root> needs main_tree_to_execute; trees: {names}",
+                )
+            return None
+        root = builder.build(main, document.root.place_of("main_tree_to_execute"))
+        tree = None if root is None else self._bind(main, root, builder)
+        if self.strict and not builder.is_too_deep:
             check_unused(document, main, builder.built, problems)
             if tree is not None and not problems.errors:
                 given = document.models.get(main, {})
                 check_keys([*tree.nodes, *tree.goal], builder.places, problems, given)
-        built = builder.built
-        stubbed = builder.stubbed
-    else:
-        built = {}
-        if not library and document.root.name == "root":
-            names = ", ".join(document.trees) or "none"
-            problems.error(
-                document.root.place,
-                f"which tree to run? <root> needs main_tree_to_execute; trees: {names}",
+        return tree
+
+    def _bind(self, main: str, root: Behaviour, builder: Builder) -> Tree | None:
+        """Bind the built nodes to the blackboard, the clock and the goal."""
+        scope = _scope(self.blackboard)
+        goal: tuple[Node, ...] = ()
+        if self.strict:
+            goal = builder.goal(main)
+            check_goals_below(self.document, main, builder.built, self.problems)
+        try:
+            return Tree(
+                root,
+                clock=self.clock,
+                blackboard=scope,
+                enums=builder.enums,
+                tree_id=main,
+                document=self.document,
+                on_problem=builder.add_error,
+                goal=goal,
             )
-    for tree_id in own_trees if strict else ():
-        if tree_id not in built:  # only to find what is wrong with it
-            builder = Builder(document, registry, problems, rules, stubs=stubs)
-            builder.build(tree_id, document.trees[tree_id].place)
-            builder.goal(tree_id)
-            stubbed = {**builder.stubbed, **stubbed}
-            built = {**built, **builder.built}
-    reached = {document.trees[tree_id].place.file for tree_id in built if tree_id in document.trees}
-    problems.extend(libraries.problems_of(reached, known, rules, stubs, strict=strict))
-    if problems.errors:
-        tree = None
-    return Reading(tree, tuple(problems), document, stubbed, registry)
+        except BtManipError as error:
+            self.problems.error(self.document.root.place, str(error))
+            return None
 
 
-def _scope(blackboard: Blackboard | Mapping[str, Any] | None) -> Blackboard:
-    if isinstance(blackboard, Blackboard):
-        return blackboard
+def _scope(given: Blackboard | Mapping[str, Any] | None) -> Blackboard:
+    """Return the blackboard scope of the root, with the entries that are given."""
+    if isinstance(given, Blackboard):
+        return given
     scope = Blackboard()
-    for key, value in (blackboard or {}).items():
+    for key, value in (given or {}).items():
         scope[key] = value
     return scope
 
 
-def _bound(
-    root: Any,
-    builder: Builder,
-    problems: Problems,
-    document: Document,
-    registry: BehaviourRegistry,
-    clock: Clock,
-    scope: Blackboard,
-    tree_id: str,
-    strict: bool,
-) -> Tree | None:
-    goal = builder.goal(tree_id) if strict else ()
-    if strict and GOAL not in document.trees[tree_id].attributes:
-        for subtree in (document.trees[name] for name in builder.built):
-            if GOAL in subtree.attributes:
-                problems.warning(
-                    subtree.place_of(GOAL),
-                    f"the '{GOAL}' of a sub-tree is ignored; main tree '{tree_id}' has none",
-                )
-
-    def report(node: Any, port: str, error: BtManipError) -> None:
-        element = builder.places.get(id(node))
-        if node in goal:
-            problems.error(document.trees[tree_id].place_of(GOAL), f"{GOAL}: {error}")
-            return
-        if strict and port and element is not None and port not in element.attributes:
-            return  # a port that is missing was reported already
-        place = Place(document.file, 1, 1) if element is None else element.place
-        if element is not None and port in element.attributes:
-            place = element.attributes[port].value_place
-        problems.error(place, str(error))
-
-    try:
-        return Tree(
-            root,
-            clock=clock,
-            blackboard=scope,
-            enums=registry.enums,
-            tree_id=tree_id,
-            document=document,
-            report=report,
-            goal=goal,
-        )
-    except BtManipError as error:
-        problems.error(document.root.place, str(error))
-        return None
+def _build_others(tree_ids: Iterable[str], context: ReadingContext, builder: Builder) -> None:
+    """Build the trees that the main tree does not reach, only to find their problems."""
+    for tree_id in tree_ids:
+        if tree_id not in builder.built:
+            other = Builder(context)
+            other.build(tree_id, context.document.trees[tree_id].place)
+            other.goal(tree_id)
+            builder.built |= other.built
+            builder.stubbed = {**other.stubbed, **builder.stubbed}

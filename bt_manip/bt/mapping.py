@@ -1,4 +1,4 @@
-"""Leaf mappings: which of our behaviours stand for leaves and sub-trees of others."""
+"""Leaf mappings: behaviours that replace the leaves and sub-trees of other projects."""
 
 import re
 from collections.abc import Mapping
@@ -12,8 +12,7 @@ from .blackboard import Blackboard
 from .ports import is_pointer
 from .script.evaluation import Environment, is_true
 from .script.parser import parse_script
-from .xml.check import EXPLICIT
-from .xml.document import Document, is_port_name
+from .xml.document import EXPLICIT, Document, is_port_name
 from .xml.problem import Problems
 from .xml.source import Attribute, Element
 
@@ -25,7 +24,7 @@ class MappingRule:
     """One rule of a mapping.
 
     Attributes:
-        node: The behaviour that stands for the leaf.
+        node: The behaviour that replaces the leaf.
         when: A script over the leaf's ports that has to be true; empty: always.
         ports: The leaf's ports by the names of the behaviour's.
         constants: Values of further ports.
@@ -41,7 +40,7 @@ class LeafMapping:
     """Rules by the name of the leaf or sub-tree that they replace."""
 
     def __init__(self, rules: Mapping[str, list[MappingRule]], file: str = "<mapping>") -> None:
-        """Take the rules; of those of one name the first that holds counts."""
+        """Take the rules; the first rule of a name that holds is applied."""
         self.rules = rules
         self._file = file
         self._done: dict[int, Element] = {}
@@ -82,7 +81,7 @@ class LeafMapping:
 
         Args:
             document: The document, its libraries included.
-            problems: Takes what no rule holds for.
+            problems: Collects the leaves for which no rule holds.
         """
         for source in document.sources.values():
             for tree in source.root.children:

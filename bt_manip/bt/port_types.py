@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from bt_manip.bt import literals
 from bt_manip.bt.status import NodeStatus
+from bt_manip.exceptions import shown
 
 EXACT_INTEGERS: Final = (1 << 53) - 1
 """The largest integer up to which a double holds every integer exactly."""
@@ -48,9 +49,23 @@ class PortType:
         """The function by which a text becomes a value of an entry; enumerations have none."""
         return None if self.is_enum else self.parse
 
+    @property
+    def form(self) -> str:
+        """The texts that become such values, for messages: ``a number``."""
+        if self.python is int:
+            lower, upper = literals.integer_range(self.bits, signed=self.signed)
+            return f"a whole number from {lower} to {upper}"
+        return {float: "a number", bool: "true or false"}.get(self.python, self.name)
+
+    def ignores_rest(self, text: str) -> bool:
+        """Return whether only the number at the start of a text counts: 1 of ``1e99`` as int."""
+        if self.python is not int and self.python is not float:
+            return False
+        return literals.continues_after_number(text, integer=self.python is int)
+
 
 def _no_conversion(text: str) -> Any:
-    raise ValueError(f"a text ('{text}') cannot become a value of any type")
+    raise ValueError(f"a text ({shown(text)}) cannot become a value of any type")
 
 
 def _format_boolean(value: Any) -> str:
@@ -62,7 +77,7 @@ def _list_of(name: str, python: type, parse_item: Callable[[str], Any]) -> PortT
         if text.startswith("json:"):
             items = literals.parse_json(text[5:])
             if not isinstance(items, list):
-                raise ValueError(f"'{text}' is not a JSON list")
+                raise ValueError(f"{shown(text)} is not a JSON list")
             return [_json_item(item, python) for item in items]
         return [parse_item(item) for item in literals.split_list(text)]
 
@@ -85,7 +100,7 @@ def _json_item(item: Any, python: type) -> Any:
         raise ValueError(f"{str(item).lower()} in a JSON list is not a number")
     if python in (int, float) and isinstance(item, int | float):  # a truth value is an integer too
         return python(item)
-    raise ValueError(f"{item!r} in a JSON list is not of type {python.__name__}")
+    raise ValueError(f"{shown(item)} in a JSON list is not of type {python.__name__}")
 
 
 UNTYPED: Final = PortType("BT::AnyTypeAllowed", None, strong=False)
@@ -159,7 +174,7 @@ def _enum_parser(enum: type[Enum]) -> Callable[[str], Enum]:
             return enum(literals.parse_integer(text))
         except ValueError:
             names = ", ".join(enum.__members__)
-            raise ValueError(f"'{text}' is not one of {names}") from None
+            raise ValueError(f"{shown(text)} is not one of {names}") from None
 
     return parse
 
@@ -259,7 +274,7 @@ def fit(value: Any, type: PortType) -> Any:
             value = value.item() if hasattr(value, "item") else value
             if isinstance(value, bool | int | float):
                 return cast(value, type_of(value), type)
-        raise TypeError(f"expected {type.name}, found {value!r}")
+        raise TypeError(f"expected {type.name}, found {shown(value)}")
     return list(value) if isinstance(value, list | tuple) else value
 
 

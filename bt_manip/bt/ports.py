@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, Self, overload
 
 from bt_manip.bt.port_types import UNTYPED, PortType, fit, port_type
-from bt_manip.exceptions import PortError
+from bt_manip.exceptions import PortError, shown
 
 if TYPE_CHECKING:
     from bt_manip.bt.nodes.node import Node
@@ -152,7 +152,7 @@ def _check_default(default: Any, type: PortType) -> None:
             type.parse(type.format(default))
     except Exception as error:  # a parser of a behaviour's own may raise anything
         raise PortError(
-            f"{default!r} is no default of a port of type {type.name}: {error}"
+            f"{shown(default)} is no default of a port of type {type.name}: {error}"
         ) from None
 
 

@@ -94,7 +94,7 @@ class BehaviourRegistry:
         self._classes[name] = cls
 
     def replace(self, cls: type[Node], name: str) -> None:
-        """Let a name stand for a class, whatever it stood for before."""
+        """Register a class under a name that may be taken."""
         self._classes[name] = cls
 
     def register_enum(self, enum: type[Enum] | str, value: int | None = None) -> None:

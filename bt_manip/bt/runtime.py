@@ -27,7 +27,7 @@ class Runtime:
         visited: While a py_trees generator drives the tree, the nodes ticked so far, else None.
         wake_up: Whether a node asked to be ticked again at once.
         timers: Deadlines [s] by node.
-        reason: The node that failed last, and why.
+        reason: The node that failed last, and why: ``path: reason``, or an empty text.
     """
 
     def __init__(self, clock: Clock = time.monotonic) -> None:
@@ -38,7 +38,11 @@ class Runtime:
         self.visited: list[Any] | None = None
         self.wake_up = False
         self.timers: dict[Node, float] = {}
-        self.reason: tuple[Any, str] | None = None
+        self.reason = ""
+
+    def failed(self, path: str, reason: str) -> None:
+        """Keep which node failed, and why."""
+        self.reason = f"{path}: {reason or 'failed without a reason'}"
 
     def start_timer(self, node: "Node", duration: float) -> None:
         """Call the node's ``on_timer`` before the first tick after `duration` [s]."""

@@ -19,6 +19,14 @@ class NodeStatus(IntEnum):
     FAILURE = 3
     SKIPPED = 4
 
+    def __str__(self) -> str:
+        """Return the name; an ``IntEnum`` of its own would print its number."""
+        return self.name
+
+    def __format__(self, spec: str) -> str:
+        """Format the name."""
+        return format(self.name, spec)
+
 
 IDLE: Final = NodeStatus.IDLE
 RUNNING: Final = NodeStatus.RUNNING

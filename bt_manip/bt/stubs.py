@@ -1,4 +1,4 @@
-"""Stubs: nodes and sub-trees that a document uses and nobody has, declared for reading."""
+"""Stubs: placeholders for the unknown nodes and sub-trees of a document."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,20 +10,19 @@ from .nodes.declared import LEAVES, RESULTS, declare, model_port
 from .nodes.node import Node, NodeKind
 from .ports import Port
 from .registry import BehaviourRegistry
-from .xml.check import EXPLICIT
-from .xml.document import Document, is_port_name, read_document
+from .xml.document import EXPLICIT, Document, is_port_name, read_document
 from .xml.problem import Problems, hint
 from .xml.source import Element, Text
 
 
 @dataclass(frozen=True)
 class Stubs:
-    """What stands for nodes and sub-trees that nobody has.
+    """Placeholders for unknown nodes and sub-trees.
 
     A document's own ``TreeNodesModel`` always declares nodes where stubs are allowed at all.
 
     Attributes:
-        unknown: Whether all leaves and sub-trees that nobody has succeed.
+        unknown: Whether all unknown leaves and sub-trees get a placeholder that succeeds.
         results: ``SUCCESS``, ``FAILURE``, ``RUNNING`` or the name of a known node, by the name
             of the node or sub-tree; also for some that are known.
         models: Files with a ``TreeNodesModel``: projects of Groot2, Nav2's list of its nodes.
@@ -87,7 +86,7 @@ class Stubs:
         return extended
 
     def result_of_tree(self, tree_id: str, document: Document) -> str | None:
-        """Return what the stub of a sub-tree returns; None for a sub-tree that is not stubbed.
+        """Return the result of a sub-tree's stub; None for a sub-tree without a stub.
 
         Raises:
             TreeError: If a node was asked for.
@@ -107,7 +106,7 @@ class Stubs:
     def _is_other(
         self, known: type[Node], elements: Sequence[Element], registry: BehaviourRegistry
     ) -> bool:
-        """Return whether a document means another leaf by the name of a known one."""
+        """Return whether the leaf of a document only shares its name with a known node."""
         return (
             self.unknown
             and known.kind in LEAVES
@@ -225,6 +224,6 @@ def _optional(port: Port) -> Port:
 
 
 def stub_child(tree_id: str, result: str, keys: Iterable[str]) -> Any:
-    """Make the leaf inside a sub-tree that nobody has; it writes the keys handed to it."""
+    """Make the leaf inside the stub of a sub-tree; it writes the keys handed to the sub-tree."""
     names = list(keys)
     return declare(tree_id, "Action", names, result=result)(**{key: f"{{{key}}}" for key in names})

@@ -1,4 +1,4 @@
-"""Substitution rules: putting other nodes in the place of some, for tests."""
+"""Substitution rules: replacing nodes of a tree, for tests."""
 
 import json
 from collections.abc import Mapping

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from py_trees.behaviour import Behaviour
 
 from bt_manip.bt.blackboard import Blackboard
-from bt_manip.bt.goal import bind_goal
-from bt_manip.bt.nodes.binding import Report, bind
+from bt_manip.bt.goal import bind_goal, reads_cell
+from bt_manip.bt.nodes.binding import OnProblem, bind
 from bt_manip.bt.nodes.link import Link, behaviour_of
 from bt_manip.bt.nodes.node import Node
 from bt_manip.bt.runtime import Clock, Observer, Runtime
@@ -48,10 +48,10 @@ class Tree:
         enums: Mapping[str, int] | None = None,
         tree_id: str | None = None,
         document: "Document | None" = None,
-        report: Report | None = None,
+        on_problem: OnProblem | None = None,
         goal: Node | Iterable[Node] = (),
     ) -> None:
-        """Make a tree of behaviours that are connected already.
+        """Bind connected behaviours to a blackboard and a clock.
 
         Args:
             root: The root: a node, or any stock py_trees behaviour.
@@ -60,12 +60,12 @@ class Tree:
             enums: Numbers that scripts know by name.
             tree_id: The ID of the tree.
             document: The document it was read from.
-            report: Collects the problems of the nodes; without it the first error is raised.
+            on_problem: Collects the problems of the nodes; without it the first error is raised.
             goal: Conditions that hold when the tree has done its task: one or several.
 
         Raises:
-            TreeError: If a behaviour occurs in it twice, two sub-trees have the same path, or
-                the goal is no condition.
+            TreeError: If a behaviour occurs in it twice, two sub-trees have the same path, it is
+                deeper than 256 levels, or the goal is no condition.
         """
         self.root = root
         self.tree_id = root.name if tree_id is None else tree_id
@@ -73,14 +73,14 @@ class Tree:
         self._runtime = Runtime(clock)
         self._runtime.enums.update(enums or {})
         self.observers: list[Observer] = self._runtime.observers
-        binding = bind(root, self._runtime, blackboard or Blackboard(), report)
+        binding = bind(root, self._runtime, blackboard or Blackboard(), on_problem)
         self.nodes: list[Link] = binding.nodes
         self.scopes = binding.scopes
-        self.goal = bind_goal(goal, self.blackboard, self._runtime, report)
+        self.goal = bind_goal(goal, self.blackboard, self._runtime, on_problem)
         self._root: Link = self.nodes[0]
         self._has_foreign = not all(isinstance(link, Node) for link in self.nodes)
         self._infrastructure: dict[str, Any] | None = None
-        _make_room(root)
+        _make_room(binding.depth)
 
     # ------------------------------------------------------------------ running
 
@@ -129,7 +129,7 @@ class Tree:
         return status
 
     def tick_exactly_once(self) -> NodeStatus:
-        """Tick the tree once, woken up or not.
+        """Tick the tree once; wake-ups are ignored.
 
         Returns:
             The status of the root; when it has completed, the root is idle afterwards.
@@ -146,7 +146,7 @@ class Tree:
     def halt(self) -> None:
         """Halt the running nodes, and set all nodes to idle.
 
-        As in the engine, the ``_onHalted`` scripts of all nodes run, also of those that did not.
+        As in the engine, the ``_onHalted`` scripts of all nodes run, of idle ones too.
 
         Raises:
             NodeError: If a node raised an exception while it was halted.
@@ -189,6 +189,11 @@ class Tree:
             return bytes([link.engine_status for link in self.nodes])
         return bytes(map(_NODE_STATUS, self.nodes))
 
+    @property
+    def goal_reads_cell(self) -> bool:
+        """Whether a condition of the goal can read the cell, and not only the blackboard."""
+        return reads_cell(self.goal)
+
     def node(self, path: str) -> Link:
         """Find a node by its path.
 
@@ -202,10 +207,7 @@ class Tree:
 
     def failure_reason(self) -> str:
         """Return which node failed last, and why: ``path: reason``, or an empty text."""
-        if self._runtime.reason is None:
-            return ""
-        node, reason = self._runtime.reason
-        return f"{node.path or node.name}: {reason or 'failed without a reason'}"
+        return self._runtime.reason
 
     def __iter__(self) -> Iterator[Link]:
         """Iterate over all nodes, depth first."""
@@ -250,7 +252,7 @@ class Tree:
                 _keep_entries(old, scope)
         runtime.timers.clear()
         runtime.wake_up = False
-        runtime.reason = None
+        runtime.reason = ""
         runtime.enums.update(other._runtime.enums)
         self.root = other.root
         self.tree_id = other.tree_id
@@ -280,15 +282,9 @@ class Tree:
         return draw_outline(self)
 
 
-def _make_room(root: Behaviour) -> None:
+def _make_room(depth: int) -> None:
     """Raise the interpreter's recursion limit where a tree is deeper than it allows."""
-    deepest = 0
-    stack = [(root, 1)]
-    while stack:
-        behaviour, depth = stack.pop()
-        deepest = max(deepest, depth)
-        stack += [(child, depth + 1) for child in behaviour.children]
-    needed = deepest * _FRAMES_PER_LEVEL + _FRAMES_AROUND
+    needed = depth * _FRAMES_PER_LEVEL + _FRAMES_AROUND
     if needed > sys.getrecursionlimit():
         sys.setrecursionlimit(needed)
 

@@ -36,6 +36,7 @@ def get_tree_state(
             for path, scope in scopes.items()
         },
         "wake_up": runtime.wake_up,
+        "reason": runtime.reason,
     }
 
 
@@ -57,7 +58,7 @@ def set_tree_state(
         scope = scopes[path]
         scope.entries = {key: _entry(key, entry, types) for key, entry in entries.items()}
     runtime.timers.clear()
-    runtime.reason = None
+    runtime.reason = state["reason"]
     for link, entry in zip(nodes, state["nodes"], strict=True):
         link._node_status = NodeStatus(entry["status"])
         link.set_state(entry["state"])

@@ -15,8 +15,11 @@ from .contacts.contacts import Wrench as Wrench
 from .exceptions import CellError as CellError
 from .exceptions import OverlapError as OverlapError
 from .exceptions import PhysicsDiverged as PhysicsDiverged
+from .geometry import body_poses as body_poses
+from .geometry import centre_of_mass as centre_of_mass
 from .geometry import collision_geoms as collision_geoms
 from .geometry import extent as extent
+from .geometry import geom_pose as geom_pose
 from .geometry import nearest_free as nearest_free
 from .naming import WORLD as WORLD
 from .naming import BodyNames as BodyNames

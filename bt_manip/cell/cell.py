@@ -479,6 +479,7 @@ class Cell:
         for name, state in snapshot["states"].items():
             as_object(self.objects[name]).set_state(state)
         self.random_state.set_state(tuple(snapshot["random_state"]))
+        self._contact_events = None  # the next step is compared with the restored contacts
 
     # Internal
 

@@ -1,10 +1,13 @@
-"""Bounding boxes of entities, and distances between them."""
+"""Bounding boxes of entities, distances between them, and poses inside an entity."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 import pinocchio as pin
+
+from bt_manip import spatial
 
 from .exceptions import CellError
 
@@ -50,6 +53,63 @@ def collision_geoms(cell: "Cell", name: str) -> np.ndarray:
     cell.find(name)
     collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
     return np.flatnonzero(cell.contacts.geoms(name) & collides)
+
+
+def body_poses(model: mujoco.MjModel, root: int, qpos: np.ndarray) -> dict[int, pin.SE3]:
+    """Return the poses of a body and all bodies that it carries, in the frame of that body.
+
+    They are composed from the compiled model: the same bits wherever the body is.
+
+    Args:
+        model: The compiled model.
+        root: Id of the body.
+        qpos: Positions of all joints, of which those of the carried bodies are read.
+
+    Returns:
+        The poses by id, the root first.
+    """
+    poses = {root: pin.SE3.Identity()}
+    for body, parent in enumerate(model.body_parentid.tolist()):
+        if body > root and parent in poses:  # a parent always comes before its children
+            T = poses[parent] * spatial.pose(model.body_pos[body], model.body_quat[body])
+            first = int(model.body_jntadr[body])
+            for joint in range(first, first + int(model.body_jntnum[body])):
+                T = T * _joint_displacement(model, joint, qpos)
+            poses[body] = T
+    return poses
+
+
+def _joint_displacement(model: mujoco.MjModel, joint: int, qpos: np.ndarray) -> pin.SE3:
+    """Return the pose of a body that one joint moves, in its frame without that joint."""
+    kind, adr = int(model.jnt_type[joint]), int(model.jnt_qposadr[joint])
+    axis, anchor = model.jnt_axis[joint], model.jnt_pos[joint]
+    if kind == int(mujoco.mjtJoint.mjJNT_SLIDE):
+        return pin.SE3(np.eye(3), axis * (qpos[adr] - model.qpos0[adr]))
+    if kind == int(mujoco.mjtJoint.mjJNT_HINGE):
+        rotation = pin.AngleAxis(float(qpos[adr] - model.qpos0[adr]), np.array(axis)).matrix()
+    else:  # a ball joint: free ones are only at the root of an entity
+        rotation = spatial.pose(np.zeros(3), qpos[adr : adr + 4]).rotation
+    return pin.SE3(rotation, anchor - rotation @ anchor)
+
+
+def geom_pose(model: mujoco.MjModel, poses: Mapping[int, pin.SE3], geom: int) -> pin.SE3:
+    """Return the pose of a geom, given those of the bodies."""
+    T_bg = spatial.pose(model.geom_pos[geom], model.geom_quat[geom])
+    return poses[int(model.geom_bodyid[geom])] * T_bg
+
+
+def centre_of_mass(cell: "Cell", name: str) -> np.ndarray:
+    """Return the centre of mass of an entity without overrides, in its frame [m].
+
+    Raises:
+        CellError: When there is no such entity.
+    """  # (3,)
+    model = cell.nominal_model
+    poses = body_poses(model, cell.body_id(name), cell.data.qpos)
+    masses = model.body_mass[list(poses)]
+    centres = np.array([T.act(np.array(model.body_ipos[body])) for body, T in poses.items()])
+    total = float(masses.sum())
+    return np.asarray(masses @ centres / total if total > 0.0 else centres[0])
 
 
 def nearest_free(cell: "Cell", name: str, within: float) -> float:

@@ -1,4 +1,7 @@
-"""Predicates on objects: at rest, in a container, on a support."""
+"""Predicates on objects: at rest, in a container, on a support.
+
+None of them holds in a state that is not finite.
+"""
 
 from typing import TYPE_CHECKING
 
@@ -64,6 +67,9 @@ def why_not_at_rest(cell: "Cell", name: str) -> str:
     Raises:
         CellError: If there is no such object.
     """
+    cell.find(name)
+    if not (np.isfinite(cell.data.qpos).all() and np.isfinite(cell.data.qvel).all()):
+        return "the state of the cell is not finite"
     reason = _why_moving(cell.velocity(name))
     return reason and f"'{name}' {reason}"
 

@@ -1,6 +1,7 @@
 """Offscreen rendering of a model."""
 
 import os
+import warnings
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -65,7 +66,9 @@ class FrameRenderer(mujoco.Renderer):
         if samples is not None:
             quality.offsamples = samples
         try:
-            super().__init__(model, height, width)
+            with warnings.catch_warnings():  # the error replaces those of GLFW
+                warnings.simplefilter("ignore")
+                super().__init__(model, height, width)
         except Exception as error:  # each backend raises an error of its own
             text = " ".join(str(error).split()) or type(error).__name__
             backend = os.environ.get("MUJOCO_GL") or "unset"

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bt_manip.cli.interrupt import INTERRUPTED, Interrupt
+from bt_manip.cli.exit_codes import BAD_INPUT, FAULT, INTERRUPTED, SUCCESS
+from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.plugin_options import add_plugin_options, chosen, plugin_options
 from bt_manip.cli.streams import unfailing
 from bt_manip.exceptions import BtManipError
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
 
     from bt_manip.cli.plugin_commands import PluginCommand
 
-BAD_INPUT = 2
-FAULT = 3
 _FOUND = "bt_manip.commands"
 
 COMMANDS = {
@@ -115,8 +114,7 @@ def run_app(interrupt: Interrupt, arguments: list[str] | None = None) -> int:
         arguments: Arguments of the command; None: those of the process.
 
     Returns:
-        The exit code: 0, 1 when a cycle failed, 2 for bad input, 3 for an internal fault, 130 when
-        interrupted.
+        The exit code, one of `exit_codes`.
     """
     with unfailing("stderr"):
         return _run_app(interrupt, arguments)
@@ -126,7 +124,7 @@ def _run_app(interrupt: Interrupt, arguments: list[str] | None) -> int:
     try:
         code = app.main(arguments, prog_name="bt-manip", standalone_mode=False, obj=interrupt)
         sys.stdout.flush()
-        return code if isinstance(code, int) else 0
+        return code if isinstance(code, int) else SUCCESS
     except (KeyboardInterrupt, click.Abort):
         return INTERRUPTED
     except click.ClickException as error:
@@ -137,7 +135,7 @@ def _run_app(interrupt: Interrupt, arguments: list[str] | None) -> int:
         return BAD_INPUT
     except BrokenPipeError:
         _drop_output()
-        return 0
+        return SUCCESS
     except Exception as error:
         if isinstance(error, OSError) and error.errno == errno.ENOSPC:
             _drop_output()

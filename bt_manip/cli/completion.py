@@ -40,6 +40,11 @@ def complete_listed(
     return _matching(part_names(_plugins(ctx), kind), incomplete) if kind else []
 
 
+def complete_model_caches(ctx: click.Context, _: click.Parameter, incomplete: str) -> Items:
+    """Complete the SOURCE of ``bt-manip models list SOURCE``."""
+    return _matching(("bundled", *_plugins(ctx).parts.model_caches), incomplete)
+
+
 def complete_key(ctx: click.Context, _: click.Parameter, incomplete: str) -> Items:
     """Complete the KEY of ``--set KEY=VALUE`` with the keys of the tree before it."""
     from bt_manip.exceptions import BtManipError

@@ -1,7 +1,7 @@
 """``bt-manip replay --continue``: simulate on from a moment of a recorded run."""
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from bt_manip.cli.foreign_trees import ForeignTrees
 from bt_manip.cli.interrupt import Interrupt
@@ -12,15 +12,14 @@ REQUEST = ("tree", "cycles", "seed", "robot", "controller", "scene", "planner", 
 """Fields of a recorded request that are options, too."""
 
 
-def continue_run(path: Path, time: float, interrupt: Interrupt, **watched: Any) -> int:
+def continue_run(path: Path, time: float, interrupt: Interrupt, options: RunOptions) -> int:
     """Simulate a recorded run again up to a time, then run on as ``bt-manip run`` does.
 
     Args:
         path: The recording.
         time: Simulated time [s].
         interrupt: Ctrl-C.
-        **watched: ``window``, ``view``, ``records``, ``report``, ``real_time`` and ``quiet`` of
-            `RunOptions`.
+        options: How the run is watched; the others are those of the recording.
 
     Returns:
         The exit code.
@@ -28,20 +27,16 @@ def continue_run(path: Path, time: float, interrupt: Interrupt, **watched: Any) 
     Raises:
         BtManipError: If the run cannot be continued from there.
     """
-    from bt_manip.recording import Continuation, Recording
+    from bt_manip.record import Continuation, Recording
 
     continued = Continuation(Recording(path), time)
     fields, identity = continued.fields, continued.recording.identity
     with continued.recording.decoding():
-        options = RunOptions(
+        options = replace(
+            options,
             **{key: fields[key] for key in REQUEST},
             tick_ms=1e3 * fields["tick"],
-            trace=None,
-            snapshots=(),
-            resume=None,
-            watch=False,
             foreign=ForeignTrees.of(identity.get("foreign", {})),
             continued=continued,
-            **watched,
         )
     return execute_run(options, interrupt)

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from bt_manip.recording import CycleReport, RunReport, TrackingPeak
+from bt_manip.record import CycleReport, LeafUse, RunReport, TrackingPeak
 from bt_manip.viewer import print_wrapped
 
 _PLACED = {True: "yes", False: "no", None: "-"}
@@ -64,6 +64,11 @@ def print_cycles(console: Console, report: RunReport) -> None:
             print_wrapped(
                 console, f"At rest or in contact, joints gave way by {1e3 * largest:.0f} mrad."
             )
+    use = LeafUse()
+    for cycle in report.cycles:
+        use.add(cycle.leaf_times, cycle.duration_s)
+    for line in use.sentences("cycles"):
+        print_wrapped(console, line)
     print_wrapped(console, summary(report))
 
 
@@ -92,7 +97,7 @@ def summary(report: RunReport) -> str:
         return f"The run {how or 'ended'} before a cycle was complete, after {simulated}."
     succeeded = sum(c.status == "SUCCESS" for c in ended)
     line = f"{succeeded} of {len(ended)} cycles succeeded"
-    placed = sum(one.placed for c in ended for one in c.objects)
+    placed = sum(one.placed is True for c in ended for one in c.objects)
     if placed:
         line += f", {placed} object{'' if placed == 1 else 's'} placed"
     if len(ended) > 1:

@@ -3,20 +3,15 @@
 import os
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import click
 
 from bt_manip.cli.completion import complete_part
-from bt_manip.cli.interrupt import INTERRUPTED
+from bt_manip.cli.exit_codes import FAILED, INTERRUPTED, SUCCESS
+from bt_manip.cli.options import StationOptions, takes, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
-from bt_manip.cli.settings import parse_settings
-from bt_manip.cli.station_options import station_options, workers_option
 
 DEMONSTRATION_FORMATS = ("robomimic", "parquet", "lerobot")
-
-FAILED = 1
-"""Exit code when an episode failed."""
 
 
 class _RecordByDefault(click.Group):
@@ -62,7 +57,7 @@ def demos() -> None:
 )
 @click.option("--size", default="128x128", show_default=True, metavar="WxH", help="Of the images.")
 @workers_option
-@station_options
+@takes(StationOptions)
 def record(
     tree: str,
     episodes: int,
@@ -71,8 +66,8 @@ def record(
     images: str,
     size: str,
     workers: int | None,
-    settings: tuple[str, ...],
-    **options: Any,
+    seed: int,
+    options: StationOptions,
 ) -> int:
     """Record what the tree does in episodes with different starts.
 
@@ -90,7 +85,7 @@ def record(
 
     from bt_manip.demonstrations import DemonstrationRecorder, DemonstrationStore
     from bt_manip.evaluation import run_episodes
-    from bt_manip.recording import parse_size
+    from bt_manip.record import parse_size
 
     load_chosen_plugins()  # warns of broken ones
     make_recorder = partial(
@@ -101,15 +96,16 @@ def record(
         cameras=[name.strip() for name in images.split(",") if name.strip()],
         size=parse_size(size),
         failures=failures,
-        settings=parse_settings(settings),
-        **options,
+        seed=seed,
+        **options.request_fields,
     )
     store = DemonstrationStore.create(folder, make_recorder().identity())
     done = set(store.episodes())
     left = [episode for episode in range(episodes) if episode not in done]
-    console, code = Console(stderr=True), 0
+    console, code = Console(stderr=True), SUCCESS
     try:
-        results = run_episodes(make_recorder, left, min(workers or os.cpu_count() or 1, len(left)))
+        workers = min(workers or os.cpu_count() or 1, len(left))
+        results = run_episodes(make_recorder, left, workers, lost=store.write_lost)
         for _ in track(
             results, "demos", len(left), console=console, transient=True,
             disable=not console.is_terminal,
@@ -125,7 +121,7 @@ def record(
     click.echo(
         f"{folder}: {len(outcomes) - len(failed)} of {len(outcomes)} succeeded, {steps} steps"
     )
-    return code or (FAILED if failed else 0)
+    return code or (FAILED if failed else SUCCESS)
 
 
 @demos.command()
@@ -151,7 +147,7 @@ def export(folder: Path, form: str, out: Path, actions: str, python: str | None)
     if (python is not None) != (form == "lerobot"):
         raise click.UsageError("--python belongs to --format lerobot, which needs it")
     from bt_manip import demonstrations as formats
-    from bt_manip.recording import check_writable
+    from bt_manip.record import check_writable
 
     store = formats.read_demonstrations(folder)
     if python is not None:

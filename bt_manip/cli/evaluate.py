@@ -2,31 +2,30 @@
 
 import os
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
 from bt_manip.cli.completion import complete_part
-from bt_manip.cli.interrupt import INTERRUPTED
+from bt_manip.cli.exit_codes import FAILED, INTERRUPTED, SUCCESS
+from bt_manip.cli.options import Function, StationOptions, takes, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
-from bt_manip.cli.settings import parse_settings
-from bt_manip.cli.station_options import Command, station_options, workers_option
 from bt_manip.extras import require_extra
 
 if TYPE_CHECKING:
     from bt_manip.cli.evaluation_view import EvaluationView
-    from bt_manip.evaluation import EpisodeResult, Evaluation, Failure
+    from bt_manip.evaluation import EpisodeResult, EpisodeWorker, Evaluation
 
-FAILED = 1
-"""Exit code when an episode did not succeed."""
+SHOWN = 10
+"""Number of episodes that are listed in which two trees differ."""
 
 _EPILOG = "Exit codes: 0 every episode succeeded, 1 one did not, 2 bad input, 130 interrupted."
 
-_OPTIONS: tuple[Callable[[Command], Command], ...] = (
+_OPTIONS: tuple[Callable[[Function], Function], ...] = (
     click.option(
         "--episodes", type=click.IntRange(min=1), default=100, show_default=True, metavar="N",
         help="Number of episodes, of each point of a sweep.",
@@ -46,18 +45,19 @@ _OPTIONS: tuple[Callable[[Command], Command], ...] = (
     ),
     click.option(
         "--until-interval", type=click.FloatRange(0.0, 1.0), default=0.0, metavar="WIDTH",
-        help="Stop as soon as the 95 % interval of the success rate is at most this wide.",
+        help="Stop as soon as the 95 % interval of the success rate is at most this wide; "
+        "that biases the rate slightly upwards.",
     ),
     click.option(
         "--timeout", type=click.FloatRange(min=0.0, min_open=True), metavar="S",
         default=120.0, show_default=True,
         help="Simulated time after which an episode has failed [s].",
     ),
-    station_options,
+    takes(StationOptions, name="station"),
 )  # fmt: skip
 
 
-def evaluation_options(command: Command) -> Command:
+def evaluation_options(command: Function) -> Function:
     """Add the options that ``evaluate`` and ``sweep`` share."""
     for option in reversed(_OPTIONS):
         command = option(command)
@@ -65,15 +65,21 @@ def evaluation_options(command: Command) -> Command:
 
 
 @click.command(epilog=_EPILOG)
-@click.argument("tree", shell_complete=complete_part("trees"))
+@click.argument(
+    "trees", nargs=-1, required=True, metavar="TREE [OTHER]", shell_complete=complete_part("trees")
+)
 @evaluation_options
-def evaluate(tree: str, **options: Any) -> int:
-    """Measure how often TREE succeeds.
+def evaluate(trees: tuple[str, ...], **options: Any) -> int:
+    """Measure how often TREE succeeds; compare it with OTHER on the same episodes.
 
     Each episode starts at home, randomized by seed and number of the episode alone: the same
     episode has the same states in any process, and bt-manip run --episode N repeats it.
     """
-    return _execute(tree, lambda: ({},), **options)
+    if len(trees) > 2:
+        raise click.UsageError(f"one tree is evaluated, or two are compared, got {len(trees)}")
+    if len(set(trees)) < len(trees):
+        raise click.UsageError(f"'{trees[0]}' is compared with itself")
+    return _execute(trees, lambda: ({},), **options)
 
 
 @click.command(epilog=_EPILOG)
@@ -92,7 +98,7 @@ def evaluate(tree: str, **options: Any) -> int:
 def sweep(tree: str, varied: tuple[str, ...], samples: int | None, **options: Any) -> int:
     """Measure how the success of TREE depends on parameters.
 
-    All points run the same episodes.
+    All points run the same episodes; where they are two, these are compared.
     """
 
     def points() -> Any:
@@ -106,22 +112,29 @@ def sweep(tree: str, varied: tuple[str, ...], samples: int | None, **options: An
                 raise click.UsageError(f"--vary gives '{name}' twice")
         return sampled(parameters, samples, options["seed"]) if samples else grid(parameters)
 
-    return _execute(tree, points, **options)
+    return _execute((tree,), points, **options)
+
+
+class _Measured(NamedTuple):
+    """An evaluation with its results."""
+
+    evaluation: "Evaluation"
+    view: "EvaluationView"
+    results: "list[EpisodeResult]"
+    interrupted: bool
 
 
 def _execute(
-    tree: str,
+    trees: Sequence[str],
     make_points: Callable[[], Any],
     *,
-    episodes: int,
     seed: int,
-    workers: int | None,
     ray: str | None,
     folder: Path | None,
     until_interval: float,
     timeout: float,
-    settings: tuple[str, ...],
-    **parts: Any,
+    station: StationOptions,
+    **how: Any,
 ) -> int:
     """Evaluate, show the progress and the results; return the exit code."""
     os.environ.setdefault("MUJOCO_GL", "disable")
@@ -129,55 +142,133 @@ def _execute(
         require_extra("learn", "--to", "pyarrow")
     if ray is not None:
         require_extra("ray", "--ray", "ray")
+    if until_interval and len(trees) > 1:
+        raise click.UsageError(
+            "--until-interval does not go with two trees: both need all episodes"
+        )
+    from bt_manip.evaluation import EpisodeWorker, Evaluation
+
+    load_chosen_plugins()  # warns of broken ones
+    options, points = {**station.request_fields, "seed": seed}, make_points()
+    evaluations = [Evaluation(tree, options, points, timeout, chosen()) for tree in trees]
+    workers = [EpisodeWorker(one) for one in evaluations]  # bad input is found here
+    measured: list[_Measured] = []
+    for tree, evaluation, worker in zip(trees, evaluations, workers, strict=True):
+        own = folder
+        if len(trees) > 1:
+            click.echo(f"{tree}:")
+            own = folder and folder / "ab"[len(measured)]
+        one = _measure(evaluation, worker, own, ray=ray, until_interval=until_interval, **how)
+        measured.append(one)
+        _advise(one, own, until_interval)
+        if one.interrupted:
+            return INTERRUPTED
+    sides = [
+        (one.evaluation, point, [r for r in one.results if r.point == point])
+        for one in measured
+        for point in range(len(points))
+    ]
+    if len(sides) == 2:
+        _compare(*sides)
+    rates = [one.view.total for one in measured]
+    return FAILED if any(one.successes < one.trials for one in rates) else SUCCESS
+
+
+def _measure(
+    evaluation: "Evaluation",
+    worker: "EpisodeWorker",
+    folder: Path | None,
+    *,
+    episodes: int,
+    workers: int | None,
+    ray: str | None,
+    until_interval: float,
+) -> _Measured:
+    """Run the episodes of an evaluation and show the progress."""
     from functools import partial
 
     from bt_manip.cli.evaluation_view import EvaluationView
-    from bt_manip.evaluation import EpisodeWorker, Evaluation, RayPool, ResultFolder
+    from bt_manip.evaluation import EpisodeWorker, RayPool, ResultFolder
     from bt_manip.evaluation import evaluate as run_evaluation
 
-    load_chosen_plugins()  # warns of broken ones
-    options = {"settings": parse_settings(settings), "seed": seed, **parts}
-    evaluation = Evaluation(tree, options, make_points(), timeout, chosen())
-    worker = EpisodeWorker(evaluation)  # bad input is found here
     evaluation = replace(evaluation, identity=worker.identity)
+    interrupted = False
     with ExitStack() as stack:
-        before: list[EpisodeResult] = []
+        known: list[EpisodeResult] = []
         results = None
         if folder is not None:
             results = ResultFolder(folder, worker.identity, evaluation.points)
-            before = results.results
+            known += results.results
             stack.enter_context(results)
         pool = None
         if ray is not None:
             pool = RayPool(partial(EpisodeWorker, evaluation), ray, workers or 0)
         workers = workers or (pool.cpus if pool is not None else os.cpu_count() or 1)
-        view = stack.enter_context(EvaluationView(evaluation, episodes, workers, before))
-        code = 0
+        view = stack.enter_context(EvaluationView(evaluation, episodes, workers, known))
         try:
             found = run_evaluation(
-                evaluation, episodes, workers, pool=pool, worker=worker, before=before,
+                evaluation, episodes, workers, pool=pool, worker=worker, before=[*known],
                 until_width=until_interval,
             )  # fmt: skip
             for result in stack.enter_context(closing(found)):
                 if results is not None:
                     results.add(result)
+                known.append(result)
                 view.add(result)
         except KeyboardInterrupt:
-            code = INTERRUPTED
-    _advise(view, evaluation, folder, interrupted=bool(code))
-    return code or (FAILED if view.total.successes < view.total.trials else 0)
+            interrupted = True
+    return _Measured(evaluation, view, known, interrupted)
 
 
-def _advise(
-    view: "EvaluationView", evaluation: "Evaluation", folder: Path | None, *, interrupted: bool
+def _compare(
+    a: "tuple[Evaluation, int, list[EpisodeResult]]",
+    b: "tuple[Evaluation, int, list[EpisodeResult]]",
 ) -> None:
+    """Print how two success rates on the same episodes differ, and in which episodes."""
+    from bt_manip.evaluation import PairedTable, mcnemar_p_value, newcombe_interval
+
+    table = PairedTable.of(a[2], b[2])
+    if not table.trials:
+        return
+    low, high = newcombe_interval(table)
+    names = [
+        ", ".join(f"{k}={v}" for k, v in evaluation.points[point].items()) or evaluation.tree
+        for evaluation, point, _ in (a, b)
+    ]
+    click.echo(f"A: {names[0]}\nB: {names[1]}")
+    click.echo(
+        f"Of {table.trials} episodes, {table.both} succeeded with both, {table.only_a} with A "
+        f"only, {table.only_b} with B only, {table.neither} with neither."
+    )
+    click.echo(
+        f"B - A: {table.difference:+.1%} (95 %, Newcombe: {low:+.1%} to {high:+.1%}); "
+        f"exact McNemar test: p = {mcnemar_p_value(table):.3g}"
+    )
+    for which, winner, (loser, point, results) in (("A", b, a), ("B", a, b)):
+        won = {one.episode for one in winner[2] if one.success}
+        lost = sorted(one.episode for one in results if not one.success and one.episode in won)
+        if lost:
+            shown = ", ".join(map(str, lost[:SHOWN])) + (", ..." if len(lost) > SHOWN else "")
+            click.echo(f"{which} alone failed in episodes {shown}")
+            if command := _command(loser, lost[0], dict(loser.points[point])):
+                click.echo(f"  {command}")
+
+
+def _advise(measured: _Measured, folder: Path | None, until_interval: float) -> None:
     """Print the results, and what to look at next."""
+    evaluation, view, _, interrupted = measured
     view.print()
+    if until_interval:
+        click.echo(
+            "The number of episodes depended on the results (--until-interval), which biases rates "
+            "slightly upwards, by up to 0.014; a fixed --episodes does not."
+        )
     if interrupted and folder is not None:
         click.echo("The same command continues where it was interrupted.")
     failure = next(iter(view.total.failures()), None)
     if failure is not None:
-        if (command := _command(evaluation, failure, view.point_of(failure))) is not None:
+        command = _command(evaluation, failure.first, view.point_of(failure))
+        if command is not None:
             click.echo(f"Watch the most frequent failure: {command}")
     elif view.total.trials:
         low = view.total.interval.low
@@ -186,8 +277,8 @@ def _advise(
         click.echo(f"Results: {folder}; draw them: bt-manip report {shlex.quote(str(folder))}")
 
 
-def _command(evaluation: "Evaluation", failure: "Failure", point: "dict[str, Any]") -> str | None:
-    """Return the command that shows a failure; None if `bt-manip run` has no such options."""
+def _command(evaluation: "Evaluation", episode: int, point: "dict[str, Any]") -> str | None:
+    """Return the command that shows an episode; None if `bt-manip run` has no such options."""
     if any("." in name for name in point):
         return None
     given = {**evaluation.options}
@@ -200,4 +291,4 @@ def _command(evaluation: "Evaluation", failure: "Failure", point: "dict[str, Any
             words += [f"--{key}", str(value)]
     for key, value in keys.items():
         words += ["--set", f"{key}={value}"]
-    return shlex.join([*words, "--episode", str(failure.first), "--view"])
+    return shlex.join([*words, "--episode", str(episode), "--view"])

@@ -106,6 +106,7 @@ class EvaluationView:
 
     def _results(self, points: int) -> RenderableType:
         shown: list[RenderableType] = [Text(str(self.total))]
+        shown += map(Text, self.total.use.sentences("episodes"))
         if len(self.rates) > 1:
             names = list(self._evaluation.points[0])
             table = _table(*names, "episodes", "success", "95 % interval")

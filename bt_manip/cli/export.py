@@ -1,21 +1,55 @@
 """``bt-manip export``: convert a recording."""
 
+import importlib
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 import click
 
 from bt_manip.extras import require_extra
 
-VIDEOS = ("mp4", "gif")
-FORMATS = ("csv", "parquet", "mcap", "btlog", "db3", *VIDEOS)
+
+class ExportFormat(NamedTuple):
+    """A format of ``bt-manip export``; its name is the suffix of its files.
+
+    Attributes:
+        write: Module and function, called with the recording, the path and the given options.
+        packages: What it needs beside the packages of recordings.
+        options: Its options.
+    """
+
+    write: str
+    packages: tuple[str, ...] = ()
+    options: tuple[str, ...] = ()
+
+
+VIDEO_FORMAT = ExportFormat(
+    "bt_manip.record:write_video", ("av",), ("camera", "size", "fps", "overlay")
+)
+
+FORMATS = {
+    "csv": ExportFormat("bt_manip.record:write_csv", ("pyarrow",)),
+    "parquet": ExportFormat("bt_manip.record:write_parquet", ("pyarrow",)),
+    "npz": ExportFormat("bt_manip.record:write_trace"),
+    "mcap": ExportFormat("bt_manip.record:write_mcap"),
+    "btlog": ExportFormat("bt_manip.groot:write_btlog"),
+    "db3": ExportFormat("bt_manip.groot:write_sqlite"),
+    "mp4": VIDEO_FORMAT,
+    "gif": VIDEO_FORMAT,
+}
+"""All formats by name; a new one is a line here."""
+
+
+def _complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
+    return [name for name in FORMATS if name.startswith(incomplete)]
 
 
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
-    "--to", "form", type=click.Choice(FORMATS), help="Format.  [default: the suffix of --out]"
-)
+    "--to", "form", metavar="FORMAT", shell_complete=_complete,
+    help=f"{', '.join(FORMATS)}.  [default: the suffix of --out]",
+)  # fmt: skip
 @click.option(
     "-o", "--out", type=click.Path(path_type=Path), metavar="OUT",
     help="File to write.  [default: FILE with the suffix of the format]",
@@ -33,7 +67,7 @@ def export(
     fps: float | None,
     overlay: bool,
 ) -> None:
-    """Convert a recording to a table, a complete recording, a log of Groot2, or a video.
+    """Convert a recording to a table, a trace, a complete recording, a log of Groot2, or a video.
 
     FILE is a recording of bt-manip run --record FILE.mcap; what can be read of a cut one is used.
     csv and parquet have a row for each control step; btlog and db3 open in Groot2.
@@ -41,34 +75,21 @@ def export(
     form = form or (out.suffix[1:] if out is not None else "")
     if form not in FORMATS:
         raise click.UsageError(f"--to or the suffix of --out is one of {', '.join(FORMATS)}")
-    options: dict[str, Any] = {
-        "camera": camera,
-        "size": size,
-        "fps": fps,
-        "overlay": overlay or None,
-    }
+    chosen = FORMATS[form]
+    options = {"camera": camera, "size": size, "fps": fps, "overlay": overlay or None}
     given = {name: value for name, value in options.items() if value is not None}
-    if given and form not in VIDEOS:
-        raise click.UsageError(f"--{next(iter(given))} is an option of {' and '.join(VIDEOS)}")
+    for name in given:
+        if name not in chosen.options:
+            having = [other for other, one in FORMATS.items() if name in one.options]
+            raise click.UsageError(f"--{name} is an option of {' and '.join(having)}")
     if out is None:
         out = file.with_suffix(".complete.mcap" if form == "mcap" else f".{form}")
-    packages = ["mcap", "foxglove_schemas_protobuf"]
-    packages += ["av"] * (form in VIDEOS) + ["pyarrow"] * (form in ("csv", "parquet"))
-    require_extra("record", "export", *packages)
+    require_extra("record", "export", "mcap", "foxglove_schemas_protobuf", *chosen.packages)
+    from bt_manip.record import Recording, check_writable
     from bt_manip.viewer import use_offscreen_opengl
 
     use_offscreen_opengl()
-    from bt_manip import recording as formats
-
-    formats.check_writable(out, "export", source=None if form == "mcap" else file)
-    recording = formats.Recording(file)
-    if form in VIDEOS:
-        formats.write_video(recording, out, **given)
-    elif form in ("csv", "parquet", "mcap"):
-        getattr(formats, f"write_{form}")(recording, out)
-    else:
-        from bt_manip.groot import BtlogRecorder, SqliteRecorder
-
-        recorder = BtlogRecorder(out) if form == "btlog" else SqliteRecorder(out)
-        recorder.write_recording(recording)
+    check_writable(out, "export", source=None if form == "mcap" else file)
+    module, _, function = chosen.write.partition(":")
+    getattr(importlib.import_module(module), function)(Recording(file), out, **given)
     click.echo(f"{out}: {out.stat().st_size / 1e6:.2f} MB")

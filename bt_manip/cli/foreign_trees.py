@@ -1,18 +1,16 @@
 """Options for trees whose nodes or sub-trees nobody here has."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any
 
 import click
 
+from bt_manip.cli.options import option
 from bt_manip.exceptions import BtManipError, did_you_mean
 
-if TYPE_CHECKING:
-    pass
-
-Function = TypeVar("Function", bound=Callable[..., Any])
+_PATH = click.Path(exists=True, path_type=Path)
 
 
 @dataclass(frozen=True)
@@ -20,18 +18,35 @@ class ForeignTrees:
     """What the options say.
 
     Attributes:
-        libraries: Files and folders whose trees may be named as sub-trees.
-        models: Files that declare nodes.
-        stub_unknown: Whether leaves and sub-trees that nobody has succeed.
         stubs: ``NAME=RESULT``, as given.
+        stub_unknown: Whether unknown leaves and sub-trees succeed.
+        models: Files that declare nodes.
         mapping: A file that maps leaves to behaviours.
+        libraries: Files and folders whose trees may be named as sub-trees.
     """
 
-    libraries: tuple[Path, ...] = ()
-    models: tuple[Path, ...] = ()
-    stub_unknown: bool = False
-    stubs: tuple[str, ...] = ()
-    mapping: Path | None = None
+    stubs: tuple[str, ...] = option(
+        "--stub", multiple=True, metavar="NAME=RESULT",
+        help="Let a leaf or sub-tree return SUCCESS, FAILURE or RUNNING, or any node be another "
+        "one: RecoveryNode=Fallback; may be given more than once.",
+    )  # fmt: skip
+    stub_unknown: bool = option(
+        "--stub-unknown", is_flag=True,
+        help="Let all leaves and sub-trees that are not known succeed.",
+    )  # fmt: skip
+    models: tuple[Path, ...] = option(
+        "--models", multiple=True, type=_PATH, metavar="FILE",
+        help="A file whose TreeNodesModel declares nodes, such as a project of Groot2; may be "
+        "given more than once.",
+    )  # fmt: skip
+    mapping: Path | None = option(
+        "--map", type=_PATH, metavar="FILE.toml",
+        help="Which behaviours stand for leaves and sub-trees of others, and how.",
+    )  # fmt: skip
+    libraries: tuple[Path, ...] = option(
+        "--with", multiple=True, type=_PATH, metavar="PATH",
+        help="A file or folder whose trees may be named as sub-trees; may be given more than once.",
+    )  # fmt: skip
     _stubbed: dict[str, int] = field(default_factory=dict)
 
     def reading(self) -> dict[str, Any]:
@@ -71,11 +86,11 @@ class ForeignTrees:
         """Return the options of some `fields`."""
         mapping = fields.get("mapping")
         return cls(
-            tuple(map(Path, fields.get("libraries", ()))),
-            tuple(map(Path, fields.get("models", ()))),
-            fields.get("stub_unknown", False),
             tuple(fields.get("stubs", ())),
+            fields.get("stub_unknown", False),
+            tuple(map(Path, fields.get("models", ()))),
             Path(mapping) if mapping else None,
+            tuple(map(Path, fields.get("libraries", ()))),
         )
 
     def note(self, stubbed: Mapping[str, int]) -> None:
@@ -83,7 +98,7 @@ class ForeignTrees:
         for text, count in stubbed.items():
             self._stubbed[text] = self._stubbed.get(text, 0) + count
 
-    def report(self) -> None:
+    def print_stubs(self) -> None:
         """Print what was stubbed, and which stubs no tree had a use for."""
         if self._stubbed:
             click.echo("Stubs:", err=True)
@@ -95,44 +110,3 @@ class ForeignTrees:
             if name not in used:
                 near = did_you_mean(name, used) if used else ""
                 click.echo(f"Warning: --stub: nothing is named '{name}'{near}", err=True)
-
-
-def foreign_tree_options(command: Function) -> Function:
-    """Add the options to a command, which gets them as ``foreign``, a `ForeignTrees`."""
-    names = ("libraries", "models", "stub_unknown", "stubs", "mapping")
-
-    def with_options(*args: Any, **options: Any) -> Any:
-        foreign = ForeignTrees(**{name: options.pop(name) for name in names})
-        return command(*args, foreign=foreign, **options)
-
-    with_options.__doc__ = command.__doc__
-    with_options.__name__ = command.__name__
-    with_options.__dict__.update(command.__dict__)
-    path = click.Path(exists=True, path_type=Path)
-    for option in (
-        click.option(
-            "--stub", "stubs", multiple=True, metavar="NAME=RESULT",
-            help="Let a leaf or sub-tree return SUCCESS, FAILURE or RUNNING, or any node be "
-            "another one: RecoveryNode=Fallback; may be given more than once.",
-        ),
-        click.option(
-            "--stub-unknown", is_flag=True,
-            help="Let all leaves and sub-trees that are not known succeed.",
-        ),
-        click.option(
-            "--models", multiple=True, type=path, metavar="FILE",
-            help="A file whose TreeNodesModel declares nodes, such as a project of Groot2; may "
-            "be given more than once.",
-        ),
-        click.option(
-            "--map", "mapping", type=path, metavar="FILE.toml",
-            help="Which behaviours stand for leaves and sub-trees of others, and how.",
-        ),
-        click.option(
-            "--with", "libraries", multiple=True, type=path, metavar="PATH",
-            help="A file or folder whose trees may be named as sub-trees; may be given more "
-            "than once.",
-        ),
-    ):  # fmt: skip
-        option(with_options)
-    return with_options  # type: ignore[return-value]

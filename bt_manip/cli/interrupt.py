@@ -6,9 +6,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-INTERRUPTED = 130
-"""Exit code after Ctrl-C: 128 + SIGINT, as in shells."""
-
 PATIENCE = 2.0
 """Wall time after which a run that does not stop after the signal is aborted [s]."""
 

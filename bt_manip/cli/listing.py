@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 LISTED = (
     "trees", "behaviours", "objects", "robots", "grippers", "controllers", "planners",
-    "scenes", "model_sources", "recorders", "panels", "faults", "plugins",
+    "scenes", "actions", "model_sources", "model_formats", "model_caches", "recorders", "panels",
+    "faults", "plugins",
 )  # fmt: skip
 
 
@@ -104,6 +105,8 @@ def _summary(part: Any) -> str:
     """Return a one-line summary of a part."""
     if isinstance(part, str):
         return part
+    if suffixes := getattr(part, "suffixes", ()):  # a model format
+        return ", ".join(suffixes)
     if not callable(part):  # a robot's description
         return str(getattr(part, "model", ""))
     # Not that of a base class, which getdoc() would give.

@@ -1,19 +1,23 @@
 """``bt-manip models``: list, download and show models."""
 
 import os
-from collections.abc import Iterator, Mapping
-from pathlib import Path
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from bt_manip.cli.completion import complete_model_caches
 from bt_manip.cli.plugin_options import load_chosen_plugins
-from bt_manip.exceptions import BtManipError
+from bt_manip.exceptions import BtManipError, did_you_mean
 
 if TYPE_CHECKING:
-    from bt_manip.models import MjcfModel, Source
+    from pathlib import Path
 
-SOURCES = ("bundled", "fuel", "menagerie")
+    from bt_manip.models import MjcfModel, ModelCache
+    from bt_manip.registry import Parts
+
+BUNDLED = "bundled"
+_PARTS = "bt_manip.models.parts"
 
 
 @click.group()
@@ -23,15 +27,29 @@ def models() -> None:
 
 
 @models.command("list")
-@click.argument("source", required=False, type=click.Choice(SOURCES))
+@click.argument("source", required=False, shell_complete=complete_model_caches)
 def list_models(source: str | None) -> None:
     """List the addresses of the models that can be used without a network.
 
-    With a source, only its models; for Menagerie also those that would be downloaded, marked '*'.
-    The models of Fuel are listed at https://app.gazebosim.org.
+    SOURCE is bundled, menagerie, fuel or a cache of another plugin: only its models; for Menagerie
+    also those that would be downloaded, marked '*'. The models of Fuel are listed at
+    https://app.gazebosim.org.
     """
-    for chosen in [source] if source else SOURCES:
-        for line in _known(chosen, everything=source is not None):
+    from bt_manip.models import bundled_names, check_fuel_plugin
+
+    caches = _caches()
+    known = sorted([BUNDLED, *caches])
+    if source is not None and source not in known:
+        check_fuel_plugin(source, kind=source)
+        what = did_you_mean(source, known)
+        raise BtManipError(f"there is no source '{source}' of local models{what}")
+    for chosen in [source] if source else known:
+        found: Iterable[str]
+        if chosen == BUNDLED:
+            found = (f"bundled:{name}" for name in bundled_names())
+        else:
+            found = caches[chosen].addresses(everything=source is not None)
+        for line in found:
             click.echo(line)
 
 
@@ -44,14 +62,14 @@ def fetch(addresses: tuple[str, ...]) -> None:
     menagerie:NAME.
     """
     from bt_manip.models import find_model
-    from bt_manip.models.fuel import FuelClient, fuel_address
 
     for address in addresses:
-        if address.startswith(("fuel:", "http:", "https:")):
-            found, path = FuelClient().fetch(fuel_address(address))
+        cache = _cache_of(address)
+        if cache is not None:
+            found, path = cache.fetch(address)
             click.echo(f"{found}  {path}")
         else:
-            model = find_model(address, sources=_sources(address))
+            model = find_model(address, **_parts_of(address))
             click.echo(f"{model.address}  {model.path}")
 
 
@@ -61,7 +79,7 @@ def path(address: str) -> None:
     """Print the path of a model's file, downloading the model if needed."""
     from bt_manip.models import find_model
 
-    click.echo(find_model(address, sources=_sources(address)).path)
+    click.echo(find_model(address, **_parts_of(address)).path)
 
 
 @models.command()
@@ -71,7 +89,7 @@ def show(address: str, mjcf: bool) -> None:
     """Print a model's file, parts, mass and size, and what was lost in its conversion."""
     from bt_manip.models import load_model
 
-    model = load_model(address, sources=_sources(address))
+    model = load_model(address, **_parts_of(address))
     if mjcf:
         click.echo(model.xml or (model.path.read_text("utf-8") if model.path else ""))
         return
@@ -83,7 +101,7 @@ def show(address: str, mjcf: bool) -> None:
 
 @models.command()
 @click.argument("addresses", nargs=-1, metavar="[ADDRESS]...")
-@click.option("--all", "everything", is_flag=True, help="All models of Fuel and Menagerie.")
+@click.option("--all", "everything", is_flag=True, help="All downloaded models.")
 @click.option("--yes", is_flag=True, help="Do not ask.")
 def clear(addresses: tuple[str, ...], everything: bool, yes: bool) -> None:
     """Delete downloaded models: fuel:OWNER/NAME with or without a version, menagerie:NAME.
@@ -101,30 +119,12 @@ def clear(addresses: tuple[str, ...], everything: bool, yes: bool) -> None:
         click.echo("nothing to delete")
 
 
-def _known(source: str, everything: bool) -> Iterator[str]:
-    if source == "bundled":
-        from bt_manip.models import bundled_names
-
-        yield from (f"bundled:{name}" for name in bundled_names())
-    elif source == "fuel":
-        from bt_manip.models.fuel import FuelCache
-
-        yield from map(str, FuelCache().models())
-    else:
-        from bt_manip.models import is_cached, menagerie_names
-
-        for name in menagerie_names():
-            here = is_cached(name)
-            if here or everything:
-                yield f"menagerie:{name}" + ("" if here else " *")
-
-
 def _facts(model: "MjcfModel", address: str) -> Iterator[tuple[str, str]]:
     from bt_manip.cell.objects import ModelObject
     from bt_manip.models import find_model
 
     thing = ModelObject(model)
-    found = find_model(address, sources=_sources(address))
+    found = find_model(address, **_parts_of(address))
     root = thing.mjcf_model
     yield "address", model.address
     yield "file", str(found.path)
@@ -141,33 +141,45 @@ def _facts(model: "MjcfModel", address: str) -> Iterator[tuple[str, str]]:
 
 
 def _clear(address: str) -> list["Path"]:
-    if address.startswith(("fuel:", "http:", "https:")):
-        from bt_manip.models.fuel import FuelCache, fuel_address
+    cache = _cache_of(address)
+    if cache is None:
+        from bt_manip.models import check_fuel_plugin
 
-        return FuelCache().remove(fuel_address(address))
-    if address.startswith("menagerie:"):
-        from bt_manip.models import remove
-
-        return remove(address.removeprefix("menagerie:"))
-    raise BtManipError(f"'{address}': only models of fuel: and menagerie: are downloaded")
+        kind = address.partition(":")[0]
+        check_fuel_plugin(address, kind=kind)
+        kinds = " and ".join(f"{name}:" for name in _caches())
+        raise BtManipError(f"'{address}': only models of {kinds} are downloaded")
+    return cache.remove(address)
 
 
 def _clear_all() -> list["Path"]:
-    from bt_manip.models import menagerie_names, remove
-    from bt_manip.models.fuel import FuelCache
-
-    cache = FuelCache()
-    gone = [path for address in list(cache.models()) for path in cache.remove(address)]
-    return gone + [path for name in menagerie_names() for path in remove(name)]
+    return [path for cache in _caches().values() for path in cache.clear()]
 
 
-def _sources(address: str) -> "Mapping[str, Source]":
-    """Return the sources of models; plugins are loaded only for addresses of unknown kinds."""
-    from bt_manip.models import built_in_sources
+def _caches() -> dict[str, "ModelCache"]:
+    """Return the caches of all plugins, by name."""
+    caches = _parts().model_caches
+    return {name: caches.create(name) for name in caches}
 
-    known = built_in_sources()
-    kind, colon, _ = address.partition(":")
-    if not colon or kind.lower() in (*known, "file") or Path(address).exists():
-        return known
-    sources = load_chosen_plugins().parts.model_sources
-    return {kind: sources.get(kind) for kind in sources}
+
+def _cache_of(address: str) -> "ModelCache | None":
+    """Return the cache that has the models of an address, if any."""
+    kind = address.partition(":")[0].lower() if ":" in address else ""
+    return next((cache for cache in _caches().values() if kind in cache.kinds), None)
+
+
+def _parts_of(address: str) -> dict[str, Any]:
+    """Return the arguments for `find_model`; models with built-in sources need no plugins."""
+    if address.partition(":")[0].lower() in (BUNDLED, "menagerie"):
+        return {}
+    parts = _parts()
+    return {"sources": parts.model_sources.copies(), "formats": parts.model_formats.copies()}
+
+
+def _parts() -> "Parts":
+    """Return the parts of the chosen plugins, which are loaded once in a command."""
+    meta = click.get_current_context().meta
+    if _PARTS not in meta:
+        meta[_PARTS] = load_chosen_plugins().parts
+    parts: Parts = meta[_PARTS]
+    return parts

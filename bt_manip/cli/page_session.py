@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bt_manip.cli.interrupt import INTERRUPTED, Interrupt
+from bt_manip.cli.exit_codes import INTERRUPTED
+from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.cli.run_job import RunJob
 from bt_manip.cli.run_options import RunOptions, make_request
@@ -19,9 +20,12 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from bt_manip.plugins import Plugins
-    from bt_manip.runner import RunRequest, Station
+    from bt_manip.runner import RunLoop, RunRequest, Station
     from bt_manip.viewer import Page
     from bt_manip.viewer.page import RunChoice
+
+TICK = 0.010
+"""Time between two ticks while no tree runs [s]."""
 
 SAVED = Path("configurations.toml")
 """File of the configurations that are saved on the page, unless an option names one."""
@@ -88,7 +92,7 @@ class PageSession:
         self._plugins: Plugins | None = None
         self._station: Station | None = None
         self._built: tuple[Any, ...] = ()
-        self._stands = False  # still, after an exception
+        self._loop: RunLoop | None = None  # between runs; None while the cell stands still
         self._is_new = False  # nothing has moved in the station since it was built
         self.last: RunJob | None = None
 
@@ -119,7 +123,7 @@ class PageSession:
         )
         code = job.execute()
         if job.run is not None:
-            self._station, self._built = job.run.station, _cell_of(job.run.request)
+            self._station, self._built = job.run.station, job.run.request.station
             self._is_new = False
         return code
 
@@ -141,7 +145,7 @@ class PageSession:
                     self._obey(*asked)
                     pacing.start(time)
                 self._idle_tick()
-                time += self._options.tick_ms * 1e-3
+                time += TICK
                 pacing.wait(time)
 
     @property
@@ -161,13 +165,14 @@ class PageSession:
             return self._page
         from bt_manip.cli.run_observers import page_panels
         from bt_manip.registry import Surroundings
-        from bt_manip.runner import SCENE, seed_of
+        from bt_manip.runner import SCENE
+        from bt_manip.scenes import seed_of
         from bt_manip.viewer import Page
         from bt_manip.viewer.page import JogPanel, RunChoice, SessionPanel
 
         parts, self._plugins = plugins.parts, plugins
         first = RunChoice(
-            self._options.tree, request.scene, request.robot, request.seed, request.cycles
+            self._options.tree, str(request.scene), str(request.robot), request.seed, request.cycles
         )
         known = {
             "tree": parts.trees.names(), "scene": parts.scenes.names(),
@@ -206,7 +211,7 @@ class PageSession:
         options = self._options_of(choice)
         try:
             request = make_request(options, self._plugins.parts)
-            same = _cell_of(request) == self._built
+            same = request.station == self._built
             if action == "run":
                 self._panel.tell("preparing the run")
                 self._page.controls.stopped = False
@@ -238,25 +243,29 @@ class PageSession:
 
         assert self._plugins is not None
         self._station = prepare_station(request, self._plugins.parts)
-        self._built, self._is_new = _cell_of(request), True
+        self._built, self._is_new = request.station, True
 
     def _rest(self) -> None:
         """Show the station in which no tree runs."""
+        from bt_manip.runner import RunLoop
+
         assert self._page is not None
         if self._station is not None:
             self._page.begin_idle(self._station)
-            self._stands = False
+            self._loop = RunLoop(self._station.resting())
+            self._loop.actor = self._page
 
     def _idle_tick(self) -> None:
-        """Step the cell by a tick; it stands still after an exception, until the next request."""
+        """Advance by a tick; the cell stands still after an exception, until the next request."""
         assert self._page is not None
         try:
-            self._page.idle_tick()
+            if self._loop is None:
+                self._page.tick()
+            else:
+                self._loop.advance()
             self._is_new &= not self._jog.moved
-            if self._station is not None and not self._stands:
-                self._station.cell.step(round(self._options.tick_ms * 1e-3 / self._station.cell.dt))
         except (Exception, SystemExit) as error:
-            self._stands = True
+            self._loop = None
             self._panel.tell(f"the cell stands still: {error}; Reset builds it anew", error=True)
 
     def _save(self, name: str, q: "Sequence[float]") -> str:
@@ -270,11 +279,3 @@ class PageSession:
             f"'{name}' is saved in {path.absolute()}; MoveToConfiguration finds it on this page, "
             f"and after bt-manip run TREE --configurations {path}"
         )
-
-
-def _cell_of(request: "RunRequest") -> tuple[Any, ...]:
-    """Return what decides which station a request gets."""
-    return (
-        request.scene, request.robot, request.controller, request.planner, request.seed,
-        tuple(request.settings.items()),
-    )  # fmt: skip

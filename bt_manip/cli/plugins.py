@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from bt_manip.cli.exit_codes import FAULT, SUCCESS
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins, warn_of_unknown
 
 if TYPE_CHECKING:
     from bt_manip.plugins import Plugin, Plugins
-
-FAULT = 3
 
 
 @click.command("plugins")
@@ -50,7 +49,7 @@ def show_plugins(as_json: bool, check: bool) -> int:
     broken = bool(problems) or any(p.status == "broken" for p in loaded.plugins)
     if check and not broken:
         click.echo(f"{len(loaded.plugins)} plugins, nothing is wrong")
-    return FAULT if check and broken else 0
+    return FAULT if check and broken else SUCCESS
 
 
 def _tree_problems(loaded: "Plugins") -> list[str]:

@@ -1,14 +1,16 @@
 """``bt-manip replay``: show a recorded run on a page, or simulate on from one of its moments."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import click
 
+from bt_manip.cli.exit_codes import SUCCESS
 from bt_manip.cli.interrupt import Interrupt
+from bt_manip.cli.options import given_options, takes
 from bt_manip.cli.plugin_options import load_chosen_plugins
-from bt_manip.cli.run import run
+from bt_manip.cli.run_options import RunOptions
 from bt_manip.cli.streams import unfailing
 from bt_manip.exceptions import BtManipError
 from bt_manip.extras import require_extra
@@ -39,6 +41,7 @@ WATCHING = ("real_time", "window", "view", "report", "records", "quiet")
     help="Simulate on from this simulated time [s], with the recorded interventions; the options "
     "below are those of bt-manip run.",
 )  # fmt: skip
+@takes(RunOptions, only=WATCHING)
 @click.pass_obj
 def replay(
     interrupt: Interrupt,
@@ -47,7 +50,7 @@ def replay(
     speed: float,
     port: int,
     moment: float | None,
-    **watching: Any,
+    options: RunOptions,
 ) -> int:
     """Show a recorded run on a page in the browser, at any of its times."""
     require_extra("record", "replay", "mcap", "foxglove_schemas_protobuf")
@@ -55,13 +58,12 @@ def replay(
         from bt_manip.cli.continue_run import continue_run
 
         with unfailing("stdout"):
-            return continue_run(recording, moment, interrupt, **watching)
-    for option in replay.params:
-        if option.name in WATCHING and watching[option.name] and option.name != "view":
-            raise BtManipError(f"{option.opts[0]} needs --continue T")
+            return continue_run(recording, moment, interrupt, options)
+    for name in given_options(replace(options, view=False)):
+        raise BtManipError(f"{name} needs --continue T")
     require_extra("view", "replay", "viser")
     os.environ.setdefault("MUJOCO_GL", "disable")  # nothing is drawn here
-    from bt_manip.recording import Recording
+    from bt_manip.record import Recording
 
     opened = Recording(recording)
     if start is not None and start > opened.end:
@@ -77,8 +79,5 @@ def replay(
             page.serve(lambda: interrupt.requested)
     finally:
         page.close()
-    interrupt.exit_code = 0  # it is how this command ends
-    return 0
-
-
-replay.params += [option for option in run.params if option.name in WATCHING]
+    interrupt.exit_code = SUCCESS  # it is how this command ends
+    return SUCCESS

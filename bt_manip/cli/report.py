@@ -1,4 +1,4 @@
-"""``bt-manip report``: the report of a recorded run or an evaluation as an HTML file."""
+"""``bt-manip report``: the page of a recorded run or an evaluation, an HTML file."""
 
 import os
 from pathlib import Path
@@ -15,28 +15,33 @@ from bt_manip.extras import require_extra
     help="The file to write.  [default: beside the recording]",
 )  # fmt: skip
 def report(recording: Path, output: Path | None) -> None:
-    """Write the report of a recorded run, or of the folder of an evaluation or a sweep.
+    """Write the page of a recorded run, or of the folder of an evaluation or a sweep.
 
     It is one HTML file that any browser shows without a network. Of a run: cycles, time line of the
     tree, plots, and the scene in 3D. Of an evaluation: success against each parameter that varied.
     """
     os.environ.setdefault("MUJOCO_GL", "disable")  # nothing is drawn here
     require_extra("view", "report", "bokeh", "viser")
-    from bt_manip.recording import Recording, check_writable, whole_file, writing
+    from bt_manip.record import Recording, check_writable, whole_file, writing
 
     path = output or recording.with_suffix(".html")
-    check_writable(path, "report", source=recording)
+    check_writable(path, "page", source=recording)
+    note = ""
     if recording.is_dir():
         require_extra("learn", "report", "pyarrow")
-        from bt_manip.evaluation import read_results
-        from bt_manip.viewer.report import success_report
+        from bt_manip.evaluation import read_results, results_page
 
-        page = success_report(*read_results(recording)).encode()
+        page = results_page(*read_results(recording)).encode()
     else:
         require_extra("record", "report", "mcap", "foxglove_schemas_protobuf")
-        from bt_manip.viewer.report import html_report
+        from bt_manip.viewer.html import run_page
 
-        page = html_report(Recording(recording)).encode()
-    with writing(path, "report"), whole_file(path) as file:
+        recorded = Recording(recording)
+        page = run_page(recorded).encode()
+        if not recorded.complete:
+            note = f"The recording ended without an end, at {recorded.end:.2f} s."
+    with writing(path, "page"), whole_file(path) as file:
         file.write(page)
-    click.echo(f"Report: {path} ({len(page) / 1e6:.1f} MB)")
+    if note:
+        click.echo(note)
+    click.echo(f"Page: {path} ({len(page) / 1e6:.1f} MB)")

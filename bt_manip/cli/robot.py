@@ -7,15 +7,18 @@ from typing import TYPE_CHECKING
 import click
 
 from bt_manip.cli.completion import complete_part
+from bt_manip.cli.exit_codes import FAILED, SUCCESS
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError
 
 if TYPE_CHECKING:
     from bt_manip.robots import Robot
 
-FINDINGS = 1
-
 _file = click.Path(dir_okay=False, path_type=Path)
+_cycles = click.option(
+    "--cycles", type=click.IntRange(min=0), default=20, show_default=True, metavar="N",
+    help="Cycles of pick_place with which the robot is tried; 0: it is not tried.",
+)  # fmt: skip
 
 
 @click.group()
@@ -25,7 +28,10 @@ def robot() -> None:
 
 @robot.command()
 @click.argument("model")
-@click.option("--gripper", metavar="MODEL", help="Model of a gripper, if the arm's has none.")
+@click.option(
+    "--gripper", metavar="GRIPPER",
+    help="Model of a gripper, if the arm's has none; or the name of a registered one, or suction.",
+)  # fmt: skip
 @click.option(
     "-o", "--output", type=_file, default=Path("robot.toml"), show_default=True, metavar="FILE",
     help="File to write.",
@@ -38,6 +44,7 @@ def robot() -> None:
     "--tool-frame", metavar="NAME",
     help="Site or body between the fingers; z is the direction of approach.  [default: measured]",
 )  # fmt: skip
+@_cycles
 def new(
     model: str,
     gripper: str | None,
@@ -45,20 +52,24 @@ def new(
     joints: str | None,
     mount: str | None,
     tool_frame: str | None,
-) -> None:
+    cycles: int,
+) -> int:
     """Write the description of a robot from its model.
 
     MODEL is a path of MJCF or URDF, or menagerie:NAME or menagerie:NAME/ENTRY. Limits that the
-    model does not have are conservative, and marked in the file.
+    model does not have are conservative, and marked in the file. The robot is tried: it grasps a
+    cube on a post and runs pick_place. Exits with 1 if that fails.
     """
     if output.exists():
         raise click.UsageError(f"{output} exists: remove it, or choose another file (-o)")
     os.environ.setdefault("MUJOCO_GL", "disable")
-    from bt_manip.robot_setup import describe_robot, description_text
+    from bt_manip.robot_setup import describe_robot, gripper_names, try_robot
+    from bt_manip.robots import description_text
 
+    parts = load_chosen_plugins().parts
     draft = describe_robot(
         model,
-        load_chosen_plugins().parts,
+        parts,
         name=output.stem,
         gripper=gripper,
         joints=None if joints is None else joints.split(","),
@@ -67,33 +78,48 @@ def new(
     )
     carried = "" if gripper is None else f" with {gripper}"
     head = f"{model}{carried}\n\nWritten by bt-manip robot new."
-    text = description_text(draft.description, draft.notes, output.resolve().parent, head)
+    text = description_text(draft.description, draft.notes, output, head)
     try:
         output.write_text(text, encoding="utf-8")
     except OSError as error:
         raise BtManipError(f"cannot write {output}: {error.strerror}") from error
-    click.echo(f"wrote {output}; next:")
-    click.echo(f"  bt-manip robot check {output}")
     if draft.description.gripper is None:
-        click.echo("no gripper: the model has none, and --gripper MODEL gives it one", err=True)
-    else:
-        click.echo(f"  bt-manip run pick_place --robot {output} --view")
+        names = ", ".join(gripper_names(parts))
+        kinds = f"--gripper gives it one: {names}, or a model"
+        click.echo(f"wrote {output}; next:\n  bt-manip robot check {output}")
+        click.echo(f"no gripper: the model has none, and {kinds}", err=True)
+        return SUCCESS
+    if not cycles:
+        click.echo(f"wrote {output}, not tried; next:\n  bt-manip robot check {output}")
+        return SUCCESS
+    trial = try_robot(draft.description, parts, cycles)
+    for line in trial.facts:
+        click.echo(line, err=True)
+    if trial.findings:
+        click.echo(f"wrote {output}, which does not pick the cube:")
+        for line in trial.findings:
+            click.echo(line)
+        return FAILED
+    click.echo(f"wrote {output}, ready:\n  bt-manip run pick_place --robot {output} --view")
+    return SUCCESS
 
 
 @robot.command()
 @click.argument("file", type=_file)
+@_cycles
 @click.option(
     "--picture", type=_file, metavar="FILE.png", help="Picture to save.  [default: beside FILE]"
 )
-def check(file: Path, picture: Path | None) -> int:
+def check(file: Path, cycles: int, picture: Path | None) -> int:
     """Print everything that is wrong with a description, with what to change.
 
     FILE is TOML. Checks keys and names, self-collision at home, the tool frame, the gripper, the
-    payload, the reach, and the agreement with MuJoCo. Exits with 1 if there are findings.
+    payload, the reach, and the agreement with MuJoCo. A robot without findings is tried: it grasps
+    a cube on a post and runs pick_place. Exits with 1 if there are findings.
     """
     from bt_manip.robot_setup import check_description
 
-    checked = check_description(file, load_chosen_plugins().parts)
+    checked = check_description(file, load_chosen_plugins().parts, cycles)
     for line in checked.findings:
         click.echo(line)
     for line in checked.facts:
@@ -102,7 +128,7 @@ def check(file: Path, picture: Path | None) -> int:
         _draw(checked.robot, picture or file.with_suffix(".png"))
     findings = len(checked.findings)
     click.echo(f"{file}: {findings} finding{'s' if findings != 1 else ''}", err=True)
-    return FINDINGS if findings else 0
+    return FAILED if findings else SUCCESS
 
 
 @robot.command()
@@ -114,7 +140,7 @@ def show(name: str, picture: Path | None) -> None:
     ROBOT is a registered name or path.toml.
     """
     from bt_manip.robot_setup import make_robot, summary
-    from bt_manip.runner import find_robot
+    from bt_manip.scenes import find_robot
 
     parts = load_chosen_plugins().parts
     robot = make_robot(find_robot(name, parts.robots), parts)

@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bt_manip.cli.interrupt import INTERRUPTED, Interrupt
+from bt_manip.cli.exit_codes import FAILED, FAULT, INTERRUPTED, SUCCESS
+from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.plugin_options import load_chosen_plugins, print_warning
 from bt_manip.cli.record_option import is_rendered, record_target
 from bt_manip.cli.run_options import RunOptions, make_request
-from bt_manip.exceptions import BtManipError, NodeError
+from bt_manip.exceptions import ANY_BUT_INTERRUPT, BtManipError, NodeError, reason_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -25,13 +26,10 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from bt_manip.plugins import Plugins
-    from bt_manip.recording import Continuation, Recorder, ReportFile, RunReport, Trace
+    from bt_manip.record import Continuation, Recorder, ReportFile, RunReport, Trace
     from bt_manip.registry import Parts
     from bt_manip.runner import Run, RunObserver, RunRequest, Station
     from bt_manip.viewer import Page, Window
-
-CYCLE_FAILED = 1
-FAULT = 3
 
 
 class RunJob:
@@ -86,10 +84,14 @@ class RunJob:
                 code = self._execute()
             except KeyboardInterrupt:
                 code = INTERRUPTED
-            except (Exception, SystemExit) as error:
+            except ANY_BUT_INTERRUPT as error:
+                from bt_manip.record import FileInUseError
+
                 # An import can turn the interrupt into another exception.
                 if self._interrupt.requested:
                     code = INTERRUPTED
+                elif isinstance(error, FileInUseError):  # nothing has been simulated
+                    raise
                 elif self._started or not isinstance(error, BtManipError):
                     code = self._fault(error)
                 else:
@@ -103,7 +105,7 @@ class RunJob:
         self._started = True
         with self._interrupt.patient():
             self.run.execute(observers, stop=lambda: self._interrupt.requested)
-        return INTERRUPTED if self._page is not None and self._page.stopped else 0
+        return INTERRUPTED if self._page is not None and self._page.stopped else SUCCESS
 
     def _prepare(self) -> tuple["Run", list["RunObserver"]]:
         """Return the run and its observers; all bad input is found here."""
@@ -119,26 +121,21 @@ class RunJob:
         # Slow imports come last: the errors above are reported at once.
         from bt_manip.cli.run_observers import extra_observers
         from bt_manip.plugins import guarded
-        from bt_manip.recording import Recorder, Trace
+        from bt_manip.record import Recorder, Trace
         from bt_manip.runner import prepare
 
         prepared = prepare(request, parts, print_warning, self._station)
-        prepared.identity.update(
-            plugins=plugins.versions, faults=options.faults, foreign=options.foreign.fields()
-        )
+        prepared.identity.update(plugins=plugins.versions, foreign=options.foreign.fields())
         if options.episode is not None:
             prepared.begin_episode(options.episode)
         self._trace = Trace(options.trace) if options.trace else None
-        self._recorder = Recorder(
-            request.tree.name,
-            request.seed,
-            self._trace,
-            file=self._open_report(),
-        )
+        self._recorder = Recorder(request.tree.name, request.seed, file=self._open_report())
         observers: list[RunObserver] = [self._recorder]
+        if self._trace is not None:  # first: a file in use ends the run before its report is begun
+            observers.insert(0, self._trace)
         if options.snapshots or resumed is not None:
             from bt_manip.cli.run_snapshots import takers
-            from bt_manip.recording import restore_snapshot
+            from bt_manip.record import restore_snapshot
 
             if resumed is not None:
                 restore_snapshot(options.resume, resumed, prepared, self._recorder)
@@ -187,7 +184,7 @@ class RunJob:
         """
         from bt_manip.faults import FaultInjector, parse_fault
 
-        planned = [parse_fault(text, parts.faults) for text in self._options.faults]
+        planned = [parse_fault(text, parts.faults) for text in run.request.faults]
         for one in planned:
             one.nodes(run.tree)
         return FaultInjector(planned, parts.faults, run.request.seed, warn=print_warning)
@@ -201,7 +198,7 @@ class RunJob:
         Raises:
             BtManipError: If the run is not the recorded one.
         """
-        from bt_manip.recording import RecordedInterventions, restore_snapshot
+        from bt_manip.record import RecordedInterventions, restore_snapshot
 
         for warning in continued.differences(run):
             print_warning(warning)
@@ -222,12 +219,13 @@ class RunJob:
         by = f"plugin '{owner.name}' {owner.version}".rstrip() + ": " if owner else ""
         text = str(error)
         if not isinstance(error, BtManipError):
-            # The cause is the exception of the node itself, with its traceback.
-            traceback.print_exception(error.__cause__ or error)
+            cause = error.__cause__ or error  # of a NodeError: the exception of the node itself
+            if not isinstance(cause, BtManipError):  # else the message says it all
+                traceback.print_exception(cause)
             if not isinstance(error, NodeError) and not hasattr(error, "culprit"):
-                text = f"{type(error).__name__}: {text}"
+                text = reason_of(error)
         self.error = f"{by}{text}"
-        from bt_manip.recording import RecordingError
+        from bt_manip.record import RecordingError
 
         what = "the run ended with an internal fault: "
         click.echo(
@@ -237,10 +235,10 @@ class RunJob:
 
     def _finish(self, code: int) -> int:
         """Write and print the results, then wait for the window; return the exit code."""
-        status = {FAULT: "ERROR", 0: None}.get(code, "INTERRUPTED")
+        status = {FAULT: "ERROR", SUCCESS: None}.get(code, "INTERRUPTED")
         self.report = report = self._report(status)
-        if code == 0 and report.status != "SUCCESS":
-            code = CYCLE_FAILED
+        if code == SUCCESS and report.status != "SUCCESS":
+            code = FAILED
         closing: list[Callable[[], None]] = []
         if self._trace is not None:
             closing.append(self._trace.close)
@@ -261,7 +259,7 @@ class RunJob:
 
     def _open_report(self) -> "ReportFile | None":
         if self._report_file is None and self._options.report is not None:
-            from bt_manip.recording import open_report_file
+            from bt_manip.record import open_report_file
 
             self._report_file = open_report_file(self._options.report, print_warning)
         return self._report_file
@@ -281,7 +279,7 @@ class RunJob:
             return self._recorder.report(status, self.error)
         import hashlib
 
-        from bt_manip.recording import RunReport, versions
+        from bt_manip.record import RunReport, versions
 
         options = self._options
         return RunReport(
@@ -295,7 +293,7 @@ class RunJob:
             scene=options.scene or "",
             controller=options.controller or "",
             planner=options.planner,
-            settings=options.settings,
+            settings=dict(options.settings),
             faults=options.faults,
             tick_s=options.tick_ms / 1e3,
         )
@@ -365,7 +363,7 @@ def _garbage_collection_off() -> "Iterator[None]":
 
 def _check_files(options: RunOptions) -> None:
     """Check that all requested files can be written."""
-    from bt_manip.recording import check_writable
+    from bt_manip.record import check_writable
 
     wanted = [("report", options.report), ("trace", options.trace)]
     wanted += [("snapshot", path) for _, path in options.snapshots]

@@ -9,9 +9,9 @@ from bt_manip.cli.record_option import record_target
 from bt_manip.exceptions import BtManipError
 from bt_manip.key_values import keyword_defaults, parse_key_values
 from bt_manip.plugins import BUILTIN, Plugin, Plugins, guarded, plugin_observers
-from bt_manip.recording import check_writable
+from bt_manip.record import check_writable
 from bt_manip.registry import Registry
-from bt_manip.runner import RunObserver, Stopwatch, recorder_suffixes
+from bt_manip.runner import RunObserver, Stopwatch, recorder_name
 
 
 def extra_observers(plugins: Plugins, records: Iterable[str]) -> list[RunObserver]:
@@ -93,14 +93,10 @@ def _recorder_of(suffix: str, recorders: Registry[Any]) -> str:
     Raises:
         BtManipError: If there is none.
     """
-    suffixes = recorder_suffixes(recorders)
-    if suffix not in suffixes:
-        known = ", ".join(sorted(suffixes))
-        raise BtManipError(
-            f"--record: no recorder writes '{suffix}' files, known are {known}; --record NAME=FILE "
-            "names the recorder"
-        )
-    return suffixes[suffix]
+    try:
+        return recorder_name(suffix, recorders)
+    except BtManipError as error:
+        raise BtManipError(f"--record: {error}; --record NAME=FILE names the recorder") from None
 
 
 def _owner(plugins: Plugins, name: str) -> Plugin | None:

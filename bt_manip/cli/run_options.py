@@ -1,49 +1,102 @@
 """The options of ``bt-manip run``, and the run that they request."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import click
+
+from bt_manip.cli.completion import complete_part
 from bt_manip.cli.foreign_trees import ForeignTrees
+from bt_manip.cli.options import StationOptions, option, options_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from bt_manip.recording import Continuation
+    from bt_manip.record import Continuation
     from bt_manip.registry import Parts
     from bt_manip.robots import Configuration
     from bt_manip.runner import RunRequest
 
 
 @dataclass(frozen=True)
-class RunOptions:
+class RunOptions(StationOptions):
     """The options of ``bt-manip run``."""
 
-    tree: str
-    cycles: int
-    seed: int | None
-    robot: str
-    controller: str | None
-    scene: str | None
-    planner: str
-    settings: dict[str, str]
-    tick_ms: float
-    real_time: float | None
-    window: bool
-    report: Path | None
-    trace: Path | None
-    records: tuple[str, ...]
-    snapshots: tuple[tuple[float, Path], ...]
-    resume: Path | None
-    watch: bool
-    quiet: bool
-    groot: bool = False
-    groot_port: int = 1667
-    faults: tuple[str, ...] = ()
-    view: bool = False
-    configurations: Path | None = None
-    episode: int | None = None
-    foreign: ForeignTrees = field(default_factory=ForeignTrees)
+    tree: str = ""
+    cycles: int = option(
+        "--cycles", default=1, show_default=True, metavar="N",
+        help="Runs of the tree from idle to SUCCESS or FAILURE; 0 goes on until Ctrl-C.",
+    )  # fmt: skip
+    episode: int | None = option(
+        "--episode", type=click.IntRange(min=0), metavar="N",
+        help="Run episode N of bt-manip evaluate instead of cycles.",
+    )  # fmt: skip
+    seed: int | None = option(
+        "--seed", type=int, metavar="S",
+        help="Seed of all randomness.  [default: the scene's, or 0]",
+    )  # fmt: skip
+    configurations: Path | None = option(
+        "--configurations", type=click.Path(path_type=Path), metavar="FILE.toml",
+        help="Named configurations for MoveToConfiguration, as the page saves them.",
+    )  # fmt: skip
+    tick_ms: float = option(
+        "--tick", default=10.0, show_default=True, metavar="MS",
+        help="Simulated time between two ticks of the tree [ms].",
+    )  # fmt: skip
+    real_time: float | None = option(
+        "--real-time", type=click.FloatRange(min=0.0), metavar="X",
+        help="Simulated seconds per second of wall time; 0 is as fast as possible.  "
+        "[default: 1 with --window, --view or --groot, else 0]",
+    )  # fmt: skip
+    window: bool = option(
+        "--window", is_flag=True,
+        help="Show the cell in a window, which stays open after the run.",
+    )  # fmt: skip
+    view: bool = option(
+        "--view", is_flag=True,
+        help="Show the run on a page in the browser, which stays up after the run.",
+    )  # fmt: skip
+    groot: bool = option(
+        "--groot", is_flag=True,
+        help="Let Groot2 on this computer monitor the run, set breakpoints and replace statuses.",
+    )  # fmt: skip
+    groot_port: int = option(
+        "--groot-port", type=click.IntRange(1, 65534), default=1667, show_default=True,
+        metavar="PORT", help="Port to which Groot2 connects; the next one must be free, too.",
+    )  # fmt: skip
+    report: Path | None = option(
+        "--report", type=click.Path(path_type=Path), metavar="FILE",
+        help="Write a report as JSON; FILE.jsonl gets a line as each cycle ends.",
+    )  # fmt: skip
+    trace: Path | None = option(
+        "--trace", type=click.Path(path_type=Path), metavar="FILE.npz",
+        help="Write t, q, v, q_ref, v_ref, a_ref and tau of every control step.",
+    )  # fmt: skip
+    records: tuple[str, ...] = option(
+        "--record", multiple=True, metavar="\"[NAME=]FILE KEY=VALUE ...\"",
+        shell_complete=complete_part("recorders"),
+        help="Add a recorder (see: bt-manip list recorders); FILE alone chooses the recorder of "
+        "its suffix, as in run.mcap or run.mp4; KEY=VALUE are its options.  May be given more "
+        "than once.",
+    )  # fmt: skip
+    faults: tuple[str, ...] = option(
+        "--fault", multiple=True, metavar="\"NAME at=NODE KEY=VALUE ...\"",
+        help="Inject a fault when a node of the tree starts (see: bt-manip list faults); may be "
+        "given more than once.",
+    )  # fmt: skip
+    snapshots: tuple[tuple[float, Path], ...] = option(
+        "--snapshot-at", multiple=True, metavar="SECONDS FILE",
+        type=(float, click.Path(path_type=Path)),
+        help="Write a snapshot after this much simulated time; may be given more than once.",
+    )  # fmt: skip
+    resume: Path | None = option(
+        "--resume", type=click.Path(path_type=Path), metavar="FILE",
+        help="Continue from a snapshot of a run with the same options.",
+    )  # fmt: skip
+    watch: bool = option("--watch", is_flag=True, help="Reload the tree whenever its file changes.")
+    quiet: bool = option("--quiet", is_flag=True, help="Print nothing but warnings and errors.")
+    foreign: ForeignTrees = options_of(ForeignTrees)
     continued: "Continuation | None" = None
     """The recorded run to go on with; then the options of the request are those of this run."""
 
@@ -67,7 +120,8 @@ def make_request(
     Raises:
         BtManipError: If there is no such tree, or an option is out of range.
     """
-    from bt_manip.runner import request_of, seed_of
+    from bt_manip.runner import request_of
+    from bt_manip.scenes import seed_of
 
     watched: dict[str, Any] = {
         "real_time": None if options.view else options.speed or None,  # the page has a control
@@ -79,14 +133,11 @@ def make_request(
     request = request_of(
         options.tree,
         parts,
-        robot=options.robot,
-        controller=options.controller,
-        scene=options.scene,
-        planner=options.planner,
+        **options.request_fields,
+        faults=options.faults,
         cycles=options.cycles,
         seed=options.seed,
         tick=options.tick_ms / 1e3,
-        settings=options.settings,
         configurations=_configurations(options),
         **watched,
     )

@@ -7,7 +7,7 @@ from typing import Any
 
 from bt_manip.cli.plugin_options import print_warning
 from bt_manip.exceptions import BtManipError
-from bt_manip.recording import SnapshotAt
+from bt_manip.record import SnapshotAt
 from bt_manip.runner import load_snapshot, save_snapshot
 
 

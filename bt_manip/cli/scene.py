@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bt_manip.cli.completion import complete_part
+from bt_manip.cli.exit_codes import BAD_INPUT, SUCCESS
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError
 
 if TYPE_CHECKING:
     from bt_manip.cell import Cell
     from bt_manip.registry import Parts
-    from bt_manip.runner import Scene, Station
-
-BAD_INPUT = 2
+    from bt_manip.runner import Station
+    from bt_manip.scenes import Scene
 
 _robot = click.option(
     "--robot", default="panda", show_default=True, metavar="R",
@@ -49,11 +49,11 @@ def check(files: tuple[str, ...], robot: str) -> int:
             errors += 1
     scenes = f"{len(files)} scene{'s' if len(files) != 1 else ''}"
     click.echo(f"{scenes}: {errors} error{'s' if errors != 1 else ''}", err=True)
-    return BAD_INPUT if errors else 0
+    return BAD_INPUT if errors else SUCCESS
 
 
 def _problems(text: str, parts: "Parts", robot: str) -> tuple[str, ...]:
-    from bt_manip.runner import SceneError
+    from bt_manip.scenes import SceneError
 
     try:
         _built(text, parts, robot, drawn=True)
@@ -85,7 +85,8 @@ def _built(
     Raises:
         BtManipError: If the scene is invalid.
     """
-    from bt_manip.runner import build_station, find_scene, naming_file, seed_of
+    from bt_manip.plugins import build_station
+    from bt_manip.scenes import find_scene, naming_file, seed_of
 
     found = find_scene(text, parts)
     station = build_station(parts, robot=robot, scene=found, seed=seed_of(text, parts))
@@ -141,7 +142,7 @@ def _place(cell: "Cell", name: str) -> str:
 
 def _varied(found: "Scene", station: "Station") -> Iterator[str]:
     """Yield what varies, with the values of the first cycle if they are known."""
-    from bt_manip.runner import naming_file
+    from bt_manip.scenes import naming_file
 
     with naming_file(found):
         station.randomizer.begin(0)

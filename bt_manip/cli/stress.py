@@ -3,24 +3,20 @@
 import os
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from bt_manip.cli.completion import complete_part
-from bt_manip.cli.interrupt import INTERRUPTED
+from bt_manip.cli.exit_codes import FAILED, INTERRUPTED, SUCCESS
+from bt_manip.cli.options import StationOptions, takes, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
-from bt_manip.cli.settings import parse_settings
-from bt_manip.cli.station_options import station_options, workers_option
 
 if TYPE_CHECKING:
-    from bt_manip.faults import StressTable
+    from bt_manip.evaluation import StressTable
 
 BEGIN, END = "<!-- stress -->", "<!-- /stress -->"
 """Lines of a page between which its table is."""
-
-NOT_ACCEPTABLE = 1
-"""Exit code when a cycle was dishonest or hung, or the one after it failed."""
 
 
 @click.command(
@@ -47,7 +43,7 @@ NOT_ACCEPTABLE = 1
     "--json", "json_file", type=click.Path(path_type=Path), metavar="FILE",
     help="Write each case.",
 )  # fmt: skip
-@station_options
+@takes(StationOptions)
 def stress(
     tree: str,
     seeds: int,
@@ -56,8 +52,7 @@ def stress(
     workers: int | None,
     markdown: Path | None,
     json_file: Path | None,
-    settings: tuple[str, ...],
-    **parts: Any,
+    options: StationOptions,
 ) -> int:
     """Test how TREE copes with faults.
 
@@ -69,19 +64,17 @@ def stress(
     from rich.console import Console
     from rich.progress import track
 
-    from bt_manip.evaluation import run_episodes
-    from bt_manip.faults import StressTable, StressTester, plan_cases
-    from bt_manip.recording import check_writable
+    from bt_manip.evaluation import StressTable, StressTester, plan_cases, run_episodes
+    from bt_manip.record import check_writable
 
     for file in (markdown, json_file):
         if file is not None:
             check_writable(file, "table")
     load_chosen_plugins()  # warns of broken ones
-    options = {"settings": parse_settings(settings), **parts}
-    tester = partial(StressTester, tree, choice=chosen(), **options)
+    tester = partial(StressTester, tree, choice=chosen(), **options.request_fields)
     cases = plan_cases(tester(), seeds, _names(faults), _names(phases))
     place = {case: number for number, case in enumerate(cases)}
-    results, code = [], 0
+    results, code = [], SUCCESS
     console = Console(stderr=True)
     try:
         done = run_episodes(tester, cases, workers or os.cpu_count() or 1)
@@ -93,7 +86,7 @@ def stress(
     except KeyboardInterrupt:
         code = INTERRUPTED
     results.sort(key=lambda one: place[one.case])
-    table = StressTable(results)
+    table = StressTable(results, cases)
     _print(table)
     if markdown is not None and not code:
         given = {"seeds": seeds, "faults": faults, "phases": phases, "markdown": markdown}
@@ -103,7 +96,7 @@ def stress(
         import json
 
         json_file.write_text(json.dumps(table.plain(), indent=1) + "\n")
-    return code or (0 if all(one.acceptable for one in results) else NOT_ACCEPTABLE)
+    return code or (SUCCESS if all(one.acceptable for one in results) else FAILED)
 
 
 def _names(text: str) -> list[str]:
@@ -117,7 +110,7 @@ def _print(table: "StressTable") -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from bt_manip.faults import LEGEND
+    from bt_manip.evaluation import LEGEND
     from bt_manip.viewer import print_wrapped
 
     console = Console()

@@ -1,23 +1,24 @@
 """``bt-manip tree``: check, show, format and convert trees; models and schemas for editors."""
 
 import os
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from bt_manip.cli.completion import complete_part
-from bt_manip.cli.foreign_trees import ForeignTrees, foreign_tree_options
+from bt_manip.cli.exit_codes import BAD_INPUT, SUCCESS
+from bt_manip.cli.foreign_trees import ForeignTrees
+from bt_manip.cli.options import takes
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.exceptions import BtManipError
 from bt_manip.input_files import read_bytes
 
 if TYPE_CHECKING:
-    from bt_manip.bt import BehaviourRegistry, Problem, Reading, Tree
+    from bt_manip.bt import BehaviourRegistry, Place, Problem, Reading, Tree
     from bt_manip.registry import Parts
     from bt_manip.runner import TreeSource
-
-BAD_INPUT = 2
 
 _dialect = click.option(
     "--dialect",
@@ -45,7 +46,7 @@ def tree() -> None:
     "files", nargs=-1, required=True, metavar="TREE...", shell_complete=complete_part("trees")
 )
 @_dialect
-@foreign_tree_options
+@takes(ForeignTrees, name="foreign")
 @click.option("--engine", is_flag=True, help="Report only what BehaviorTree.CPP rejects.")
 def check(files: tuple[str, ...], dialect: str, foreign: ForeignTrees, engine: bool) -> int:
     """Print all errors and warnings of trees, each with file, line and column.
@@ -55,7 +56,7 @@ def check(files: tuple[str, ...], dialect: str, foreign: ForeignTrees, engine: b
     parts, registry = _registered()
     errors = warnings = 0
     options = {**foreign.reading(), "dialect": dialect, "strict": not engine, "library": True}
-    seen: set[Problem] = set()  # what is wrong with a library is wrong for many trees
+    seen: set[Problem] = set()  # the problems of a library recur for many trees
     for text in files:
         for problem in _findings(text, parts, registry, foreign, options):
             if problem not in seen:
@@ -63,12 +64,12 @@ def check(files: tuple[str, ...], dialect: str, foreign: ForeignTrees, engine: b
                 click.echo(str(problem))
                 errors += problem.is_error
                 warnings += not problem.is_error
-    foreign.report()
+    foreign.print_stubs()
     click.echo(
         f"{_count(len(files), 'tree')}: {_count(errors, 'error')}, {_count(warnings, 'warning')}",
         err=True,
     )
-    return BAD_INPUT if errors else 0
+    return BAD_INPUT if errors else SUCCESS
 
 
 @tree.command()
@@ -84,7 +85,7 @@ def check(files: tuple[str, ...], dialect: str, foreign: ForeignTrees, engine: b
 @click.option("--ports/--no-ports", default=True, help="Include the ports of each node.")
 @click.option("--docs/--no-docs", default=False, help="Include the documentation of each leaf.")
 @_dialect
-@foreign_tree_options
+@takes(ForeignTrees, name="foreign")
 @_output
 def show(
     name: str,
@@ -101,7 +102,7 @@ def show(
     parts, registry = _registered()
     draw = {"text": draw_text, "dot": draw_dot, "svg": draw_svg}[form]
     loaded = _load(name, parts, registry, dialect, foreign)
-    foreign.report()
+    foreign.print_stubs()
     _write(draw(loaded, ports=ports, docs=docs), output)
 
 
@@ -112,7 +113,7 @@ def show(
 @click.option(
     "--check", "only_check", is_flag=True, help="Print which files would change, and change none."
 )
-@foreign_tree_options
+@takes(ForeignTrees, name="foreign")
 def format_(files: tuple[Path, ...], only_check: bool, foreign: ForeignTrees) -> int:
     """Rewrite documents in canonical form; comments, order and unknown attributes are kept.
 
@@ -135,7 +136,7 @@ def format_(files: tuple[Path, ...], only_check: bool, foreign: ForeignTrees) ->
         click.echo(f"{file}: {'would change' if only_check else 'formatted'}")
         if not only_check:
             file.write_text(written, encoding="utf-8")
-    return BAD_INPUT if changed and only_check else 0
+    return BAD_INPUT if changed and only_check else SUCCESS
 
 
 @tree.command()
@@ -148,7 +149,7 @@ def format_(files: tuple[Path, ...], only_check: bool, foreign: ForeignTrees) ->
 )
 @click.option("--model", is_flag=True, help="Add the models of all behaviours, for Groot2.")
 @_dialect
-@foreign_tree_options
+@takes(ForeignTrees, name="foreign")
 @_output
 def convert(
     name: str,
@@ -178,7 +179,7 @@ def convert(
     options = foreign.reading()
     reading = _read(source, registry, foreign, {**options, "dialect": dialect, "library": True})
     reading.raise_errors()
-    foreign.report()
+    foreign.print_stubs()
     assert reading.document is not None
     if form == "xml":
         made: Any = reading.tree
@@ -233,13 +234,27 @@ def _findings(
     foreign: ForeignTrees,
     options: dict[str, Any],
 ) -> "list[Problem]":
+    from bt_manip.bt import NO_CELL, Problem
     from bt_manip.runner import as_tree
 
     source = _find(text, parts)
     if source.kind == "python":
-        as_tree(_made(source), source, lambda: 0.0)
+        made = as_tree(_made(source), source, lambda: 0.0)
+        if made.goal and not made.goal_reads_cell:
+            return [Problem(_place(source), f"goal: {NO_CELL}", "warning")]
         return []
     return list(_read(source, registry, foreign, options).problems)
+
+
+def _place(source: "TreeSource") -> "Place":
+    """Return the place of a function or tree of Python; line 1 where it cannot be told."""
+    from bt_manip.bt import Place
+
+    if source.path is None:
+        return Place(source.name, 1, 1)
+    begin = re.compile(rf"(def\s+)?{source.function}\b")
+    lines = enumerate(read_bytes(source.path).decode(errors="replace").splitlines(), 1)
+    return Place(str(source.path), next((i for i, line in lines if begin.match(line)), 1), 1)
 
 
 def _read(

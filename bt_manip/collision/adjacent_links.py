@@ -1,9 +1,13 @@
 """Pairs of geoms on adjacent links that never collide, whatever the angle of the joint between."""
 
 from collections import deque
+from collections.abc import Mapping
 
 import mujoco
 import numpy as np
+import pinocchio as pin
+
+from bt_manip.cell import body_poses, geom_pose
 
 from .collision_model import pair_margins
 
@@ -12,7 +16,6 @@ MAX_INTERVALS = 8000  # of a joint's range
 _QUERY_RANGE = 1.0  # [m] up to which distances are measured
 _MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
 _BOX_CORNERS = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
-_DIGITS = 9  # [m] to which poses count as equal
 
 _results: dict[bytes, bool] = {}  # by all that a result depends on: robots are compiled many times
 
@@ -39,10 +42,11 @@ def never_colliding_pairs(
     adjacent = pairs & rigid & rigid[:, np.newaxis] & (link[:, np.newaxis] + 1 == link)
     data, least = mujoco.MjData(model), pair_margins(model) + QUERY_ERROR
     found = np.zeros_like(pairs)
+    # In the frame of the robot's root: the same bits wherever the robot is.
+    poses = body_poses(model, int(model.body_rootid[body[0]]), model.qpos0)
     for inner, outer in np.argwhere(adjacent).tolist():
-        mujoco.mj_kinematics(model, data)
         pair = _AdjacentPair(
-            model, data, int(joints[link[inner]]), inner, outer, least[inner, outer]
+            model, data, poses, int(joints[link[inner]]), inner, outer, least[inner, outer]
         )
         key = pair.key()
         if key not in _results:
@@ -58,27 +62,28 @@ class _AdjacentPair:
         self,
         model: mujoco.MjModel,
         data: mujoco.MjData,
+        poses: Mapping[int, pin.SE3],
         joint: int,
         inner: int,
         outer: int,
         least: float,
     ) -> None:
-        self._model, self._data, self._joint = model, data, joint
+        self._model, self._data = model, data
         self._geoms, self._least = (inner, outer), float(least)
+        self._q0 = float(model.qpos0[model.jnt_qposadr[joint]])
         lower, upper = model.jnt_range[joint] if model.jnt_limited[joint] else (-np.pi, np.pi)
         self._range = float(lower), float(min(upper, lower + 2.0 * np.pi))
-        self._offset = data.geom_xpos[outer] - data.xanchor[joint]
-        self._rotation = data.geom_xmat[outer].reshape(3, 3)
+        self._T_inner, self._T_outer = (geom_pose(model, poses, geom) for geom in self._geoms)
+        T_body = poses[int(model.jnt_bodyid[joint])]
+        self._axis = T_body.rotation @ model.jnt_axis[joint]
+        self._anchor = T_body.act(np.array(model.jnt_pos[joint]))
 
     def key(self) -> bytes:
-        """Return all that the result depends on, in the frame of the inner geom."""
-        model, data = self._model, self._data
-        R = data.geom_xmat[self._geoms[0]].reshape(3, 3)
-        inner_offset = data.geom_xpos[self._geoms[0]] - data.xanchor[self._joint]
-        vectors = (data.xaxis[self._joint], self._offset, inner_offset, *self._rotation.T)
-        q = data.qpos[model.jnt_qposadr[self._joint]]
-        numbers = [(np.array(vectors) @ R).ravel(), self._range, (q, self._least)]
-        parts = [np.round(np.concatenate(numbers), _DIGITS)]
+        """Return all that the result depends on."""
+        model = self._model
+        poses = [T.homogeneous for T in (self._T_inner, self._T_outer)]
+        numbers = np.array([self._q0, *self._range, self._least])
+        parts = [*poses, self._axis, self._anchor, numbers]
         for geom in self._geoms:
             parts += [model.geom_type[geom], model.geom_size[geom], _hull_points(model, geom)]
         return b"".join(part.tobytes() for part in parts)
@@ -86,6 +91,7 @@ class _AdjacentPair:
     def never_collides(self) -> bool:
         """Tell whether the two keep apart in the whole range of the joint."""
         lever = self._lever()
+        _place(self._data, self._geoms[0], self._T_inner)
         ends = [(angle, self._clearance(angle)) for angle in self._range]
         intervals = deque([(ends[0], ends[1])])
         for _ in range(MAX_INTERVALS):
@@ -102,19 +108,21 @@ class _AdjacentPair:
 
     def _clearance(self, angle: float) -> float:
         """Return the distance at a joint angle [rad] minus the least allowed one [m]."""
-        model, data = self._model, self._data
-        adr = model.jnt_qposadr[self._joint]
-        before, data.qpos[adr] = float(data.qpos[adr]), angle
-        mujoco.mj_kinematics(model, data)
-        distance = mujoco.mj_geomDistance(model, data, *self._geoms, _QUERY_RANGE, None)
-        data.qpos[adr] = before
+        rotation = pin.AngleAxis(angle - self._q0, self._axis).matrix()
+        turned = pin.SE3(rotation, self._anchor - rotation @ self._anchor) * self._T_outer
+        _place(self._data, self._geoms[1], turned)
+        distance = mujoco.mj_geomDistance(self._model, self._data, *self._geoms, _QUERY_RANGE, None)
         return float(distance) - self._least
 
     def _lever(self) -> float:
         """Return the largest distance of the outer geom's points from the joint axis [m]."""
-        points = self._offset + _hull_points(self._model, self._geoms[1]) @ self._rotation.T
-        perpendicular = np.cross(points, self._data.xaxis[self._joint])
-        return float(np.linalg.norm(perpendicular, axis=1).max())
+        T, points = self._T_outer, _hull_points(self._model, self._geoms[1])
+        offsets = points @ T.rotation.T + T.translation - self._anchor
+        return float(np.linalg.norm(np.cross(offsets, self._axis), axis=1).max())
+
+
+def _place(data: mujoco.MjData, geom: int, T: pin.SE3) -> None:
+    data.geom_xpos[geom], data.geom_xmat[geom] = T.translation, T.rotation.ravel()
 
 
 def _hull_points(model: mujoco.MjModel, geom: int) -> np.ndarray:

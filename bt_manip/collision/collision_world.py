@@ -63,10 +63,12 @@ class CollisionWorld:
         """Update the compiled model, the state of the cell and the held object.
 
         Args:
-            fixed_only: Whether free objects are left out, and the gripper is open.
+            fixed_only: Whether free objects are left out, all other joints are where the model was
+                compiled, other robots at home, and the grippers open and empty: nothing depends on
+                the present state.
         """
         robot, geometry = self.robot, self._geometry
-        geometry.refresh()
+        geometry.refresh(empty=fixed_only)
         if robot.mj_model is not self._source:
             self._source = source = robot.mj_model
             joints = source.dof_jntid[np.array(robot.dof_adr)]
@@ -86,10 +88,11 @@ class CollisionWorld:
         if fixed_only:
             model = robot.mj_model
             free = model.jnt_qposadr[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE]
+            self._scratch.data.qpos[:] = model.qpos0
             self._scratch.data.qpos[free + 2] += FAR
             geometry.write_open_gripper(self._scratch.data.qpos)
         if self.other_robots:
-            self._place_other_robots()
+            self._place_other_robots(at_home=fixed_only)
         self._advancement.refresh()
 
     def collisions(self, q: np.ndarray, within: float = 0.0) -> list[CollisionPair]:
@@ -159,13 +162,14 @@ class CollisionWorld:
                 return other.name
         return ""
 
-    def _place_other_robots(self) -> None:
-        """Place the other robots at their final configurations and inflate them."""
+    def _place_other_robots(self, *, at_home: bool) -> None:
+        """Place the other robots at their final configurations, or at home, and inflate them."""
         bodies = np.zeros(self._scratch.model.nbody, dtype=bool)
         for other in self.other_robots:
-            other.geometry.refresh()
+            other.geometry.refresh(empty=at_home)
             other.geometry.write_open_gripper(self._scratch.data.qpos)
-            other.geometry.write(self._scratch.data.qpos, other.arm.target)
+            home = np.array(other.geometry.robot.description.home)
+            other.geometry.write(self._scratch.data.qpos, home if at_home else other.arm.target)
             bodies |= other.geometry.bodies
         self._scratch.inflate(bodies, INTER_ROBOT_CLEARANCE)
 

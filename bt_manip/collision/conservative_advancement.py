@@ -130,18 +130,15 @@ class ConservativeAdvancement:
         """
         middles = windows[:, windows.shape[1] // 2]
         dq = windows - middles[:, np.newaxis]
-        scratch, geoms, bounds = self._scratch, self._geoms, self._bounds
+        scratch, geoms, bounds = self._scratch, self._geoms, self._motion_bounds()
         data = scratch.data
         frames, positions, matrices = [], [], []
         for q in middles:
             self._geometry.write(data.qpos, q)
             scratch.update_kinematics()
-            if bounds is None:
-                bounds = self._bounds = MotionBounds(scratch.model, data, self._joints, self._link)
             frames.append(bounds.frames(data))
             positions.append(data.geom_xpos[geoms])
             matrices.append(data.geom_xmat[geoms])
-        assert bounds is not None
         m, nq = middles.shape
         displacement = np.zeros((m, nq + 1, nq + 1))
         states = bounds.kinematic_states(frames)
@@ -149,6 +146,15 @@ class ConservativeAdvancement:
         displacement[:, 1:, 1:] = bounds.relative_displacement(np.abs(dq).max(axis=1))
         needed = least + displacement[:, self._pair_links[0], self._pair_links[1]]
         return self._measure(np.array(positions), np.array(matrices), least, needed)
+
+    def _motion_bounds(self) -> MotionBounds:
+        """Return the bounds of the displacements, of spheres that enclose the links at home."""
+        if self._bounds is None:
+            geometry, scratch = self._geometry, self._scratch
+            geometry.write(scratch.data.qpos, np.array(geometry.robot.description.home))
+            scratch.update_kinematics()
+            self._bounds = MotionBounds(scratch.model, scratch.data, self._joints, self._link)
+        return self._bounds
 
     def _measure(
         self, positions: np.ndarray, matrices: np.ndarray, least: np.ndarray, needed: np.ndarray

@@ -41,12 +41,16 @@ class RobotGeometry:
         self.held_root = 0
         self.refresh()
 
-    def refresh(self) -> None:
-        """Update the held object and its pose in the tool frame."""
+    def refresh(self, *, empty: bool = False) -> None:
+        """Update the held object and its pose in the tool frame.
+
+        Args:
+            empty: Whether the gripper counts as empty.
+        """
         robot = self.robot
         model, data = robot.mj_model, robot.mj_data
         gripper = robot.gripper
-        held = gripper.held_root() if gripper is not None else 0
+        held = gripper.held_root() if gripper is not None and not empty else 0
         if model is not self._source or held != self.held_root:
             self._source, self.held_root = model, held
             self._adr = np.array(robot.qpos_adr)

@@ -1,7 +1,7 @@
 """The base class of arm controllers."""
 
 import abc
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from operator import le
 from typing import Any, ClassVar
 
@@ -23,6 +23,10 @@ TRANSFER_TIME = 0.1
 Two torques within the effort limits differ by at most twice the limit. Faded out linearly in 100
 control steps of 1 ms, the largest difference changes by 2 % of the limit per step.
 """
+
+
+Law = Callable[[ndarray, ndarray, ndarray, ndarray, ndarray], ndarray]
+"""Returns the torques for q, v, q_ref, v_ref and a_ref, as `Controller.compute`."""
 
 
 class Controller(composer.Entity):
@@ -56,10 +60,12 @@ class Controller(composer.Entity):
         self._shape = self._limit.shape
         self._fault = self._compliant = False
         self._bare: RobotModel | None = None
+        self._base = b""  # pose of the robot's base that it is for
         self._model: RobotModel | None = None
         self._payload: Payload | None = None
         self._reference: Reference | None = None
-        self._carries = self._yields = False
+        self._carried: Payload | None = None  # the reference's, when it was last read
+        self._substitute: Law | None = None  # replaces compute after a fault and while compliant
         self._dt = 0.0
         self._clipped = False
         self._transfer = np.zeros_like(self._limit)  # [N m] torque difference at the take-over
@@ -100,10 +106,24 @@ class Controller(composer.Entity):
         """The arm's model, including the payload."""
         if self._model is None:
             # Always made from the bare model, so that the same payload gives the same bits.
-            self._bare = self._bare or self._robot.make_model()
-            self._model = self._bare.with_payload(self._payload)
+            self._model = self.bare_model.with_payload(self._payload)
             self._on_model_change()
         return self._model
+
+    @property
+    def bare_model(self) -> RobotModel:
+        """The arm's model without payload and overrides, made when the robot is compiled.
+
+        Raises:
+            ControlError: If it is not compiled yet.
+        """
+        if self._bare is None:
+            raise ControlError("a controller has no model before its robot is compiled")
+        return self._bare
+
+    def share_model(self, other: "Controller") -> None:
+        """Take the model of another controller of the robot, which something may override now."""
+        self._bare, self._base = other._bare, other._base
 
     @property
     def payload(self) -> Payload | None:
@@ -120,7 +140,8 @@ class Controller(composer.Entity):
         """The reference; by default the measured configuration when it is first needed.
 
         Raises:
-            ControlError: If the arrays of a new reference have the wrong shape or type.
+            ControlError: If a new reference lacks an attribute of `Reference`, or its arrays have
+                the wrong shape or type.
         """
         if self._reference is None:
             self._reference = Hold(self._robot.q)
@@ -129,6 +150,11 @@ class Controller(composer.Entity):
     @reference.setter
     def reference(self, reference: Reference | None) -> None:
         if reference is not None:
+            if not isinstance(reference, Reference):
+                raise ControlError(
+                    "a reference has the attributes of bt_manip.control.Reference: derive "
+                    f"{type(reference).__name__} from it"
+                )
             for name in ("q", "v", "a"):
                 x = getattr(reference, name)
                 if x.shape != self._limit.shape or x.dtype != np.float64:
@@ -137,8 +163,6 @@ class Controller(composer.Entity):
                         f"one a joint, got {x.dtype} {x.shape}"
                     )
         self._reference = reference
-        self._carries = hasattr(reference, "payload")
-        self._yields = hasattr(reference, "compliant")
 
     # Composer's hooks
 
@@ -147,6 +171,10 @@ class Controller(composer.Entity):
         model, data = physics.model.ptr, physics.data.ptr
         robot = self._robot
         self._data = data
+        root = model.body_rootid[robot.wrist_body_id]
+        base = model.body_pos[root].tobytes() + model.body_quat[root].tobytes()
+        if base != self._base:  # first, or moved
+            self._base, self._bare, self._model = base, robot.make_model(), None
         self._dt = float(model.opt.timestep)
         # Bound once: a look-up in MuJoCo's data takes longer than the computation.
         self._drive = writer(data.ctrl, robot.ctrl_adr)
@@ -177,10 +205,10 @@ class Controller(composer.Entity):
             ControllerFault: If they are invalid.
         """  # (nv,)
         robot, reference = self._robot, self._reference or self.reference
-        if self._carries and reference.payload is not self._payload:  # type: ignore[attr-defined]
-            self.payload = reference.payload  # type: ignore[attr-defined]
-        if self._yields and reference.compliant is not self._compliant:  # type: ignore[attr-defined]
-            self._set_compliant(reference.compliant)  # type: ignore[attr-defined]
+        if reference.payload is not self._carried:
+            self.payload = self._carried = reference.payload
+        if reference.compliant is not self._compliant:
+            self._set_compliant(reference.compliant)
         q, v = robot.read_q(), robot.read_v()
         try:
             return self._torque(q, v, reference)
@@ -189,7 +217,7 @@ class Controller(composer.Entity):
             if all(known.all() for known in measured):
                 raise self._fall_back(invalid) from invalid.__cause__
         q, v = np.where(measured[0], q, reference.q), np.where(measured[1], v, reference.v)
-        if not self._substituted:
+        if self._substitute is None:
             commanded = self.tau, self.saturated_steps
             self.reset()  # what it has integrated is not finite either
             self.tau, self.saturated_steps = commanded
@@ -205,7 +233,8 @@ class Controller(composer.Entity):
             _InvalidTorque: If they cannot be commanded.
         """  # (nv,)
         try:
-            tau = self.compute(q, v, reference.q, reference.v, reference.a)
+            law = self._substitute or self.compute
+            tau = law(q, v, reference.q, reference.v, reference.a)
         except (Exception, SystemExit) as error:
             text = " ".join(str(error).split())
             raise _InvalidTorque(f"raised {type(error).__name__}: {text}") from error
@@ -245,7 +274,7 @@ class Controller(composer.Entity):
         self._clipped = bool(self.saturated.any())
         if self._clipped:
             names = self._robot.description.arm_joints
-            saturates = self.saturates or self._substituted
+            saturates = self.saturates or self._substitute is not None
             problem = _torque_problem(tau, self._limit, names, saturates=saturates)
             if problem:
                 raise _InvalidTorque(problem)
@@ -253,32 +282,22 @@ class Controller(composer.Entity):
             self._on_saturation()
         return limited
 
-    @property
-    def _substituted(self) -> bool:
-        """Whether a PD controller replaces ``compute``."""
-        return self._fault or self._compliant
-
     def _fall_back(self, problem: object) -> ControllerFault:
         """Replace ``compute`` by a PD controller; return the exception to raise."""
         self._fault = True
-        self._substitute()
+        model = self.bare_model.with_payload(self._payload)
+        kp, kd = default_gains(model)
+        self._substitute = lambda q, v, q_ref, v_ref, a_ref: pd_torque(
+            model, kp, kd, q, v, q_ref, v_ref
+        )
         return ControllerFault(self.kind, type(self).__module__, str(problem), self._data.time)
 
-    def _substitute(self) -> None:
-        """Replace ``compute`` by springs and dampers: stiff after a fault, else soft."""
-        fault = self._fault
-        if fault:
-            model = self._robot.make_model().with_payload(self._payload)
-            kp, kd = default_gains(model)
-
-        def compute(
-            q: ndarray, v: ndarray, q_ref: ndarray, v_ref: ndarray, a_ref: ndarray
-        ) -> ndarray:
-            if fault:
-                return pd_torque(model, kp, kd, q, v, q_ref, v_ref)
-            return compliant_torque(self.model, self._limit, q, v, q_ref)
-
-        self.compute = compute  # type: ignore[method-assign]
+    def _become_compliant(self) -> None:
+        """Replace ``compute`` by soft springs and dampers."""
+        self._compliant = True
+        self._substitute = lambda q, v, q_ref, v_ref, a_ref: compliant_torque(
+            self.model, self._limit, q, v, q_ref
+        )
 
     def _set_compliant(self, compliant: bool) -> None:
         """Become compliant, or return to the own law without a step in torque."""
@@ -288,8 +307,7 @@ class Controller(composer.Entity):
         commanded, saturated_steps = self.tau, self.saturated_steps
         self.reset()
         if compliant:
-            self._compliant = True
-            self._substitute()
+            self._become_compliant()
         else:
             self._transfer_from(commanded)
         self.tau, self.saturated_steps = commanded, saturated_steps
@@ -308,9 +326,9 @@ class Controller(composer.Entity):
         """
         commanded, saturated_steps = previous.tau.copy(), previous.saturated_steps
         tau, reference = previous._checked_torque(), previous.reference
-        if hasattr(reference, "hold_at"):
-            reference.hold_at(self._robot.q)
+        reference.hold_at(self._robot.q)
         self.reference, self.payload = reference, previous.payload
+        self._carried = previous._carried
         self.reset()
         self._transfer_from(tau)
         self.tau, self.saturated_steps = commanded, saturated_steps
@@ -332,9 +350,8 @@ class Controller(composer.Entity):
 
     def reset(self) -> None:
         """Clear the state kept between steps."""
-        if self._substituted:
-            self._fault = self._compliant = False
-            del self.compute  # that of the PD controller
+        self._fault = self._compliant = False
+        self._substitute = None
         self.tau = np.zeros_like(self._limit)
         self.saturated[:] = self._clipped = False
         self.saturated_steps = self._transfer_steps = 0
@@ -346,6 +363,7 @@ class Controller(composer.Entity):
             "saturated": self.saturated.tolist(),
             "saturated_steps": self.saturated_steps,
             "payload": None if self._payload is None else self._payload.get_state(),
+            "carried": self._carried is not None,
             "transfer": self._transfer.tolist(),
             "transfer_steps": self._transfer_steps,
             "compliant": self._compliant,
@@ -362,12 +380,12 @@ class Controller(composer.Entity):
         payload = state["payload"]
         if payload is not None or self._payload is not None:  # making a model takes long
             self.payload = None if payload is None else Payload.from_state(payload)
-        if state["compliant"] is not self._compliant:
-            self._compliant = state["compliant"]
-            if self._compliant:
-                self._substitute()
-            else:
-                del self.compute
+        # Not the reference's own, so that it is read in the next step even if it is None by then.
+        self._carried = self._payload if state.get("carried", payload) else None
+        self._fault = self._compliant = False
+        self._substitute = None
+        if state["compliant"]:
+            self._become_compliant()
 
     def _on_model_change(self) -> None:
         """Update what is derived from the model; for subclasses."""

@@ -83,6 +83,7 @@ class ControllerManager(composer.Entity):
                 )
             made = self._factories[name](self._robot)
             if self._compiled:
+                made.share_model(self.controller)
                 made.after_compile(*self._compiled)
             self._made[name] = made
         return self._made[name]
@@ -99,6 +100,23 @@ class ControllerManager(composer.Entity):
         if controller is not self.controller:
             controller.take_over(self.controller)
             self._active, self.controller = name, controller
+
+    def add(self, name: str, factory: Factory) -> None:
+        """Add a controller, to be made when it is first needed; a known name is replaced."""
+        self._factories = {**self._factories, name: factory}
+
+    def activate(self, name: str) -> None:
+        """Make another controller the active one at once, without a transfer of torques.
+
+        Raises:
+            ControlError: If there is none of that name.
+        """
+        previous, controller = self.controller, self.get(name)
+        if controller is not previous:  # what it did before is nothing to continue
+            controller.reset()
+            controller.saturated_steps = previous.saturated_steps
+        controller.reference = previous.reference
+        self._active, self.controller, self._returning = name, controller, False
 
     def return_to_default(self) -> None:
         """Switch to the default controller as soon as the reference is at rest.
@@ -120,10 +138,7 @@ class ControllerManager(composer.Entity):
         self, physics: mjcf.Physics, random_state: np.random.RandomState
     ) -> None:
         """Activate the default controller, without a transfer."""
-        reference = self.controller.reference
-        self._active, self.controller = self._default, self.get(self._default)
-        self._returning = False
-        self.controller.reference = reference
+        self.activate(self._default)
         self.controller.initialize_episode(physics, random_state)
 
     def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:

@@ -47,7 +47,7 @@ class GravityCompensatedPD(Controller):
 
     def _on_model_change(self) -> None:
         if not self._gains:
-            default = default_gains(self._robot.make_model())  # without payload
+            default = default_gains(self.bare_model)  # without payload
             pairs = zip(self._given, default, strict=True)
             self._gains = [own if given is None else given for given, own in pairs]
 

@@ -11,7 +11,7 @@ from bt_manip.demonstrations.store import Demonstration, DemonstrationStore
 from bt_manip.exceptions import BtManipError
 from bt_manip.extras import require_extra
 from bt_manip.png import png
-from bt_manip.recording import whole_file, writing
+from bt_manip.record import whole_file, writing
 
 
 def write_demonstration_table(store: DemonstrationStore, path: Path) -> int:

@@ -3,13 +3,16 @@
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bt_manip.demonstrations.store import DemonstrationStore, put_array
 from bt_manip.exceptions import BtManipError
-from bt_manip.recording import whole_file, writing
+from bt_manip.record import whole_file, writing
+
+if TYPE_CHECKING:
+    from bt_manip.agents import ActionSpace
 
 GYM_TYPE = 2
 """robomimic's number of environments of Gym."""
@@ -21,9 +24,10 @@ VALID = 0.1
 def write_robomimic(store: DemonstrationStore, path: Path, actions: str) -> int:
     """Write demonstrations in robomimic's layout.
 
-    Beside what robomimic reads, each demonstration has all kinds of actions as
-    ``action_dict/KIND``, the ``statuses`` of the nodes, and the running leaf as ``leaf``, an index
-    of the file's ``leaves``; the file has the ``manifest``.
+    The actions are scaled to [-1, 1], as the environment takes them and robomimic's networks give
+    them. Beside what robomimic reads, each demonstration has all kinds of actions with their units
+    as ``action_dict/KIND``, the ``statuses`` of the nodes, and the running leaf as ``leaf``, an
+    index of the file's ``leaves``; the file has the ``manifest``.
 
     Args:
         store: The demonstrations.
@@ -42,6 +46,7 @@ def write_robomimic(store: DemonstrationStore, path: Path, actions: str) -> int:
     leaves: dict[str, int] = {}
     total = 0
     store.check_actions(actions)
+    space = _action_space(store.manifest["actions"][actions])
     with writing(path, "export"), whole_file(path) as out, h5py.File(out, "w") as file:
         data = file.create_group("data")
         for one in store:
@@ -55,7 +60,7 @@ def write_robomimic(store: DemonstrationStore, path: Path, actions: str) -> int:
                 put_array(demo, f"action_dict/{name}", array)
             leaf = [leaves.setdefault(path, len(leaves)) for path in one.leaves]
             arrays = {
-                "actions": one.actions[actions],
+                "actions": space.normalized(one.actions[actions]),
                 "states": one.states[:-1],
                 "rewards": one.rewards,
                 "dones": one.dones.astype(np.int64),
@@ -76,14 +81,21 @@ def write_robomimic(store: DemonstrationStore, path: Path, actions: str) -> int:
     return len(demos)
 
 
+def _action_space(described: Mapping[str, Any]) -> "ActionSpace":
+    from bt_manip.agents import ActionSpace
+
+    low, high = (np.array(described[key], dtype=np.float32) for key in ("low", "high"))
+    return ActionSpace(low, high, tuple(described["names"]), tuple(described["units"]))
+
+
 def _env_args(manifest: Mapping[str, Any], actions: str) -> dict[str, Any]:
     """Return the environment of the demonstrations, as robomimic describes it.
 
-    ``GymnasiumEnvironment(env_name, **env_kwargs)`` makes it.
+    ``GymnasiumEnvironment(**env_kwargs)`` makes it.
     """
-    given = {key: manifest[key] for key in ("robot", "scene", "settings", "images")}
+    given = {key: manifest[key] for key in ("tree", "robot", "scene", "settings", "images")}
     kwargs = {**given, "tick": manifest["tick_s"], "action": actions}
-    return {"env_name": manifest["tree"], "env_type": GYM_TYPE, "env_kwargs": kwargs}
+    return {"env_name": manifest["tree"], "type": GYM_TYPE, "env_kwargs": kwargs}
 
 
 def split(demos: list[str]) -> dict[str, list[str]]:

@@ -7,18 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from bt_manip.bt import NodeStatus
-from bt_manip.demonstrations.store import Demonstration, DemonstrationStore
-from bt_manip.episodes import (
+from bt_manip.agents import (
     STEP,
     Episodes,
     Images,
     Observations,
     action_kind,
 )
-from bt_manip.exceptions import BtManipError
-from bt_manip.recording import cpu_name, identify, next_digest, versions
-from bt_manip.runner import request_of
+from bt_manip.bt import NodeStatus
+from bt_manip.demonstrations.store import Demonstration, DemonstrationStore
+from bt_manip.exceptions import ANY_BUT_INTERRUPT, reason_of
+from bt_manip.plugins import load_plugins
+from bt_manip.record import cpu_name, identify, versions
+from bt_manip.runner import next_digest, request_of
 
 MAX_STEPS = 1200
 """Steps after which an episode has failed: 60 s; a pick and place takes 80."""
@@ -65,8 +66,6 @@ class DemonstrationRecorder:
         Raises:
             BtManipError: If the request is invalid.
         """
-        from bt_manip.plugins import load_plugins
-
         parts = load_plugins(choice=choice, warn=lambda message: None).parts
         request = request_of(tree, parts, tick=STEP, **options)
         self.folder, self.failures = folder, failures
@@ -109,11 +108,11 @@ class DemonstrationRecorder:
         }
 
     def run(self, episode: int) -> None:
-        """Run an episode and write its file."""
+        """Run an episode and write its file; an exception in it is its reason."""
         try:
             demonstration = self.record(episode)
-        except BtManipError as error:
-            demonstration = Demonstration(episode, False, str(error))
+        except ANY_BUT_INTERRUPT as error:
+            demonstration = Demonstration(episode, False, reason_of(error))
         if not (demonstration.success or self.failures):
             demonstration = Demonstration(episode, False, demonstration.reason)
         DemonstrationStore(self.folder).write(demonstration)
@@ -122,7 +121,8 @@ class DemonstrationRecorder:
         """Run an episode and return it.
 
         Raises:
-            BtManipError: If it does not start, a node raises, or the physics diverges.
+            BtManipError: If it does not start, or a node raises.
+            PhysicsDiverged: If the physics diverges.
         """
         episodes, tree, cell = self.episodes, self._run.tree, self.episodes.station.cell
         episodes.reset(episodes.seed, episode)

@@ -13,7 +13,7 @@ import numpy as np
 from bt_manip.exceptions import BtManipError
 from bt_manip.extras import require_extra
 from bt_manip.input_files import read_text
-from bt_manip.recording import identity_differences, reading, whole_file, writing
+from bt_manip.record import identity_differences, reading, whole_file, writing
 
 FORMAT = "bt-manip demonstrations"
 VERSION = 1
@@ -161,6 +161,10 @@ class DemonstrationStore:
         path = self.path(demonstration.episode)
         with writing(path, "demonstration"), whole_file(path, sync=False) as out:
             out.write(buffer.getbuffer())
+
+    def write_lost(self, episode: int, error: Exception) -> None:
+        """Write the file of an episode whose processes died."""
+        self.write(Demonstration(episode, False, str(error)))
 
     def read(self, episode: int) -> Demonstration:
         """Read the file of an episode.

@@ -78,8 +78,9 @@ class DmEnvironment(dm_env.Environment):
 
     def reward_spec(self) -> specs.BoundedArray:
         """Return the bounds of rewards."""
-        return specs.BoundedArray((), float, 0.0, 1.0, "reward")
+        low, high = self.task.reward_bounds
+        return specs.BoundedArray((), float, low, high, "reward")
 
     def close(self) -> None:
-        """Free what renders images."""
-        self.task.observations.close()
+        """End recordings, and free what renders images."""
+        self.task.close()

@@ -6,9 +6,11 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from bt_manip.episodes import ActionSpace, Images, Observations, ObservationSpec
+from bt_manip.agents import ActionSpace, Images, Observations, ObservationSpec
+from bt_manip.exceptions import BtManipError
 
-from .learning_task import LearningTask
+from .learning_task import OPTIONS, LearningTask, refuse_unknown
+from .position_goal import PositionGoal
 
 RENDERED = Images(("rgb",), ("overview",), 640, 480)
 """The rendered image."""
@@ -19,35 +21,70 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
 
     An episode is terminated when the goal of the tree holds, when it cannot be met any more, or
     when the physics diverges; Gymnasium's wrapper for the time limit truncates it. ``info`` has
-    ``success``, ``failure`` (why the goal cannot be met any more), and ``seed`` and ``episode``,
-    which identify the episode.
+    ``is_success``, ``failure`` (why the goal cannot be met any more), and ``seed`` and
+    ``episode_number``, which identify the episode.
+
+    It can be pickled and copied by ``copy.deepcopy``, which continues the episode in a station of
+    its own, unless it records or is observed.
 
     Attributes:
-        task: The task.
+        task: The task; its actions have units.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 20}
 
-    def __init__(self, tree: str, render_mode: str | None = None, **options: Any) -> None:
+    def __init__(
+        self,
+        tree: str,
+        render_mode: str | None = None,
+        *,
+        physical_units: bool = False,
+        goal_conditioned: bool = False,
+        **options: Any,
+    ) -> None:
         """Prepare the environment.
 
         Args:
             tree: The tree, as in ``bt-manip run``.
             render_mode: ``"rgb_array"``, or None for no images from `render`.
+            physical_units: Whether actions have the units of ``task.action.space``; by default
+                each number of a continuous action is scaled to [-1, 1].
+            goal_conditioned: Whether observations are ``observation``, all numbers in one array,
+                ``achieved_goal`` and ``desired_goal``, positions [m], and the reward is
+                ``compute_reward``, that of `PositionGoal`.
             **options: Those of `LearningTask`: ``robot``, ``action``, ``reward``, ``images``, ...
 
         Raises:
-            BtManipError: If an option is invalid, or the tree declares no goal.
+            BtManipError: If an option is invalid, the tree declares no goal, or the goal of a
+                goal-conditioned environment is not a position.
         """
+        own = {"render_mode", "physical_units", "goal_conditioned"}
+        refuse_unknown("an environment has no option", options, {*OPTIONS, *own})
+        if goal_conditioned and ("images" in options or options.get("reward", "sparse") == "dense"):
+            raise BtManipError(
+                "a goal-conditioned environment observes numbers only, and has a reward of its "
+                "own: leave out 'images' and 'reward'"
+            )
         self.task = LearningTask(tree, **options)
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": round(1 / self.task.episodes.step_time)}
         observations = self.task.observations
         last = len(observations.entities) - 1
-        self.observation_space: Any = spaces.Dict(
-            {name: _box(spec, last) for name, spec in observations.specs.items()}
-        )
-        self.action_space = _action_space(self.task.action.space)
+        boxes: dict[str, spaces.Space[Any]] = {
+            name: _box(spec, last) for name, spec in observations.specs.items()
+        }
+        self._goal = PositionGoal(self.task.episodes) if goal_conditioned else None
+        if self._goal is not None:  # others lack the method: by that, checkers tell them apart
+            self.compute_reward = self._goal.compute_reward
+            sizes = {
+                "observation": sum(int(np.prod(one.shape)) for one in observations.specs.values()),
+                "achieved_goal": self._goal.size,
+                "desired_goal": self._goal.size,
+            }
+            boxes = {name: spaces.Box(-np.inf, np.inf, (n,)) for name, n in sizes.items()}
+        self.observation_space: Any = spaces.Dict(boxes)
+        self._scaled = not physical_units
+        self.action_space = _action_space(self.task.action.space, self._scaled)
         self._rendered: Observations | None = None
         self._seed: int | None = None
         self._episode = 0
@@ -67,6 +104,7 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         """
         super().reset(seed=seed)
         options = options or {}
+        refuse_unknown("reset has no option", options, ("episode", "state"))
         if seed is not None:
             self._seed, self._episode = seed, 0
         elif self._seed is None:
@@ -78,13 +116,18 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         else:
             self._episode = int(options.get("episode", self._episode))
             self.task.reset(self._seed, self._episode)
-        return self.task.observe(), self._info(False, "")
+        return self._observe(), self._info(False, "")
 
     def step(self, action: Any) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
         """Make one step; see `gymnasium.Env`."""
+        if self._scaled:
+            action = self.task.action.space.physical(action)
         reward, success, failure = self.task.step(action)
-        info = self._info(success, failure)
-        return self.task.observe(), reward, success or bool(failure), False, info
+        info, observation = self._info(success, failure), self._observe()
+        if self._goal is not None:
+            goals = observation["achieved_goal"], observation["desired_goal"]
+            reward = float(self._goal.compute_reward(*goals, info))
+        return observation, reward, success or bool(failure), False, info
 
     def render(self) -> np.ndarray | None:
         """Return an image of the overview camera; None without a render mode."""
@@ -96,10 +139,10 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         return next(iter(self._rendered.images().values()))
 
     def close(self) -> None:
-        """Free what renders images."""
-        for observations in (self.task.observations, self._rendered):
-            if observations is not None:
-                observations.close()
+        """End recordings, and free what renders images."""
+        self.task.close()
+        if self._rendered is not None:
+            self._rendered.close()
 
     def get_state(self) -> dict[str, Any]:
         """Return the state of the episode as plain data."""
@@ -110,9 +153,24 @@ class GymnasiumEnvironment(gymnasium.Env[dict[str, np.ndarray], Any]):
         self.task.set_state(state)
         self._seed, self._episode = self.task.episodes.seed, self.task.episodes.episode
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the attributes without what renders, which is made again."""
+        return {**vars(self), "_rendered": None}
+
+    def _observe(self) -> dict[str, np.ndarray]:
+        found = self.task.observe()
+        if self._goal is None:
+            return found
+        cell = self.task.episodes.station.cell
+        return {
+            "observation": np.concatenate([one.ravel() for one in found.values()]),
+            "achieved_goal": self._goal.achieved(cell),
+            "desired_goal": self._goal.desired(cell),
+        }
+
     def _info(self, success: bool, failure: str) -> dict[str, Any]:
-        identity = {"seed": self._seed, "episode": self._episode}
-        return {"success": success, "failure": failure, **identity}
+        identity = {"seed": self._seed, "episode_number": self._episode}
+        return {"is_success": success, "failure": failure, **identity}
 
 
 def _box(spec: ObservationSpec, last: int) -> spaces.Box:
@@ -123,7 +181,9 @@ def _box(spec: ObservationSpec, last: int) -> spaces.Box:
     return spaces.Box(low, high, spec.shape, np.dtype(spec.dtype).type)
 
 
-def _action_space(space: ActionSpace) -> spaces.Space[Any]:
+def _action_space(space: ActionSpace, scaled: bool) -> spaces.Space[Any]:
     if space.choices:
         return spaces.Discrete(len(space.choices))
+    if scaled:
+        return spaces.Box(-1.0, 1.0, space.shape, np.float32)
     return spaces.Box(space.low, space.high, dtype=np.float32)

@@ -1,12 +1,14 @@
 """The task of a tree for an agent: observations, actions, reward and end."""
 
-from collections.abc import Mapping
+import inspect
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import fields
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from bt_manip.cell import PhysicsDiverged
-from bt_manip.episodes import (
+from bt_manip.agents import (
     STEP,
     Episodes,
     Images,
@@ -15,19 +17,25 @@ from bt_manip.episodes import (
     action_kind,
     goal_progress,
 )
-from bt_manip.exceptions import BtManipError
+from bt_manip.cell import PhysicsDiverged
+from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.faults import FaultInjector, parse_fault
+from bt_manip.plugins import load_plugins
 from bt_manip.registry import Parts
-from bt_manip.runner import request_of
+from bt_manip.runner import Run, RunObserver, RunRequest, recorder_for, request_of
 
 REWARDS = ("sparse", "dense")
-"""Rewards of a step: 1 where the goal holds and 0 elsewhere, or the progress towards the goal."""
+"""Rewards of a step: 1 where the goal holds and 0 elsewhere; or that, with the progress made."""
+
+DISCOUNT = 0.99
+"""Discount of the progress in the dense reward, by default."""
 
 
 class Outcome(NamedTuple):
     """What a step led to.
 
     Attributes:
-        reward: The reward, from 0 to 1.
+        reward: The reward, from 0 to 1; the dense one from -1 to 2.
         success: Whether the goal of the tree holds.
         failure: Why the goal cannot be met any more; empty if it can.
     """
@@ -44,6 +52,7 @@ class LearningTask:
         episodes: The episodes of the tree in its station.
         observations: The observations.
         action: The kind of actions.
+        reward_bounds: The least and the largest reward of a step.
     """
 
     def __init__(
@@ -52,8 +61,12 @@ class LearningTask:
         *,
         action: str = "joint_targets",
         reward: str = "sparse",
+        discount: float = DISCOUNT,
         images: Images | Mapping[str, Any] | None = None,
         step_time: float = STEP,
+        record: str = "",
+        faults: Sequence[str] = (),
+        observers: Sequence[RunObserver] = (),
         parts: Parts | None = None,
         **request: Any,
     ) -> None:
@@ -63,9 +76,17 @@ class LearningTask:
             tree: The tree, as in ``bt-manip run``.
             action: ``"joint_torques"``, ``"joint_targets"``, ``"cartesian_deltas"`` or
                 ``"subtree_choice"``.
-            reward: ``"sparse"`` or ``"dense"``.
+            reward: ``"sparse"``: 1 where the goal holds, else 0. ``"dense"``: that, and
+                ``discount * after - before`` of the progress towards the goal before and after the
+                step, potential-based shaping (Ng, Harada and Russell 1999).
+            discount: The agent's discount of rewards, with which the shaping leaves the best policy
+                as it is.
             images: Images among the observations; default: none.
             step_time: Time of a step [s].
+            record: File to which episodes are recorded, as in ``run-{episode}.mcap``; its suffix
+                chooses the recorder. Without ``{episode}`` only the first one is recorded.
+            faults: Faults that are injected in each episode, as in ``bt-manip run --fault``.
+            observers: Further observers of all episodes, such as a `bt_manip.viewer.Page`.
             parts: The registered parts; default: those of all installed plugins.
             **request: Fields of `RunRequest`: ``robot``, ``scene``, ``controller``, ``settings``.
 
@@ -74,29 +95,46 @@ class LearningTask:
         """
         if reward not in REWARDS:
             raise BtManipError(f"a reward is {' or '.join(REWARDS)}, got '{reward}'")
+        refuse_unknown("an environment has no option", request, OPTIONS)
+        self._arguments: dict[str, Any] = {
+            "tree": tree, "action": action, "reward": reward, "discount": discount,
+            "images": images, "step_time": step_time, "faults": faults, "parts": parts, **request,
+        }  # fmt: skip
         if parts is None:
-            from bt_manip.plugins import load_plugins
-
             parts = load_plugins().parts
-        self.episodes = Episodes(request_of(tree, parts, **request), parts, step_time=step_time)
+        self._record, self._observers, self._parts = record, tuple(observers), parts
+        self._recorded = bool(record)
+        self._faults = [parse_fault(text, parts.faults) for text in faults]
+        asked = request_of(tree, parts, faults=tuple(faults), **request)
+        self.episodes = Episodes(asked, parts, step_time=step_time)
         if not self.episodes.run.tree.goal:
             raise BtManipError(
                 f"the tree '{tree}' declares no goal, so that success is not defined"
             )
-        self._dense = reward == "dense"
+        if not 0.0 <= discount <= 1.0:
+            raise BtManipError(f"the discount is from 0 to 1, got {discount:g}")
+        self._dense, self._discount = reward == "dense", discount
+        self.reward_bounds = (-1.0, 1.0 + discount) if self._dense else (0.0, 1.0)
         self.episodes.reset(self.episodes.seed)  # objects that the tree adds are there then
-        wanted = Images(**images) if isinstance(images, Mapping) else images
+        if isinstance(images, Mapping):
+            refuse_unknown("images have no option", images, Images._fields)
+            images = Images(**images)
         station = self.episodes.station
-        self.observations = Observations(station.cell, station.robots, wanted)
+        self.observations = Observations(station.cell, station.robots, images)
         self.action = action_kind(action, self.episodes)
-        self._losses = LossCheck(self.episodes)
-        self._diverged = ""
+        self._at_first = self.action.get_state()
+        self.episodes.run.identity["agent"] = action
+        self.episodes.make_observers = self._make_observers
+        self._losses, self._diverged = LossCheck(self.episodes), ""
         self._last = self.observations.read()
+        self._progress = self._present_progress()
 
     def reset(self, seed: int, episode: int = 0) -> None:
         """Start an episode; see `Episodes.reset`."""
         self.episodes.reset(seed, episode)
+        self.action.set_state(self._at_first)
         self._losses, self._diverged = LossCheck(self.episodes), ""
+        self._progress = self._present_progress()
 
     def step(self, action: Any) -> Outcome:
         """Make one step with an action.
@@ -108,19 +146,24 @@ class LearningTask:
             self.action.step(action)
         except PhysicsDiverged as error:
             self._diverged = str(error)
-        return self.outcome()
+        return self._judge()
+
+    def expert_step(self) -> Outcome:
+        """Let the tree go on for one step, in place of an agent."""
+        try:
+            self.episodes.expert_step()
+        except PhysicsDiverged as error:
+            self._diverged = str(error)
+        return self._judge()
+
+    def close(self) -> None:
+        """End the observers, and free what renders images."""
+        self.episodes.close()
+        self.observations.close()
 
     def outcome(self) -> Outcome:
-        """Judge the present state."""
-        if self._diverged:
-            return Outcome(0.0, False, self._diverged)
-        if self._dense:
-            reward = goal_progress(self.episodes)
-            success = reward == 1.0
-        else:
-            success = self.episodes.success
-            reward = float(success)
-        return Outcome(reward, success, "" if success else self._losses.reason())
+        """Judge the present state, as the end of the step after the last one."""
+        return self._outcome()[0]
 
     def observe(self) -> dict[str, np.ndarray]:
         """Return the present observations; if the physics has diverged, the last ones before."""
@@ -134,6 +177,7 @@ class LearningTask:
             "episode": self.episodes.get_state(),
             "action": self.action.get_state(),
             "losses": self._losses.get_state(),
+            "progress": self._progress,
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
@@ -145,4 +189,82 @@ class LearningTask:
         self.episodes.set_state(state["episode"])
         self.action.set_state(state["action"])
         self._losses.set_state(state["losses"])
-        self._diverged = ""
+        self._progress, self._diverged = state["progress"], ""
+
+    def _present_progress(self) -> float:
+        """Return the progress towards the goal; 0 for the sparse reward."""
+        return goal_progress(self.episodes) if self._dense else 0.0
+
+    def _outcome(self) -> tuple[Outcome, float]:
+        """Return the outcome and the progress of the present state."""
+        if self._diverged:
+            return Outcome(-self._progress, False, self._diverged), self._progress
+        progress = self._present_progress()
+        success = progress == 1.0 if self._dense else self.episodes.success
+        failure = "" if success else self._losses.reason()
+        shaping = self._discount * (0.0 if failure else progress) - self._progress
+        return Outcome(float(success) + shaping, success, failure), progress
+
+    def _judge(self) -> Outcome:
+        """Judge the state after a step, and end the episode where it has ended."""
+        outcome, self._progress = self._outcome()
+        if (outcome.success or outcome.failure) and not self.episodes.ended:
+            self.episodes.finish(outcome.failure)
+        return outcome
+
+    def __reduce__(self) -> Any:
+        """Pickle what the environment is made of, and its state.
+
+        Raises:
+            BtManipError: If it records or is observed.
+        """
+        return _restored, self._copied()
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "LearningTask":
+        """Return an environment in the same state, in a station of its own; see `__reduce__`."""
+        return _restored(*self._copied())
+
+    def _copied(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return the arguments and the state of a copy."""
+        if self._recorded or self._observers:
+            raise BtManipError(
+                "an environment with 'record' or 'observers' cannot be copied or pickled: both "
+                "would write the same files; make another one and give it the state of get_state()"
+            )
+        return self._arguments, self.get_state()
+
+    def _make_observers(self, run: Run, episode: int) -> list[RunObserver]:
+        """Return the observers of an episode."""
+        found = list(self._observers)
+        if self._record:
+            path = Path(self._record.replace("{episode}", str(episode)))
+            if "{episode}" not in self._record:
+                self._record = ""  # it has the first episode
+            found.append(recorder_for(path, self._parts.recorders))
+        if self._faults:
+            found.append(FaultInjector(self._faults, self._parts.faults, run.request.seed))
+        return found
+
+
+OPTIONS = sorted(
+    {*inspect.signature(LearningTask).parameters, *(one.name for one in fields(RunRequest))}
+    - {"request", "cycles", "real_time"}
+)
+"""Names of the arguments."""
+
+
+def refuse_unknown(what: str, given: Mapping[str, Any], known: Collection[str]) -> None:
+    """Check the names of options.
+
+    Raises:
+        BtManipError: If one is not known; the message names it and the nearest ones.
+    """
+    for name in given:
+        if name not in known:
+            raise BtManipError(f"{what} '{name}'{did_you_mean(name, known)}")
+
+
+def _restored(arguments: Mapping[str, Any], state: Mapping[str, Any]) -> LearningTask:
+    task = LearningTask(**arguments)
+    task.set_state(state)
+    return task

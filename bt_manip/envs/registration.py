@@ -1,6 +1,12 @@
-"""The ids of all trees in Gymnasium's registry, where that is installed."""
+"""The ids of trees in Gymnasium's registry, where that is installed."""
 
 import importlib.util
+import time
+
+from bt_manip.exceptions import BtManipError
+from bt_manip.plugins import load_plugins
+from bt_manip.registry import Parts
+from bt_manip.runner import find_tree, known_behaviours, load_document, make_tree
 
 NAMESPACE = "bt_manip"
 
@@ -15,19 +21,31 @@ def environment_id(tree: str) -> str:
 
 
 def register_environments() -> None:
-    """Register the environments of all trees of all installed plugins with Gymnasium."""
+    """Register the trees of all installed plugins that need no arguments with Gymnasium."""
     import gymnasium
 
-    from bt_manip.plugins import load_plugins
-
-    for tree in load_plugins(warn=lambda message: None).parts.trees:
-        if environment_id(tree) not in gymnasium.registry:
+    parts = load_plugins(warn=lambda message: None).parts
+    for tree in parts.trees:
+        if environment_id(tree) not in gymnasium.registry and _needs_nothing(tree, parts):
             gymnasium.register(
                 environment_id(tree),
                 entry_point="bt_manip.envs.gymnasium_env:GymnasiumEnvironment",
                 max_episode_steps=MAX_EPISODE_STEPS,
                 kwargs={"tree": tree},
             )
+
+
+def _needs_nothing(tree: str, parts: Parts) -> bool:
+    """Return whether a tree declares a goal, and has defaults for all its settings."""
+    clock = time.monotonic
+    try:
+        source = find_tree(tree, {tree: parts.trees.get(tree)})
+        if source.kind == "python":
+            return bool(make_tree(source, {}, clock).goal)
+        behaviours = known_behaviours(parts)
+        return bool(load_document(source, behaviours, {}, clock, lambda message: None).goal)
+    except BtManipError:
+        return False
 
 
 if importlib.util.find_spec("gymnasium") is not None:

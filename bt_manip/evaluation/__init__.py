@@ -1,4 +1,4 @@
-"""Episodes of a tree in parallel processes, and their success.
+"""Episodes of a tree in parallel processes: their success, and stress tests.
 
 Each name is imported on first use: running episodes needs neither the physics nor Parquet.
 """
@@ -17,16 +17,42 @@ if TYPE_CHECKING:
     from bt_manip.evaluation.episode import EpisodeResult as EpisodeResult
     from bt_manip.evaluation.episode import EpisodeWorker as EpisodeWorker
     from bt_manip.evaluation.episode import Evaluation as Evaluation
+    from bt_manip.evaluation.paired import PairedTable as PairedTable
+    from bt_manip.evaluation.paired import mcnemar_p_value as mcnemar_p_value
+    from bt_manip.evaluation.paired import newcombe_interval as newcombe_interval
     from bt_manip.evaluation.ray_pool import RayPool as RayPool
     from bt_manip.evaluation.results import ResultFolder as ResultFolder
     from bt_manip.evaluation.results import read_results as read_results
     from bt_manip.evaluation.scheduling import evaluate as evaluate
+    from bt_manip.evaluation.stress import StressCase as StressCase
+    from bt_manip.evaluation.stress import StressPhase as StressPhase
+    from bt_manip.evaluation.stress import StressResult as StressResult
+    from bt_manip.evaluation.stress import StressTester as StressTester
+    from bt_manip.evaluation.stress import plan_cases as plan_cases
+    from bt_manip.evaluation.stress_table import LEGEND as LEGEND
+    from bt_manip.evaluation.stress_table import StressTable as StressTable
     from bt_manip.evaluation.success import Failure as Failure
     from bt_manip.evaluation.success import SuccessRate as SuccessRate
     from bt_manip.evaluation.success import wilson_interval as wilson_interval
+    from bt_manip.evaluation.success_page import results_page as results_page
     from bt_manip.evaluation.variation import Parameter as Parameter
     from bt_manip.evaluation.variation import grid as grid
     from bt_manip.evaluation.variation import parse_parameter as parse_parameter
     from bt_manip.evaluation.variation import samples as samples
 
-__getattr__ = lazy_exports(__name__)
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "bt_manip.evaluation.engine": "Pool ProcessPool Worker WorkerDiedError run_episodes",
+        "bt_manip.evaluation.episode": "EpisodeId EpisodeResult EpisodeWorker Evaluation",
+        "bt_manip.evaluation.paired": "PairedTable mcnemar_p_value newcombe_interval",
+        "bt_manip.evaluation.ray_pool": "RayPool",
+        "bt_manip.evaluation.results": "ResultFolder read_results",
+        "bt_manip.evaluation.scheduling": "evaluate",
+        "bt_manip.evaluation.stress": "StressCase StressPhase StressResult StressTester plan_cases",
+        "bt_manip.evaluation.stress_table": "LEGEND StressTable",
+        "bt_manip.evaluation.success": "Failure SuccessRate wilson_interval",
+        "bt_manip.evaluation.success_page": "results_page",
+        "bt_manip.evaluation.variation": "Parameter grid parse_parameter samples",
+    },
+)

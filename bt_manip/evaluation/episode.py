@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
-from bt_manip.exceptions import BtManipError, NodeError
-from bt_manip.recording import (
+from bt_manip.exceptions import ANY_BUT_INTERRUPT, BtManipError, NodeError, reason_of
+from bt_manip.plugins import load_plugins
+from bt_manip.record import (
     CycleReport,
     Recorder,
     cpu_name,
@@ -81,6 +82,7 @@ class EpisodeResult:
         wall_s: Wall time that it took [s].
         digest: SHA-256 over states and node statuses after every tick.
         randomized: The samples as JSON, by kind, name and quantity.
+        leaf_times: `CycleReport.leaf_times` as JSON.
         cpu: Type of the CPU that it ran on.
     """
 
@@ -96,6 +98,7 @@ class EpisodeResult:
     wall_s: float = 0.0
     digest: str = ""
     randomized: str = "{}"
+    leaf_times: str = "{}"
     cpu: str = ""
 
 
@@ -113,8 +116,6 @@ class EpisodeWorker:
             BtManipError: If the request is invalid, or this machine has other versions or files.
         """
         os.environ.setdefault("MUJOCO_GL", "disable")
-        from bt_manip.plugins import load_plugins
-
         self._evaluation = evaluation
         plugins = load_plugins(choice=evaluation.choice, warn=lambda message: None)
         self._parts, self._plugins = plugins.parts, plugins.versions
@@ -136,10 +137,10 @@ class EpisodeWorker:
         status, reason, node = "", "", ""
         try:
             run.execute([recorder], stop=lambda: run.station.cell.time > end)
-        except (Exception, SystemExit) as error:
-            status, reason = "ERROR", f"{type(error).__name__}: {error}"
+        except ANY_BUT_INTERRUPT as error:
+            status, reason = "ERROR", reason_of(error)
             if isinstance(error, NodeError):
-                node, reason = error.path, str(error)
+                node = error.path
         report = recorder.report(status or "TIMEOUT")
         cycle = report.cycles[-1] if report.cycles else CycleReport(status)
         if cycle.status == "TIMEOUT":
@@ -161,6 +162,7 @@ class EpisodeWorker:
             wall_s=time.perf_counter() - start,
             digest=report.state_digest,
             randomized=json.dumps(cycle.randomized),
+            leaf_times=json.dumps({name: vars(one) for name, one in cycle.leaf_times.items()}),
             cpu=cpu_name(),
         )
 

@@ -6,15 +6,16 @@ import os
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import fields
+from dataclasses import Field, fields
 from pathlib import Path
-from typing import Any
+from types import NoneType
+from typing import Any, get_args
 
 import pyarrow as pa
 from pyarrow import parquet
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.recording import reading, whole_file, writing
+from bt_manip.record import reading, whole_file, writing
 
 from .episode import EpisodeResult, refuse_difference
 from .variation import Point
@@ -34,12 +35,8 @@ PART_TIME = 60.0
 METADATA = b"bt_manip"
 """Key of the identity, as JSON, in the metadata of the Parquet files."""
 
-_TYPES: dict[Any, pa.DataType] = {
-    int: pa.int64(),
-    float: pa.float64(),
-    bool: pa.bool_(),
-    bool | None: pa.bool_(),
-}
+_TYPES = {int: pa.int64(), float: pa.float64(), bool: pa.bool_(), str: pa.string()}
+"""Types of columns by those of the fields of an `EpisodeResult`, each of them optional, too."""
 
 
 class ResultFolder:
@@ -146,10 +143,11 @@ def read_results(path: Path) -> tuple[dict[str, Any], list[EpisodeResult]]:
 
 def _rows_of(path: Path) -> tuple[list[EpisodeResult], list[EpisodeResult]]:
     """Return the results in the Parquet files of a folder, and those in its journal alone."""
-    columns, kept = [one.name for one in fields(EpisodeResult)], {}
+    columns, kept = {one.name for one in fields(EpisodeResult)}, {}
     for part in sorted(path.glob("part-*.parquet")):
         with reading(part, "part of an evaluation"):
-            for row in parquet.read_table(part, columns=columns).to_pylist():
+            table = parquet.read_table(part)
+            for row in table.select([n for n in table.column_names if n in columns]).to_pylist():
                 kept[row["point"], row["episode"]] = EpisodeResult(**row)
     latest = []
     journal = path / JOURNAL
@@ -162,7 +160,7 @@ def _rows_of(path: Path) -> tuple[list[EpisodeResult], list[EpisodeResult]]:
 
 
 def _schema(points: Sequence[Point]) -> pa.Schema:
-    columns = {one.name: _TYPES.get(one.type, pa.string()) for one in fields(EpisodeResult)}
+    columns = {one.name: _column_type(one) for one in fields(EpisodeResult)}
     for name in _parameters(points[0]):
         values = [_parameters(point)[name] for point in points]
         try:
@@ -170,6 +168,14 @@ def _schema(points: Sequence[Point]) -> pa.Schema:
         except pa.ArrowInvalid:
             raise BtManipError(f"the values of {name} are of different types") from None
     return pa.schema(columns)
+
+
+def _column_type(field: Field[Any]) -> pa.DataType:
+    """Return the type of the column of a field."""
+    plain = [one for one in get_args(field.type) or (field.type,) if one is not NoneType]
+    if len(plain) != 1 or plain[0] not in _TYPES:
+        raise TypeError(f"results have no type of column for {field.name}: {field.type}")
+    return _TYPES[plain[0]]
 
 
 def _parameters(point: Point) -> dict[str, Any]:

@@ -1,11 +1,14 @@
 """Success rates, their intervals, and the reasons of failures."""
 
+import json
 import math
 import re
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
+
+from bt_manip.record import LeafTime, LeafUse
 
 from .episode import EpisodeResult
 
@@ -61,10 +64,12 @@ class SuccessRate:
     Attributes:
         trials: Number of episodes.
         successes: How many of them succeeded.
+        use: Leaves that declare `reports_time`.
     """
 
     trials: int = 0
     successes: int = 0
+    use: LeafUse = field(default_factory=LeafUse)
     _first: dict[tuple[str, str], tuple[str, int]] = field(default_factory=dict)
     _counts: Counter[tuple[str, str]] = field(default_factory=Counter)
 
@@ -80,6 +85,8 @@ class SuccessRate:
         """Count a result."""
         self.trials += 1
         self.successes += result.success
+        times = json.loads(result.leaf_times)
+        self.use.add({name: LeafTime(**one) for name, one in times.items()}, result.duration_s)
         if not result.success:
             key = result.node, _NUMBER.sub("", result.reason)
             known = self._first.setdefault(key, (result.reason, result.episode))

@@ -13,15 +13,14 @@ import numpy as np
 from bt_manip.cell.randomization import Randomization
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.registry import Parts
-from bt_manip.runner import RunRequest, Scene, find_robot, find_scene
+from bt_manip.runner import RunRequest
+from bt_manip.scenes import Scene, find_robot, find_scene
 
 Point = Mapping[str, Any]
 """Values of the varied parameters, by name."""
 
 CHOSEN = ("robot", "controller", "scene", "planner")
 """Parameters that choose a part of the station."""
-
-_VARIED_SCENE = "varied"
 
 
 @dataclass(frozen=True)
@@ -129,8 +128,7 @@ def varied(request: RunRequest, parts: Parts, point: Point) -> tuple[RunRequest,
             near = did_you_mean(owner, ("controller", "scene", "robot"))
             raise BtManipError(f"nothing is called '{name}'{near}")
     if scene is not before:
-        scenes = parts.scenes.with_part(_VARIED_SCENE, lambda: scene)
-        request, parts = replace(request, scene=_VARIED_SCENE), replace(parts, scenes=scenes)
+        request = replace(request, scene=scene)
     return request, parts
 
 

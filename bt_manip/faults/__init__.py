@@ -1,4 +1,4 @@
-"""Fault injection: disturbances of the cell, the robot and the tree, and stress tests of trees.
+"""Fault injection: disturbances of the cell, the robot and the tree.
 
 Each name is imported on first use: every run registers the faults, few inject them.
 """
@@ -30,14 +30,21 @@ if TYPE_CHECKING:
     from bt_manip.faults.robot_faults import StuckFinger as StuckFinger
     from bt_manip.faults.robot_faults import StuckJoint as StuckJoint
     from bt_manip.faults.robot_faults import TorqueLoss as TorqueLoss
-    from bt_manip.faults.stress import StressCase as StressCase
-    from bt_manip.faults.stress import StressPhase as StressPhase
-    from bt_manip.faults.stress import StressResult as StressResult
-    from bt_manip.faults.stress import StressTester as StressTester
-    from bt_manip.faults.stress import plan_cases as plan_cases
-    from bt_manip.faults.stress_table import LEGEND as LEGEND
-    from bt_manip.faults.stress_table import StressTable as StressTable
     from bt_manip.faults.tree_faults import BehaviourException as BehaviourException
     from bt_manip.faults.tree_faults import TickDelay as TickDelay
 
-__getattr__ = lazy_exports(__name__)
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "bt_manip.faults.fault": "Fault FaultContext FaultError parameter",
+        "bt_manip.faults.injector": "FaultInjector",
+        "bt_manip.faults.object_faults": (
+            "ContainerVanishes Displace Heavy Knock Obstacle Slippery Stuck Vanish"
+        ),
+        "bt_manip.faults.planned_fault": "PlannedFault parse_fault",
+        "bt_manip.faults.robot_faults": (
+            "Push SensorDelay SensorNaN SensorNoise StuckFinger StuckJoint TorqueLoss"
+        ),
+        "bt_manip.faults.tree_faults": "BehaviourException TickDelay",
+    },
+)

@@ -3,22 +3,23 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.registry import Registry
-from bt_manip.runner import RunObserver, Station
+from bt_manip.runner import Run, RunModifier, Station
 
 from .fault import Fault, FaultContext, FaultError
 from .planned_fault import PlannedFault
 
+if TYPE_CHECKING:
+    from bt_manip.bt.nodes import Link
 
-class FaultInjector(RunObserver):
-    """Begins and ends planned faults; unlike other observers it changes the run.
 
-    Among observers it comes last, so that others judge a cycle before its faults are undone.
+class FaultInjector(RunModifier):
+    """Begins and ends planned faults.
 
     Attributes:
         problems: Why a planned fault has not happened in a cycle, in the order of the cycles.
@@ -64,7 +65,7 @@ class FaultInjector(RunObserver):
         if self._node_changed in self._tree.observers:
             self._tree.observers.remove(self._node_changed)
 
-    def run_started(self, run: Any) -> None:
+    def run_started(self, run: Run) -> None:
         """Connect to the run."""
         self.attach(run.station, run.tree)
 
@@ -126,7 +127,7 @@ class FaultInjector(RunObserver):
         while self._active:
             self._active.pop()[1].end()
 
-    def _node_changed(self, node: Any, old: NodeStatus, new: NodeStatus) -> None:
+    def _node_changed(self, node: "Link", old: NodeStatus, new: NodeStatus) -> None:
         if old is NodeStatus.IDLE:
             for pending in self._pending:
                 if pending.node is None and any(node is one for one in pending.nodes):

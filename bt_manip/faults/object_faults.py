@@ -44,11 +44,15 @@ class _ObjectFault(Fault):
 
 @dataclass
 class Vanish(_ObjectFault):
-    """The object is removed from the cell."""
+    """The object is removed from the cell; one of the scene until the cycle ends."""
 
     def begin(self) -> None:
         """Remove it."""
-        self.context.cell.remove(self.name)
+        name = self.name
+        if any(fixture.name == name for fixture in self.context.station.scene.fixtures):
+            _remove_until_end(self, name)
+        else:
+            self.context.cell.remove(name)
 
 
 @dataclass
@@ -195,8 +199,12 @@ class ContainerVanishes(Fault):
 
     def begin(self) -> None:
         """Remove it."""
-        cell = self.context.cell
-        name = self.context.find_container(self.container)
-        T_we, free = cell.pose(name), cell.is_free(name)
-        entity = cell.remove(name)
-        self.at_end(cell.add, entity, T_we, name=name, free=free, overlap=math.inf)
+        _remove_until_end(self, self.context.find_container(self.container))
+
+
+def _remove_until_end(fault: Fault, name: str) -> None:
+    """Remove an entity, and put it back when the fault ends."""
+    cell = fault.context.cell
+    T_we, free = cell.pose(name), cell.is_free(name)
+    entity = cell.remove(name)
+    fault.at_end(cell.add, entity, T_we, name=name, free=free, overlap=math.inf)

@@ -108,10 +108,23 @@ def add_obstacle(
         bottom = position - np.array([0.0, 0.0, 0.5 * size[2]])
         block = context.station.models.nominal("wall", size=size)
         try:
-            return cell.add(block, pin.SE3(np.eye(3), bottom), name="obstacle", overlap=0.0)
+            name = cell.add(block, pin.SE3(np.eye(3), bottom), name="obstacle", overlap=0.0)
         except CellError:
             continue
+        if not _blocks_target(context, name):
+            return name
+        cell.remove(name)
     raise FaultError("there is no free place for an obstacle with a path around it")
+
+
+def _blocks_target(context: FaultContext, name: str) -> bool:
+    """Tell whether an entity is in collision with the arm where its motion ends."""
+    arm = context.robot.arm
+    if arm.world is None:
+        return False
+    arm.world.refresh()
+    pairs = arm.world.collisions(arm.target)
+    return any(entity_of(pair.second) == name for pair in pairs)
 
 
 def _targets(context: FaultContext) -> Iterator[str]:

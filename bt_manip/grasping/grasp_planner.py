@@ -7,8 +7,8 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.arm import Arm
-from bt_manip.cell import Cell
-from bt_manip.grippers import solids_of
+from bt_manip.cell import Cell, centre_of_mass
+from bt_manip.grippers import Solid, solids_of
 from bt_manip.robots import GraspCandidate, GraspGenerator, Robot
 
 from .grasp_search import GraspPlan, GraspSearch
@@ -29,9 +29,9 @@ class GraspPlanner:
     a collision-free straight approach, and a free lift. Of the configurations that pass, the one
     nearest to the present one is taken.
 
-    Objects of any shape are sampled once after each compile and change of friction, with a fixed
-    seed: an object has the same candidates in every run. An object that would slip even at the
-    gripper's maximum force has none.
+    Objects of any shape are sampled once after each compile and change of their shape or friction,
+    with a fixed seed: an object has the same candidates in every run, wherever it is. An object
+    that would slip even at the gripper's maximum force has none.
 
     Attributes:
         arm: The arm that grips.
@@ -40,10 +40,9 @@ class GraspPlanner:
     def __init__(self, cell: Cell, arm: Arm) -> None:
         """Plan for an arm in a cell."""
         self._cell, self.arm = cell, arm
-        self._generators: dict[str, GraspGenerator] = {}
+        self._generators: dict[str, tuple[bytes, GraspGenerator]] = {}  # with their keys
         self._around: GripperClearance  # made again after each compile
         self._generation = -1
-        self._friction = b""  # of all geoms, at which the generators were made
         self._planned: tuple[str, int, GraspPlan] | None = None  # object, generation of the cell
 
     def plan(self, name: str, heights: Sequence[float], centre: np.ndarray) -> GraspPlan:
@@ -171,16 +170,21 @@ class GraspPlanner:
         gripper = self.arm.robot.needed_gripper
         check_friction(cell, gripper, name)
         clearance = self._clearance(name)
-        friction = cell.model.geom_friction.tobytes()  # overrides change it in place
-        if self._friction != friction:
-            self._friction, self._generators = friction, {}
         T_wo = cell.pose(name)
-        if name not in self._generators:
-            com = T_wo.actInv(np.array(cell.data.subtree_com[cell.body_id(name)]))
-            self._generators[name] = gripper.grasp_generator(
-                name, solids_of(cell, name), clearance.geom_poses, com, np.random.default_rng(0)
+        solids, com = solids_of(cell, name), centre_of_mass(cell, name)
+        key = _content(solids, com)  # joints of the object and overrides of friction change it
+        known, generator = self._generators.get(name, (b"", None))
+        if generator is None or known != key:
+            generator = gripper.grasp_generator(
+                name, solids, clearance.geom_poses, com, np.random.default_rng(0)
             )
-        generator = self._generators[name]
+            self._generators[name] = key, generator
         candidates = generator.candidates(-T_wo.rotation[2])
         ranking = GraspRanking(candidates, T_wo, generator.com, T_now)
         return GraspSearch(self.arm, name, ranking, clearance, self._rejections(name))
+
+
+def _content(solids: Sequence[Solid], com: np.ndarray) -> bytes:
+    """Return all that may change in an object between two compiles, as bytes."""
+    parts = [com, *([s.friction, *s.T_os.homogeneous.ravel()] for s in solids)]
+    return b"".join(np.array(part).tobytes() for part in parts)

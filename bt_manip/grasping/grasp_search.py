@@ -23,7 +23,7 @@ from .rejections import Rejections
 MAX_SIDE_STANDOFF = 0.12
 """Largest distance of the pre-grasp pose from a grasp that is not approached from above [m]."""
 
-LIFT_HEIGHT = 0.05
+LIFT_CLEARANCE = 0.05
 """Height through which the object must be free to be lifted [m]."""
 
 MAX_CLEARANCE_CHECKS = 128  # grasps whose clearance is measured
@@ -259,7 +259,7 @@ class GraspSearch:
     def _can_lift(self, one: RankedGrasp, q: np.ndarray) -> bool:
         """Return whether gripper and object can move straight up from the grasp."""
         clearance, rejections = self._clearance, self.rejections
-        steps = [np.array([0.0, 0.0, part * LIFT_HEIGHT]) for part in (0.5, 1.0)]
+        steps = [np.array([0.0, 0.0, part * LIFT_CLEARANCE]) for part in (0.5, 1.0)]
         lifted = clearance.of_displaced(self._name, steps)
         if lifted.distance < -_MAX_LIFT_PENETRATION:
             rejections.collisions[self._name, lifted.entity] += 1

@@ -7,7 +7,8 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.cell import Cell
+from bt_manip import spatial
+from bt_manip.cell import Cell, body_poses, geom_pose
 from bt_manip.robots import Robot
 
 SUFFICIENT_CLEARANCE = 4e-3
@@ -38,7 +39,8 @@ class GripperClearance:
     `CollisionWorld`. Other robots are left out: motions are planned around them.
 
     Attributes:
-        geom_poses: Pose of each gripper geom in the tool frame, at the present opening.
+        geom_poses: Pose of each gripper geom in the tool frame, at the opening; it depends on the
+            compiled model only.
     """
 
     def __init__(
@@ -78,18 +80,20 @@ class GripperClearance:
         data, source = self._data, self._cell.data
         data.qpos[:] = source.qpos
         data.mocap_pos[:], data.mocap_quat[:] = source.mocap_pos, source.mocap_quat
+        mujoco.mj_kinematics(self._model, data)
         self.open(opening)
 
     def open(self, opening: float = 1.0) -> None:
         """Open the gripper: 1 for fully, 0 for closed."""
-        robot, data = self._robot, self._data
+        model, robot, qpos = self._model, self._robot, self._model.qpos0.copy()
         if robot.gripper is not None:
-            robot.gripper.set_opening(data.qpos, opening)
+            robot.gripper.set_opening(qpos, opening)
         site = robot.tool_site_id
-        mujoco.mj_kinematics(self._model, data)
-        tool = _pose(data.site_xpos[site], data.site_xmat[site]).inverse()
+        mount = int(model.site_bodyid[site])
+        poses = body_poses(model, int(model.body_weldid[mount]), qpos)
+        T_tool = poses[mount] * spatial.pose(model.site_pos[site], model.site_quat[site])
         self.geom_poses = {
-            geom: tool * _pose(data.geom_xpos[geom], data.geom_xmat[geom]) for geom in self._hand
+            geom: T_tool.actInv(geom_pose(model, poses, geom)) for geom in self._hand
         }
 
     def at_pose(self, T_wt: pin.SE3) -> Clearance:
@@ -169,10 +173,6 @@ def with_clearance(
     largest = max(measured, key=lambda clearance: clearance.distance)
     free = [T for T, c in zip(poses, measured, strict=True) if c.distance >= SUFFICIENT_CLEARANCE]
     return free or [poses[measured.index(largest)]], largest
-
-
-def _pose(position: np.ndarray, matrix: np.ndarray) -> pin.SE3:
-    return pin.SE3(matrix.reshape(3, 3).copy(), position.copy())
 
 
 def _entity(model: mujoco.MjModel, body: int) -> str:

@@ -36,8 +36,8 @@ _ATTEMPTS = 2  # from neighbours' solutions
 class ReachFromAbove:
     """Finds where an arm reaches down with its tool, clear of itself and of all fixed objects.
 
-    What it finds depends on the arm and the fixed objects only, and is computed once for each
-    arrangement of these: at most some hundred points, each by bounded searches.
+    What it finds depends on the arm, the fixed objects and the surface only, and is computed once
+    for each arrangement of these: at most some hundred points, each by bounded searches.
     """
 
     def __init__(self, arm: Arm) -> None:
@@ -47,7 +47,7 @@ class ReachFromAbove:
             arm: The arm, compiled into a cell.
         """
         self._arm = arm
-        self._known: dict[tuple[str, float, bytes], Region] = {}
+        self._known: dict[tuple[float, bytes, bytes], Region] = {}
 
     def area(self, cell: Cell, surface: str, height: float) -> Region:
         """Return the part of a surface that the arm can pick objects from.
@@ -58,14 +58,13 @@ class ReachFromAbove:
         Args:
             cell: The cell.
             surface: Name of the object with the surface.
-            height: Height of the tool above the surface at a grasp [m].
+            height: Height of the tool above the surface at a grasp, rounded to micrometres [m].
 
         Raises:
             CellError: If there is no such object or it has no surface, or the arm reaches nothing.
         """
-        model, data = cell.model, cell.data
-        fixed = data.geom_xpos[model.body_weldid[model.geom_bodyid] == 0]
-        key = (surface, round(height, 6), fixed.tobytes())
+        height = round(height, 6)
+        key = height, _bounds(cell, surface), _fixed_content(cell)
         if key not in self._known:
             self._known[key] = self._find_area(cell, surface, height)
         return self._known[key]
@@ -255,3 +254,20 @@ class ReachFromAbove:
         travel = np.maximum(np.abs(model.limits.lower), np.abs(model.limits.upper))[slides]
         length = float(sum(model.link_lengths) + sum(travel))
         return np.array(model.model.jointPlacements[1].translation), length
+
+
+def _bounds(cell: Cell, surface: str) -> bytes:
+    """Return the bounding box and the height of a surface, as bytes."""
+    return np.array([*np.ravel(extent(cell, surface)), cell.surface_height(surface)]).tobytes()
+
+
+def _fixed_content(cell: Cell) -> bytes:
+    """Return poses and shapes of all that does not move freely in the compiled model, as bytes."""
+    model, data = cell.model, cell.data
+    root = model.body_rootid
+    fixed = model.body_dofnum[root] != 6  # (nbody,)
+    geoms = fixed[model.geom_bodyid]
+    parts = [data.mocap_pos, data.mocap_quat, model.body_pos[fixed], model.body_quat[fixed]]
+    for field in ("type", "pos", "quat", "size", "aabb", "contype", "conaffinity"):
+        parts.append(getattr(model, f"geom_{field}")[geoms])
+    return b"".join(part.tobytes() for part in parts)

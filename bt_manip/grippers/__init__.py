@@ -3,6 +3,7 @@
 from .solids import Solid as Solid
 from .solids import contact_friction as contact_friction
 from .solids import solids_of as solids_of
+from .suction import DEFAULT_LENGTH as DEFAULT_LENGTH
 from .suction import SuctionGripper as SuctionGripper
 from .suction import suction_gripper as suction_gripper
 from .two_finger import GRIP_DEPTH as GRIP_DEPTH

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.cell import Cell, collision_geoms
+from bt_manip.cell import Cell, body_poses, collision_geoms, geom_pose
 from bt_manip.exceptions import MotionError
 
 _KINDS = {
@@ -107,23 +107,26 @@ class Solid:
 def solids_of(cell: Cell, name: str) -> list[Solid]:
     """Return the convex solids of an entity's collision geometry.
 
+    They depend on the compiled model and on the entity's own joints only, not on where it is.
+
     Raises:
         CellError: If there is no such entity.
         MotionError: If it has no collision geometry.
     """
-    model, data = cell.model, cell.data
-    T_wo = cell.pose(name)
+    model = cell.model
+    geoms = collision_geoms(cell, name).tolist()
+    poses = body_poses(model, cell.body_id(name), cell.data.qpos)
     solids = []
-    for geom in collision_geoms(cell, name):
+    for geom in geoms:
         kind = _kind(model, geom)
         if kind is None:
             continue
         mesh = int(model.geom_dataid[geom])
         hull = _mesh_hull(model, mesh) if kind == "mesh" else None
-        T_wg = pin.SE3(data.geom_xmat[geom].reshape(3, 3).copy(), data.geom_xpos[geom].copy())
+        T_os = geom_pose(model, poses, geom)
         friction = float(model.geom_friction[geom, 0])
         size = np.array(model.geom_size[geom])
-        solids.append(Solid(kind, size, T_wo.actInv(T_wg), friction, hull))
+        solids.append(Solid(kind, size, T_os, friction, hull))
     if not solids:
         raise MotionError(f"'{name}' has no collision geometry to grip", reason="grasp")
     return solids

@@ -1,23 +1,24 @@
 """Log files of BehaviorTree.CPP, which Groot2 opens: every change of a status."""
 
+import io
 import sqlite3
 import time
 from abc import abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, ClassVar
+from typing import IO, TYPE_CHECKING, ClassVar
 
 from bt_manip.bt import NodeStatus, instance_to_xml
 from bt_manip.exceptions import BtManipError
-from bt_manip.recording import RecordingError
-from bt_manip.runner import EventStream, RunEvent
+from bt_manip.record import RecordingError, check_exists, open_output
+from bt_manip.runner import Run, RunEvent, RunObserver
 
 from .messages import HIGHEST_UID, transition
 
 if TYPE_CHECKING:
-    from bt_manip.recording import Recording
+    from bt_manip.record import Recording
 
 MAGIC = b"BTCPP4-FileLogger2\x01"
 """Name and version of the format, at the beginning of a ``.btlog``."""
@@ -35,7 +36,7 @@ CREATE TABLE Definitions (session_id INTEGER PRIMARY KEY AUTOINCREMENT, date    
 """
 
 
-class TransitionLog(EventStream):
+class TransitionLog(RunObserver):
     """Writes each change of a node's status to a file, with its simulated time.
 
     The log ends when the tree is replaced by an edited one. When the disk is full, the run
@@ -43,6 +44,9 @@ class TransitionLog(EventStream):
     """
 
     suffix: ClassVar[str]
+    kinds = ("tree", "status")
+
+    _file: IO[bytes]  # is locked, from `_open` on
 
     def __init__(self, path: Path | None) -> None:
         """Check that there is a path.
@@ -53,7 +57,6 @@ class TransitionLog(EventStream):
         Raises:
             BtManipError: If there is none.
         """
-        super().__init__(self._receive)
         if path is None:
             raise BtManipError(f"a log needs a file to be written to: --record FILE{self.suffix}")
         self._path = path
@@ -62,10 +65,9 @@ class TransitionLog(EventStream):
         self._is_open = False
         self._error: RecordingError | None = None
 
-    def run_started(self, run: Any) -> None:
+    def run_started(self, run: Run) -> None:
         """Open the file and write the tree."""
-        super().run_started(run)
-        self._start = self._cell.time
+        self._start = run.station.cell.time
         self._flushed = time.monotonic()
         with self._errors_named():
             nodes = [(node.path, node.uid) for node in run.tree.nodes]
@@ -74,7 +76,6 @@ class TransitionLog(EventStream):
 
     def after_tick(self) -> None:
         """Write the changes of the last half second."""
-        super().after_tick()
         if time.monotonic() - self._flushed > FLUSH:
             self._flush()
 
@@ -93,27 +94,24 @@ class TransitionLog(EventStream):
             self._open(recording.tree_xml, nodes, time.time_ns() // 1000)
             self._is_open = True
         for event in events:
-            self._receive(event)
+            self.handle(event)
         self._end()
 
     def run_ended(self) -> None:
         """Write what is left, and close the file."""
-        super().run_ended()
         self._end()
 
     def _end(self) -> None:
         if self._is_open:
             self._flush()
+            self._keep_error(lambda: check_exists(self._file))
             with suppress(OSError, sqlite3.Error):  # again of data that an error has left
                 self._close()
         if self._error is not None:
             raise self._error
 
-    def _compare(self) -> None:
-        """Report only changes of the tree, besides those of statuses."""
-        self._compare_tree()
-
-    def _receive(self, event: RunEvent) -> None:
+    def handle(self, event: RunEvent) -> None:
+        """Keep a change of a status."""
         if event.kind == "tree":
             self._trees += 1
         elif event.kind == "status" and self._trees == 1:
@@ -124,10 +122,14 @@ class TransitionLog(EventStream):
     def _flush(self) -> None:
         self._flushed = time.monotonic()
         rows, self._rows = self._rows, []
+        self._keep_error(lambda: self._write(rows))
+
+    def _keep_error(self, write: Callable[[], None]) -> None:
+        """Write; nothing more after the first error, which `run_ended` raises."""
         if self._error is None:
             try:
                 with self._errors_named():
-                    self._write(rows)
+                    write()
             except RecordingError as error:
                 self._error = error
 
@@ -165,7 +167,7 @@ class BtlogRecorder(TransitionLog):
 
     def _open(self, xml: str, nodes: Sequence[tuple[str, int]], now: int) -> None:
         text = xml.encode(errors="replace")
-        self._file: BinaryIO = self._path.open("wb")
+        self._file = io.BufferedWriter(open_output(self._path))
         lengths = len(text).to_bytes(4, "little"), now.to_bytes(8, "little")
         self._file.write(MAGIC + lengths[0] + text + lengths[1])
         self._file.flush()
@@ -187,7 +189,7 @@ class SqliteRecorder(TransitionLog):
         target = self._path.resolve()
         if target.exists() and not target.is_file():
             raise RecordingError(f"log '{self._path}' cannot be written: it is no regular file")
-        target.unlink(missing_ok=True)
+        self._file = open_output(target)  # an empty file is an empty database
         self._database = sqlite3.connect(target)
         self._database.execute("PRAGMA synchronous=OFF")
         self._database.executescript(SCHEMA)
@@ -202,6 +204,7 @@ class SqliteRecorder(TransitionLog):
         self._running_since: dict[int, int] = {}
 
     def _write(self, rows: Sequence[tuple[int, int, NodeStatus]]) -> None:
+        check_exists(self._file)  # SQLite would call it a read-only database
         written = []
         for elapsed, uid, status in rows:
             # The time is the key: of changes in one tick, each is a microsecond later.
@@ -215,3 +218,14 @@ class SqliteRecorder(TransitionLog):
 
     def _close(self) -> None:
         self._database.close()
+        self._file.close()
+
+
+def write_btlog(recording: "Recording", path: Path) -> None:
+    """Write the changes of statuses of a recording to a ``.btlog`` file."""
+    BtlogRecorder(path).write_recording(recording)
+
+
+def write_sqlite(recording: "Recording", path: Path) -> None:
+    """Write the changes of statuses of a recording to an SQLite database."""
+    SqliteRecorder(path).write_recording(recording)

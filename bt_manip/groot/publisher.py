@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from bt_manip.bt import Node, NodeStatus, Tree, instance_to_xml, tree_instances
 from bt_manip.exceptions import BtManipError
 from bt_manip.extras import require_extra
-from bt_manip.runner import EventStream, RunEvent
+from bt_manip.runner import Run, RunEvent, RunObserver
 
 from .hooks import HookTable, key_of
 from .messages import (
@@ -88,13 +88,15 @@ class TreeImage:
         )
 
 
-class GrootPublisher(EventStream):
+class GrootPublisher(RunObserver):
     """Answers the requests of Groot2 on loopback, in a thread of its own.
 
     The run's thread leaves the statuses of the nodes here after each tick and takes the hooks
     before the next one; it never waits for a client, except at a breakpoint. Then simulated time
     stands still, until Groot2 unlocks it, is closed, or the run is interrupted.
     """
+
+    kinds = ("tree", "status", "blackboard", "cycle", "tick")
 
     def __init__(
         self, port: int = 1667, tell: Callable[[str], None] = lambda message: None
@@ -108,7 +110,6 @@ class GrootPublisher(EventStream):
         Raises:
             BtManipError: If a package is missing, or a port is taken.
         """
-        super().__init__(self._receive)
         require_extra("groot", "--groot", "zmq", "msgpack")
         import zmq
 
@@ -130,11 +131,9 @@ class GrootPublisher(EventStream):
         self._transitions: deque[bytes] = deque(maxlen=TRANSITIONS)
         self._hooks = HookTable(self._paused, lambda: self._run.stop())
 
-    def run_started(self, run: Any) -> None:
-        """Begin to answer requests."""
-        super().run_started(run)
-        self._compare_tree()
-        self._thread.start()
+    def run_started(self, run: Run) -> None:
+        """Prepare for the run; the first event of its tree begins to answer requests."""
+        self._run, self._tree = run, run.tree
 
     def before_tick(self) -> None:
         """Apply new hooks."""
@@ -142,7 +141,6 @@ class GrootPublisher(EventStream):
 
     def run_ended(self) -> None:
         """Stop answering requests, and close the sockets."""
-        super().run_ended()
         self._closing = True
         if self._thread.is_alive():
             self._thread.join()
@@ -152,12 +150,8 @@ class GrootPublisher(EventStream):
 
     # The thread of the run
 
-    def _compare(self) -> None:
-        """Report only what Groot2 shows, in a fraction of the time."""
-        self._compare_tree()
-        self._compare_blackboard()
-
-    def _receive(self, event: RunEvent) -> None:
+    def handle(self, event: RunEvent) -> None:
+        """Keep the statuses and values that Groot2 shows."""
         self._now = event.time
         match event.kind:
             case "status":
@@ -183,6 +177,8 @@ class GrootPublisher(EventStream):
                 self._published = bytes(self._statuses)
                 self._values = {}
                 self._image = image
+                if not self._thread.is_alive():
+                    self._thread.start()
 
     def _change_status(self, data: dict[str, Any]) -> None:
         offset = self._image.offsets.get(data["uid"])

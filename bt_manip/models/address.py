@@ -2,44 +2,26 @@
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from bt_manip.exceptions import BtManipError, did_you_mean
+from bt_manip.installed import installed_parts
 from bt_manip.models.bundled import bundled_path, bundled_root
 from bt_manip.models.errors import ModelError
+from bt_manip.models.formats import (
+    ModelFormat,
+    built_in_formats,
+    recognise,
+)
+from bt_manip.models.found_model import FoundModel, model_name
+from bt_manip.models.fuel_plugin import check_fuel_plugin
 from bt_manip.models.menagerie import menagerie_file
-from bt_manip.models.model_config import MODEL_CONFIG, sdf_file
 from bt_manip.models.packages import find_package_file
 from bt_manip.models.progress import Progress, terminal_progress
 
-SUFFIXES = {
-    ".sdf": "sdf", ".world": "sdf", ".urdf": "urdf",
-    ".obj": "mesh", ".stl": "mesh", ".dae": "mesh",
-}  # fmt: skip
-"""Formats by suffix; the format of XML files follows from their root element."""
-
+_SUFFIXES = (".xml", ".urdf", ".sdf", ".obj", ".stl", ".dae")
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]+):")  # a single letter is a drive
-
-
-@dataclass(frozen=True)
-class FoundModel:
-    """Local file of a model.
-
-    Attributes:
-        address: Address of exactly this model, with its version or absolute path.
-        name: Name of the model.
-        path: The file.
-        format: ``"mjcf"``, ``"urdf"``, ``"sdf"`` or ``"mesh"``.
-        root: Folder outside which a downloaded model may not refer to files; None for the user's
-            own files.
-    """
-
-    address: str
-    name: str
-    path: Path
-    format: str
-    root: Path | None = None
 
 
 def is_address(text: str) -> bool:
@@ -55,14 +37,17 @@ def find_model(
     address: str,
     progress: Progress = terminal_progress,
     sources: Mapping[str, Source] | None = None,
+    formats: Mapping[str, ModelFormat] | None = None,
 ) -> FoundModel:
     """Find a model by its address, and download it if it is not cached.
 
     Args:
-        address: ``bundled:cube``, a path, ``package://NAME/PATH``, ``menagerie:NAME``,
-            ``fuel:OWNER/NAME`` with or without a version, or the URL of a model on Fuel.
+        address: ``bundled:cube``, a path, ``package://NAME/PATH``, ``menagerie:NAME``, or an
+            address of a plugin's source, such as ``fuel:OWNER/NAME`` of bt-manip-fuel.
         progress: Called with the progress of a download.
-        sources: Functions that find models, by the kind of address; default: `built_in_sources`.
+        sources: Functions that find models, by the kind of address; default: `built_in_sources`,
+            and those of installed plugins.
+        formats: Formats by name; default: `built_in_formats`, and those of installed plugins.
 
     Raises:
         ModelError: When there is no such model, or it cannot be fetched.
@@ -71,16 +56,20 @@ def find_model(
     match = _SCHEME.match(text)
     scheme = match.group(1).lower() if match else ""
     known = built_in_sources() if sources is None else sources
-    if not scheme or (scheme not in known and scheme != "file" and Path(text).exists()):
-        return _file(text, Path(text))
+    if scheme not in (*known, "file") and (not scheme or Path(text).exists()):
+        return _file(text, Path(text), formats)
     if scheme == "file":
-        return _file(text, Path(text[len("file:") :].removeprefix("//")))
+        return _file(text, Path(text[len("file:") :].removeprefix("//")), formats)
+    if scheme not in known and sources is None:
+        known = installed_parts().model_sources.copies()
     if scheme not in known:
+        check_fuel_plugin(address, kind=scheme)
         near = did_you_mean(f"{scheme}:", (f"{other}:" for other in known))
         raise ModelError(f"'{address}': unknown kind of address '{scheme}:'{near}")
     found = known[scheme](text, progress)
     if isinstance(found, Path):
-        return replace(_file(str(found), found), address=text)
+        model = _file(str(found), found, formats)
+        return model if scheme == "package" else replace(model, address=text)
     return found
 
 
@@ -88,11 +77,8 @@ def built_in_sources() -> dict[str, Source]:
     """Return the built-in sources, by kind of address."""
     return {
         "bundled": lambda address, progress: _bundled(_rest(address)),
-        "fuel": _fuel,
-        "http": _fuel,
-        "https": _fuel,
         "menagerie": _menagerie,
-        "package": lambda address, progress: _file(address, find_package_file(address)),
+        "package": lambda address, progress: find_package_file(address),
     }
 
 
@@ -103,7 +89,7 @@ def _rest(address: str) -> str:
 def _menagerie(address: str, progress: Progress) -> FoundModel:
     rest = _rest(address)
     path = menagerie_file(rest, progress)
-    return FoundModel(f"menagerie:{rest}", _name(rest.partition("/")[0]), path, "mjcf")
+    return FoundModel(f"menagerie:{rest}", model_name(rest.partition("/")[0]), path, "mjcf")
 
 
 def _bundled(name: str) -> FoundModel:
@@ -114,7 +100,7 @@ def _bundled(name: str) -> FoundModel:
     except BtManipError:
         near = did_you_mean(stem, bundled_names())
         raise ModelError(f"no bundled model '{name}'{near}") from None
-    return FoundModel(f"bundled:{name}", _name(path.stem), path, "mjcf")
+    return FoundModel(f"bundled:{name}", model_name(path.stem), path, "mjcf")
 
 
 def bundled_names() -> list[str]:
@@ -123,42 +109,23 @@ def bundled_names() -> list[str]:
     return sorted(path.stem for path in files if path.stem == path.parent.name)
 
 
-def _fuel(text: str, progress: Progress) -> FoundModel:
-    from bt_manip.models.fuel.address import fuel_address
-    from bt_manip.models.fuel.client import FuelClient
-
-    found, folder = FuelClient(progress=progress).find(fuel_address(text))
-    return FoundModel(str(found), _name(found.name), sdf_file(folder), "sdf", folder)
-
-
-def _file(address: str, path: Path) -> FoundModel:
+def _file(address: str, path: Path, formats: Mapping[str, ModelFormat] | None) -> FoundModel:
     path = path.expanduser()
-    if path.is_dir() and (path / MODEL_CONFIG).is_file():
-        found = sdf_file(path)
-        return FoundModel(str(path.resolve()), _name(path.resolve().name), found, "sdf")
-    if not path.is_file():
+    if not path.is_file() and not path.is_dir():
         beside = path.parent.iterdir() if path.parent.is_dir() else ()
-        near = [p.name for p in beside if p.suffix in (*SUFFIXES, ".xml")] if path.suffix else []
-        what = "a folder without model.config" if path.is_dir() else "there is no such file"
-        what = "not a regular file" if path.exists() and not path.is_dir() else what
+        near = [p.name for p in beside if p.suffix in (path.suffix, *_SUFFIXES)]
+        what = "not a regular file" if path.exists() else "there is no such file"
         raise ModelError(f"'{address}': {what}{did_you_mean(path.name, near)}")
     path = path.resolve()
-    return FoundModel(str(path), _name(path.stem), path, _format(path))
-
-
-def _format(path: Path) -> str:
-    known = SUFFIXES.get(path.suffix.lower())
-    if known is None and path.suffix.lower() == ".xml":
-        from bt_manip.models.hardened_xml import read_xml
-
-        known = {"mujoco": "mjcf", "robot": "urdf", "sdf": "sdf"}.get(str(read_xml(path).tag))
-    if known is None:
+    found = recognise(path, built_in_formats() if formats is None else formats)
+    if found is None and formats is None:
+        found = recognise(path, installed_parts().model_formats.copies())
+    if found is None:
+        check_fuel_plugin(address, path=path)
+        if path.is_dir():
+            raise ModelError(f"'{address}': a folder without model.config")
         raise ModelError(
             f"{path}: not a model; one is MJCF (.xml), .urdf, .sdf, .obj, .stl or .dae"
         )
-    return known
-
-
-def _name(text: str) -> str:
-    """Return a name that is valid in a cell, MuJoCo and a tree."""
-    return re.sub(r"[^A-Za-z0-9_-]+", "_", text).strip("_") or "model"
+    name = path.name if path.is_dir() else path.stem
+    return FoundModel(str(path), model_name(name), found[1], found[0])

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from bt_manip.models.address import FoundModel
 from bt_manip.models.errors import ModelError
+from bt_manip.models.found_model import FoundModel
 from bt_manip.models.mjcf_model import MjcfModel
 
 DENSITY = 1000.0
@@ -18,10 +18,9 @@ def convert_mesh(found: FoundModel, *, convex: str = "hull") -> MjcfModel:
     """
     from lxml import etree
 
+    from bt_manip.models.assets import SOLREF, Assets
     from bt_manip.models.images import image_of_obj, read_png
     from bt_manip.models.meshes import read_mesh
-    from bt_manip.models.sdf.assets import Assets
-    from bt_manip.models.sdf.surfaces import SOLREF
 
     mesh = read_mesh(found.path)
     if not mesh.watertight:

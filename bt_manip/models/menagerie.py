@@ -6,11 +6,13 @@ use instead), ``MENAGERIE_BASE_URL`` and ``MENAGERIE_CACHE_DIR``.
 
 import tarfile
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 
 from bt_manip.exceptions import did_you_mean
 from bt_manip.models.downloads import check_downloads
 from bt_manip.models.errors import ModelError
+from bt_manip.models.model_cache import ModelCache
 from bt_manip.models.progress import Progress, terminal_progress
 
 CONNECTION_TIMEOUT = 2.0
@@ -129,3 +131,29 @@ def remove(name: str) -> list[Path]:
         return []
     shutil.rmtree(path)
     return [path]
+
+
+class MenagerieCache(ModelCache):
+    """Models of Menagerie on this machine."""
+
+    kinds = ("menagerie",)
+
+    def addresses(self, everything: bool) -> Iterator[str]:
+        """Yield the addresses of the models on this machine, or of all with ``" *"``."""
+        for name in menagerie_names():
+            here = is_cached(name)
+            if here or everything:
+                yield f"menagerie:{name}" + ("" if here else " *")
+
+    def fetch(self, address: str) -> tuple[str, Path]:
+        """Download a model if it is not cached."""
+        name = address.partition(":")[2]
+        return f"menagerie:{name}", menagerie_file(name)
+
+    def remove(self, address: str) -> list[Path]:
+        """Delete a model."""
+        return remove(address.partition(":")[2])
+
+    def clear(self) -> list[Path]:
+        """Delete all downloaded models."""
+        return [path for name in menagerie_names() for path in remove(name)]

@@ -4,9 +4,9 @@ from pathlib import Path
 
 from lxml import etree
 
-from bt_manip.models.address import FoundModel
 from bt_manip.models.errors import ModelError
 from bt_manip.models.exact_xml import exact_xml
+from bt_manip.models.found_model import FoundModel
 from bt_manip.models.hardened_xml import read_xml
 from bt_manip.models.meshes import MESHES, read_mesh
 from bt_manip.models.mjcf_model import MjcfModel

@@ -114,6 +114,20 @@ class Stage:
             raise BtManipError(f"a robot is a RobotDescription, got {description!r}")
         self._add("robots", description.name, description)
 
+    def _register_model_formats(self, name: str, format: Any) -> None:
+        from bt_manip.models import ModelFormat
+
+        if not isinstance(format, ModelFormat):
+            raise BtManipError(f"model format '{name}' is no ModelFormat: {format!r}")
+        others = self._parts["model_formats"].copies() | self._items["model_formats"]
+        for other, known in others.items():
+            both = {*format.suffixes, format.tag} & {*known.suffixes, known.tag} - {""}
+            if both:
+                raise BtManipError(
+                    f"model format '{name}': '{min(both)}' belongs to the format '{other}'"
+                )
+        self._add("model_formats", name, format)
+
     def _register_behaviours(self, cls: type, name: str | None = None) -> None:
         if not isinstance(cls, type):
             raise BtManipError(f"a behaviour is registered as a class, got {cls!r}")

@@ -1,10 +1,10 @@
 """Observers of plugins and views, isolated so that their exceptions do not end a run."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any, TypeVar
 
 from bt_manip.plugins.plugin import Plugin, Plugins
-from bt_manip.runner import RunObserver
+from bt_manip.runner import Run, RunObserver
 
 T = TypeVar("T")
 Warn = Callable[[str], None]
@@ -32,7 +32,7 @@ class HookObserver(RunObserver):
         self._hooks = plugin.observers
         self._offers: dict[str, Any] = {}
 
-    def run_started(self, run: Any) -> None:
+    def run_started(self, run: Run) -> None:
         """Store the arguments of the hooks."""
         self._offers = {"station": run.station, "tree": run.tree}
 
@@ -94,6 +94,12 @@ class _Guard:
     def __init__(self, observer: Any, label: str, warn: Warn, hint: str) -> None:
         self._observer, self._label, self._warn, self._hint = observer, label, warn, hint
         self._works = True
+
+    @property
+    def kinds(self) -> Collection[str]:
+        """Kinds of events that the observer wants."""
+        kinds: Collection[str] = self._observer.kinds
+        return kinds
 
     def run_ended(self) -> None:
         """Forward the call, also after an exception: resources must be released."""

@@ -9,4 +9,6 @@ from .inspection import make_robot as make_robot
 from .inspection import picture as picture
 from .inspection import reach_map as reach_map
 from .inspection import summary as summary
-from .toml_text import description_text as description_text
+from .known_grippers import gripper_names as gripper_names
+from .trial import RobotTrial as RobotTrial
+from .trial import try_robot as try_robot

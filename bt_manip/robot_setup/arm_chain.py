@@ -6,6 +6,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
+from bt_manip.cell import literal_name
 from bt_manip.exceptions import did_you_mean
 from bt_manip.robots import RobotError
 
@@ -13,6 +14,7 @@ _MOVING = (int(mujoco.mjtJoint.mjJNT_SLIDE), int(mujoco.mjtJoint.mjJNT_HINGE))
 _FINGER_WORDS = ("finger", "jaw", "grip", "claw", "knuckle")
 _MOUNT_WORDS = ("attach", "flange", "mount", "tool", "tcp", "ee")
 _FINGER_DEPTH = 4  # joints in series, at most, of what counts as a finger where a tree branches
+_LEAST_CHOSEN = 2  # joints of an arm
 _LEAST_ARM = 3  # joints before a single one that may be a jaw
 _JAW_OPENING = 0.02  # [m] by which a jaw opens at least
 _JAW_CLOSED = 2e-3  # [m] between the parts of a closed jaw
@@ -45,7 +47,7 @@ def find_arm(model: mujoco.MjModel, joints: Sequence[str] | None = None) -> ArmC
     Raises:
         RobotError: If there is no such chain, or several are the longest.
     """
-    names = [model.joint(j).name for j in range(model.njnt)]
+    names = [literal_name(model.joint(j).name) for j in range(model.njnt)]
     if joints is not None:
         unknown = [name for name in joints if name not in names]
         if unknown:
@@ -54,6 +56,8 @@ def find_arm(model: mujoco.MjModel, joints: Sequence[str] | None = None) -> ArmC
         chain = [names.index(name) for name in joints]
     else:
         chain = _longest(model)
+    if len(chain) < _LEAST_CHOSEN:
+        raise RobotError(f"an arm has at least {_LEAST_CHOSEN} joints, got {len(chain)} (--joints)")
     nameless = [j for j in chain if not names[j]]
     if nameless:
         raise RobotError(f"joint #{nameless[0]} of the arm has no name: name it in the model")
@@ -72,9 +76,9 @@ def find_mount(model: mujoco.MjModel, arm: ArmChain, mount: str | None = None) -
         RobotError: If the given name is not one of them, or none of them has a name.
     """
     sites = [s for s in range(model.nsite) if int(model.site_bodyid[s]) in arm.flange]
-    known = [model.site(s).name for s in sites]
-    known += [model.body(b).name for b in reversed(arm.flange)]
-    known = [name for name in known if name]
+    named = [model.site(s).name for s in sites]
+    named += [model.body(b).name for b in reversed(arm.flange)]
+    known = [literal_name(name) for name in named if name]
     if mount is not None:
         if mount not in known:
             raise RobotError(
@@ -106,7 +110,9 @@ def _longest(model: mujoco.MjModel) -> list[int]:
         if len(ranked) > 1 and chain and depth[ranked[0]] <= _FINGER_DEPTH:
             break
         if len(ranked) > 1 and depth[ranked[0]] == depth[ranked[1]]:
-            first, second = (model.joint(int(model.body_jntadr[b])).name for b in ranked[:2])
+            first, second = (
+                literal_name(model.joint(int(model.body_jntadr[b])).name) for b in ranked[:2]
+            )
             raise RobotError(
                 f"the model has several arms, one from joint '{first}', one from '{second}': "
                 "choose the joints of one (--joints)"
@@ -120,9 +126,10 @@ def _longest(model: mujoco.MjModel) -> list[int]:
     if not chain:
         raise RobotError("the model has no joints: an arm has hinges and slides")
     if any(j in chain for j in free):
+        name = literal_name(model.joint(free[0]).name)
         raise RobotError(
-            f"joint '{model.joint(free[0]).name}' is free or a ball: an arm has hinges and slides; "
-            "choose its joints (--joints)"
+            f"joint '{name}' is free or a ball: an arm has hinges and slides; choose its joints "
+            "(--joints)"
         )
     return chain
 

@@ -26,10 +26,11 @@ from bt_manip.robots import (
 from bt_manip.testing import ROBOT_CONTRACT, RobotCase
 
 from .inspection import ReachMap, make_robot, reach_map
+from .joint_data import light_joints
+from .trial import CYCLES, try_robot
 
 _TILT = 0.35  # [rad] of the tool's z axis from the direction of approach
 _DEPTH = 0.02  # [m] of the tool's position from the measured one
-_LIGHT = 1e-4  # [kg m2 / N m] inertia of a joint over its effort limit; usual arms have 1e-3
 _CUBE = 0.1  # [kg] that an arm should carry: twice the cube of the pick and place task
 _PARTS = {"joints": ("joint",), "fingers": ("body",), "motor": ("joint", "tendon")}
 
@@ -48,12 +49,15 @@ class Checked(NamedTuple):
     robot: Robot | None
 
 
-def check_description(path: Path, parts: Parts) -> Checked:
+def check_description(path: Path, parts: Parts, cycles: int = CYCLES) -> Checked:
     """Check a description in a file: its keys, the names in it, and the robot that they make.
+
+    A robot with a gripper that has no findings is tried: see `try_robot`.
 
     Args:
         path: The TOML file.
         parts: The registered parts.
+        cycles: Number of cycles of the pick and place task in the trial; 0 for no trial.
     """
     findings = _wrong_keys(path, parts)
     if not findings:
@@ -74,19 +78,27 @@ def check_description(path: Path, parts: Parts) -> Checked:
     if description.gripper is not None:
         make = parts.grippers.maker(description.gripper.kind, "close", "held_root")
         case = RobotCase(description, make)
+    facts = [*reached.lines(), *_light_joints(description, model)]
+    try:
+        case.stand()
+    except BtManipError as error:
+        finding = f"{description.where}: key 'base': {error}; raise its position"
+        return Checked([*findings, finding], facts, None)
     for check in ROBOT_CONTRACT:
         try:
             check(case)
         except AssertionError as failed:
             key, remedy = _REMEDIES[check.__name__]
             findings.append(f"{description.where}: key '{key}': {failed}; {remedy}")
-    return Checked(findings, [*reached.lines(), *_light_joints(description, model)], robot)
+    if cycles and description.gripper is not None and not findings:
+        trial = try_robot(description, parts, cycles)
+        findings, facts = [*findings, *trial.findings], [*facts, *trial.facts]
+    return Checked(findings, facts, robot)
 
 
 def _light_joints(description: RobotDescription, model: RobotModel) -> Iterator[str]:
     """Name the joints whose inertia is too small for feedback to hold them precisely."""
-    inverse = np.linalg.inv(pin.crba(model.model, model.data, model.home))
-    light = 1.0 / np.diagonal(inverse) < _LIGHT * model.limits.effort
+    light = light_joints(model)
     names = [name for name, one in zip(description.arm_joints, light, strict=True) if one]
     if names:
         yield (
@@ -220,6 +232,11 @@ def _reach_findings(description: RobotDescription, reached: ReachMap) -> Iterato
         yield (
             f"{description.where}: key 'base': the tool, pointing down, reaches no part of the "
             "table; change position or pedestal, or the tool's z axis"
+        )
+    elif reached.gripped < _CUBE:
+        yield (
+            f"{description.where}: key 'gripper.max_force': the grip holds {reached.gripped:.2g} "
+            "kg at a friction of 1; give more, if the gripper has it"
         )
     elif reached.payload < _CUBE:
         yield (

@@ -1,8 +1,9 @@
 """Describing a robot from its model."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -11,9 +12,18 @@ import pinocchio as pin
 from bt_manip import spatial
 from bt_manip.cell import escaped_name, literal_name
 from bt_manip.collision import CollisionWorld, permanent_self_collisions
-from bt_manip.grippers import FoundFingers, find_fingers, suction_gripper, two_finger_gripper
+from bt_manip.grippers import (
+    DEFAULT_LENGTH,
+    FoundFingers,
+    find_fingers,
+    suction_gripper,
+    two_finger_gripper,
+)
 from bt_manip.registry import Parts
 from bt_manip.robots import (
+    MENAGERIE,
+    FoundGripper,
+    Gripper,
     GripperDescription,
     Robot,
     RobotDescription,
@@ -23,11 +33,13 @@ from bt_manip.robots import (
     assemble,
     model_file,
     read_model,
+    site_pose,
 )
 
 from .arm_chain import ArmChain, find_arm, find_mount
-from .inspection import make_robot
-from .joint_data import estimate_efforts, joint_data
+from .inspection import make_robot, stands_on
+from .joint_data import chosen_armature, estimate_efforts, joint_data
+from .known_grippers import CUP, find_gripper
 from .placement import find_home, place_base
 from .reach import DownwardReach
 
@@ -41,6 +53,8 @@ _TOOL_LIMITS = ToolLimits(velocity=1.0, acceleration=5.0, jerk=500.0)
 _MAX_FRICTION = 5.0  # [N] of the fingers, by dry friction of the gripper's joints
 _MAX_MASS = 3.0  # [kg] of a finger, with the armature of its joints
 _ARMATURE = 0.005  # [kg m2] in place of such an armature
+_CUP_DIAMETER, _CUP_PRESSURE = 0.03, 6e4  # [m], [Pa] of a cup that is built
+_SAME = 1e-6  # difference of rotations that count as equal
 _ALONG = 0.9  # cosine of two directions that count as one
 
 _CHOSEN = "CHOSEN, not known from the model: put the data sheet's"
@@ -78,7 +92,8 @@ def describe_robot(
         model: Path of the arm's MJCF or URDF file, or ``menagerie:NAME/ENTRY``.
         parts: The registered parts, among them the kinds of grippers.
         name: Name of the robot.
-        gripper: The same of a gripper's model, if the arm's has none.
+        gripper: The same of a gripper's model, if the arm's has none; or a name of
+            `gripper_names`.
         joints: Names of the arm's joints; default: found in the model.
         mount: Site or body at which the gripper is mounted; default: found in the model.
         tool_frame: Site or body between the fingers whose z axis is the direction of approach;
@@ -88,7 +103,7 @@ def describe_robot(
         RobotError: If something cannot be found; the message names the option that gives it.
     """
     _, alone = read_model(model, model)
-    arm = find_arm(alone, None if joints is None else [escaped_name(j) for j in joints])
+    arm = find_arm(alone, joints)
     if gripper is not None and arm.fingers:
         own = literal_name(alone.joint(arm.fingers[0]).name)
         raise RobotError(
@@ -96,7 +111,7 @@ def describe_robot(
             "a model of the arm without it"
         )
     data = joint_data(alone, arm.joints, model_file(model, model))
-    at = literal_name(find_mount(alone, arm, None if mount is None else escaped_name(mount)))
+    at = find_mount(alone, arm, mount)
     description = RobotDescription(
         name=name,
         model=model,
@@ -117,12 +132,21 @@ def describe_robot(
         "tolerance": "CHOSEN: five joints cannot follow a gripped object that tilts [m], [rad].",
         "velocity": ("From the model [rad/s]." if data.velocity_known else f"{_CHOSEN} [rad/s]."),
     }
-    if gripper is not None or arm.fingers or _cup(alone) is not None:
+    known = None if gripper is None else find_gripper(gripper, parts)
+    if gripper == CUP:
+        description = replace(description, **_built_cup(at))
+        notes["gripper"] = "CHOSEN: a cup of 3 cm, built at the mount."
+    elif gripper is not None and known is not None:
+        description = replace(description, **_registered(alone, description, known, gripper))
+        notes["gripper"] = f"That of the registered robot {known.name}."
+    elif gripper is not None or arm.fingers or _cup(alone) is not None:
         try:
-            description, more = _with_gripper(description, gripper, at, tool_frame)
+            description, more = _with_gripper(description, gripper, at, tool_frame, parts)
         except RobotError as error:
             joints_of_arm = ",".join(description.arm_joints)
-            raise RobotError(f"{error} (the arm: --joints {joints_of_arm})") from error
+            kinds = ", ".join(sorted({*parts.grippers} - {"two_finger", "suction"}))
+            others = kinds and f"; for another kind ({kinds}) give a registered gripper's name"
+            raise RobotError(f"{error}{others} (the arm: --joints {joints_of_arm})") from error
         notes |= more
     robot = make_robot(description, parts)
     overlaps = permanent_self_collisions(CollisionWorld(robot, robot.make_model()))
@@ -145,7 +169,6 @@ def describe_robot(
     placement = place_base(robot, reach)
     home = find_home(downward, reach, placement.T_rb)
     notes["home"] = "The tool points down over the middle of its reach."
-    notes["base"] = "Relative to where the scene places robots: the table suits the reach so."
     description = replace(
         description,
         T_rb=placement.T_rb,
@@ -153,7 +176,51 @@ def describe_robot(
         home=tuple(np.round(home, 4).tolist()),
         effort=effort,
     )
-    return Draft(description, notes, make_robot(description, parts), placement.share)
+    notes["base"] = f"The base stands {stands_on(description)}: the table suits the reach so."
+    robot = make_robot(description, parts)
+    own = robot.mj_model.dof_armature[robot.dof_adr]
+    armature = chosen_armature(robot.make_model(), own)
+    if armature is not None:
+        description = replace(description, armature=armature)
+        notes["armature"] = (
+            f"{_CHOSEN} [kg m2].\nJoints of almost no inertia have 1e-3 kg m2 for each N m of "
+            "their effort limit, the others the model's."
+        )
+        robot = make_robot(description, parts)
+    return Draft(description, notes, robot, placement.share)
+
+
+def _built_cup(mount: str) -> dict[str, Any]:
+    """Return the tool and a suction cup that is built at the mount."""
+    return {
+        "tool_frame": mount,
+        "T_ft": spatial.pose((0.0, 0.0, DEFAULT_LENGTH)),
+        "gripper": suction_gripper(diameter=_CUP_DIAMETER, pressure=_CUP_PRESSURE),
+    }
+
+
+def _registered(
+    model: mujoco.MjModel, description: RobotDescription, known: RobotDescription, given: str
+) -> dict[str, Any]:
+    """Return the tool and the gripper of a registered robot, for the mount of another arm.
+
+    Args:
+        model: The arm, compiled alone.
+        description: Its description, with the mount as the tool frame.
+        known: The registered robot.
+        given: The gripper as the user named it: its name, or a model of it.
+    """
+    gripper, mount = known.gripper, description.tool_frame
+    assert gripper is not None and gripper.model is not None
+    is_file = given.startswith(MENAGERIE) or Path(given).is_file()
+    carried = replace(
+        gripper,
+        model=given if is_file else gripper.model,
+        mount=mount,
+        T_mg=_off_mount(model, description, mount) * gripper.T_mg,
+        file=None,
+    )
+    return {"tool_frame": known.tool_frame, "T_ft": known.T_ft, "gripper": carried}
 
 
 def _cup(model: mujoco.MjModel) -> int | None:
@@ -168,7 +235,11 @@ def _middle(model: mujoco.MjModel, arm: ArmChain) -> np.ndarray:
 
 
 def _with_gripper(
-    description: RobotDescription, model: str | None, mount: str, tool_frame: str | None
+    description: RobotDescription,
+    model: str | None,
+    mount: str,
+    tool_frame: str | None,
+    parts: Parts,
 ) -> tuple[RobotDescription, dict[str, str]]:
     """Return the description with the gripper and the tool frame, and comments on them."""
     names = [escaped_name(joint) for joint in description.arm_joints]
@@ -191,7 +262,32 @@ def _with_gripper(
         frame = tool_frame or local(assembled.alone.site(sites[0]).name)
         gripper = suction_gripper(model=model, mount=mount if model else None)
         return replace(description, tool_frame=frame, gripper=gripper), {}
-    found = find_fingers(assembled.alone, names, where=model or description.model)
+    tool = None
+    if tool_frame is not None:
+        site = assembled.tool_site
+        tool = site.parent.full_identifier, site_pose(assembled.alone, site)
+    try:
+        found = find_fingers(assembled.alone, names, tool=tool, where=model or description.model)
+    except RobotError:
+        other = _of_another_kind(assembled.alone, names, parts)
+        if other is None:
+            raise
+        kind, hand = other
+        known = {key: _renamed(value, local) for key, value in hand.parameters.items()}
+        gripper = GripperDescription(
+            kind=kind,
+            max_force=hand.max_force,
+            parameters=known,
+            model=model,
+            mount=mount if model else None,
+            T_mg=pin.SE3.Identity()
+            if model is None
+            else _standing(assembled.alone, description, hand),
+        )
+        described = replace(
+            description, gripper=gripper, tool_frame=local(hand.body), T_ft=hand.T_bt
+        )
+        return described, dict(hand.notes)
     notes = {"gripper": "Measured on the model.", "gripper.max_speed": f"{_CHOSEN} [m/s]."}
     notes["gripper.max_force"] = "What the model's actuator exerts on each finger [N]."
     force = found.max_force
@@ -224,20 +320,93 @@ def _with_gripper(
     if tool_frame is None:
         notes["tool"] = "Between the finger pads; z is the direction of approach."
         description = replace(description, tool_frame=local(found.body), T_ft=found.T_bt)
+    elif tool is not None:
+        turn = _turn(assembled.alone, tool, found)
+        if not turn.isIdentity(_SAME):
+            notes["tool"] = "The rotation makes z the direction of approach of the fingers."
+            description = replace(description, T_ft=turn)
     return replace(description, gripper=gripper), notes
 
 
-def _outwards(
-    model: mujoco.MjModel, description: RobotDescription, found: FoundFingers, mount: str
-) -> pin.SE3:
-    """Return the pose of a gripper in its mount in which it points away from the arm.
-
-    Outwards is the axis of the last joint, in the direction from the arm's last links to the mount.
-    If the mount's z axis is across that axis, the mount decides.
-    """
+def _turn(model: mujoco.MjModel, tool: tuple[str, pin.SE3], found: FoundFingers) -> pin.SE3:
+    """Return the rotation of the measured tool frame in a given one."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    joints = [model.joint(escaped_name(name)).id for name in description.arm_joints]
+    R_wt = data.body(tool[0]).xmat.reshape(3, 3) @ tool[1].rotation
+    R = R_wt.T @ data.body(found.body).xmat.reshape(3, 3) @ found.T_bt.rotation
+    return pin.SE3(R, np.zeros(3))
+
+
+def _of_another_kind(
+    model: mujoco.MjModel, arm_joints: Sequence[str], parts: Parts
+) -> tuple[str, FoundGripper] | None:
+    """Return the first registered kind of gripper that finds itself in a model."""
+    for name in parts.grippers:
+        kind = parts.grippers.get(name)
+        if isinstance(kind, type) and issubclass(kind, Gripper):
+            found = kind.found_in(model, arm_joints)
+            if found is not None:
+                return name, found
+    return None
+
+
+def _renamed(value: Any, local: Callable[[str], str]) -> Any:
+    """Return a parameter with the names that its model file has."""
+    if isinstance(value, str):
+        return local(value)
+    return [_renamed(item, local) for item in value] if isinstance(value, list) else value
+
+
+def _off_mount(model: mujoco.MjModel, description: RobotDescription, mount: str) -> pin.SE3:
+    """Return the rotation in a mount after which the z axis points away from the arm."""
+    R_wm, outwards = _outward(model, description.arm_joints, mount)
+    turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), R_wm.T @ outwards)
+    return pin.SE3(turn.matrix(), np.zeros(3))
+
+
+def _standing(model: mujoco.MjModel, description: RobotDescription, found: FoundGripper) -> pin.SE3:
+    """Return the pose of a gripper in its mount in which its body stands on it, z outwards."""
+    body = model.body(found.body).id
+    own = (model.geom_bodyid == body) & (model.geom_contype | model.geom_conaffinity != 0)
+    low = 0.0
+    for geom in np.flatnonzero(own):
+        R = np.zeros(9)
+        mujoco.mju_quat2Mat(R, model.geom_quat[geom])
+        middle, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
+        z = R.reshape(3, 3)[2]
+        low = min(low, float(model.geom_pos[geom, 2] + z @ middle - np.abs(z) @ half))
+    turn = _off_mount(model, description, description.tool_frame)
+    return turn * spatial.pose((0.0, 0.0, round(-low, 3)))
+
+
+def _outwards(
+    model: mujoco.MjModel,
+    description: RobotDescription,
+    found: FoundFingers,
+    mount: str,
+) -> pin.SE3:
+    """Return the pose of a gripper in its mount in which it points away from the arm."""
+    R_wm, outwards = _outward(model, description.arm_joints, mount)
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    approach = data.body(found.body).xmat.reshape(3, 3) @ found.T_bt.rotation[:, 2]
+    if approach @ outwards > _ALONG:
+        return pin.SE3.Identity()
+    turn = pin.Quaternion.FromTwoVectors(R_wm.T @ approach, R_wm.T @ outwards)
+    return spatial.pose(np.zeros(3), np.array([turn.w, turn.x, turn.y, turn.z]))
+
+
+def _outward(
+    model: mujoco.MjModel, arm_joints: Sequence[str], mount: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rotation of a mount in the world, and the direction away from the arm.
+
+    That is the axis of the last joint, in the direction from the arm's last links to the mount. If
+    the mount's z axis is across that axis, the mount decides.
+    """  # (3, 3), (3,)
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    joints = [model.joint(escaped_name(name)).id for name in arm_joints]
     site = mujoco.mj_name2id(model, int(mujoco.mjtObj.mjOBJ_SITE), escaped_name(mount))
     at, R = (
         (data.site_xpos[site], data.site_xmat[site])
@@ -250,8 +419,4 @@ def _outwards(
     if abs(axis @ outwards) > _ALONG:
         along = [float((at - data.xanchor[j]) @ axis) for j in reversed(joints)]
         outwards = np.sign(next((d for d in along if abs(d) > 1e-3), 1.0)) * axis
-    approach = data.body(found.body).xmat.reshape(3, 3) @ found.T_bt.rotation[:, 2]
-    if approach @ outwards > _ALONG:
-        return pin.SE3.Identity()
-    turn = pin.Quaternion.FromTwoVectors(R_wm.T @ approach, R_wm.T @ outwards)
-    return spatial.pose(np.zeros(3), np.array([turn.w, turn.x, turn.y, turn.z]))
+    return R_wm, outwards

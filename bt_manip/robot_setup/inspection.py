@@ -7,9 +7,17 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
+from bt_manip.behaviours import default_force
 from bt_manip.cell import Cell, FrameRenderer
 from bt_manip.registry import Parts
-from bt_manip.robots import Robot, RobotDescription, RobotModel, compile_alone
+from bt_manip.robots import (
+    Gripper,
+    GripperError,
+    Robot,
+    RobotDescription,
+    RobotModel,
+    compile_alone,
+)
 
 from .reach import DownwardReach
 
@@ -25,12 +33,15 @@ class ReachMap(NamedTuple):
 
     Attributes:
         reached: Whether each position is, with y falling along the rows.  # (8, 15)
-        payload: Largest mass at the tool that the arm holds at rest wherever it reaches the
-            table [kg].
+        payload: Largest mass at the tool that the arm's torques hold at rest wherever it reaches
+            the table [kg].
+        gripped: Largest mass that the gripper holds with its default force, at a friction of 1
+            where friction carries it [kg]; inf without a gripper.
     """
 
     reached: np.ndarray
     payload: float
+    gripped: float
 
     def lines(self) -> list[str]:
         """Return the map, the front of the robot to the right, and the payload as text."""
@@ -41,7 +52,8 @@ class ReachMap(NamedTuple):
         ]
         lines += [f"  {row}" for row in rows]
         if self.reached.any():
-            lines.append(f"payload: {self.payload:.2g} kg wherever it reaches the table")
+            grip = "" if np.isinf(self.gripped) else f"; the grip holds {self.gripped:.2g} kg"
+            lines.append(f"payload: {self.payload:.2g} kg wherever it reaches the table{grip}")
         return lines
 
 
@@ -72,7 +84,22 @@ def reach_map(robot: Robot, model: RobotModel) -> ReachMap:
             if one is not None:
                 reached[i, j], q = True, one
                 found.append(one)
-    return ReachMap(reached, _payload(model, found))
+    return ReachMap(reached, _payload(model, found), _gripped(robot.gripper))
+
+
+def _gripped(gripper: Gripper | None) -> float:
+    """Return the largest mass that a gripper holds with its default force [kg]."""
+    if gripper is None:
+        return float("inf")
+    force, masses = default_force(gripper), np.geomspace(1e-3, 1e3, 241)  # in steps of 6 %
+
+    def holds(mass: float) -> bool:
+        try:
+            return gripper.required_friction(_GRAVITY * mass, force) <= 1.0
+        except GripperError:
+            return False
+
+    return float(max((mass for mass in masses if holds(mass)), default=0.0))
 
 
 def _payload(model: RobotModel, configurations: Sequence[np.ndarray]) -> float:
@@ -114,6 +141,16 @@ def picture(robot: Robot) -> np.ndarray:
         return np.array(renderer.render())
 
 
+def stands_on(description: RobotDescription) -> str:
+    """Return the support of the base of a robot, as text."""
+    x, y, z = description.T_rb.translation
+    at = f"with its origin at {x:.3g} {y:.3g} {z:.3g} m there"
+    if description.pedestal is None:
+        return f"on the plane where a scene places the robot, {at}"
+    size = " x ".join(f"{length:g}" for length in description.pedestal)
+    return f"on a block of {size} m, on the plane where a scene places the robot, {at}"
+
+
 def summary(robot: Robot) -> list[str]:
     """Return joints with limits, tool, gripper, payload and reach of a robot, as lines of text.
 
@@ -129,6 +166,7 @@ def summary(robot: Robot) -> list[str]:
         numbers = " ".join(f"{column[i]:8.3g}" for column in columns)
         lines.append(f"  {joint:24} {numbers}")
     x, y, z = description.T_ft.translation
+    lines.append(f"base: {stands_on(description)}")
     lines.append(f"tool: at {x:.3f} {y:.3f} {z:.3f} m in '{description.tool_frame}'")
     one = robot.gripper
     force = f"{one.kind}, up to {one.max_force:g} N; {one.status}" if one else "none"

@@ -17,6 +17,8 @@ _SLIDE = (0.5, 2.0, 100.0)  # [m/s], [m/s2], [m/s3]
 _EFFORT_MARGIN = 1.5  # of an estimated effort limit over the largest required effort
 _EFFORT_SHARE = 0.05  # of the strongest joint's estimated limit, which every joint has
 _PAYLOAD_SHARE = 0.1  # of the arm's mass, carried at the tool
+_LIGHT = 1e-4  # [kg m2 / N m] inertia of a joint over its effort limit; usual arms have 1e-3
+_ARMATURE = 1e-3  # [kg m2 / N m] armature of a light joint over its effort limit
 _EFFORT_SAMPLES = 200  # configurations in which the required efforts are computed
 
 
@@ -77,6 +79,34 @@ def estimate_efforts(model: RobotModel) -> tuple[float, ...]:
         most = np.maximum(most, np.abs(tau))
     most = _EFFORT_MARGIN * np.maximum(most, _EFFORT_SHARE * most.max())
     return tuple(_rounded_up(float(tau)) for tau in most)
+
+
+def light_joints(model: RobotModel) -> np.ndarray:
+    """Return which joints have too little inertia at home for feedback to hold them precisely."""
+    # (nv,)
+    inverse = np.linalg.inv(pin.crba(model.model, model.data, model.home))
+    return np.array(1.0 / np.diagonal(inverse) < _LIGHT * model.limits.effort)
+
+
+def chosen_armature(model: RobotModel, known: np.ndarray) -> tuple[float, ...] | None:
+    """Return armatures with which feedback holds all joints; None if the model's do.
+
+    A joint that is too light gets 1e-3 kg m2 for each N m of its effort limit, or of ten times the
+    effort that the arm takes where the limit is larger: what geared motors of arms have.
+
+    Args:
+        model: The arm.
+        known: Armatures of the model, which the other joints keep [kg m2].  # (nv,)
+    """
+    light = light_joints(model)
+    if not light.any():
+        return None
+    effort = np.minimum(model.limits.effort, 10.0 * np.array(estimate_efforts(model)))
+    chosen = np.where(light, np.maximum(_ARMATURE * effort, known), known)
+    return tuple(
+        float(f"{armature:.2g}") if one else float(armature)
+        for armature, one in zip(chosen, light, strict=True)
+    )
 
 
 def _rounded_up(value: float) -> float:

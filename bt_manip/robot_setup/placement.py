@@ -27,6 +27,8 @@ _HOME_HEIGHT = 0.3  # [m] of the tool over the table at home, or less for a smal
 _CORNERS = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T  # of a box
 _FOOT = (0.05, 0.15)  # [m] least and largest half width of a pedestal
 _DIGITS = 3  # of the base's position [m]
+_VERTICAL = 0.999  # cosine of a hinge's axis with the vertical
+_LISTED = 3  # pairs of bodies in a message
 
 
 class Placement(NamedTuple):
@@ -96,9 +98,16 @@ def find_home(downward: DownwardReach, reach: RadialReach, base: pin.SE3) -> np.
             q = downward.configuration(np.array(position))
             if q is not None:
                 return q
+    blocking = downward.blocking(_LISTED)
+    if blocking:
+        pairs = ", ".join(f"'{one}' and '{other}'" for one, other in blocking)
+        raise RobotError(
+            "no configuration free of self-collision has the tool pointing down; these bodies "
+            f"collide: {pairs}; check their geoms in the model"
+        )
     raise RobotError(
-        "no configuration free of self-collision has the tool pointing down: check the tool's "
-        "frame and its z axis, which is the direction of approach (--tool-frame)"
+        "no configuration has the tool pointing down: check the tool's frame and its z axis, which "
+        "is the direction of approach (--tool-frame)"
     )
 
 
@@ -119,10 +128,24 @@ def _covered(reach: RadialReach, axis: np.ndarray, z: float) -> tuple[float, flo
 
 
 def _foot(robot: Robot) -> tuple[float, float]:
-    """Return the lowest point of the fixed bodies, and half their width [m]."""
+    """Return the lowest point of the foot, and half its width [m].
+
+    The foot is what keeps its height: fixed bodies, and links that turn about the vertical only.
+    """
     model, data = robot.mj_model, robot.mj_data
+    foot = {0}
+    for body in range(1, model.nbody):
+        joints = range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body])
+        level = (
+            int(model.jnt_type[j]) == int(mujoco.mjtJoint.mjJNT_HINGE)
+            and abs(data.xaxis[j, 2]) > _VERTICAL
+            for j in joints
+        )
+        if int(model.body_parentid[body]) in foot and all(level):
+            foot.add(body)
     points = []
-    for geom in np.flatnonzero(model.body_weldid[model.geom_bodyid] == 0):
+    fixed = np.zeros((1, 2))
+    for geom in np.flatnonzero(np.isin(model.geom_bodyid, list(foot))):
         mesh = int(model.geom_dataid[geom])
         if int(model.geom_type[geom]) == int(mujoco.mjtGeom.mjGEOM_MESH):
             start = int(model.mesh_vertadr[mesh])
@@ -130,8 +153,9 @@ def _foot(robot: Robot) -> tuple[float, float]:
         else:
             local = model.geom_aabb[geom, :3] + _CORNERS * model.geom_aabb[geom, 3:]
         points.append(local @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom])
+        if model.body_weldid[model.geom_bodyid[geom]] == 0:
+            fixed = np.concatenate([fixed, points[-1][:, :2]])
     if not points:
         return 0.0, _FOOT[0]
-    all_points = np.concatenate(points)
-    half = float(np.clip(np.abs(all_points[:, :2]).max(), *_FOOT))
-    return round(float(all_points[:, 2].min()), _DIGITS), round(half, 2)
+    half = float(np.clip(np.abs(fixed).max(), *_FOOT))
+    return round(float(np.concatenate(points)[:, 2].min()), _DIGITS), round(half, 2)

@@ -1,5 +1,6 @@
 """Positions that the tool of a robot reaches from above."""
 
+from collections import Counter
 from typing import NamedTuple
 
 import mujoco
@@ -79,6 +80,7 @@ class DownwardReach:
         self._ik = InverseKinematics(model)
         self._world = CollisionWorld(robot, model)
         lower, upper = model.limits.sampling_bounds()
+        self._colliding: Counter[tuple[str, str]] = Counter()
         self._middle, self._half = 0.5 * (lower + upper), 0.5 * (upper - lower)
 
     def configuration(self, position: np.ndarray) -> np.ndarray | None:
@@ -160,8 +162,14 @@ class DownwardReach:
         pin.forwardKinematics(model.model, model.data, q)
         return float(min(T.translation[2] for T in list(model.data.oMi)[1:]))
 
+    def blocking(self, most: int) -> list[tuple[str, str]]:
+        """Return the pairs of bodies that collided in most configurations, at most so many."""
+        return [pair for pair, _ in self._colliding.most_common(most)]
+
     def _is_free(self, q: np.ndarray, within: float = 0.0) -> bool:
-        return not self._world.collisions(q, within)
+        collisions = self._world.collisions(q, within)
+        self._colliding.update((one.first, one.second) for one in collisions)
+        return not collisions
 
 
 def _down(ik: InverseKinematics, position: np.ndarray) -> IKProblem:

@@ -2,7 +2,6 @@
 
 from .addresses import reader as reader
 from .addresses import writer as writer
-from .assembly import MENAGERIE as MENAGERIE
 from .assembly import assemble as assemble
 from .assembly import model_file as model_file
 from .assembly import read_model as read_model
@@ -13,18 +12,22 @@ from .configurations import load_configurations as load_configurations
 from .configurations import read_configurations as read_configurations
 from .configurations import read_waypoints as read_waypoints
 from .configurations import save_configuration as save_configuration
+from .description_file import description_text as description_text
 from .description_file import read_description as read_description
 from .description_file import read_gripper as read_gripper
 from .errors import GripperError as GripperError
 from .errors import RobotError as RobotError
 from .grasp_candidates import GraspCandidate as GraspCandidate
 from .grasp_candidates import GraspCandidates as GraspCandidates
+from .gripper import FoundGripper as FoundGripper
 from .gripper import GraspGenerator as GraspGenerator
 from .gripper import Gripper as Gripper
 from .gripper import GripperDescription as GripperDescription
 from .joint_limits import JointLimits as JointLimits
+from .joint_limits import VelocityNearLimits as VelocityNearLimits
 from .joint_limits import effort_limit as effort_limit
 from .joint_limits import sampling_bounds as sampling_bounds
+from .model_address import MENAGERIE as MENAGERIE
 from .model_building import build_model as build_model
 from .motors import ensure_motors as ensure_motors
 from .panda import panda as panda

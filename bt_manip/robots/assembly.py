@@ -16,10 +16,8 @@ from bt_manip.models import ModelError, load_model, menagerie_file
 from .errors import RobotError
 from .gripper import GripperDescription
 from .locking import lock_other_joints
+from .model_address import MENAGERIE
 from .robot_description import RobotDescription
-
-MENAGERIE = "menagerie:"
-"""Prefix of addresses of MuJoCo Menagerie models."""
 
 PEDESTAL = "pedestal"
 """Name of the body of the pedestal."""
@@ -65,8 +63,8 @@ def assemble(description: RobotDescription, name: str) -> Assembly:
     where = description.where
     root, alone = read_model(description.model, where)
     root.model = name
-    first = _find(root, "joint", description.arm_joints[0])
-    if first is not None and lock_other_joints(root, first):
+    joints = [_find(root, "joint", name) for name in description.arm_joints]
+    if all(joint is not None for joint in joints) and lock_other_joints(root, joints):
         alone = _compile(root, where)
     gripper = description.gripper
     hand = root
@@ -132,9 +130,12 @@ def read_model(model: str, where: str) -> tuple[mjcf.RootElement, mujoco.MjModel
         raise RobotError(f"{where}: {error}") from error
     except Exception as error:  # PyMJCF raises of everything
         raise RobotError(f"{where}: {path}: {one_line(error)}") from error
+    fused = root.compiler.fusestatic == "true"
+    if fused:  # bodies whose joints are locked keep their names
+        root.compiler.fusestatic = "false"
     _drop_world(root)
     name_elements(root)
-    if any(
+    if fused or any(
         element.name and mujoco.mj_name2id(alone, kind, element.name) < 0
         for name, kind in _NAMED.items()
         for element in root.find_all(name)
@@ -288,13 +289,16 @@ def _place(element: Any, T: pin.SE3) -> None:
 
 
 def _drop_world(root: mjcf.RootElement) -> None:
-    """Remove world settings, and gravity compensation, which is the controller's task."""
+    """Remove world settings, a floor, and gravity compensation, the controller's task."""
     for name in _WORLD_SETTINGS:
         element = getattr(root, name)
         for attribute in list(element.get_attributes()):
             delattr(element, attribute)
     for key in list(root.keyframe.all_children()):
         key.remove()
+    for geom in root.worldbody.find_all("geom", immediate_children_only=True):
+        if geom.type == "plane":
+            geom.remove()
     for light in list(root.find_all("light")):
         light.remove()
     for body in root.find_all("body"):

@@ -1,15 +1,16 @@
 """Named configurations of robots, from TOML tables and MoveIt Pro waypoint files."""
 
-import json
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from bt_manip.exceptions import BtManipError, MotionError, did_you_mean, one_line
 from bt_manip.input_files import MAX_TOML_BYTES, read_text
+from bt_manip.toml_fields import KeyField, plain
 from bt_manip.toml_tables import TomlFile, TomlTable
+from bt_manip.toml_text import BARE_KEY, toml_key
 
 from .errors import RobotError
 
@@ -17,16 +18,30 @@ Configuration = Sequence[float] | Mapping[str, float]
 """Joint positions, in joint order or by joint name [rad]."""
 
 
-BARE_KEY = re.compile("[A-Za-z0-9_-]+")
-"""A key that TOML needs no quotes for."""
+class Configurations:
+    """Named configurations, in ``[configurations]`` and in the file that ``waypoints`` names."""
+
+    type = "a table of joint positions; `waypoints`: path of a `waypoints.yaml` of MoveIt Pro"
+    names = "configurations, waypoints"
+
+    def read(self, table: TomlTable, entry: KeyField, size: Any) -> dict[str, Configuration]:
+        """Return the configurations by name."""
+        file = table.file
+        return read_configurations(
+            table, file.path.parent if isinstance(file, TomlFile) else Path()
+        )
+
+    def write(self, value: Any, entry: KeyField, folder: Path | None) -> dict[str, Any]:
+        """Return the table ``[configurations]``."""
+        return {entry.name: plain(value)}
 
 
 def read_configurations(table: TomlTable, folder: Path) -> dict[str, Configuration]:
     """Read the named configurations of a robot or scene file.
 
     Args:
-        table: Root table of the file: ``[configurations]`` has joint positions by name [rad],
-            ``waypoints`` is the path of a MoveIt Pro waypoint file.
+        table: Root table of the file: ``[configurations]`` has joint positions by name, in joint
+            order or by joint [rad]; ``waypoints`` is the path of a MoveIt Pro waypoint file.
         folder: Folder that paths are relative to.
 
     Raises:
@@ -41,8 +56,15 @@ def read_configurations(table: TomlTable, folder: Path) -> dict[str, Configurati
             table.reject("waypoints", f"is wrong: {error}")
     named = table.table("configurations")
     for name in () if named is None else named.keys():
-        found[name] = named.numbers(name) or ()  # type: ignore[union-attr]
+        found[name] = _positions(named, name)  # type: ignore[arg-type]
     return found
+
+
+def _positions(named: TomlTable, name: str) -> Configuration:
+    if not isinstance(named.value(name), dict):
+        return named.numbers(name) or ()
+    by_joint = named.table(name)
+    return {joint: by_joint.number(joint) or 0.0 for joint in by_joint.keys()}  # type: ignore[union-attr]
 
 
 def load_configurations(path: Path) -> dict[str, Configuration]:
@@ -78,16 +100,12 @@ def save_configuration(path: Path, name: str, q: Sequence[float]) -> None:
     if mapped := [other for other, positions in known.items() if isinstance(positions, Mapping)]:
         raise RobotError(f"{path}: '{mapped[0]}' comes from a waypoint file; choose another file")
     known[name] = [round(position, 6) for position in np.asarray(q).tolist()]
-    lines = [f"{_toml_key(other)} = {list(positions)}" for other, positions in known.items()]
+    lines = [f"{toml_key(other)} = {list(positions)}" for other, positions in known.items()]
     text = "\n".join(["# Joint positions [rad], in the order of the joints.", "[configurations]"])
     try:
         path.write_text("\n".join([text, *lines, ""]), encoding="utf-8")
     except OSError as error:
         raise RobotError(f"cannot write {path}: {error.strerror}") from error
-
-
-def _toml_key(name: str) -> str:
-    return name if BARE_KEY.fullmatch(name) else json.dumps(name, ensure_ascii=False)
 
 
 def read_waypoints(path: Path | str) -> dict[str, Configuration]:

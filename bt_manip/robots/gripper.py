@@ -4,7 +4,9 @@ import abc
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Protocol
 
 import mujoco
 import numpy as np
@@ -12,10 +14,20 @@ import pinocchio as pin
 from dm_control import composer, mjcf
 
 from bt_manip.cell import BodyNames
+from bt_manip.toml_fields import (
+    Key,
+    KeyField,
+    documented,
+    entries_of,
+    plain,
+    read_fields,
+    write_fields,
+)
 from bt_manip.toml_tables import PythonSource, TomlFile, TomlTable
 
 from .errors import GripperError, RobotError
 from .grasp_candidates import GraspCandidates
+from .model_address import ModelAddress
 
 if TYPE_CHECKING:
     from .robot import Robot
@@ -23,30 +35,49 @@ if TYPE_CHECKING:
 DEFAULT_KIND = "two_finger"
 """Kind of gripper if the description names none."""
 
-COMMON_KEYS = ("kind", "max_force", "model", "mount", "position", "quat_wxyz", "rpy")
-"""Keys of ``[gripper]`` common to all kinds."""
+
+class Parameters:
+    """The keys of ``[gripper]`` that belong to its kind, which checks them."""
+
+    type = "keys of the kind of gripper"
+    names = "..."
+
+    def read(self, table: TomlTable, entry: KeyField, size: Any) -> dict[str, Any]:
+        """Return the keys that are not common to all kinds."""
+        return {key: table.value(key) for key in table.rest()}
+
+    def write(self, value: Any, entry: KeyField, folder: Path | None) -> dict[str, Any]:
+        """Return the keys."""
+        return dict(plain(value))
 
 
+@documented
 @dataclass(frozen=True)
 class GripperDescription:
     """Description of a gripper: its kind, common data, and parameters of the kind.
 
-    Attributes:
-        kind: Registered name of the kind of gripper.
-        max_force: Maximum grip force [N]; None where it follows from parameters of the kind.
-        parameters: Parameters of the kind, as plain data; `read` returns them as a table.
-        model: Path of its MJCF file; None if it is part of the arm's.
-        mount: Name of the arm's site or body to which a separate model is attached.
-        T_mg: Pose of that model in the mount.
-        file: The file that contains the parameters, for messages.
+    The field `file`, not a key, is the file that contains the parameters, for messages.
     """
 
-    kind: str = DEFAULT_KIND
-    max_force: float | None = None
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    model: str | None = None
-    mount: str | None = None
-    T_mg: pin.SE3 = field(default_factory=pin.SE3.Identity)
+    kind: Annotated[str, Key("Registered name of the kind of gripper")] = DEFAULT_KIND
+    max_force: Annotated[
+        float | None,
+        Key("Maximum grip force; left out where parameters of the kind imply it", "N", above=0.0),
+    ] = None
+    model: Annotated[
+        str | None,
+        Key("Its file of MJCF or URDF; left out if it is part of the arm's", values=ModelAddress()),
+    ] = None
+    mount: Annotated[
+        str | None, Key("The arm's site or body to which a separate model is attached")
+    ] = None
+    T_mg: Annotated[pin.SE3, Key("Pose of that model in the mount", "m, rad")] = field(
+        default_factory=pin.SE3.Identity
+    )
+    parameters: Annotated[
+        Mapping[str, Any],
+        Key("Parameters of the kind, as plain data; `read` gives a table", values=Parameters()),
+    ] = field(default_factory=dict)
     file: TomlFile | PythonSource | None = field(default=None, compare=False, repr=False)
 
     def read(self, robot: str) -> TomlTable:
@@ -57,9 +88,53 @@ class GripperDescription:
         """
         source = self.file or PythonSource(f"robot '{robot}'", RobotError)
         table = TomlTable(source, self.parameters, ("gripper",))
-        for key in COMMON_KEYS:  # mark as known, so that they are suggested for mistyped keys
-            table.value(key)
+        for entry in entries_of(type(self)):  # known, to be suggested for mistyped keys
+            if not isinstance(entry.values, Parameters):
+                entry.values.read(table, entry, None)
         return table
+
+
+class GripperTable:
+    """The table of a gripper's description; one with a model of its own needs a mount."""
+
+    type, cls = "a table", GripperDescription
+
+    def read(self, table: TomlTable, entry: KeyField, size: Any) -> GripperDescription | None:
+        """Return the description."""
+        return self.read_table(table.table(entry.name))
+
+    def read_table(self, table: TomlTable | None) -> GripperDescription | None:
+        """Return the description in ``[gripper]``."""
+        if table is None:
+            return None
+        given = read_fields(GripperDescription, table)
+        if "model" in given:
+            table.require("mount", "a text")
+        return GripperDescription(**given, file=table.file)
+
+    def write(
+        self, value: GripperDescription, entry: KeyField, folder: Path | None
+    ) -> dict[str, Any]:
+        """Return the table."""
+        return {entry.name: write_fields(value, folder)}
+
+
+class FoundGripper(NamedTuple):
+    """A gripper of some kind found in a model; all names are full ones.
+
+    Attributes:
+        parameters: Parameters of its kind.
+        max_force: Maximum grip force [N]; None where it follows from the parameters.
+        body: Body that carries the gripper.
+        T_bt: Pose of the tool in it; z is the approach direction.
+        notes: Comments by key, such as ``"gripper.effort"``.
+    """
+
+    parameters: dict[str, Any]
+    max_force: float | None
+    body: str
+    T_bt: pin.SE3
+    notes: Mapping[str, str] = MappingProxyType({})
 
 
 class GraspGenerator(Protocol):
@@ -117,6 +192,16 @@ class Gripper(composer.Entity, abc.ABC):
         Raises:
             RobotError: If keys are missing, wrong or unknown; the message has a line for each.
         """
+
+    @classmethod
+    def found_in(cls, model: mujoco.MjModel, arm_joints: Sequence[str]) -> FoundGripper | None:
+        """Return a gripper of this kind found in a model, to describe it; by default none.
+
+        Args:
+            model: The robot, compiled alone.
+            arm_joints: Full names of the arm's joints, from the base to the tool.
+        """
+        return None
 
     @property
     def mjcf_model(self) -> mjcf.RootElement:

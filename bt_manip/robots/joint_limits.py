@@ -1,6 +1,7 @@
 """Joint limits of an arm."""
 
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -9,7 +10,69 @@ from bt_manip.cell import escaped_name
 
 from .errors import RobotError
 from .model_building import find
-from .robot_description import RobotDescription
+from .robot_description import NEAR_LIMITS, RobotDescription
+
+_AHEAD = 1e-3  # [s] a control step, after which a velocity is still to be inside its limit
+_MIN_SHARE = 0.025  # of the velocity limits that is left at the ends of the ranges
+
+
+class VelocityNearLimits(NamedTuple):
+    """Velocity limits that shrink towards the position limits: ``-offset + sqrt(2 a d)``.
+
+    Here a is the deceleration and d the distance from `lower` or `upper`, in the direction of
+    motion. Nothing is less than `least`.
+    """
+
+    offset: np.ndarray  # [rad/s]  (nq,)
+    deceleration: np.ndarray  # [rad/s2]  (nq,)
+    lower: np.ndarray  # [rad]  (nq,)
+    upper: np.ndarray  # [rad]  (nq,)
+    least: np.ndarray  # [rad/s]  (nq,)
+
+    @classmethod
+    def described(
+        cls,
+        description: RobotDescription,
+        lower: np.ndarray,
+        upper: np.ndarray,
+        velocity: np.ndarray,
+    ) -> "VelocityNearLimits | None":
+        """Return the limits of a description, with its margin; None where it has none.
+
+        Args:
+            description: The robot's description.
+            lower: Lower position limits of the model [rad].  # (nq,)
+            upper: Upper position limits of the model [rad].  # (nq,)
+            velocity: Velocity limits with their margin [rad/s].  # (nq,)
+        """
+        if description.near_offset is None or description.near_deceleration is None:
+            return None
+        share = 1.0 - description.limit_margin
+        offset = share * np.array(description.near_offset)
+        a = share * share * np.array(description.near_deceleration)
+        # The limit at the position that the velocity leads to within a control step, solved for
+        # the velocity: the same formula with a greater offset and a wider range.
+        wider = _AHEAD * (offset + 0.5 * a * _AHEAD)
+        lower = lower if description.near_lower is None else np.array(description.near_lower)
+        upper = upper if description.near_upper is None else np.array(description.near_upper)
+        least = _MIN_SHARE * velocity
+        return cls(offset + a * _AHEAD, a, lower - wider, upper + wider, least)
+
+    def bounds(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return the velocity limits at positions, in the directions of velocities.
+
+        Args:
+            q: Positions [rad].  # (..., nq)
+            v: Velocities, of which the signs count.  # (..., nq)
+        """  # (..., nq)
+        distance = np.where(v < 0.0, q - self.lower, self.upper - q)
+        bound = np.sqrt(2.0 * self.deceleration * np.maximum(distance, 0.0)) - self.offset
+        return np.maximum(bound, self.least)
+
+    def range(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the positions between which the formula gives at least `least`."""
+        distance = (self.offset + self.least) ** 2 / (2.0 * self.deceleration)
+        return self.lower + distance, self.upper - distance
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +86,7 @@ class JointLimits:
         acceleration: Maximum acceleration [rad/s2].  # (nq,)
         jerk: Maximum jerk [rad/s3].  # (nq,)
         effort: Maximum torque [N m] or force [N].  # (nq,)
+        near: Lower velocity limits near the position limits; None where there are none.
     """
 
     lower: np.ndarray
@@ -31,14 +95,17 @@ class JointLimits:
     acceleration: np.ndarray
     jerk: np.ndarray
     effort: np.ndarray
+    near: VelocityNearLimits | None = None
 
     def __post_init__(self) -> None:
         """Copy, check and freeze the arrays."""
-        for field in fields(self):
-            array = np.array(getattr(self, field.name), dtype=float)
-            array.setflags(write=False)
-            object.__setattr__(self, field.name, array)
-        for field in fields(self):
+        if self.near is not None:
+            near = VelocityNearLimits(*(_frozen(array) for array in self.near))
+            object.__setattr__(self, "near", near)
+        constant = [field for field in fields(self) if field.name != "near"]
+        for field in constant:
+            object.__setattr__(self, field.name, _frozen(getattr(self, field.name)))
+        for field in constant:
             array = getattr(self, field.name)
             if array.shape != self.lower.shape or array.ndim != 1:
                 raise RobotError(
@@ -53,6 +120,17 @@ class JointLimits:
         if not (self.lower < self.upper).all():
             raise RobotError(f"joint limits: lower {self.lower} not below upper {self.upper}")
 
+    def velocity_at(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return the velocity limits at positions, in the directions of velocities [rad/s].
+
+        Args:
+            q: Positions [rad].  # (..., nq)
+            v: Velocities, of which the signs count.  # (..., nq)
+        """  # (..., nq), or (nq,) where they do not depend on the positions
+        if self.near is None:
+            return self.velocity
+        return np.minimum(self.velocity, self.near.bounds(q, v))
+
     def contain(self, q: np.ndarray, tolerance: float = 0.0) -> bool:
         """Return whether a configuration is inside the position limits."""
         return bool((q >= self.lower - tolerance).all() and (q <= self.upper + tolerance).all())
@@ -60,6 +138,12 @@ class JointLimits:
     def sampling_bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Return finite position limits to sample within, as the function of this name does."""
         return sampling_bounds(self.lower, self.upper)
+
+
+def _frozen(values: np.ndarray) -> np.ndarray:
+    array = np.array(values, dtype=float)
+    array.setflags(write=False)
+    return array
 
 
 def sampling_bounds(lower: np.ndarray, upper: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -77,7 +161,8 @@ def read_limits(mj_model: mujoco.MjModel, description: RobotDescription) -> Join
 
     Position limits come from the model. Effort limits come from the description, or otherwise from
     the model: the smallest of the force ranges of joint and actuators and of the motors' control
-    ranges.
+    ranges. Limits of velocity, acceleration and jerk are reduced by the description's margin. Where
+    velocity limits shrink to nearly zero before a position limit, this is the position limit.
 
     Args:
         mj_model: The robot's model, compiled on its own.
@@ -101,13 +186,27 @@ def read_limits(mj_model: mujoco.MjModel, description: RobotDescription) -> Join
                 f"{description.where}: neither its model nor its description bounds the "
                 f"effort of {', '.join(unbounded)}; give `effort` in the description"
             )
+    lower = np.where(limited, mj_model.jnt_range[joints, 0], -np.inf)
+    upper = np.where(limited, mj_model.jnt_range[joints, 1], np.inf)
+    share = 1.0 - description.limit_margin
+    velocity = share * np.array(description.velocity)
+    near = VelocityNearLimits.described(description, lower, upper, velocity)
+    if near is not None:
+        least, most = near.range()
+        lower, upper = np.maximum(lower, least), np.minimum(upper, most)
+        for name in np.array(description.arm_joints)[lower >= upper].tolist():
+            raise RobotError(
+                f"{description.where}: [{NEAR_LIMITS}] leaves joint '{name}' no range; give a "
+                "smaller 'offset' or a greater 'deceleration'"
+            )
     return JointLimits(
-        lower=np.where(limited, mj_model.jnt_range[joints, 0], -np.inf),
-        upper=np.where(limited, mj_model.jnt_range[joints, 1], np.inf),
-        velocity=np.array(description.velocity),
-        acceleration=np.array(description.acceleration),
-        jerk=np.array(description.jerk),
+        lower=lower,
+        upper=upper,
+        velocity=velocity,
+        acceleration=share * np.array(description.acceleration),
+        jerk=share * np.array(description.jerk),
         effort=np.array(effort),
+        near=near,
     )
 
 

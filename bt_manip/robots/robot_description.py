@@ -2,103 +2,206 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import pinocchio as pin
 
-from .configurations import Configuration
+from bt_manip.toml_fields import Key, check_fields, documented
+
+from .configurations import Configuration, Configurations
 from .errors import RobotError
-from .gripper import GripperDescription
+from .gripper import GripperDescription, GripperTable
+from .model_address import ModelAddress
+
+Numbers = tuple[float, ...]
+NEAR_LIMITS = "velocity_near_limits"  # table of the keys `near_...`
 
 
+@documented
 @dataclass(frozen=True)
 class ToolLimits:
-    """Limits of the tool's motion along and about a line; the defaults are the Panda's.
+    """Limits of the tool's motion along and about a line; the defaults are the Panda's."""
 
-    Attributes:
-        velocity: Maximum linear velocity [m/s].
-        acceleration: Maximum linear acceleration [m/s2].
-        jerk: Maximum linear jerk [m/s3].
-        angular_velocity: Maximum angular velocity [rad/s].
-        angular_acceleration: Maximum angular acceleration [rad/s2].
-        angular_jerk: Maximum angular jerk [rad/s3].
-    """
-
-    velocity: float = 1.7
-    acceleration: float = 13.0
-    jerk: float = 6500.0
-    angular_velocity: float = 2.5
-    angular_acceleration: float = 25.0
-    angular_jerk: float = 12500.0
+    velocity: Annotated[float, Key("Maximum linear velocity", "m/s", above=0.0)] = 1.7
+    acceleration: Annotated[float, Key("Maximum linear acceleration", "m/s2", above=0.0)] = 13.0
+    jerk: Annotated[float, Key("Maximum linear jerk", "m/s3", above=0.0)] = 6500.0
+    angular_velocity: Annotated[float, Key("Maximum angular velocity", "rad/s", above=0.0)] = 2.5
+    angular_acceleration: Annotated[
+        float, Key("Maximum angular acceleration", "rad/s2", above=0.0)
+    ] = 25.0
+    angular_jerk: Annotated[float, Key("Maximum angular jerk", "rad/s3", above=0.0)] = 12500.0
 
 
+@documented
 @dataclass(frozen=True)
 class Tolerance:
     """Largest errors of the tool pose that inverse kinematics accepts.
 
     It aims at 1e-6 m and rad; the tolerance is for poses that the joints reach only nearly, since
-    the numbers of a model are rounded.
-
-    Attributes:
-        position: Largest distance [m].
-        rotation: Largest angle [rad].
+    the numbers of a model are rounded. 1e-4 m and 5e-3 rad let an arm of five joints set down what
+    it holds slightly tilted.
     """
 
-    position: float = 1e-5
-    rotation: float = 1e-4
+    position: Annotated[float, Key("Largest distance", "m", above=0.0)] = 1e-5
+    rotation: Annotated[float, Key("Largest angle", "rad", above=0.0)] = 1e-4
 
 
+@documented
 @dataclass(frozen=True)
 class RobotDescription:
-    """Description of an arm with a tool: data only.
+    """Description of an arm with a tool: data only, each field also a key of a TOML file.
 
     Position limits, inertias, friction and (unless given here) effort limits are read from the
-    model; MJCF has no attributes for the other limits.
-
-    Attributes:
-        name: Name of the robot in the cell and on the command line.
-        model: Its MJCF file: a path, or ``menagerie:NAME/ENTRY``.
-        arm_joints: Names of its arm's joints, from the base to the tool. Joints that are not
-            beyond the first one, such as those of a second arm, are locked.
-        tool_frame: Name of the site or body that the tool pose is relative to.
-        home: Configuration of the arm at the start [rad].
-        velocity: Velocity limit of each arm joint [rad/s].
-        acceleration: Acceleration limit of each arm joint [rad/s2].
-        jerk: Jerk limit of each arm joint [rad/s3].
-        gripper: The gripper; None if there is none.
-        effort: Effort limit of each arm joint [N m]; None reads them from the model.
-        armature: Rotor inertia of each arm joint, times the gear ratio squared [kg m2], in place of
-            the model's; None keeps that.
-        tool_limits: Limits of the tool's motion along a straight line.
-        tolerance: Largest errors of the tool pose in inverse kinematics.
-        T_ft: Pose of the tool in the tool frame.
-        T_rb: Pose of the model's base relative to the robot's placement in the scene.
-        pedestal: Size of a block under the base, in x, y and z [m]; it stands on the plane on which
-            the robot is placed. None for no pedestal.
-        exclude: Pairs of bodies of the robot whose contacts are ignored, in the physics and in
-            planning: bodies that overlap in every configuration. Names are those of the model
-            files; the body of the pedestal is ``pedestal``.
-        configurations: Named configurations, besides ``home``.
-        source: The file that it was read from, for messages.
+    model; MJCF has no attributes for the other limits. The field `source`, not a key, is the file
+    that it was read from.
     """
 
-    name: str
-    model: str
-    arm_joints: tuple[str, ...]
-    tool_frame: str
-    home: tuple[float, ...]
-    velocity: tuple[float, ...]
-    acceleration: tuple[float, ...]
-    jerk: tuple[float, ...]
-    gripper: GripperDescription | None = None
-    effort: tuple[float, ...] | None = None
-    armature: tuple[float, ...] | None = None
-    tool_limits: ToolLimits = ToolLimits()
-    tolerance: Tolerance = Tolerance()
-    T_ft: pin.SE3 = field(default_factory=pin.SE3.Identity)
-    T_rb: pin.SE3 = field(default_factory=pin.SE3.Identity)
-    pedestal: tuple[float, ...] | None = None
-    exclude: tuple[tuple[str, str], ...] = ()
-    configurations: Mapping[str, Configuration] = field(default_factory=dict)
+    name: Annotated[
+        str,
+        Key(
+            "Name of the robot in the cell and on the command line; by default that of the file",
+            needed=False,
+        ),
+    ]
+    model: Annotated[str, Key("Its MJCF or URDF file", values=ModelAddress())]
+    arm_joints: Annotated[
+        tuple[str, ...],
+        Key(
+            "Names of its arm's joints, from the base to the tool; joints that are not beyond the "
+            "first one, such as those of a second arm, are locked"
+        ),
+    ]
+    tool_frame: Annotated[
+        str,
+        Key("Site or body that the tool pose is relative to", table="tool", name="frame"),
+    ]
+    home: Annotated[Numbers, Key("Configuration of the arm at the start", "rad", size="arm_joints")]
+    velocity: Annotated[
+        Numbers, Key("Velocity limits of the joints", "rad/s", above=0.0, size="arm_joints")
+    ]
+    acceleration: Annotated[
+        Numbers, Key("Acceleration limits of the joints", "rad/s2", above=0.0, size="arm_joints")
+    ]
+    jerk: Annotated[
+        Numbers, Key("Jerk limits of the joints", "rad/s3", above=0.0, size="arm_joints")
+    ]
+    limit_margin: Annotated[
+        float,
+        Key(
+            "Fraction of the limits of velocity, acceleration and jerk that motions leave unused, "
+            "for a controller that refuses commands at its limits",
+            at_least=0.0,
+        ),
+    ] = 0.0
+    near_offset: Annotated[
+        Numbers | None,
+        Key(
+            "Near its position limits, the velocity of a joint is limited to -`offset` + "
+            "sqrt(2 `deceleration` d), with its distance d from `lower` or `upper` in the "
+            "direction of motion; motions end where 2.5 % of the velocity limit are left",
+            "rad/s",
+            at_least=0.0,
+            size="arm_joints",
+            table=NEAR_LIMITS,
+            name="offset",
+        ),
+    ] = None
+    near_deceleration: Annotated[
+        Numbers | None,
+        Key(
+            "Deceleration of this formula; a great one for joints without such a limit",
+            "rad/s2",
+            above=0.0,
+            size="arm_joints",
+            table=NEAR_LIMITS,
+            name="deceleration",
+        ),
+    ] = None
+    near_lower: Annotated[
+        Numbers | None,
+        Key(
+            "Lower ends of the ranges of this formula; by default those of the model",
+            "rad",
+            size="arm_joints",
+            table=NEAR_LIMITS,
+            name="lower",
+        ),
+    ] = None
+    near_upper: Annotated[
+        Numbers | None,
+        Key(
+            "Upper ends of the ranges of this formula; by default those of the model",
+            "rad",
+            size="arm_joints",
+            table=NEAR_LIMITS,
+            name="upper",
+        ),
+    ] = None
+    gripper: Annotated[
+        GripperDescription | None,
+        Key("The gripper; without it, there is none", values=GripperTable()),
+    ] = None
+    effort: Annotated[
+        Numbers | None,
+        Key(
+            "Effort limits of the joints; by default those of the model",
+            "N m",
+            above=0.0,
+            size="arm_joints",
+        ),
+    ] = None
+    armature: Annotated[
+        Numbers | None,
+        Key(
+            "Rotor inertia of each joint's motor times the gear ratio squared, in place of the "
+            "model's; controllers need some to be stiff",
+            "kg m2",
+            at_least=0.0,
+            size="arm_joints",
+        ),
+    ] = None
+    tool_limits: Annotated[ToolLimits, Key("Limits of the tool along a straight line")] = (
+        ToolLimits()
+    )
+    tolerance: Annotated[Tolerance, Key("Largest errors in inverse kinematics")] = Tolerance()
+    T_ft: Annotated[pin.SE3, Key("Pose of the tool in the tool frame", "m, rad", table="tool")] = (
+        field(default_factory=pin.SE3.Identity)
+    )
+    T_rb: Annotated[
+        pin.SE3,
+        Key(
+            "Pose of the model's base relative to where a scene places the robot",
+            "m, rad",
+            table="base",
+        ),
+    ] = field(default_factory=pin.SE3.Identity)
+    pedestal: Annotated[
+        Numbers | None,
+        Key(
+            "Size of a block under the base, in x, y and z, on the plane on which the robot is "
+            "placed",
+            "m",
+            above=0.0,
+            size=3,
+            table="base",
+        ),
+    ] = None
+    exclude: Annotated[
+        tuple[tuple[str, str], ...],
+        Key(
+            "Pairs of bodies of the robot whose contacts are ignored, in the physics and in "
+            "planning: bodies that overlap in every configuration. Names are those of the model "
+            "files; the block under the base is `pedestal`"
+        ),
+    ] = ()
+    configurations: Annotated[
+        Mapping[str, Configuration],
+        Key(
+            "Named configurations for `MoveToConfiguration`, besides `home`",
+            "rad",
+            values=Configurations(),
+        ),
+    ] = field(default_factory=dict)
     source: str = field(default="", compare=False)
 
     @property
@@ -111,23 +214,10 @@ class RobotDescription:
         return self.source or self.name
 
     def __post_init__(self) -> None:
-        """Check numbers of values, the pedestal's sizes and the excluded pairs."""
-        n = len(self.arm_joints)
-        if n == 0 or len(set(self.arm_joints)) < n:
-            raise RobotError(
-                f"{self.where}: the arm has at least one joint, and each is named once, got "
-                f"{', '.join(self.arm_joints) or 'none'}"
-            )
-        for what in ("home", "velocity", "acceleration", "jerk", "effort", "armature"):
-            values = getattr(self, what)
-            if values is not None and len(values) != n:
-                raise RobotError(
-                    f"{self.where}: one {what} for each of its {n} arm joints, got {len(values)}"
-                )
-        if self.pedestal is not None and (len(self.pedestal) != 3 or min(self.pedestal) <= 0.0):
-            raise RobotError(
-                f"{self.where}: a pedestal has three positive sizes, got {self.pedestal}"
-            )
-        for pair in self.exclude:
-            if len(pair) != 2 or pair[0] == pair[1]:
-                raise RobotError(f"{self.where}: exclude has pairs of two bodies, got {pair}")
+        """Check the values like those of a file."""
+        check_fields(self, self.where, RobotError)
+        if not self.limit_margin < 1.0:
+            raise RobotError(f"{self.where}: 'limit_margin' is below 1, got {self.limit_margin:g}")
+        near = (self.near_offset, self.near_deceleration, self.near_lower, self.near_upper)
+        if near != (None,) * 4 and None in near[:2]:
+            raise RobotError(f"{self.where}: [{NEAR_LIMITS}] needs 'offset' and 'deceleration'")

@@ -13,8 +13,7 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.grasping import GraspPlanner, ReachFromAbove
 from bt_manip.registry import Parts
 from bt_manip.robots import Gripper, Robot
-
-from .scene import SceneRobot, find_robot
+from bt_manip.scenes import SceneRobot, find_robot
 
 
 @dataclass(frozen=True)

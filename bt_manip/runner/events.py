@@ -2,13 +2,19 @@
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bt_manip.bt import NodeStatus, pointed_key
 from bt_manip.cell import ContactEventDetector, as_object
+from bt_manip.exceptions import BtManipError
 
 from .observer import RunObserver
+
+if TYPE_CHECKING:
+    from bt_manip.bt.nodes import Link
+
+    from .run import Run
 
 
 class RunEvent(NamedTuple):
@@ -24,6 +30,8 @@ class RunEvent(NamedTuple):
                             the tree has been replaced
     ``cycle``               ``cycle``; ``status`` (``RUNNING`` when it starts), ``reason``
     ``status``              ``uid``, ``path``, ``old``, ``status``, ``reason`` of a failure
+    ``message``             ``uid``, ``path``, ``text``: the feedback message of a node that runs or
+                            has succeeded, when it changes
     ``blackboard``          ``key`` with its sub-tree's path, ``value`` (None if unset), ``type``
     ``entity``              ``name``, ``kind``, ``present``
     ``contact``             ``first``, ``second``, ``touching``
@@ -44,25 +52,29 @@ class RunEvent(NamedTuple):
     data: dict[str, Any]
 
 
-class EventStream(RunObserver):
-    """Reports the changes in a run as events; costs nearly nothing without listeners.
+Listener = Callable[[RunEvent], None]
+
+KINDS = (
+    "tree", "edit", "cycle", "status", "message", "blackboard", "entity", "contact", "motion",
+    "controller", "intervention", "tick",
+)  # fmt: skip
+"""All kinds of events."""
+
+
+class EventStream:
+    """Makes the events of a run once, for all listeners; a kind that nobody wants costs nothing.
 
     The first events describe the state at the start of the run. Statuses are reported when they
     change, everything else after each tick. Listeners are called by the thread of the run, which
     waits for them: use an `EventQueue` for another thread.
-
-    Attributes:
-        listeners: Called with each event.
     """
 
-    def __init__(self, *listeners: Callable[[RunEvent], None]) -> None:
-        """Set the first listeners."""
-        self.listeners: list[Callable[[RunEvent], None]] = list(listeners)
-
-    def run_started(self, run: Any) -> None:
-        """Observe the tree."""
+    def __init__(self, run: "Run") -> None:
+        """Begin without listeners."""
         self._run, self._cell, self._tree = run, run.station.cell, run.tree
-        self._nodes: list[Any] | None = None
+        self._listeners: dict[str, list[Listener]] = {kind: [] for kind in KINDS}
+        self._kinds: set[str] = set()  # that are wanted
+        self._nodes: Sequence[Link] | None = None
         self._entries: dict[str, tuple[Any, int]] = {}  # blackboard entries and their sequences
         self._written: list[Any] = []  # the same without their keys
         self._entities: dict[str, Any] = {}
@@ -70,79 +82,122 @@ class EventStream(RunObserver):
         self._detector: ContactEventDetector | None = None
         self._trajectories: dict[str, Any] = dict.fromkeys(run.station.robots)
         self._controllers: dict[str, str] = {}
+        self._messages: dict[int, str] = {}  # by uid
         self._tick, self._cycle = 0, run.cycle
         self._tick_time = self._cell.time
-        self._tree.observers.append(self._status_changed)
-        run.interventions.observers.append(self._intervened)
-        run.reporters.append(self._emit)
+
+    def listen(self, listener: Listener, kinds: Iterable[str] = KINDS) -> None:
+        """Call a function with each event of some kinds; to be called before `start`.
+
+        Raises:
+            BtManipError: If there is no such kind.
+        """
+        for kind in kinds:
+            if kind not in self._listeners:
+                raise BtManipError(f"no events are of the kind '{kind}': {', '.join(KINDS)}")
+            self._listeners[kind].append(listener)
+            self._kinds.add(kind)
+
+    def emit(self, kind: str, data: dict[str, Any], time: float | None = None) -> None:
+        """Report an event.
+
+        Args:
+            kind: Its kind.
+            data: Its data, as `RunEvent` documents them.
+            time: Simulated time [s]; None: now.
+        """
+        if listeners := self._listeners[kind]:
+            event = RunEvent(self._cell.time if time is None else time, kind, data)
+            for listener in listeners:
+                listener(event)
+
+    # The loop
+
+    def start(self) -> None:
+        """Observe the tree and interventions."""
+        if self._wanted("status", "message"):
+            self._tree.observers.append(self._status_changed)
+        if self._wanted("intervention"):
+            self._run.interventions.observers.append(self._intervened)
 
     def after_compile(self) -> None:
         """Report entities that were added or removed."""
-        if self.listeners:
-            self._compare_tree()
-            self._compare_entities()
+        self._compare_tree()
+        self._compare_entities()
 
-    def cycle_started(self, cycle: int) -> None:
+    def begin_cycle(self, cycle: int) -> None:
         """Report the state at the start, and the cycle."""
         self._cycle, self._tick_time = cycle, self._cell.time
-        if self.listeners:
-            self._compare()
-            self._emit("cycle", {"cycle": cycle, "status": "RUNNING", "reason": ""})
+        self._compare()
+        self.emit("cycle", {"cycle": cycle, "status": "RUNNING", "reason": ""})
 
-    def after_tick(self) -> None:
+    def end_tick(self) -> None:
         """Report what has changed since the last tick."""
-        if self.listeners:
+        if self._kinds:
             self._compare()
-            self._emit("tick", {"tick": self._tick})
+            self.emit("tick", {"tick": self._tick})
         self._tick += 1
         self._tick_time = self._cell.time
 
-    def cycle_ended(self, status: str, reason: str) -> None:
+    def end_cycle(self, status: str, reason: str) -> None:
         """Report the end of the cycle."""
-        self._emit("cycle", {"cycle": self._cycle, "status": status, "reason": reason})
+        self.emit("cycle", {"cycle": self._cycle, "status": status, "reason": reason})
 
-    def run_ended(self) -> None:
-        """Stop observing the tree."""
+    def stop(self) -> None:
+        """Stop observing."""
         if self._status_changed in self._tree.observers:
             self._tree.observers.remove(self._status_changed)
+        if self._intervened in self._run.interventions.observers:
             self._run.interventions.observers.remove(self._intervened)
-            self._run.reporters.remove(self._emit)
 
     # Internal
 
-    def _emit(self, kind: str, data: dict[str, Any], time: float | None = None) -> None:
-        event = RunEvent(self._cell.time if time is None else time, kind, data)
-        for listener in self.listeners:
-            listener(event)
+    def _wanted(self, *kinds: str) -> bool:
+        return not self._kinds.isdisjoint(kinds)
 
-    def _status_changed(self, node: Any, old: Any, new: Any) -> None:
-        if not self.listeners:
-            return
+    def _status_changed(self, node: "Link", old: NodeStatus, new: NodeStatus) -> None:
         if self._tree.nodes is self._nodes:
             self._emit_status(node, old, new)
         else:  # replaced by an edited tree
             self._compare_tree()
 
     def _intervened(self, data: dict[str, Any]) -> None:
-        self._emit("intervention", data)
+        self.emit("intervention", data)
 
-    def _emit_status(self, node: Any, old: Any, new: Any) -> None:
-        reason = str(node.feedback_message) if new is NodeStatus.FAILURE else ""
-        data = {"uid": node.uid, "path": node.path, "old": old.name, "status": new.name}
-        self._emit("status", {**data, "reason": reason})
+    def _emit_status(self, node: "Link", old: NodeStatus, new: NodeStatus) -> None:
+        if self._wanted("status"):
+            reason = str(node.feedback_message) if new is NodeStatus.FAILURE else ""
+            data = {"uid": node.uid, "path": node.path, "old": old.name, "status": new.name}
+            self.emit("status", {**data, "reason": reason})
+        if new is NodeStatus.SUCCESS and self._wanted("message"):
+            self._emit_message(node)
+
+    def _emit_message(self, node: "Link") -> None:
+        text = str(node.feedback_message)
+        if text != self._messages.get(node.uid, ""):
+            self._messages[node.uid] = text
+            self.emit("message", {"uid": node.uid, "path": node.path, "text": text})
 
     def _compare(self) -> None:
         """Report all changes but those of statuses."""
         self._compare_tree()
         self._compare_entities()
-        self._compare_blackboard()
-        self._compare_contacts()
-        self._compare_robots()
+        if self._wanted("message"):
+            for node in self._tree.nodes:
+                if node.engine_status is NodeStatus.RUNNING:
+                    self._emit_message(node)
+        if self._wanted("blackboard"):
+            self._compare_blackboard()
+        if self._wanted("contact"):
+            self._compare_contacts()
+        if self._wanted("motion", "controller"):
+            self._compare_robots()
 
     def _compare_tree(self) -> None:
-        if self._tree.nodes is self._nodes:
+        if self._tree.nodes is self._nodes or not self._wanted("tree", "status", "message"):
             return
         self._nodes = self._tree.nodes
+        self._messages.clear()
         paths = {id(scope): path for path, scope in self._tree.scopes.items()}
         parents = {id(child): link.uid for link in self._nodes for child in link.children}
         nodes = [
@@ -157,13 +212,13 @@ class EventStream(RunObserver):
             }
             for link in self._nodes
         ]
-        self._emit("tree", {"nodes": nodes})
+        self.emit("tree", {"nodes": nodes})
         for link in self._nodes:
             if link.engine_status is not NodeStatus.IDLE:
                 self._emit_status(link, NodeStatus.IDLE, link.engine_status)
 
     def _compare_entities(self) -> None:
-        if self._cell.generation == self._generation:
+        if self._cell.generation == self._generation or not self._wanted("entity"):
             return
         self._generation = self._cell.generation
         before, self._entities = self._entities, dict(self._cell.entities)
@@ -173,7 +228,7 @@ class EventStream(RunObserver):
             for name, entity in these.items():
                 if others.get(name) is not entity:
                     kind = as_object(entity).kind
-                    self._emit("entity", {"name": name, "kind": kind, "present": present})
+                    self.emit("entity", {"name": name, "kind": kind, "present": present})
 
     def _compare_blackboard(self) -> None:
         scopes = self._tree.scopes
@@ -195,54 +250,56 @@ class EventStream(RunObserver):
                     entries[key] = (entry, entry.sequence)
                     if entry.sequence:
                         data = {"key": key, "value": _plain_value(entry), "type": entry.type.name}
-                        self._emit("blackboard", data, self._tick_time)
+                        self.emit("blackboard", data, self._tick_time)
         if len(entries) > len(present):
             for key in [key for key in entries if key not in present]:
                 del entries[key]
-                self._emit("blackboard", {"key": key, "value": None, "type": ""}, self._tick_time)
+                self.emit("blackboard", {"key": key, "value": None, "type": ""}, self._tick_time)
 
     def _compare_contacts(self) -> None:
         contacts = self._cell.contacts
         if self._detector is None:
             self._detector = ContactEventDetector(contacts)
             for first, second in contacts.pairs():
-                self._emit("contact", {"first": first, "second": second, "touching": True})
+                self.emit("contact", {"first": first, "second": second, "touching": True})
         for event in self._detector.update(contacts, self._cell.time):
             data = {"first": event.first, "second": event.second, "touching": event.begins}
-            self._emit("contact", data)
+            self.emit("contact", data)
 
     def _compare_robots(self) -> None:
         for name, robot in self._run.station.robots.items():
             arm, active = robot.arm, robot.controllers.active
             if arm.trajectory is not self._trajectories[name]:
                 self._trajectories[name] = arm.trajectory
-                duration = float(arm.trajectory.duration) if arm.moving else 0.0
-                data = {"robot": name, "moving": arm.moving, "duration": duration}
+                duration = arm.trajectory.duration if arm.trajectory and arm.moving else 0.0
+                data = {"robot": name, "moving": arm.moving, "duration": float(duration)}
                 time = self._tick_time if arm.moving else self._cell.time
-                self._emit("motion", {**data, "fault": arm.fault}, time)
+                self.emit("motion", {**data, "fault": arm.fault}, time)
             if active != self._controllers.get(name):
                 self._controllers[name] = active
-                self._emit("controller", {"robot": name, "controller": active})
+                self.emit("controller", {"robot": name, "controller": active})
 
 
-class EventQueue:
+class EventQueue(RunObserver):
     """Hands events to another thread; a full queue drops the oldest, so the run never waits.
 
     Attributes:
         dropped: Number of dropped events.
     """
 
-    def __init__(self, size: int = 10_000) -> None:
+    def __init__(self, size: int = 10_000, kinds: Collection[str] = KINDS) -> None:
         """Make an empty queue.
 
         Args:
             size: Largest number of events in it.
+            kinds: Kinds of the events that it takes.
         """
+        self.kinds = kinds
         self._events: deque[RunEvent] = deque(maxlen=size)
         self.dropped = 0
 
-    def __call__(self, event: RunEvent) -> None:
-        """Add an event, as a listener of an `EventStream`."""
+    def handle(self, event: RunEvent) -> None:
+        """Add an event."""
         if len(self._events) == self._events.maxlen:
             self.dropped += 1
         self._events.append(event)

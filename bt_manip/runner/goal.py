@@ -73,6 +73,12 @@ class GoalJudge:
             found.append("; ".join(dict.fromkeys(filter(None, reasons))))
         return found
 
+    def placed(self, name: str) -> bool | None:
+        """Return whether all conditions that name an object hold now; None if none names it."""
+        self._follow_tree()
+        about = [condition for condition in self._goal if name in texts_of(condition)]
+        return not any(map(why_not_met, about)) if about else None
+
     def stop(self) -> None:
         """Stop observing the cell."""
         self._cycle = None
@@ -83,7 +89,7 @@ class GoalJudge:
         """Return what was judged in the present cycle, and what conditions remember, as data."""
         return {
             "cycle": self._cycle,
-            "kept": self._kept,
+            "kept": [list(kept) for kept in self._kept],
             "names": list(map(sorted, self._names)),
             "conditions": [condition.get_state() for condition in self._goal],
         }

@@ -10,6 +10,8 @@ from bt_manip.exceptions import BtManipError
 from .pulls import MAX_FORCE, Pulls
 
 if TYPE_CHECKING:
+    from bt_manip.cell import Cell
+
     from .station import Station
 
 
@@ -33,7 +35,7 @@ class Interventions:
         self._tree, self._cell = tree, station.cell
         self.observers: list[Callable[[dict[str, Any]], None]] = []
         self._requests: deque[dict[str, Any]] = deque()
-        self._pulls = Pulls(station.cell, station.robots, self._report)
+        self._pulls = Pulls(station.cell, station.robots, self._notify)
         self._hooks: dict[Node, _NodeHooks] = {}
 
     # Any thread
@@ -123,7 +125,7 @@ class Interventions:
             pre_tick: As `bt_manip.bt.Node.set_tick_hooks`.
             post_tick: As `bt_manip.bt.Node.set_tick_hooks`.
         """
-        hooks = self._hooks.setdefault(node, _NodeHooks(self._cell, self._report))
+        hooks = self._hooks.setdefault(node, _NodeHooks(self._cell, self._notify))
         hooks.owners.pop(owner, None)
         if pre_tick or post_tick:
             hooks.owners[owner] = pre_tick, post_tick
@@ -151,7 +153,7 @@ class Interventions:
 
     # Internal
 
-    def _report(self, data: dict[str, Any]) -> None:
+    def _notify(self, data: dict[str, Any]) -> None:
         for observer in tuple(self.observers):
             observer(data)
 
@@ -186,8 +188,8 @@ class Interventions:
 class _NodeHooks:
     """The hooks of all owners around the tick of a node."""
 
-    def __init__(self, cell: Any, report: Callable[[dict[str, Any]], None]) -> None:
-        self._cell, self._report = cell, report
+    def __init__(self, cell: "Cell", notify: Callable[[dict[str, Any]], None]) -> None:
+        self._cell, self._notify = cell, notify
         self.owners: dict[Any, tuple[Hook | None, Hook | None]] = {}
         self._executions = {True: (-1.0, 0), False: (-1.0, 0)}  # time of the tick, and how many
 
@@ -208,6 +210,6 @@ class _NodeHooks:
             status = None if hook is None else hook(node, *state)
             if status in _SETS:
                 data = {"path": node.path, "before": before, "status": status.name}
-                self._report({"kind": "override", **data, "execution": execution})
+                self._notify({"kind": "override", **data, "execution": execution})
                 return status
         return None

@@ -1,38 +1,51 @@
 """The interface of recorders and views of a run."""
 
-from typing import Any
+from collections.abc import Collection
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Registry
+
+if TYPE_CHECKING:
+    from .events import RunEvent
+    from .run import Run
 
 
 class RunObserver:
     """Observes a run without changing it; the methods of this base class do nothing.
 
-    The runner calls, in this order::
+    The loop calls, in this order::
 
       check(run)
       run_started(run)
         cycle_started(cycle)
-          [ before_tick(), tree tick, tick/dt x { control step, after_step() }, after_tick() ] ...
+          [ before_tick(), tick, tick/dt x { control step, after_step() }, after_tick() ] ...
         cycle_ended(status, reason)
       run_ended()
 
     `after_compile` is called once before the first `cycle_started`, and before the next step
     whenever the cell has been recompiled: ids and views of the physics must be renewed there.
-    `before_tick` and `after_step` are only called where a subclass overrides them. If a run is
+    `before_tick` and `after_step` are only called where a subclass overrides them. `handle` is
+    called with the events of the wanted kinds: those of a tick before its `after_tick`. If a run is
     interrupted or an exception is raised, moving arms are stopped first (`after_step` and
     `after_tick` continue, without ticks) and `run_ended` is called, but `cycle_ended` is not.
+
+    Attributes:
+        kinds: Kinds of the events that `handle` wants, as in `RunEvent`; read when a run starts.
     """
 
-    def check(self, run: Any) -> None:
+    kinds: Collection[str] = ()
+
+    def check(self, run: "Run") -> None:
         """Check that the run can be observed; it may be called before `Run.execute`, too.
 
         Raises:
             BtManipError: If not.
         """
 
-    def run_started(self, run: Any) -> None:
-        """Prepare for a run; it has `.request`, `.station` and `.tree`."""
+    def run_started(self, run: "Run") -> None:
+        """Prepare for a run; it has `.request`, `.station`, `.tree` and `.log`."""
 
     def after_compile(self) -> None:
         """Renew ids and views of the compiled model."""
@@ -49,6 +62,9 @@ class RunObserver:
     def after_tick(self) -> None:
         """Observe the state after a tick and its control steps."""
 
+    def handle(self, event: "RunEvent") -> None:
+        """Take an event of one of the wanted kinds."""
+
     def cycle_ended(self, status: str, reason: str) -> None:
         """Observe the end of a cycle.
 
@@ -61,10 +77,35 @@ class RunObserver:
         """Close files and windows; called once, however the run ends."""
 
 
-def recorder_suffixes(recorders: Registry[Any]) -> dict[str, str]:
-    """Return the names of recorders by the suffixes of the files that they write."""
+class RunModifier(RunObserver):
+    """Changes a run between two ticks: injected faults, an edited tree, repeated interventions.
+
+    The loop calls modifiers after all observers: these see a tick as it begins, and judge a cycle
+    before a modifier undoes what it did in it.
+    """
+
+
+def recorder_for(path: Path, recorders: Registry[Any]) -> RunObserver:
+    """Return the recorder of a file's suffix.
+
+    Raises:
+        BtManipError: If there is none, or it cannot write the file.
+    """
+    recorder: RunObserver = recorders.create(recorder_name(path.suffix, recorders), path)
+    return recorder
+
+
+def recorder_name(suffix: str, recorders: Registry[Any]) -> str:
+    """Return the name of the recorder whose files have a suffix.
+
+    Raises:
+        BtManipError: If there is none.
+    """
     names: dict[str, str] = {}
     for name in recorders:
         known = getattr(recorders.get(name), "suffix", ())
         names |= dict.fromkeys([known] if isinstance(known, str) else known, name)
-    return names
+    if suffix not in names:
+        known = ", ".join(sorted(names))
+        raise BtManipError(f"no recorder writes '{suffix}' files, known are {known}")
+    return names[suffix]

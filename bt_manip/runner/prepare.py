@@ -1,16 +1,17 @@
 """Preparing a run from a request; all errors of the request are found here."""
 
+from dataclasses import replace
+
 from bt_manip.bt import Tree
 from bt_manip.cell.objects import Catalogue
 from bt_manip.exceptions import BtManipError, NodeError
 from bt_manip.registry import Parts
+from bt_manip.scenes import find_scene, fixture_models, naming_file, with_models
 
-from .fixtures import fixture_models, naming_file, with_models
 from .python_tree import make_tree
 from .request import RunRequest
 from .run import Run
-from .scene_file import find_scene
-from .station import Station, build_station
+from .station import Station, make_station
 from .xml_tree import Warn, check_can_run, known_behaviours, load_document
 
 
@@ -65,16 +66,10 @@ def prepare_station(request: RunRequest, parts: Parts) -> Station:
     """
     scene = find_scene(request.scene, parts)
     models = fixture_models(request.settings, scene)
-    catalogue = Catalogue(parts.objects, sources=parts.model_sources)
-    station = build_station(
-        parts,
-        robot=request.robot,
-        controller=request.controller,
-        planner=request.planner,
-        scene=with_models(scene, models, catalogue) if models else scene,
-        catalogue=catalogue,
-        seed=request.seed,
-    )
+    catalogue = Catalogue(parts.objects, sources=parts.model_sources, formats=parts.model_formats)
+    if models:
+        request = replace(request, scene=with_models(scene, models, catalogue))
+    station = make_station(request, parts, catalogue)
     with naming_file(scene):
         station.randomizer.begin(0)  # draws that are impossible are found now
     return station

@@ -21,16 +21,16 @@ class Pulls:
     """
 
     def __init__(
-        self, cell: Cell, robots: Container[str], report: Callable[[dict[str, Any]], None]
+        self, cell: Cell, robots: Container[str], notify: Callable[[dict[str, Any]], None]
     ) -> None:
         """Begin without pulls.
 
         Args:
             cell: The cell.
             robots: Names of its robots, which cannot be pulled.
-            report: Called with the data of each pull that begins, changes or ends.
+            notify: Called with the data of each pull that begins, changes or ends.
         """
-        self._cell, self._robots, self._report = cell, robots, report
+        self._cell, self._robots, self._notify = cell, robots, notify
         self._pulls: dict[str, dict[str, Any]] = {}  # data, and effective mass [kg] at the start
         self._bound: list[tuple[np.ndarray, mujoco.MjvPerturb, float]] = []
         self._generation: int | None = None
@@ -68,7 +68,7 @@ class Pulls:
         numbers = {key: data[key] for key in ("body", "point", "target", "max_force")}
         self._pulls[data["body"]] = {**numbers, "mass": mass}
         self._generation = None
-        self._report({"kind": "pull", **numbers, "begins": begins})
+        self._notify({"kind": "pull", **numbers, "begins": begins})
 
     def apply(self) -> None:
         """Set the forces of all pulls for the next control step."""
@@ -111,7 +111,7 @@ class Pulls:
             self._cell.data.xfrc_applied[self._body(body)] = 0.0
         except BtManipError:  # removed
             pass
-        self._report({"kind": "pull", "body": body, "target": None, "begins": False})
+        self._notify({"kind": "pull", "body": body, "target": None, "begins": False})
 
     def _mass(self, data: Mapping[str, Any]) -> float:
         """Return the effective mass at a point: MuJoCo's in ``mjv_initPerturb``."""

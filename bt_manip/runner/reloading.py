@@ -1,22 +1,25 @@
 """Editing a tree while it runs."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING
 
 from bt_manip.bt import BehaviourRegistry, TreeWatch
 from bt_manip.exceptions import BtManipError, NodeError
 from bt_manip.models import is_address
 
-from .observer import RunObserver
+from .observer import RunModifier
 from .tree_source import TreeSource
 from .xml_tree import set_keys
 
+if TYPE_CHECKING:
+    from .run import Run
 
-class Reloader(RunObserver):
+
+class Reloader(RunModifier):
     """Takes up a tree's file between two ticks when it was edited.
 
-    Unlike other observers this one changes the run: what runs is halted, the blackboard stays, and
-    the edited tree goes on from its root. A file with errors changes nothing.
+    Running nodes are halted, the blackboard stays, and the edited tree goes on from its root. A
+    file with errors changes nothing.
     """
 
     def __init__(
@@ -38,7 +41,7 @@ class Reloader(RunObserver):
             )
         self._source, self._behaviours, self._tell = source, behaviours, tell
 
-    def run_started(self, run: Any) -> None:
+    def run_started(self, run: "Run") -> None:
         """Begin to watch."""
         self._run = run
         self._watch = TreeWatch(
@@ -56,19 +59,19 @@ class Reloader(RunObserver):
                 self._tell(str(problem))
             if reading.tree is None or reading.errors:
                 self._tell(f"{self._source.path} has errors; the tree goes on as it was")
-                self._report(*map(str, reading.errors))
+                self._emit_problems(*map(str, reading.errors))
                 return
             set_keys(self._source, tree, self._settings(), only_new=True)
         except (BtManipError, NodeError) as error:
             self._tell(str(error))
-            self._report(str(error))
+            self._emit_problems(str(error))
         else:
             self._tell(f"{self._source.path} was edited; the tree begins anew")
-            self._report()
+            self._emit_problems()
 
-    def _report(self, *problems: str) -> None:
-        """Report the problems of the edited file."""
-        self._run.report("edit", {"problems": list(problems)})
+    def _emit_problems(self, *problems: str) -> None:
+        """Emit the problems of the edited file."""
+        self._run.events.emit("edit", {"problems": list(problems)})
 
     def _settings(self) -> dict[str, str]:
         """Give the settings that are for the tree, and not for what stands in the scene."""

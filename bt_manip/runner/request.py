@@ -7,7 +7,8 @@ from typing import Any
 
 from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts, Surroundings
-from bt_manip.robots import Configuration
+from bt_manip.robots import Configuration, RobotDescription
+from bt_manip.scenes import Scene
 
 from .tree_source import TreeSource, find_tree
 
@@ -30,15 +31,19 @@ class RunRequest:
 
     The same request gives the same run, bit for bit, with any observers.
 
+    Reports and recordings say what it says.
+
     Attributes:
-        tree: The tree to run.
-        robot: Name of a registered robot, or path of a TOML file that describes one.
+        tree: The tree to run; default: none.
+        robot: Name of a registered robot, path of a TOML file that describes one, or a description;
+            for each robot of the scene that has no description of its own.
         controller: Name of the registered controller that each cycle begins with.
-        scene: Name of a registered scene, or path of a TOML file that describes one.
+        scene: Name of a registered scene, path of a TOML file that describes one, or a scene.
         planner: Name of a registered planner.
         cycles: Number of runs of the root from idle to SUCCESS or FAILURE; 0 runs until stopped.
         seed: Seed of all randomness.
         tick: Simulated time between two ticks of the tree [s], a whole number of control steps.
+        faults: Faults that are injected, as in ``bt-manip run --fault``.
         settings: Values of keys that the tree declares at its root, as text.
         real_time: Simulated seconds per second of wall time; None runs as fast as possible.
         configurations: Named configurations of the robots, besides those of their descriptions and
@@ -46,14 +51,15 @@ class RunRequest:
         reading: Further options of `bt_manip.bt.read_tree`: ``stubs``, ``libraries``.
     """
 
-    tree: TreeSource
-    robot: str = "panda"
+    tree: TreeSource = field(default_factory=lambda: TreeSource("", "python"))
+    robot: str | RobotDescription = "panda"
     controller: str = CONTROLLER
-    scene: str = SCENE
+    scene: str | Scene = SCENE
     planner: str = PLANNER
     cycles: int = 1
     seed: int = 0
     tick: float = 0.010
+    faults: tuple[str, ...] = ()
     settings: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     real_time: float | None = None
     configurations: Mapping[str, Configuration] = field(
@@ -82,6 +88,14 @@ class RunRequest:
             )
         if self.real_time is not None and not 0.0 < self.real_time < float("inf"):
             raise BtManipError(f"real-time factor must be positive, got {self.real_time:g}")
+
+    @property
+    def station(self) -> tuple[Any, ...]:
+        """The part of the request that a station is built from, as a key."""
+        return (
+            self.scene, self.robot, self.controller, self.planner, self.seed,
+            tuple(self.settings.items()),
+        )  # fmt: skip
 
     @property
     def steps_per_tick(self) -> int:

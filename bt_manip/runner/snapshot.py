@@ -11,7 +11,7 @@ from bt_manip.exceptions import BtManipError, shown
 from bt_manip.input_files import read_text
 
 FORMAT = "bt-manip snapshot"
-VERSION = 6
+VERSION = 7
 
 MAX_SNAPSHOT_BYTES = 2**28  # 256 MiB; a cell with 1000 objects takes a few
 

@@ -12,22 +12,29 @@ from dm_control import composer
 from py_trees.behaviour import Behaviour
 
 from bt_manip.arm import Arm, MultiArmCoordinator
-from bt_manip.bt import NodeStatus, Tree
+from bt_manip.bt import AlwaysSuccess, NodeStatus, Tree
 from bt_manip.cell import Cell
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomizer, SceneObject
 from bt_manip.control import Controller, ControllerManager
-from bt_manip.exceptions import BtManipError
 from bt_manip.notebook import html_image, html_table
-from bt_manip.registry import Parts, Registry
-from bt_manip.robots import Gripper, Robot, RobotDescription
+from bt_manip.registry import Parts
+from bt_manip.robots import Gripper, Robot
+from bt_manip.scenes import (
+    Scene,
+    add_fixture,
+    check_supports,
+    find_scene,
+    naming_file,
+    place_again,
+    sampled_fixtures,
+)
 
 from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities
-from .fixtures import add_fixture, naming_file, place_again, sampled_fixtures
-from .observer import RunObserver, recorder_suffixes
-from .request import CONTROL_STEP, CONTROLLER, PLANNER, RunRequest
-from .run import Run, RunLoop
-from .scene import Scene, table_and_basket
+from .loop import RunLoop
+from .observer import recorder_for
+from .request import RunRequest
+from .run import Run
 from .tree_source import TreeSource
 
 
@@ -68,18 +75,20 @@ class Station:
         robots: The robots by name, in the scene's order.
         rng: Random generator of the run.
         models: Makes objects by registered name or address.
-        planners: The registered planners.
+        parts: The registered parts.
         randomizer: Randomizes the cell at the beginning of a cycle.
         scene: The scene that it was built with.
+        request: The request that it was built from.
     """
 
     cell: Cell
     robots: Mapping[str, CommandedRobot]
     rng: np.random.Generator
     models: Catalogue
-    planners: Registry[Any]
+    parts: Parts
     randomizer: Randomizer
     scene: Scene
+    request: RunRequest
 
     @property
     def first(self) -> CommandedRobot:
@@ -133,7 +142,7 @@ class Station:
             "gripper": only.gripper if only else none,
             "rng": self.rng,
             "models": self.models,
-            "planners": self.planners,
+            "planners": self.parts.planners,
         }
 
     def clock(self) -> float:
@@ -150,10 +159,11 @@ class Station:
         Raises:
             TimeoutError: If it does not hold within that time.
         """
+        loop = RunLoop(self.resting())
         for _ in range(round(timeout / self.cell.dt)):
             if condition():
                 return
-            self.cell.step()
+            loop.step(1)
         if not condition():
             raise TimeoutError(f"the condition was not met within {timeout:g} s")
 
@@ -183,25 +193,27 @@ class Station:
         elif tree.clock is time.monotonic:  # the default
             tree.clock = self.clock
         path = None if record is None else Path(record)
-        observers = () if path is None else (_recorder(path),)
+        observers = () if path is None else (recorder_for(path, self.parts.recorders),)
         tree.setup(**self.infrastructure)
         cell, start = self.cell, self.cell.time
-        steps = max(1, round(tick / cell.dt))
-        source = TreeSource(tree.tree_id, "python")
-        run = Run(RunRequest(source, scene="", tick=steps * CONTROL_STEP), tree, self)
-        loop = RunLoop(run, observers)
-        with loop.observed():
-            loop.begin_cycle()
+        request = replace(self.request, tree=TreeSource(tree.tree_id, "python"), tick=tick)
+        run = Run(request, tree, self)
+        with RunLoop(run, observers) as loop:
+            loop.begin(randomize=False)
             while (status := loop.tick()) is NodeStatus.RUNNING:
                 if cell.time >= start + timeout:
                     running = [n.path for n in tree if n.engine_status is NodeStatus.RUNNING]
                     raise TimeoutError(f"after {timeout:g} s the tree is still at '{running[-1]}'")
-                loop.step(steps)
+                loop.step()
             loop.step(0)
-            succeeded, reason = loop.end_cycle(status)
+            succeeded, reason = loop.end(status)
         if status is NodeStatus.SUCCESS and not succeeded:
             status = NodeStatus.FAILURE
         return TreeResult(status, reason, cell.time - start, path)
+
+    def resting(self) -> Run:
+        """Return a run of this station in which no tree acts."""
+        return Run(self.request, Tree(AlwaysSuccess()), self)
 
     def __repr__(self) -> str:
         """Show the robots and the cell."""
@@ -256,60 +268,28 @@ class Station:
         self.randomizer.set_state(state["randomizer"])
 
 
-def _recorder(path: Path) -> RunObserver:
-    """Return the recorder of the file's suffix.
-
-    Raises:
-        BtManipError: If there is none, or it cannot write the file.
-    """
-    from bt_manip.plugins import load_plugins
-
-    recorders = load_plugins().parts.recorders
-    names = recorder_suffixes(recorders)
-    if path.suffix not in names:
-        known = ", ".join(sorted(names))
-        raise BtManipError(f"no recorder writes '{path.suffix}' files, known are {known}")
-    return recorders.create(names[path.suffix], path)
-
-
-def build_station(
-    parts: Parts | None = None,
-    *,
-    robot: str | RobotDescription = "panda",
-    controller: str = CONTROLLER,
-    planner: str = PLANNER,
-    scene: Scene | None = None,
-    seed: int = 0,
-    catalogue: Catalogue | None = None,
-) -> Station:
+def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None = None) -> Station:
     """Build a cell with its robots at home and under control.
 
     Args:
-        parts: The registered parts to choose from; default: those of all installed plugins.
-        robot: Name of a registered robot, path of a TOML file that describes one, or a
-            description; for each robot of the scene that has no description of its own.
-        controller: Name of the registered controller to begin with, for robots that have none of
-            their own; all registered controllers can be switched to.
-        planner: Name of a registered planner, for robots that have none of their own.
-        scene: The scene; default: a robot, a table and a basket.
-        seed: Seed of all randomness.
+        request: The robot, scene, controller, planner and seed; all registered controllers can be
+            switched to.
+        parts: The registered parts to choose from.
         catalogue: Makes the objects; default: one of the registered parts.
 
     Raises:
         BtManipError: If a name is not registered or a model does not compile.
     """
-    if parts is None:
-        from bt_manip.plugins import load_plugins
-
-        parts = load_plugins().parts
-    scene = scene or table_and_basket()
-    catalogue = catalogue or Catalogue(parts.objects, sources=parts.model_sources)
+    scene, seed = find_scene(request.scene, parts), request.seed
+    catalogue = catalogue or Catalogue(
+        parts.objects, sources=parts.model_sources, formats=parts.model_formats
+    )
     chosen = [
         replace(
             one,
-            description=one.description or robot,
-            controller=one.controller or controller,
-            planner=one.planner or planner,
+            description=one.description or request.robot,
+            controller=one.controller or request.controller,
+            planner=one.planner or request.planner,
         )
         for one in scene.robots
     ]
@@ -325,6 +305,8 @@ def build_station(
         for fixture, entity in fixtures:
             if fixture.name in later:
                 add_fixture(cell, fixture, entity, seed)
+    with naming_file(scene):
+        check_supports(cell, scene.fixtures)
     robots = {name: one.commanded(name, cell) for name, one in zip(names, entities, strict=True)}
     for one in robots.values():
         one.robot.configurations |= scene.configurations
@@ -347,4 +329,4 @@ def build_station(
             scene_objects=scene_objects,
             robots=tuple(robots),
         )  # fmt: skip
-    return Station(cell, robots, rng, catalogue, parts.planners, randomizer, scene)
+    return Station(cell, robots, rng, catalogue, parts, randomizer, scene, request)

@@ -2,11 +2,14 @@
 
 import time
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .observer import RunObserver
+
+if TYPE_CHECKING:
+    from .run import Run
 
 SLOW = 0.5
 """Fraction of the control step beyond which a call is slow.
@@ -32,7 +35,7 @@ class Stopwatch(RunObserver):
         self._timings: dict[str, _Timing] = {}
         self._timed: list[tuple[Any, Any]] = []  # controllers, and the replaced compute
 
-    def run_started(self, run: Any) -> None:
+    def run_started(self, run: "Run") -> None:
         """Measure the controllers that are active first."""
         self._dt = run.station.cell.dt
         self._managers = [robot.controllers for robot in run.station.robots.values()]
@@ -44,7 +47,7 @@ class Stopwatch(RunObserver):
             controller = manager.controller
             if manager.active in self._labels and all(controller is not c for c, _ in self._timed):
                 timing = self._timings.setdefault(manager.active, _Timing(SLOW * self._dt))
-                controller.compute = timed = timing.around(controller.compute)
+                controller.compute = timed = timing.around(controller.compute)  # type: ignore[method-assign]
                 self._timed.append((controller, timed))
 
     def run_ended(self) -> None:

@@ -12,7 +12,7 @@ from bt_manip.bt import (
     cannot_run,
     read_tree,
 )
-from bt_manip.exceptions import BlackboardError, BtManipError, did_you_mean
+from bt_manip.exceptions import BlackboardError, BtManipError, did_you_mean, shown
 from bt_manip.registry import Parts
 
 from .tree_source import TreeSource
@@ -130,7 +130,10 @@ def _set(tree: Tree, key: str, text: str) -> None:
     if entry is None or not entry.declared.strong:
         tree.blackboard.set_text(key, text)
         return
+    kind = entry.declared
     try:
+        if kind.ignores_rest(text):
+            raise BlackboardError("it is cut")
         tree.blackboard.write(key, text, STRING)
     except BlackboardError:
-        raise BtManipError(f"--set {key}: expected {entry.declared.name}, got '{text}'") from None
+        raise BtManipError(f"--set {key}: expected {kind.form}, got {shown(text)}") from None

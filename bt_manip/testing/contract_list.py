@@ -8,16 +8,26 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from bt_manip.bt.nodes import Leaf
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.registry import Parts
+from bt_manip.scenes import find_scene
 from bt_manip.testing.behaviour_contract import BEHAVIOUR_CONTRACT, BehaviourCase, Example
 from bt_manip.testing.controller_contract import CONTROLLER_CONTRACT, ControllerCase
+from bt_manip.testing.environment_contract import (
+    ACTION_CONTRACT,
+    EnvironmentCase,
+    environments_go_on_from_their_states,
+)
 from bt_manip.testing.fault_contract import FAULT_CONTRACT, FaultCase
 from bt_manip.testing.object_contract import OBJECT_CONTRACT, ObjectCase
 from bt_manip.testing.robot_contract import ROBOT_CONTRACT, RobotCase
+from bt_manip.testing.run_contract import RUN_CONTRACT, SHORT_RUN_CONTRACT, RunCase
 from bt_manip.testing.situations import Situations
 from bt_manip.testing.tree_runs import run_tree
 
 if TYPE_CHECKING:
     from bt_manip.plugins import Plugin, Plugins
+
+EXERCISE = "bt_manip.testing.exercise:exercise"
+"""Tree by which scenes are checked."""
 
 
 class Check(NamedTuple):
@@ -25,6 +35,8 @@ class Check(NamedTuple):
 
     id: str
     run: Callable[[Situations], None]
+    long: bool = False
+    """Whether it takes up to minutes and is only made for ``pytest -m soak``."""
 
 
 def checks_of(
@@ -33,6 +45,7 @@ def checks_of(
     *,
     examples: Mapping[str, Example],
     parameters: Mapping[str, Mapping[str, Any]],
+    settings: Mapping[str, Mapping[str, Any]],
     without: tuple[str, ...] = (),
 ) -> list[Check]:
     """Return the checks of all parts of a plugin.
@@ -42,6 +55,7 @@ def checks_of(
         name: Name of the plugin.
         examples: Examples of behaviours, by name.
         parameters: Parameters of objects, by name.
+        settings: Values of the keys of trees, by name.
         without: Names of parts, or ``"part: check"``, to leave out.
 
     Raises:
@@ -49,7 +63,7 @@ def checks_of(
     """
     plugin = find_plugin(plugins, name)
     brought = plugin.provides
-    for kind, given in (("behaviours", examples), ("objects", parameters)):
+    for kind, given in (("behaviours", examples), ("objects", parameters), ("trees", settings)):
         for part in given:
             if part not in brought.get(kind, ()):
                 raise BtManipError(
@@ -57,6 +71,7 @@ def checks_of(
                     + did_you_mean(part, brought.get(kind, ()))
                 )
     checks = list(_checks(plugins.parts, brought, examples, parameters))
+    checks += _run_checks(plugins.parts, brought, settings)
     left_out = {c.id for c in checks if c.id in without or c.id.partition(":")[0] in without}
     return [check for check in checks if check.id not in left_out]
 
@@ -138,6 +153,53 @@ def _checks(
         for check in BEHAVIOUR_CONTRACT:
             make = partial(BehaviourCase, cls, examples.get(name, Example()))
             yield _check(name, check, make)
+
+
+def _run_checks(
+    parts: Parts,
+    brought: Mapping[str, tuple[str, ...]],
+    settings: Mapping[str, Mapping[str, Any]],
+) -> Iterator[Check]:
+    """Yield the checks of runs and environments: same bits in any order and from any state."""
+    for name in brought.get("actions", ()):
+        for act in ACTION_CONTRACT:
+            yield _check(name, act, partial(_given, EnvironmentCase(name, parts)))
+    cases: list[tuple[str, str, Callable[[], dict[str, Any]], bool]] = []
+    for name in brought.get("robots", ()):
+        cases.append((name, "pick_place", partial(dict, robot=name), True))
+    for name in brought.get("scenes", ()):
+        scene = partial(_scene_options, name, parts)
+        cases += [(f"scene {name}", EXERCISE, scene, long) for long in (False, True)]
+    for name in brought.get("trees", ()):
+        texts = {key: str(value) for key, value in settings.get(name, {}).items()}
+        cases += [
+            (f"tree {name}", name, partial(dict, settings=texts), long) for long in (False, True)
+        ]
+        for action in parts.actions:
+            environment = EnvironmentCase(action, parts, name, {"settings": texts})
+            check = _check(
+                f"tree {name}", environments_go_on_from_their_states, partial(_given, environment)
+            )
+            yield Check(f"{check.id} with {action}", check.run, long=True)
+    for title, tree, options, long in cases:
+        for check_run in RUN_CONTRACT if long else SHORT_RUN_CONTRACT:
+            made = partial(_run_case, title, tree, parts, options)
+            yield _check(title, check_run, made)._replace(long=long)
+
+
+def _run_case(
+    title: str,
+    tree: str,
+    parts: Parts,
+    options: Callable[[], dict[str, Any]],
+    situations: Situations,
+) -> RunCase:
+    return RunCase(title, tree, parts, options())
+
+
+def _scene_options(name: str, parts: Parts) -> dict[str, Any]:
+    robots = ";".join(robot.name for robot in find_scene(name, parts).robots)
+    return {"scene": name, "settings": {"robots": robots}}
 
 
 def _given(case: Any, situations: Situations) -> Any:

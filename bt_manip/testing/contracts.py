@@ -28,9 +28,10 @@ def contracts_of(
     *,
     examples: Mapping[str, Any] | None = None,
     parameters: Mapping[str, Mapping[str, Any]] | None = None,
+    settings: Mapping[str, Mapping[str, Any]] | None = None,
     without: tuple[str, ...] = (),
 ) -> Callable[..., None]:
-    """Return the test of all objects, robots, controllers and behaviours of a plugin.
+    """Return the test of all objects, robots, controllers, behaviours, trees, ... of a plugin.
 
     ```python
     test_contracts = contracts_of("blocks", examples={"PlaceOn": Example({"support": "table"})})
@@ -41,11 +42,17 @@ def contracts_of(
         examples: `bt_manip.testing.Example` by name of the behaviour; not needed for behaviours
             without required ports.
         parameters: Parameters of objects, by name.
-        without: Names of parts, or ``"part: check"``, to leave out.
+        settings: Values of the keys of trees, by name.
+        without: Names of parts, as ``"cube"`` or ``"tree stack"``, or ``"part: check"``, to leave
+            out.
     """
 
     @pytest.mark.bt_manip_contracts(
-        plugin, examples=examples or {}, parameters=parameters or {}, without=without
+        plugin,
+        examples=examples or {},
+        parameters=parameters or {},
+        settings=settings or {},
+        without=without,
     )
     def test_contract(bt_manip_contract: Callable[[Any], None], situations: Any) -> None:
         bt_manip_contract(situations)

@@ -2,9 +2,13 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from bt_manip.bt import NodeStatus, Tree
+
+if TYPE_CHECKING:
+    from bt_manip.bt.nodes import Link
+
 
 _ENDS = (NodeStatus.SUCCESS, NodeStatus.FAILURE)
 _ONE_END = {
@@ -70,7 +74,7 @@ class TreeCoverage:
                 # A substituted node has no children.
                 nodes[node.path] = _Node(node.path, not node.children, ends)
 
-        def note(node: Any, old: NodeStatus, new: NodeStatus) -> None:
+        def note(node: "Link", old: NodeStatus, new: NodeStatus) -> None:
             if new is not NodeStatus.IDLE:
                 seen = nodes[node.path]
                 seen.ticked = True

@@ -52,6 +52,7 @@ def pytest_configure(config: pytest.Config) -> None:
         "start(situation): where the fixtures station, trial and tree_trial begin (bt-manip)",
         "fault(text, seed=0): a fault in the runs of trial and tree_trial, as in bt-manip run"
         " --fault; may be given more than once (bt-manip)",
+        "soak: a check of a contract that takes long; only with -m soak (bt-manip)",
         f"{CONTRACTS}(plugin, ...): written by bt_manip.testing.contracts.contracts_of",
         f"{TREES}(where, ...): written by bt_manip.testing.contracts.trees_of",
     ):
@@ -71,8 +72,11 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         from bt_manip.testing.contract_list import checks_of
 
         checks = checks_of(_plugins(), *marker.args, **marker.kwargs)
+        if "soak" not in metafunc.config.option.markexpr:
+            checks = [check for check in checks if not check.long]
         metafunc.parametrize(
-            "bt_manip_contract", [c.run for c in checks], ids=[c.id for c in checks]
+            "bt_manip_contract",
+            [pytest.param(c.run, id=c.id, marks=[pytest.mark.soak] * c.long) for c in checks],
         )
     marker = metafunc.definition.get_closest_marker(TREES)
     if marker is not None:
@@ -138,7 +142,7 @@ def build_station(parts: Parts) -> Callable[[], Station]:
     """Function that builds the station; override it in session scope for another robot or scene."""
 
     def build() -> Station:
-        from bt_manip.runner import build_station
+        from bt_manip.plugins import build_station
 
         return build_station(parts)
 

@@ -1,6 +1,7 @@
 """Trial: a behaviour or a tree in a station, ticked by a test."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -8,7 +9,7 @@ from py_trees.behaviour import Behaviour
 from bt_manip.bt import Blackboard, NodeStatus, Tree
 from bt_manip.exceptions import NodeError, did_you_mean
 from bt_manip.faults import FaultInjector
-from bt_manip.runner import Station
+from bt_manip.runner import Run, RunLoop, Station, TreeSource
 from bt_manip.testing.history import History, explain
 from bt_manip.testing.stubs import status_of
 
@@ -50,11 +51,13 @@ class Trial:
         self.tree = root if isinstance(root, Tree) else Tree(root, clock=station.clock)
         self.history = History(self.tree)
         self.tree.observers.append(self.history)
-        self._steps = max(1, round(tick / station.cell.dt))
         self.tree.setup(**station.infrastructure)
+        source = TreeSource(self.tree.tree_id, "python")
+        run = Run(replace(station.request, tree=source, tick=tick), self.tree, station)
+        self._loop = RunLoop(run, () if faults is None else (faults,))
+        self._loop.open()
         self._faults = faults
         if faults is not None:
-            faults.attach(station, self.tree)
             faults.cycle_started(0)
 
     @property
@@ -78,16 +81,11 @@ class Trial:
         __tracebackhide__ = True
         self.history.tick += 1
         faults = self._faults
-        if faults is not None:
-            faults.before_tick()
         try:
-            status = self.tree.tick()
+            status = self._loop.advance()
         except NodeError as error:
             error.add_note(self.explain())
             raise
-        if faults is not None:
-            faults.after_compile()
-        self.station.cell.step(self._steps)
         if faults is not None and status is not NodeStatus.RUNNING:
             faults.cycle_ended(status.name, "")
             if faults.problems:

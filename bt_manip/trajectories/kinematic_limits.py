@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bt_manip.robots import JointLimits
+from bt_manip.robots import JointLimits, VelocityNearLimits
 
 
 class KinematicLimits(NamedTuple):
@@ -13,11 +13,12 @@ class KinematicLimits(NamedTuple):
     velocity: np.ndarray  # (m,)
     acceleration: np.ndarray  # (m,)
     jerk: np.ndarray  # (m,)
+    near: VelocityNearLimits | None = None  # lower velocity limits of the joints
 
     @classmethod
     def of_joints(cls, limits: JointLimits) -> "KinematicLimits":
         """Return the limits of the joints."""
-        return cls(limits.velocity, limits.acceleration, limits.jerk)
+        return cls(limits.velocity, limits.acceleration, limits.jerk, limits.near)
 
     def with_coordinate(
         self, velocity: float, acceleration: float, jerk: float
@@ -27,20 +28,42 @@ class KinematicLimits(NamedTuple):
             np.append(self.velocity, velocity),
             np.append(self.acceleration, acceleration),
             np.append(self.jerk, jerk),
+            self.near,
         )
 
+    def velocity_at(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return the velocity limits at coordinates, in the directions of velocities.
+
+        Args:
+            x: Coordinates.  # (n, m)
+            v: Velocities, of which the signs count.  # (n, m)
+        """  # (n, m)
+        limits = np.tile(self.velocity, (len(x), 1))
+        if self.near is not None:
+            nq = len(self.near.offset)
+            bounds = self.near.bounds(x[:, :nq], v[:, :nq])
+            limits[:, :nq] = np.minimum(limits[:, :nq], bounds)
+        return limits
+
+    def velocity_use(self, x: np.ndarray, v: np.ndarray) -> float:
+        """Return the largest used fraction of the velocity limits at coordinates and velocities."""
+        if self.near is None:
+            return float((np.abs(v).max(axis=0) / self.velocity).max())
+        return float((np.abs(v) / self.velocity_at(x, v)).max())
+
     def use(
-        self, velocity: np.ndarray, acceleration: np.ndarray, step: float
+        self, x: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray, step: float
     ) -> tuple[float, float, float]:
         """Return the largest used fractions of the velocity, acceleration and jerk limits.
 
         Args:
-            velocity: Velocities at equal time steps.  # (n, m)
+            x: Coordinates at equal time steps.  # (n, m)
+            velocity: Velocities at the same times.  # (n, m)
             acceleration: Accelerations at the same times.  # (n, m)
             step: Time step [s]; the jerk is the difference of accelerations over it.
         """
         return (
-            float((np.abs(velocity).max(axis=0) / self.velocity).max()),
+            self.velocity_use(x, velocity),
             float((np.abs(acceleration).max(axis=0) / self.acceleration).max()),
             float((np.abs(np.diff(acceleration, axis=0)).max(axis=0) / (step * self.jerk)).max()),
         )

@@ -47,10 +47,17 @@ def sampled_limit_use(
     bounded = np.isfinite(limits.upper - limits.lower)
     lower, upper = limits.lower[bounded], limits.upper[bounded]
     position = _largest(q[:, bounded] - 0.5 * (upper + lower)) / (0.5 * (upper - lower))
-    moved = _largest(np.diff(q, axis=0) / step)  # a jump of the position is a velocity too
+    moved = np.diff(q, axis=0) / step  # a jump of the position is a velocity too
+    if limits.near is None:
+        velocity = np.maximum(_largest(v), _largest(moved)) / limits.velocity
+    else:
+        velocity = np.maximum(
+            _largest(v / limits.velocity_at(q, v)),
+            _largest(moved / limits.velocity_at(q[:-1], moved)),
+        )
     return LimitUse(
         float(position.max(initial=0.0)),
-        float((np.maximum(_largest(v), moved) / limits.velocity).max()),
+        float(velocity.max()),
         float((_largest(a) / limits.acceleration).max()),
         float((_largest(np.diff(a, axis=0) / step) / limits.jerk).max()),
     )

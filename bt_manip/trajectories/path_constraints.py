@@ -89,7 +89,7 @@ class PathConstraints:
             MotionError: When the arm cannot even hold itself on the path.
         """
         x, d1, d2 = path.evaluate(s)
-        velocity = np.tile(limits.velocity, (len(d1), 1))
+        velocity = limits.velocity_at(x, d1)
         self.a, self.b, self.damped = d1, d2, False
         self._acceleration = np.broadcast_to(limits.acceleration, d1.shape)
         self._dynamics: PathDynamics | None = None

@@ -149,7 +149,7 @@ def _search(problem: _StopProblem, model: RobotModel, tail: Trajectory) -> Motio
 def _effort_inside(path: LimitedPath, profile: MotionProfile, model: RobotModel) -> float:
     """Return the largest used fraction of an effort limit; infinity outside other limits."""
     x, v, a = path.sample(profile, sample_times(profile.duration, CONTROL_STEP))
-    if max(path.limits.use(v, a, CONTROL_STEP)) > 1.0 + ROUNDING:
+    if max(path.limits.use(x, v, a, CONTROL_STEP)) > 1.0 + ROUNDING:
         return np.inf
     if has_jump((x, v, a), path.limits.jerk):
         return np.inf

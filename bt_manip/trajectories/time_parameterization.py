@@ -32,7 +32,8 @@ def time_parameterize_segment(
 ) -> PathTrajectory:
     """Return a fast trajectory along the joint-space segment between two configurations.
 
-    Ruckig plans the path parameter. Where that exceeds effort limits, `time_parameterize` does.
+    Ruckig plans the path parameter. Where that exceeds effort limits, or velocity limits near
+    position limits, `time_parameterize` does.
 
     Args:
         start: Configuration at rest [rad].  # (nq,)
@@ -46,9 +47,11 @@ def time_parameterize_segment(
     path, limits = StraightPath(start, end), KinematicLimits.of_joints(model.limits)
     distance = np.abs(path.direction)
     moves = distance > 0.0
-    v, a, j = (float((limit[moves] / distance[moves]).min()) for limit in limits)
+    v, a, j = (float((limit[moves] / distance[moves]).min()) for limit in limits[:3])
     profile = profile_to_position((0.0, 0.0, 0.0), 1.0, (v, a, j))
     trajectory = PathTrajectory(path, profile.slowed(1.0 / speed), limits)
+    if limits.near is not None and trajectory.kinematic_use()[0] > 1.0:
+        return time_parameterize(path, limits, model, speed)
     if effort_use(trajectory, model) <= EFFORT_FRACTION:
         return trajectory
     return time_parameterize(path, limits, model, speed, effort_limited=True)

@@ -82,7 +82,7 @@ class TimeOptimalParameterization:
             np.minimum(reached - step, np.append(0.0, reached[:-1])),
             np.maximum(reached + step, np.append(reached[1:], np.inf)),
         )
-        _, v, a = trajectory.sample_coordinates(times)
+        x, v, a = trajectory.sample_coordinates(times)
         excess = [_max_in_spans(_excess(a, AIM * self._limits.acceleration), times, *span)]
         if self._model is not None:
             instants = effort_times(trajectory)
@@ -90,7 +90,9 @@ class TimeOptimalParameterization:
             effort = AIM * self._effort_fraction * self._model.limits.effort
             excess.append(_max_in_spans(_excess(tau, effort), instants, *span))
         jerk = np.abs(np.diff(a, axis=0, prepend=a[:1])) / CONTROL_STEP
-        use = np.hstack([np.abs(v) / self._limits.velocity, np.cbrt(jerk / self._limits.jerk)])
+        use = np.hstack(
+            [np.abs(v) / self._limits.velocity_at(x, v), np.cbrt(jerk / self._limits.jerk)]
+        )
         use = _max_in_spans(use, times, *span).max(axis=-1)
         slower = (np.interp(self._s, s, s_dot) / np.maximum(use, 1.0)) ** 2
         other = copy(self)

@@ -6,6 +6,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from bt_manip.exceptions import MotionError
+from bt_manip.robots import VelocityNearLimits
 
 from .kinematic_limits import KinematicLimits
 from .motion_profile import MotionProfile, ScalarState, check_duration
@@ -94,8 +95,8 @@ class PathTrajectory:
 
     def kinematic_use(self, step: float = 1e-3) -> tuple[float, float, float]:
         """Return the largest fractions of velocity, acceleration and jerk limits that are used."""
-        _, v, a = self.sample_coordinates(sample_times(self.duration, step))
-        return self.limits.use(v, a, step)
+        x, v, a = self.sample_coordinates(sample_times(self.duration, step))
+        return self.limits.use(x, v, a, step)
 
     def sample(self, times: np.ndarray) -> Samples:
         """Return q, v and a at the given times [s]."""
@@ -109,11 +110,13 @@ class PathTrajectory:
 
     def get_state(self) -> dict[str, Any]:
         """Return the trajectory as plain data."""
+        near = self.limits.near
         return {
             "kind": "path",
             "path": self.path.get_state(),
             "profile": self.profile.get_state(),
-            "limits": [limit.tolist() for limit in self.limits],
+            "limits": [limit.tolist() for limit in self.limits[:3]],
+            **({} if near is None else {"near": np.array(near).tolist()}),
         }
 
 
@@ -266,10 +269,12 @@ def trajectory_from_state(state: dict[str, Any]) -> Trajectory:
         case {"kind": "joints", "profiles": profiles}:
             return JointTrajectory([MotionProfile.from_state(profile) for profile in profiles])
         case {"kind": "path", "path": path, "profile": profile, "limits": limits}:
+            velocity, acceleration, jerk = map(np.array, limits)
+            near = VelocityNearLimits(*np.array(state["near"])) if "near" in state else None
             return PathTrajectory(
                 path_from_state(path),
                 MotionProfile.from_state(profile),
-                KinematicLimits(*(np.array(limit) for limit in limits)),
+                KinematicLimits(velocity, acceleration, jerk, near),
             )
         case {"kind": "sequence", "parts": parts}:
             return SequenceTrajectory([trajectory_from_state(part) for part in parts])

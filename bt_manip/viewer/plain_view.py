@@ -1,12 +1,15 @@
 """The view of a run without a terminal: a line per event."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
-from bt_manip.runner import RunObserver
+from bt_manip.runner import Run, RunObserver
 from bt_manip.viewer.progress import Progress
 from bt_manip.viewer.wrapping import print_wrapped
+
+if TYPE_CHECKING:
+    from bt_manip.bt.nodes import Link
 
 
 class PlainView(RunObserver):
@@ -29,7 +32,7 @@ class PlainView(RunObserver):
         self._tick = 0
         self._ended: dict[Any, tuple[int, str]] = {}  # tick and status of each leaf's last end
 
-    def run_started(self, run: Any) -> None:
+    def run_started(self, run: Run) -> None:
         """Observe the tree's leaves if each of them gets a line."""
         self._run = run
         self._cell = run.station.cell
@@ -68,7 +71,7 @@ class PlainView(RunObserver):
     def _elapsed(self) -> float:
         return float(self._cell.time - self._start)
 
-    def _node_changed(self, node: Any, old: Any, new: Any) -> None:
+    def _node_changed(self, node: "Link", old: Any, new: Any) -> None:
         if node.children or new.name not in ("SUCCESS", "FAILURE"):
             return
         before, self._ended[node] = self._ended.get(node), (self._tick, new.name)

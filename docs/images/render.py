@@ -14,7 +14,7 @@ import numpy as np
 
 from bt_manip.models import bundled_path
 from bt_manip.plugins import load_plugins
-from bt_manip.recording import VideoRecorder
+from bt_manip.record import VideoRecorder
 from bt_manip.runner import Run, RunRequest, Station, find_tree, prepare
 from bt_manip.viewer import NoOpenGLError, render, write_png
 

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from bt_manip import spatial
+from bt_manip import build_station, spatial
 from bt_manip.arm import Arm, ExternalForceGuard
 from bt_manip.arm.external_force_guard import (
     FORCE_THRESHOLD,
@@ -19,7 +19,6 @@ from bt_manip.control import ComputedTorque
 from bt_manip.exceptions import MotionError
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
-from bt_manip.runner import build_station
 from tests.measuring.disturbances import contacts
 from tests.measuring.small_arm import write_small_arm
 from tests.robot_fixtures import Box

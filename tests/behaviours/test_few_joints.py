@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bt_manip import build_station as build
 from bt_manip import spatial
 from bt_manip.behaviours import Grasp, Hover, Lift, PlaceOn, Reach
 from bt_manip.cell.objects import Cube
 from bt_manip.robots import Tolerance, read_description
-from bt_manip.runner import build_station as build
 
 FILE = Path(__file__).parents[1] / "robots" / "models" / "five_joints.toml"
 

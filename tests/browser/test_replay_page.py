@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from bt_manip.recording import RecordedScene, Recording
+from bt_manip.record import RecordedScene, Recording
 from tests.browser.conftest import POSITION, Window, wait_until
 
 

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from bt_manip.runner import build_station
+from bt_manip import build_station
 from bt_manip.viewer import render
 from tests.browser.conftest import Program, Window, wait_until
 

@@ -6,6 +6,8 @@ from bt_manip.behaviours import IsAt, IsIn
 from bt_manip.bt import (
     AlwaysSuccess,
     BehaviourRegistry,
+    Condition,
+    Status,
     Tree,
     TreeDefinition,
     TreeDocument,
@@ -82,6 +84,38 @@ def test_a_goal_that_only_a_sub_tree_has_is_a_warning(registry):
         "<text>:2:27: warning: the '_goal' of a sub-tree is ignored; main tree 'All' has none"
     )
     assert read_tree_text(xml.format(isin, f' _goal="{isin}"'), registry).warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("goal", "reads"),
+    [
+        ("ScriptCondition code='1==1'", False),
+        ("ScriptCondition code='1==1' &amp;&amp; ScriptCondition code=true", False),
+        ("IsIn object=a container=b", True),
+        ("ScriptCondition code='1==1' &amp;&amp; IsAt pose=0.4;0;1", True),
+    ],
+)
+def test_a_goal_that_does_not_read_the_cell_is_a_warning(registry, goal, reads):
+    reading = read_tree_text(XML.format(goal), registry)
+
+    warnings = [str(warning) for warning in reading.warnings if "reads the cell" in str(warning)]
+    assert reading.tree.goal_reads_cell is reads
+    assert len(warnings) == (not reads)
+    assert all(w.startswith("<text>:2:34: warning: _goal: no condition of") for w in warnings)
+
+
+def test_a_condition_that_takes_infrastructure_reads_the_cell():
+    class Pure(Condition):
+        def update(self):
+            return Status.SUCCESS
+
+    class Looking(Pure):
+        def setup(self, **infrastructure):
+            self.cell = infrastructure["cell"]
+
+    assert not Tree(AlwaysSuccess()).goal_reads_cell
+    assert not Tree(AlwaysSuccess(), goal=Pure()).goal_reads_cell
+    assert Tree(AlwaysSuccess(), goal=[Pure(), Looking()]).goal_reads_cell
 
 
 def test_a_goal_goes_from_xml_to_python_and_back(registry):

@@ -170,6 +170,18 @@ class TestIncludes:
             read_tree(main, registry).problems[0]
         )
 
+    def test_a_chain_of_1000_includes_is_one_error(self, registry, files, tmp_path):
+        leaf = '<BehaviorTree ID="T"><AlwaysSuccess/></BehaviorTree>'
+        for i in range(1000):
+            text = f'<root><include path="f{i + 1}.xml"/></root>' if i < 999 else f"<root>{leaf}"
+            (tmp_path / f"f{i}.xml").write_text(text + "</root>" * (i == 999))
+
+        (error,) = read_tree(tmp_path / "f0.xml", registry, library=True).errors
+        assert str(error).endswith(
+            "f99.xml:1:16: error: files include each other deeper than 100 levels"
+        )
+        assert read_tree(tmp_path / "f900.xml", registry).tree is not None
+
     def test_a_missing_file_is_shown_where_it_is_included(self, registry, files):
         main = files(main="<root>\n  <include path='nothing.xml'/></root>")
 
@@ -336,3 +348,21 @@ class TestMoveItPro:
     def test_plain_documents_are_not_taken_for_it(self, registry):
         with pytest.raises(TreeError, match="single quotes"):
             parse_tree(document("<Script code='a := \"b\"'/>"), registry, dialect="auto")
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        '<Sleep msec="{}"/>',
+        '<Sleep msec="9{}"/>',
+        '<Sleep {}="1"/>',
+        "<{}/>",
+        '<SubTree ID="{}"/>',
+        '<Script code="{}"/>',
+        '<Script code="a b {}"/>',
+    ],
+)
+def test_long_names_and_values_are_cut_in_findings(registry, body):
+    for text in ("x" * 10_000, "9" * 10_000):
+        for finding in findings(document(body.format(text)), registry):
+            assert len(finding) < 300

@@ -215,4 +215,13 @@ def test_a_text_that_doubles_is_refused_before_it_fills_the_memory(scope, code):
     with pytest.raises(ScriptError, match="a text is longer than 1000000 characters") as raised:
         for _ in range(100):
             evaluate(code, scope)
-    assert len(str(raised.value)) < 1000
+    assert len(str(raised.value)) < 240
+
+
+def test_long_scripts_and_values_are_cut_in_messages(scope):
+    text = "x" * 10_000
+    for code in (f"t := '{text}'; t - 1", f"'{text}' * 2", f"{text} + 1", f"1 + '{text}"):
+        with pytest.raises(ScriptError) as raised:
+            evaluate(code, scope)
+        assert len(str(raised.value)) < 300
+        assert "..." in str(raised.value)

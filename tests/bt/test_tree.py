@@ -2,6 +2,7 @@
 
 import gc
 import json
+from functools import partial
 
 import pytest
 
@@ -23,6 +24,7 @@ from bt_manip.bt import (
     SubTree,
     SyncAction,
     Tree,
+    TryCatch,
 )
 from bt_manip.exceptions import NodeError, TreeError
 
@@ -171,6 +173,16 @@ def test_nodes_are_numbered_and_named_by_path():
     assert tree.node("sub/leaf").uid == 5
     with pytest.raises(TreeError, match="no node 'sub/laef'; did you mean 'sub/leaf'"):
         tree.node("sub/laef")
+
+
+def test_statuses_print_their_names_and_stay_numbers():
+    status = Tree(AlwaysSuccess()).tick()
+
+    assert str(status) == f"{status}" == "SUCCESS"
+    assert f"{status:>9}|{NodeStatus.RUNNING!s}" == "  SUCCESS|RUNNING"
+    assert repr(status) == "<NodeStatus.SUCCESS: 2>"
+    assert json.dumps([status, int(status)]) == "[2, 2]"
+    assert status == 2 and bytes([status]) == b"\x02"
 
 
 def test_statuses_are_a_byte_a_node():
@@ -411,6 +423,19 @@ class TestState:
         assert [other.tick() for _ in range(2)] == [tree.tick() for _ in range(2)]
         assert other.get_state() == tree.get_state()
         assert other.blackboard["n"] == 2 and other.blackboard["name"] == "cube"
+
+    @pytest.mark.parametrize("parent", [partial(ParallelAll, max_failures=2), TryCatch])
+    def test_the_reason_of_a_failure_before_the_snapshot_is_kept(self, parent):
+        def root():
+            return parent("p", Work("first", ticks=1, ends="F"), Work("last", ticks=3, ends="S"))
+
+        tree, other = tree_of(root()), tree_of(root())
+        tree.tick()
+        other.set_state(json.loads(json.dumps(tree.get_state())))
+        for one in (tree, other):
+            while one.tick() is NodeStatus.RUNNING:
+                pass
+        assert other.failure_reason() == tree.failure_reason() == "first: it did not work"
 
     def test_a_snapshot_of_another_tree_is_refused(self):
         with pytest.raises(TreeError, match="the state is of another tree"):

@@ -55,6 +55,19 @@ def test_check_of_a_tree_with_warnings_only_is_fine(call, write):
     assert result.return_value == 0 and "warning: the attribute '_x'" in result.stdout
 
 
+def test_check_warns_of_a_goal_in_python_that_does_not_read_the_cell(call, write):
+    goal = "from bt_manip.bt import *\n\ndef my_tree():\n    return Tree(AlwaysSuccess(), goal={})"
+    write(goal.format("ScriptCondition(code='1==1')"), "mine.py")
+    result = call("check", "mine.py:my_tree")
+
+    assert result.return_value == 0
+    assert result.stdout.startswith("mine.py:3:1: warning: goal: no condition of the goal reads")
+
+    imported = "from bt_manip.behaviours import ObjectExists\n"
+    write(imported + goal.format("ObjectExists(object='basket')"), "mine.py")
+    assert call("check", "mine.py:my_tree").stdout == ""
+
+
 def test_check_takes_several_trees_and_files_that_hold_only_sub_trees(call, write):
     part = '<root><BehaviorTree ID="A"><AlwaysSuccess/></BehaviorTree>'
     part += '<BehaviorTree ID="B"><AlwaysFailure/></BehaviorTree></root>'

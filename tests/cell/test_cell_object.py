@@ -41,6 +41,18 @@ def test_a_foreign_entity_has_its_own_attributes_and_defaults_for_the_others():
     assert brick.get_state() is None
 
 
+def test_a_mistake_inside_a_property_is_not_taken_for_an_undeclared_attribute():
+    class Shelf(Brick):
+        @property
+        def surface_height(self):
+            return self.hieght
+
+    cell = Cell()
+    cell.add(Shelf(), pose((0.0, 0.0, 0.03)))
+    with pytest.raises(AttributeError, match="'Shelf' object has no attribute 'hieght'"):
+        cell.surface_height("brick")
+
+
 def test_an_object_that_inherits_the_defaults_is_read_as_it_is():
     cube = Cube()
     assert as_object(cube) is cube

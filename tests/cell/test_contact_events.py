@@ -63,3 +63,16 @@ def test_who_listens_changes_nothing(cell):
     assert cell.state_bytes() == other.state_bytes()
     other.contact_changed.clear()
     other.step(1)
+
+
+def test_after_a_restore_a_step_is_compared_with_the_restored_contacts(cell):
+    falling = cell.snapshot()
+    cell.step(400)
+    resting, events = cell.snapshot(), []
+    cell.contact_changed.append(events.append)
+    cell.step(1)
+    cell.restore(falling)
+    cell.step(1)
+    cell.restore(resting)
+    cell.step(1)
+    assert events == []

@@ -6,9 +6,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from bt_manip import build_station
 from bt_manip.cell import Camera, Cell, CellError, Cube, OverlapError, Table, looking_at
 from bt_manip.cell.objects import Bottle, Wall
-from bt_manip.runner import build_station
 from bt_manip.spatial import pose
 
 G = 9.81

@@ -146,3 +146,12 @@ def test_a_cube_under_the_rim_outside_of_the_basket_is_not_in_it(cell):
     put(cell, Box(size=(0.01, 0.01, 0.01)), upper[0] - 0.0075, 0.0, 0.0082, "cube", settle=500)
     assert {"basket", "board"} == {b.partition("/")[0] for b in cell.contacts.partners("cube")}
     assert not is_in(cell, "cube", "basket")
+
+
+@pytest.mark.parametrize("quantity", ["qpos", "qvel"])
+def test_nothing_holds_in_a_state_that_is_not_finite(cell, inside, quantity):
+    getattr(cell.data, quantity)[0] = np.nan
+    reason = "the state of the cell is not finite"
+    assert why_not_at_rest(cell, inside) == why_not_in(cell, inside, "basket") == reason
+    assert why_not_on(cell, inside, "basket") == why_not_in_any(cell, inside) == reason
+    assert not (at_rest(cell, inside) or is_in(cell, inside, "basket"))

@@ -8,12 +8,13 @@ import pytest
 from dm_control.composer.observation import updater
 from dm_control.composer.variation import distributions, noises
 
+from bt_manip import build_station
 from bt_manip.behaviours import payload_of
 from bt_manip.cell import Cell, CellError
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomization, Randomizer, SceneObject, parse_variation
 from bt_manip.cell.randomization.variations import sample, stream
-from bt_manip.runner import build_station, table_and_basket
+from bt_manip.scenes import table_and_basket
 from bt_manip.spatial import pose
 
 SCENE = {

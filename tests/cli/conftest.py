@@ -72,7 +72,7 @@ def station_pool() -> StationPool:
 def stations_of_before(station_pool: StationPool, monkeypatch) -> Iterator[None]:
     """Let commands run in the stations of the tests before: building one takes most of the time."""
     prepare = importlib.import_module("bt_manip.runner.prepare")  # the name is also a function's
-    monkeypatch.setattr(prepare, "build_station", station_pool.build)
+    monkeypatch.setattr(prepare, "make_station", station_pool.build)
     yield
     station_pool.release()
 

@@ -7,7 +7,8 @@ from bt_manip.cell.randomization import Randomization
 from bt_manip.models import is_address
 from bt_manip.plugins import BUILTIN
 from bt_manip.registry import Parts, Registry
-from bt_manip.runner import Scene, Station, build_station, table_and_basket
+from bt_manip.runner import RunRequest, Station, make_station
+from bt_manip.scenes import Scene, find_scene
 
 KINDS = "objects", "robots", "grippers", "controllers", "planners", "model_sources"
 """Kinds of parts that a station consists of."""
@@ -23,9 +24,11 @@ class StationPool:
         self._kept: list[tuple[Any, Parts, Station, dict[str, Any], Callable[[], None]]] = []
         self._used: list[Station] = []
 
-    def build(self, parts: Parts, *, scene: Scene | None = None, **options: Any) -> Station:
-        """Return what `build_station` returns, whose arguments these are."""
-        scene = scene or table_and_basket()
+    def build(self, request: RunRequest, parts: Parts, catalogue: Any = None) -> Station:
+        """Return what `make_station` returns, whose arguments these are."""
+        scene = find_scene(request.scene, parts)
+        names = ("robot", "controller", "planner", "seed")
+        options = {name: getattr(request, name) for name in names}
         key = self._key(parts, scene, options)
         for kept in self._kept:
             known, _, station, start, reset = kept
@@ -36,7 +39,7 @@ class StationPool:
                 reset()
                 station.set_state(start)
                 return station
-        station = build_station(parts, scene=scene, **options)
+        station = make_station(request, parts, catalogue)
         if key is not None:
             self._used.append(station)
             kept = (key, parts, station, station.get_state(), _resetter(station))

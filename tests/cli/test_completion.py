@@ -35,6 +35,8 @@ def completed(*words: object) -> list[str]:
         (("list", "behaviours", "Gra"), "Grasp"),
         (("list", "behaviours", "Seq"), "Sequence"),
         (("list", "robots", ""), "panda"),
+        (("models", "list", "men"), "menagerie"),
+        (("models", "list", "b"), "bundled"),
         (("run", "--pl"), "--plugins-dir"),
     ],
 )

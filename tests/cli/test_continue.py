@@ -9,7 +9,7 @@ import pytest
 
 from bt_manip.bt import NodeStatus
 from bt_manip.plugins import load_plugins
-from bt_manip.recording import McapRecorder, Recorder, Recording
+from bt_manip.record import McapRecorder, Recorder, Recording
 from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
 
 

@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from bt_manip.cli.cycle_table import print_cycles, summary
-from bt_manip.recording import CycleReport, GrippedObject, RunReport, TrackingPeak
+from bt_manip.record import CycleReport, GrippedObject, LeafTime, RunReport, TrackingPeak
 
 
 def cycle(**facts) -> CycleReport:
@@ -46,6 +46,12 @@ def test_at_80_columns_all_figures_are_shown_and_at_60_the_main_ones():
     wide, narrow = (" ".join(printed(report(cycle()), width)) for width in (80, 60))
     assert all(unit in wide for unit in ("[s]", "[N]", "[mrad]", "[%]"))
     assert "[s]" in narrow and "[%]" not in narrow
+
+
+def test_leaves_that_a_fallback_replaced_are_named():
+    used = cycle(leaf_times={"RunPolicy": LeafTime(0.0, ("does not fit",))})
+    text = " ".join(printed(report(used), 80))
+    assert "RunPolicy ran in 0 of 1 cycles, for 0.0% of the time: 1 x does not fit" in text
 
 
 def test_a_long_name_is_wrapped():

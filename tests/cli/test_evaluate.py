@@ -54,6 +54,41 @@ def test_a_sweep_prints_a_row_for_each_point_and_is_drawn(evaluate, bt_manip, tm
     assert "0.05" in out and "100.0%" in out and "0.0%" in out
 
 
+def test_two_trees_are_compared_on_the_same_episodes(evaluate, tmp_path):
+    (tmp_path / "other.py").write_text(TREES)
+    light = f"{tmp_path}/other.py:light"
+    code, out, _ = evaluate(light, "--episodes", 6)
+    assert code == 1 and "0 with A only, 0 with B only" in out and "p = 1" in out
+    assert "alone failed" not in out
+
+
+def test_two_values_are_compared_on_the_same_episodes(evaluate):
+    words = "--vary", "limit=0.0001,10", "--episodes", 8
+    code, out, _ = evaluate(*words, command="sweep")
+    assert "A: limit=0.0001" in out and "B: limit=10" in out
+    assert "0 succeeded with both, 0 with A only, 8 with B only, 0 with neither" in out
+    assert "p = 0.00781" in out  # 2 / 2**8
+    assert "A alone failed in episodes 0, 1, 2, 3, 4, 5, 6, 7" in out
+    assert "--set limit=0.0001 --episode 0 --view" in out
+
+
+def test_stopping_early_says_that_it_biases(evaluate):
+    _, out, _ = evaluate("--episodes", 2, "--until-interval", 0.5)
+    assert "biases rates slightly upwards" in " ".join(out.split())
+
+
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        (("a", "b"), "one tree is evaluated, or two are compared, got 3"),
+        (("pick_place", "--until-interval", 0.1), "both need all episodes"),
+    ],
+)
+def test_comparisons_that_mean_nothing_are_refused(evaluate, options, problem):
+    code, _, err = evaluate(*options)
+    assert code == 2 and problem in " ".join(err.split())
+
+
 @pytest.mark.parametrize(
     ("options", "problem"),
     [

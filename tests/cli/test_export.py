@@ -2,9 +2,11 @@
 
 import importlib.util
 
+import numpy as np
 import pytest
 
-from bt_manip.recording import Recording
+from bt_manip.cli.export import FORMATS, ExportFormat
+from bt_manip.record import Recording, read_trace
 
 
 @pytest.fixture
@@ -19,6 +21,31 @@ def test_each_format_has_its_suffix(bt_manip, recording):
         code, out, err = bt_manip("export", recording, "--to", form)
         file = recording.with_suffix(f".{form}")
         assert (code, err) == (0, "") and out.startswith(f"{file}: ") and file.stat().st_size > 100
+
+
+def write_times(recording, path):
+    path.write_text(f"{recording.control_steps()['t'][-1]:.3f}")
+
+
+def test_a_new_format_is_one_line(bt_manip, recording, monkeypatch):
+    monkeypatch.setitem(FORMATS, "times", ExportFormat(f"{__name__}:write_times"))
+    assert bt_manip("export", recording, "--to", "times").code == 0
+    end = Recording(recording).control_steps()["t"][-1]
+    assert recording.with_suffix(".times").read_text() == f"{end:.3f}"
+
+
+@pytest.mark.parametrize("tree", ["pick_place", "two_arms"])
+def test_an_exported_trace_is_the_trace_of_the_run(bt_manip, tree, tmp_path):
+    run, trace = tmp_path / "run.mcap", tmp_path / "trace.npz"
+    assert bt_manip("run", tree, "--record", run, "--trace", trace).code == 0
+    assert bt_manip("export", run, "--to", "npz").code == 0
+    expected, found = read_trace(trace), read_trace(run.with_suffix(".npz"))
+    assert list(found) == list(expected)
+    for name in expected:
+        if name == "t":  # a recording counts whole nanoseconds
+            np.testing.assert_allclose(found["t"], expected["t"], rtol=0.0, atol=1e-9)
+        else:
+            np.testing.assert_array_equal(found[name], expected[name])
 
 
 def test_the_name_of_the_file_chooses_the_format(bt_manip, recording, tmp_path):
@@ -42,7 +69,7 @@ def test_a_video_has_the_options_of_its_recorder(opengl, bt_manip, recording):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((), "--to or the suffix of --out is one of csv, parquet, mcap, btlog, db3, mp4, gif"),
+        ((), "--to or the suffix of --out is one of csv, parquet, npz, mcap, btlog, db3, mp4, gif"),
         (("-o", "run.txt"), "--to or the suffix of --out is one of csv"),
         (("--to", "csv", "--fps", "3"), "--fps is an option of mp4 and gif"),
         (("--to", "csv", "-o", "missing/run.csv"), "there is no folder 'missing'"),

@@ -9,7 +9,7 @@ import pytest
 
 from bt_manip.cli.app import run_app
 from bt_manip.cli.interrupt import SIGNALS, Interrupt
-from bt_manip.recording import read_report
+from bt_manip.record import read_report
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import pytest
 
-from bt_manip.recording import read_report, read_trace
+from bt_manip.record import read_report, read_trace
 
 PROBE = """
 import os
@@ -82,16 +82,44 @@ def killed(trees, tmp_path) -> Iterator[Callable[..., Killed]]:
 
 def check(lines: Killed, json: Killed) -> None:
     report = read_report(lines.folder / lines.name)
-    assert report.status == "RUNNING"
+    assert report.status == "ERROR" and "ended without an end" in report.error
     assert report.robot == "panda"
     assert len(report.cycles) - len(lines.ended) in (0, 1)  # it is written before the probe
     report = read_report(json.folder / json.name)
-    assert report.status == "RUNNING"
+    assert report.status == "ERROR" and "ended without an end" in report.error
     before = [wall for wall, _ in json.ended if wall < json.at - 1.0 - LATENCY]
     assert len(before) <= len(report.cycles) <= len(json.ended) + 1
     for each in (lines, json):
         t = read_trace(each.folder / f"{each.name}.npz")["t"]
         assert t[-1] > each.ended[-1][1] - BUFFERED
+
+
+LEAVING = """
+import os
+from bt_manip.bt import Action, Sequence, Sleep, Status, Tree
+
+
+class Leave(Action):
+    def update(self):
+        os._exit(0)
+
+
+def leaving():
+    return Tree(Sequence("task", Sleep("work", msec=5000), Leave("leave")))
+"""
+
+
+def test_a_process_that_leaves_does_not_end_its_run(tmp_path, bt_manip):
+    (tmp_path / "leaving.py").write_text(LEAVING)
+    files = "--report", "r.json", "--record", "r.mcap"
+    command = sys.executable, "-m", "bt_manip", "run", "leaving.py:leaving", *files, "--quiet"
+    assert subprocess.run(command, cwd=tmp_path).returncode == 0
+    report = read_report(tmp_path / "r.json")
+    assert (report.status, report.cycles) == ("ERROR", ())
+    assert "ended without an end" in report.error
+    shown = bt_manip("report", tmp_path / "r.mcap")
+    assert "The recording ended without an end, at " in shown.out
+    assert "ended without an end" in (tmp_path / "r.html").read_text()
 
 
 def test_a_killed_run_leaves_the_cycles_that_had_ended(killed):

@@ -1,18 +1,6 @@
-"""``bt-manip models``, against a server of our own."""
-
-import importlib.util
-import sys
-from pathlib import Path
+"""``bt-manip models``: models that travel with the package, and those of Menagerie."""
 
 import pytest
-
-_PLACE = Path(__file__).resolve().parent.parent / "models" / "conftest.py"
-_SPEC = importlib.util.spec_from_file_location("fuel_of_the_tests", _PLACE)
-assert _SPEC is not None and _SPEC.loader is not None
-fuel = importlib.util.module_from_spec(_SPEC)
-sys.modules[_SPEC.name] = fuel
-_SPEC.loader.exec_module(fuel)
-server = fuel.server  # the fixture
 
 
 @pytest.fixture(autouse=True)
@@ -21,62 +9,65 @@ def menagerie_elsewhere(monkeypatch, tmp_path):
     monkeypatch.delenv("MENAGERIE_ROOT", raising=False)
 
 
-def test_a_model_is_fetched_listed_shown_and_deleted(bt_manip, server, tmp_path):
-    sdf = fuel.BALL.replace("</link>", "<sensor name='s'/></link>")
-    server.add("someone", "ball", fuel.model_zip(sdf), version=3)
-    code, out, err = bt_manip("models", "fetch", "fuel:someone/ball")
-    assert (code, err) == (0, "")
-    assert out.startswith("fuel:someone/ball/3  ")
-    assert bt_manip("models", "list", "fuel").out == "fuel:someone/ball/3\n"
-    assert "bundled:cube" in bt_manip("models", "list").out
-    path = bt_manip("models", "path", "fuel:someone/ball").out.strip()
-    assert Path(path).read_text() == sdf
-    code, out, err = bt_manip("models", "show", "fuel:someone/ball")
-    facts = dict(line.split(maxsplit=1) for line in out.splitlines())
-    assert facts["mass"] == "1 kg" and facts["size"] == "0.040 x 0.040 x 0.040 m"
-    assert facts["category"] == "graspable" and facts["format"] == "sdf"
-    assert "model.sdf:3: <sensor> of <link> cannot be expressed" in err
-    assert "<mujoco" in bt_manip("models", "show", "--mjcf", "fuel:someone/ball").out
-    assert "deleted" in bt_manip("models", "clear", "fuel:someone/ball").out
-    assert bt_manip("models", "list", "fuel").out == ""
-    assert bt_manip("models", "clear", "--all", "--yes").out == "nothing to delete\n"
-    assert not Path(path).exists()
+def test_bundled_models_are_listed_found_and_shown(bt_manip):
+    assert "bundled:cube" in bt_manip("models", "list").out.splitlines()
+    assert "bundled:cube" in bt_manip("models", "list", "bundled").out.splitlines()
+    path = bt_manip("models", "path", "bundled:cube").out
+    assert path.endswith("cube/cube.xml\n")
+    assert path.strip() in bt_manip("models", "fetch", "bundled:cube").out
+    shown = bt_manip("models", "show", "bundled:cube").out
+    facts = dict(line.split(maxsplit=1) for line in shown.splitlines())
+    assert facts["format"] == "mjcf" and facts["category"] == "graspable"
+
+
+def test_models_of_menagerie_are_listed_and_deleted(bt_manip, tmp_path):
+    listed = bt_manip("models", "list", "menagerie").out.splitlines()
+    assert "menagerie:franka_emika_panda *" in listed  # not downloaded
+    assert bt_manip("models", "clear", "--all", "--yes", "--block", "fuel").out == (
+        "nothing to delete\n"
+    )
+    assert bt_manip("models", "clear", "menagerie:franka_emika_panda").out == "nothing to delete\n"
+
+
+@pytest.mark.parametrize("command", ["fetch", "show"])
+def test_a_broken_plugin_is_one_warning(bt_manip, tmp_path, command):
+    (tmp_path / "broken.py").write_text("raise ValueError")
+    (tmp_path / "ball.xml").write_text("<mujoco><worldbody><geom size='.1'/></worldbody></mujoco>")
+    arguments = "models", command, tmp_path / "ball.xml", "--plugins-dir", tmp_path
+    code, _, err = bt_manip(*arguments)
+    assert (code, err.count("is left out")) == (0, 1)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("path", "fuel:a/b"), ("fetch", "fuel:a/b"), ("clear", "https://x/a/models/b"),
+     ("list", "fuel"), ("show", "thing.sdf")],
+)  # fmt: skip
+def test_models_of_fuel_and_sdf_name_the_package_that_has_them(
+    bt_manip, arguments, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "thing.sdf").touch()
+    code, out, err = bt_manip("models", *arguments, "--block", "fuel")
+    assert (code, out) == (2, "")
+    assert err.endswith("needs the package bt-manip-fuel: pip install bt-manip-fuel\n")
+    assert len(err.splitlines()) == 1
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (("path", "bundled:cub"), "did you mean 'cube'"),
-        (("fetch", "fuel:someone/nothing"), "no such model"),
         (("show", "nowhere.sdf"), "there is no such file"),
-        (("clear", "bundled:cube"), "only models of fuel: and menagerie: are downloaded"),
+        (("clear", "bundled:cube"), "only models of "),
         (("clear", "menagerie:panda"), "no model 'panda'"),
         (("clear",), "or --all"),
         (("clear", "--all", "fuel:a/b"), "or --all"),
         (("list", "nowhere"), "nowhere"),
     ],
 )
-def test_bad_input_is_one_message_and_exit_code_2(bt_manip, server, arguments, words):
+def test_bad_input_is_one_message_and_exit_code_2(bt_manip, arguments, words):
     code, out, err = bt_manip("models", *arguments)
     assert code == 2
     assert out == ""
     assert words in err and "Traceback" not in err
-
-
-def test_the_reference_task_is_one_command(bt_manip, server):
-    cube = fuel.bundled_sdf("cube", static=False, raised=0.025)
-    server.add("openrobotics", "wood cube 5cm", fuel.model_zip(cube))
-    server.add("OpenRobotics", "Table", fuel.model_zip(fuel.bundled_sdf("table", static=True)))
-    basket = fuel.bundled_sdf("basket", static=False)
-    server.add("GoogleResearch", "Basket", fuel.model_zip(basket))
-    code, out, err = bt_manip(
-        "run", "pick_place", "--set", "cube=fuel:openrobotics/wood cube 5cm",
-        "--set", "table=fuel:OpenRobotics/Table", "--set", "basket=fuel:GoogleResearch/Basket",
-    )  # fmt: skip
-    assert (code, err) == (0, "")
-
-
-def test_a_run_with_a_model_that_is_not_there_does_not_begin(bt_manip, server):
-    code, out, err = bt_manip("run", "pick_place", "--set", "table=fuel:nobody/Table")
-    assert code == 2
-    assert "no such model" in err and out == ""

@@ -4,10 +4,11 @@ import pytest
 
 pytest.importorskip("viser", reason="the extra [view] is not installed")
 
+from bt_manip import build_station
 from bt_manip.bt import Sleep, Tree
 from bt_manip.cli.run_observers import page_panels
 from bt_manip.plugins import Choice, load_plugins
-from bt_manip.runner import Run, RunRequest, TreeSource, build_station
+from bt_manip.runner import Run, RunRequest, TreeSource
 from bt_manip.viewer import Page
 
 PLUGIN = """

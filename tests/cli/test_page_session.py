@@ -11,7 +11,6 @@ pytest.importorskip("viser", reason="the extra [view] is not installed")
 from bt_manip.cli.interrupt import Interrupt  # noqa: E402
 from bt_manip.cli.page_session import SAVED, PageSession  # noqa: E402
 from bt_manip.cli.run_options import RunOptions  # noqa: E402
-from bt_manip.cli.view import OF_ONE_RUN  # noqa: E402
 from bt_manip.viewer.page import RunChoice  # noqa: E402
 
 MOVE = """
@@ -34,11 +33,7 @@ def tree(tmp_path):
 @pytest.fixture
 def session(tree, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    options = RunOptions(
-        tree=tree, cycles=1, seed=None, robot="panda", controller=None, scene=None,
-        planner="rrt_connect", settings={}, tick_ms=10.0, real_time=0.0, watch=False, quiet=True,
-        **OF_ONE_RUN,
-    )  # fmt: skip
+    options = RunOptions(tree=tree, real_time=0.0, view=True, quiet=True)
     session = PageSession(options, Interrupt())
     with session._interrupt.held():
         session.prepare()
@@ -176,7 +171,7 @@ def test_configurations_can_be_saved_in_a_new_file(session, serve, tree, tmp_pat
 
 
 def test_a_cell_that_raises_stands_still_until_the_next_request(session, serve, tree, monkeypatch):
-    def fail(*_):
+    def fail(*_, **__):
         raise ValueError("the physics diverged")
 
     monkeypatch.setattr(session._station.cell, "step", fail)
@@ -189,7 +184,7 @@ def test_a_cell_that_raises_stands_still_until_the_next_request(session, serve, 
 
 
 def test_a_plugin_that_exits_does_not_end_the_session(session, serve, tree, monkeypatch):
-    def leave(*_):
+    def leave(*_, **__):
         raise SystemExit("no license")
 
     monkeypatch.setattr("bt_manip.runner.prepare_station", leave)
@@ -201,7 +196,7 @@ def test_a_plugin_that_exits_does_not_end_the_session(session, serve, tree, monk
 
 
 def test_an_interrupt_ends_a_page_whose_cell_hangs(session, serve, monkeypatch):
-    def hang(*_):
+    def hang(*_, **__):
         session._interrupt._signalled(2, None)
         time.sleep(60.0)
 

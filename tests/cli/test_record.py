@@ -9,7 +9,7 @@ import av
 import numpy as np
 import pytest
 
-from bt_manip.recording import Recording
+from bt_manip.record import Recording
 
 
 def test_a_bare_file_name_chooses_the_recorder_of_its_suffix(bt_manip, trees, tmp_path):

@@ -17,9 +17,10 @@ def recording(tmp_path_factory):
     """Record a short run."""
     from pathlib import Path
 
+    from bt_manip import build_station
     from bt_manip.bt import Sleep, Tree
-    from bt_manip.recording import McapRecorder
-    from bt_manip.runner import Run, RunRequest, TreeSource, build_station
+    from bt_manip.record import McapRecorder
+    from bt_manip.runner import Run, RunRequest, TreeSource
 
     path = tmp_path_factory.mktemp("recording") / "run.mcap"
     station = build_station()

@@ -11,7 +11,7 @@ def test_the_report_is_written_beside_the_recording_or_to_the_given_file(bt_mani
     assert bt_manip("run", f"{trees}:failing", "--record", tmp_path / "run.mcap").code == 1
     code, out, err = bt_manip("report", tmp_path / "run.mcap")
     assert (code, err) == (0, "")
-    assert out.startswith(f"Report: {tmp_path / 'run.html'} (")
+    assert out.startswith(f"Page: {tmp_path / 'run.html'} (")
     beside = (tmp_path / "run.html").read_bytes()
     assert b"no object" in beside  # the reason of the failed cycle
     assert bt_manip("report", tmp_path / "run.mcap", "-o", tmp_path / "other.html").code == 0

@@ -9,7 +9,7 @@ import textwrap
 import numpy as np
 import pytest
 
-from bt_manip.recording import read_report
+from bt_manip.record import read_report
 from bt_manip.runner.run import Run
 
 
@@ -197,6 +197,40 @@ def test_a_behaviour_that_raises_is_3_with_its_report_and_its_traceback(bt_manip
     assert read["cycles"][0]["status"] == "ERROR"
     with np.load(trace) as rows:
         assert len(rows["t"]) == 20
+
+
+def test_a_generator_exit_is_an_error_with_one_line(bt_manip, tmp_path):
+    (tmp_path / "leaving.py").write_text(
+        "from bt_manip.bt import Action, Tree\n"
+        "class Leave(Action):\n"
+        "    def update(self):\n"
+        "        raise GeneratorExit\n"
+        "def tree():\n"
+        "    return Tree(Leave('leave'))\n"
+    )
+    report = tmp_path / "r.json"
+    done = bt_manip("run", f"{tmp_path}/leaving.py:tree", "--quiet", "--report", report)
+    assert done.code == 3
+    assert done.err.splitlines()[-1] == (
+        "Error: the run ended with an internal fault: GeneratorExit"
+    )
+    assert json.loads(report.read_text())["error"] == "GeneratorExit"
+
+
+def test_a_script_that_cannot_be_evaluated_is_one_line(bt_manip, tmp_path):
+    tree = tmp_path / "doubling.xml"
+    script = "x := 'abcdefgh'; " + "; ".join(["x := x .. x"] * 60)
+    tree.write_text(
+        f'<root BTCPP_format="4"><BehaviorTree ID="A"><Script code="{script}"/>'
+        "</BehaviorTree></root>"
+    )
+    code, _, err = bt_manip("run", tree)
+
+    assert code == 3
+    assert "Traceback" not in err
+    assert "Script::1 [Script]: error in script [x := 'abcdefgh'; x := x .. x;" in err
+    assert "...]: a text is longer than 1000000 characters" in err
+    assert max(map(len, err.splitlines())) < 240
 
 
 def test_without_a_display_the_window_is_missed_and_the_run_goes_on(bt_manip, trees, monkeypatch):

@@ -138,3 +138,18 @@ def test_the_bound_is_exact_for_boxes_face_to_face():
     small = Boxes(np.array([[0.5, 0.9, 0.25]]), np.eye(3)[None], np.array([[0.1, 0.1, 0.1]]))
     assert box_distance(flat, small, np.ones(1)) == pytest.approx([0.05])
     assert box_distance(small, flat, np.ones(1)) == pytest.approx([0.05])
+
+
+def test_the_configurations_known_to_be_free_do_not_depend_on_paths_before():
+    rng = np.random.default_rng(0)
+    world, _ = arm_among_obstacles(rng)
+    clearance = np.where(world.checked_pairs, 4e-3, -np.inf)
+    ends = HOME + rng.normal(size=(60, 2, 7)) * np.array([[0.5], [2.0]])
+    paths = [np.linspace(start, end, 60) for start, end in ends]
+
+    def known(order):
+        world.refresh()
+        found = {i: world.known_free(paths[i], clearance).tolist() for i in order}
+        return [found[i] for i in range(60)]
+
+    assert known(range(60)) == known(reversed(range(60)))

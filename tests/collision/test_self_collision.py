@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from bt_manip import spatial
+from bt_manip import build_station, spatial
 from bt_manip.collision import (
     CollisionWorld,
     check_home,
@@ -15,7 +15,6 @@ from bt_manip.collision import (
 )
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import Robot, RobotDescription, RobotError, compile_alone
-from bt_manip.runner import build_station
 
 # The turret overlaps the foot at every angle; the forearm folds into the foot.
 FOLDING_ARM = """
@@ -112,7 +111,7 @@ def test_a_home_with_an_avoidable_collision_has_to_be_changed(description):
     ("pair", "message"),
     [
         (("foot", "arm/turet"), "exclude: there is no body 'arm/turet'.*mean 'arm/turret'"),
-        (("foot", "foot"), "pairs of two bodies"),
+        (("foot", "foot"), "has pairs of two names, got .foot. twice"),
     ],
 )
 def test_a_wrong_pair_is_refused(description, pair, message):

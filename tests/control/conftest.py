@@ -6,7 +6,7 @@ import pytest
 from dm_control import composer, mjcf
 
 from bt_manip.cell import Cell, Cube
-from bt_manip.control import ComputedTorque, Hold
+from bt_manip.control import ComputedTorque, Hold, Reference
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, RobotDescription, panda
 from bt_manip.spatial import pose
@@ -32,7 +32,7 @@ TWO_LINKS = """
 </mujoco>"""
 
 
-class Wave:
+class Wave(Reference):
     """A sinus in every joint, after a delay."""
 
     def __init__(self, q0, amplitude, rate, delay=0.0):

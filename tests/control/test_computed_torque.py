@@ -120,6 +120,21 @@ def test_the_payload_of_the_reference_is_taken_over(make_arm):
     assert control.payload is None
 
 
+def test_a_payload_that_is_put_down_right_after_a_state_is_restored_is_noticed(make_arm):
+    cell, robot, control = make_arm(ComputedTorque)
+    control.reference = wave = Wave(robot.q, 0.0, 1.0)
+    wave.payload = Payload(0.5)
+    cell.step()
+    state = control.get_state()
+    for payload in (Payload(0.5), None):
+        wave.payload = None
+        cell.step()
+        control.set_state(state)
+        wave.payload = payload
+        cell.step()
+        assert control.payload is payload
+
+
 def test_a_restored_state_continues_bit_for_bit(make_arm):
     cell, robot, control = make_arm(ComputedTorque)
     control.reference = Wave(robot.q, 0.2, 5.0)

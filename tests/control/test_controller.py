@@ -3,7 +3,16 @@
 import numpy as np
 import pytest
 
-from bt_manip.control import ComputedTorque, Controller, ControllerFault, GravityCompensatedPD
+from bt_manip.control import (
+    ComputedTorque,
+    ControlError,
+    Controller,
+    ControllerFault,
+    GravityCompensatedPD,
+    Reference,
+)
+from bt_manip.robots import Payload
+from bt_manip.spatial import pose
 
 
 class Scripted(Controller):
@@ -73,6 +82,37 @@ def test_reset_gives_a_faulty_controller_another_chance(make_arm):
     cell.step()
 
 
+def test_a_restored_state_gives_a_faulty_controller_another_chance(make_arm):
+    cell, _, control = make_arm(Scripted)
+    state = control.get_state()
+    control.answer = np.full(2, np.nan)
+    with pytest.raises(ControllerFault):
+        cell.step()
+    control.set_state(state)
+    with pytest.raises(ControllerFault):
+        cell.step()
+
+
+def test_a_reference_needs_only_a_motion_to_be_followed(make_arm):
+    class Rest(Reference):
+        def __init__(self, q):
+            self.q, self.v, self.a = q, 0.0 * q, 0.0 * q
+
+    cell, robot, control = make_arm(GravityCompensatedPD)
+    control.reference, control.payload = Rest(robot.q), Payload(0.1)
+    cell.step(10)
+    assert control.payload.mass == 0.1  # of the controller's own: the reference carries nothing
+
+
+def test_a_reference_that_lacks_an_attribute_is_refused(make_arm):
+    class Rest:
+        q = v = a = np.zeros(2)
+
+    _, _, control = make_arm(Scripted)
+    with pytest.raises(ControlError, match=r"bt_manip.control.Reference: derive Rest from it"):
+        control.reference = Rest()
+
+
 def test_torques_at_the_limits_are_commanded_unchanged(make_arm):
     cell, _, control = make_arm(Scripted)
     control.answer = np.array([40.0, -15.0])
@@ -122,3 +162,13 @@ def test_joint_whose_measurement_is_not_finite_is_moved_without_feedback(
     monkeypatch.undo()
     cell.step(1000)
     assert abs(robot.q - control.reference.q).max() < 0.05
+
+
+@pytest.mark.parametrize("kind", [ComputedTorque, GravityCompensatedPD])
+def test_the_model_of_a_controller_has_the_pose_of_its_moved_robot(make_arm, kind):
+    cell, robot, control = make_arm(kind)
+    before = control.model.pose(robot.q)
+    T_wb = pose((0.1, 0.0, 0.5), (0.9, 0.3, 0.0, 0.1))
+    moved = T_wb * cell.pose("two_links").inverse()
+    cell.move("two_links", T_wb)
+    assert control.model.pose(robot.q).isApprox(moved * before, 1e-9)

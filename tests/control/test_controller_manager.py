@@ -174,6 +174,16 @@ def test_the_payload_and_the_count_of_saturated_steps_are_handed_over(make):
     assert manager.controller.saturated_steps == 3
 
 
+def test_a_controller_that_is_activated_begins_anew_with_the_count_of_saturated_steps(make):
+    cell, robot, manager = make()
+    manager.controller.saturated_steps = 3
+    other = manager.get("pd")
+    other.saturated_steps, other.tau = 70, np.full_like(other.tau, 5.0)
+    manager.activate("pd")
+    assert manager.controller.saturated_steps == 3
+    assert not manager.controller.tau.any()
+
+
 def test_the_default_controller_returns_once_the_reference_is_at_rest(make):
     cell, robot, manager = make()
     manager.reference = wave = Wave(robot.q, 0.25, 4.0)
@@ -213,3 +223,13 @@ def test_an_episode_of_a_plain_environment_begins_with_the_default_controller(ma
     assert manager.active == "pd"
     environment.reset()
     assert manager.active == manager.default == "computed_torque"
+
+
+@pytest.mark.parametrize("default", ["computed_torque", "pd"])
+def test_the_models_of_controllers_have_no_overrides(make, default):
+    cell, robot, manager = make(default)
+    bare = robot.make_model()
+    cell.override("two_links", joint_friction=[5.0, 5.0])
+    assert robot.make_model().friction.tolist() == [5.0, 5.0]
+    for name in (default, "unclipped"):
+        assert manager.get(name).model.friction.tolist() == bare.friction.tolist()

@@ -6,6 +6,14 @@ import pytest
 from bt_manip.demonstrations import Demonstration, DemonstrationStore
 
 STEPS = 5
+
+
+def described(names, bound):
+    """Describe a kind of actions with the same bound for all numbers."""
+    low, high = [-bound] * len(names), [bound] * len(names)
+    return {"names": names, "units": ["-"] * len(names), "low": low, "high": high}
+
+
 IDENTITY = {
     "tree": "pick",
     "step_s": 0.05,
@@ -14,7 +22,10 @@ IDENTITY = {
     "settings": {"cube": "auto"},
     "images": {"kinds": []},
     "tick_s": 0.05,
-    "actions": {"joint_targets": {}, "cartesian_deltas": {}},
+    "actions": {
+        "joint_targets": described("abc", 4.0),
+        "cartesian_deltas": described("abcdefg", 2.0),
+    },
 }
 
 

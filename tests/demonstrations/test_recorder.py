@@ -5,8 +5,8 @@ from functools import partial
 import numpy as np
 import pytest
 
+from bt_manip.agents import STEP, Episodes, Observations, action_kind
 from bt_manip.demonstrations import DemonstrationRecorder, DemonstrationStore
-from bt_manip.episodes import STEP, Episodes, Observations, action_kind
 from bt_manip.exceptions import BtManipError
 from bt_manip.runner import request_of
 
@@ -146,6 +146,35 @@ def test_only_successful_episodes_keep_their_steps(make_recorder, recorder):
     assert store.read(1).reason == "is there: the cell has no object 'nothing'"
     make_recorder(settings={"goal": "table"}).run(2)
     assert store.read(2).success
+
+
+DIVERGING = """
+from bt_manip.behaviours import Grasp, Hover, IsIn, Reach, SpawnObject
+from bt_manip.bt import Action, Sequence, Sleep, Status, Tree
+
+
+class Diverge(Action):
+    def setup(self, **infrastructure):
+        self.cell = infrastructure["cell"]
+
+    def update(self):
+        self.cell.data.qvel[:] = float("nan")
+        return Status.RUNNING
+
+
+def tree():
+    steps = [kind(object="{cube}") for kind in (SpawnObject, Hover, Reach, Grasp)]
+    return Tree(Sequence("pick", *steps, Diverge()), goal=IsIn(object="{cube}", container="basket"))
+"""
+
+
+def test_an_episode_whose_state_diverges_is_a_failed_one(tmp_path):
+    (tmp_path / "diverging.py").write_text(DIVERGING)
+    recorder = DemonstrationRecorder(tmp_path / "store", f"{tmp_path}/diverging.py:tree")
+    store = DemonstrationStore.create(recorder.folder, recorder.identity())
+    for episode in (0, 1):
+        recorder.run(episode)
+        assert store.read(episode).reason.startswith("PhysicsDiverged: MuJoCo warned at")
 
 
 def test_images_of_chosen_cameras_are_observed(make_recorder, opengl):

@@ -3,11 +3,12 @@
 import json
 from dataclasses import replace
 
+import numpy as np
 from dm_control.composer.variation import distributions
 
 from bt_manip.cell.randomization import Randomization
 from bt_manip.envs import LearningTask
-from bt_manip.runner import table_and_basket
+from bt_manip.scenes import table_and_basket
 from bt_manip.spatial import pose
 
 
@@ -29,3 +30,16 @@ def test_a_state_keeps_how_low_objects_may_lie(parts):
     task.reset(0, high)
     task.set_state(state)
     assert not task.outcome().failure
+
+
+def test_a_state_after_the_end_of_an_episode_keeps_the_verdict_on_objects_that_have_left(parts):
+    task = LearningTask("pick_place", parts=parts, reward="dense")
+    task.reset(0)
+    task.episodes.station.cell.remove("cube")
+    action = np.zeros(task.action.space.shape)
+    assert task.step(action).failure == "'cube' has left the cell"
+    state = json.loads(json.dumps(task.get_state()))
+    task.reset(1)
+    task.set_state(state)
+    assert task.episodes.ended
+    assert json.loads(json.dumps(task.get_state())) == state

@@ -5,8 +5,13 @@ import pytest
 from bt_manip.evaluation import Evaluation
 
 TREES = """
-from bt_manip.behaviours import ObjectExists, SpawnObject
-from bt_manip.bt import Action, AlwaysFailure, Condition, Input, Sequence, Sleep, Status, Tree
+import builtins
+import os
+
+from bt_manip.behaviours import Grasp, Hover, IsIn, Lift, ObjectExists, Reach, SpawnObject
+from bt_manip.bt import (
+    Action, AlwaysFailure, Condition, Fallback, Input, Sequence, Sleep, Status, Tree,
+)
 
 
 class IsLight(Condition):
@@ -26,6 +31,27 @@ class Shout(Action):
         raise ValueError("so loud")
 
 
+class Diverge(Action):
+    limit = Input(float, doc="Largest mass of the cube with which the state stays finite [kg].")
+
+    def setup(self, **infrastructure):
+        self.cell = infrastructure["cell"]
+
+    def update(self):
+        if self.cell.overrides["cube"]["mass"] > self.limit:
+            self.cell.data.qvel[:] = float("nan")
+        return Status.SUCCESS
+
+
+class Exit(Action):
+    raises = Input(str, default="", doc="Name of what is raised; empty: the process ends.")
+
+    def update(self):
+        if self.raises:
+            raise getattr(builtins, self.raises)
+        os._exit(0)
+
+
 def spawn():
     return SpawnObject(object="{object}")
 
@@ -43,6 +69,32 @@ def endless():
     return Tree(Sequence("task", spawn(), Sleep("wait", msec=10_000_000)))
 
 
+def pick():
+    steps = [kind(object="cube") for kind in (Hover, Reach, Grasp)]
+    return Tree(Sequence("pick", *steps, Lift()))
+
+
+def fragile(limit):
+    steps = [kind(object="cube") for kind in (Reach, Grasp)]
+    goal = IsIn(object="cube", container="basket")
+    return Tree(Sequence("pick", *steps, Diverge(limit=limit), Sleep(msec=20)), goal=goal)
+
+
+class Policy(Action):
+    reports_time = True
+
+    def update(self):
+        return self.fail("does not fit")
+
+
+def rescued():
+    return Tree(Fallback("or", Policy("policy"), Sleep("script", msec=50)))
+
+
+def leaving(raises=""):
+    return Tree(Sequence("task", spawn(), Exit("leave", raises=raises)))
+
+
 def loud():
     return Tree(Sequence("task", spawn(), Shout("shout")))
 """
@@ -58,11 +110,33 @@ mass = { uniform = [0.05, 0.15] }
 """
 
 
+FIXTURE = """
+[[objects]]
+model = "cube"
+on = "table"
+position = [0.45, 0.0]
+[randomization.objects.cube]
+position = { plus = { uniform = [[-0.1, -0.15, 0.0], [0.1, 0.15, 0.0]] } }
+yaw = { uniform = [-0.7, 0.7] }
+"""
+
+FIXED = """
+[[objects]]
+model = "cube"
+on = "table"
+position = [0.3, 0.0]
+[randomization.objects.cube]
+mass = { uniform = [0.05, 0.15] }
+"""
+
+
 @pytest.fixture
 def evaluation(tmp_path):
     """Return what makes the evaluation of one of the trees."""
     (tmp_path / "small.py").write_text(TREES)
     (tmp_path / "cube.toml").write_text(SCENE)
+    for name, cube in (("fixture", FIXTURE), ("fixed", FIXED)):
+        (tmp_path / f"{name}.toml").write_text(SCENE.partition("[randomization")[0] + cube)
 
     def make(name="light", **more):
         options = {"scene": str(tmp_path / "cube.toml"), "seed": 0, **more.pop("options", {})}

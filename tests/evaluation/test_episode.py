@@ -2,10 +2,11 @@
 
 import json
 from dataclasses import replace
+from functools import partial
 
 import pytest
 
-from bt_manip.evaluation import EpisodeId, EpisodeWorker
+from bt_manip.evaluation import EpisodeId, EpisodeWorker, SuccessRate, run_episodes
 from bt_manip.exceptions import BtManipError
 
 
@@ -32,6 +33,28 @@ def test_results_do_not_depend_on_earlier_episodes(evaluation):
     assert results(0, 1, 2, 3) == results(3, 1, 0, 2, 1)
 
 
+@pytest.mark.parametrize("episodes", [3, pytest.param(12, marks=pytest.mark.soak)])
+def test_picks_of_a_fixture_have_the_same_digests_in_any_order(evaluation, tmp_path, episodes):
+    scene = {"scene": str(tmp_path / "fixture.toml")}
+    orders = range(episodes), reversed(range(episodes))
+    forth, back = (run(EpisodeWorker(evaluation("pick", options=scene)), *o) for o in orders)
+    assert [one.status for one in forth] == ["SUCCESS"] * episodes
+    assert [one.digest for one in forth] == [one.digest for one in back[::-1]]
+    assert len({one.digest for one in forth}) == episodes
+
+
+@pytest.mark.soak
+def test_picks_of_a_fixture_have_the_same_digests_with_one_and_three_workers(evaluation, tmp_path):
+    scene = {"scene": str(tmp_path / "fixture.toml")}
+    make = partial(EpisodeWorker, evaluation("pick", options=scene))
+    episodes = [EpisodeId(0, number) for number in range(12)]
+    one, three = (
+        {result.episode: result.digest for result in run_episodes(make, episodes, workers)}
+        for workers in (1, 3)
+    )
+    assert one == three and len(set(one.values())) == 12
+
+
 def test_success_without_the_goal_is_a_failure_of_the_goal(evaluation):
     (result,) = run(EpisodeWorker(evaluation("trusting")), 0)
     assert (result.status, result.node, result.goal) == ("FAILURE", "goal", False)
@@ -49,6 +72,50 @@ def test_what_a_behaviour_raises_is_a_failure_of_the_episode(evaluation):
     first, again = run(EpisodeWorker(evaluation("loud")), 0, 0)
     assert first.status == "ERROR" and "so loud" in first.reason and "shout" in first.node
     assert first.digest == again.digest
+
+
+@pytest.mark.parametrize(
+    ("episodes", "limit"), [(30, 0.14), pytest.param(1000, 0.149, marks=pytest.mark.soak)]
+)
+def test_episodes_whose_state_diverges_in_the_grip_are_failed_rows(
+    evaluation, tmp_path, episodes, limit
+):
+    options = {"scene": str(tmp_path / "fixed.toml"), "settings": {"limit": limit}}
+    make = partial(EpisodeWorker, evaluation("fragile", options=options))
+    ids = [EpisodeId(0, number) for number in range(episodes)]
+    rows = {row.episode: row for row in run_episodes(make, ids, 1 if episodes < 100 else 2)}
+    assert sorted(rows) == list(range(episodes))
+    masses = {n: json.loads(row.randomized)["objects"]["cube"]["mass"] for n, row in rows.items()}
+    heavy = {n for n, mass in masses.items() if mass > limit}
+    assert {n for n, row in rows.items() if row.status == "ERROR"} == heavy != set()
+    for number in heavy:
+        assert not rows[number].success
+        assert rows[number].reason.startswith("PhysicsDiverged: MuJoCo warned at")
+        assert rows[number].duration_s > 0.5
+    rest = {(row.status, row.node) for n, row in rows.items() if n not in heavy}
+    assert rest == {("FAILURE", "goal")}
+    worker = make()
+    run(worker, min(heavy))
+    after = min(set(rows) - heavy)
+    assert run(worker, after)[0].digest == rows[after].digest
+
+
+@pytest.mark.parametrize("name", ["GeneratorExit", "SystemExit"])
+def test_any_exception_but_an_interrupt_is_a_failure_of_the_episode(evaluation, name):
+    (result,) = run(EpisodeWorker(evaluation("leaving", options={"settings": {"raises": name}})), 0)
+    assert (result.status, result.reason) == ("ERROR", name)
+
+
+def test_a_leaf_that_a_fallback_replaced_is_in_the_row(evaluation):
+    results = run(EpisodeWorker(evaluation("rescued")), 0, 1)
+    assert [json.loads(one.leaf_times) for one in results] == [
+        {"Policy": {"share": 0.0, "reasons": ["does not fit"]}}
+    ] * 2
+    rate = SuccessRate.of(results)
+    assert str(rate).startswith("2 of 2 episodes succeeded")
+    assert rate.use.sentences("episodes") == [
+        "Policy ran in 0 of 2 episodes, for 0.0% of the time: 2 x does not fit."
+    ]
 
 
 def test_points_vary_tree_scene_robot_and_controller(evaluation):

@@ -19,6 +19,14 @@ HOPELESS = 120.0
 """Wall time without a further result after which a test that waits has failed [s]."""
 
 
+def test_workers_that_leave_are_failed_rows(evaluation):
+    rows = list(evaluate(evaluation("leaving"), 2, 2))
+    assert {row.episode for row in rows} == {0, 1}
+    assert {(row.success, row.status, row.reason) for row in rows} == {
+        (False, "DIED", "its process ended with exit code 0")
+    }
+
+
 def rows_in(folder: Path) -> int:
     """Count the results in a folder that another process writes."""
     journal = folder / JOURNAL

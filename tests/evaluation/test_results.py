@@ -1,6 +1,7 @@
 """Results are kept from the moment they are added, and read as Parquet."""
 
 import json
+from dataclasses import dataclass
 
 import pytest
 
@@ -16,6 +17,13 @@ IDENTITY = {"tree": "t", "seed": 0, "points": [dict(point) for point in POINTS]}
 
 def result(episode, point=0):
     return EpisodeResult(point, episode, 0, True, "SUCCESS", digest=f"{point}-{episode}")
+
+
+@dataclass(frozen=True)
+class Measured(EpisodeResult):
+    """A result with one more column."""
+
+    distance: float | None = None
 
 
 def abandon(folder):
@@ -39,6 +47,34 @@ def test_rows_have_the_varied_parameters_and_the_identity(folder, tmp_path):
     assert table["vary.robot"].to_pylist() == ["panda", "ur5e"]
     assert table["digest"].to_pylist() == ["0-0", "1-0"]
     assert json.loads(table.schema.metadata[b"bt_manip"]) == IDENTITY
+
+
+def test_a_new_column_may_be_empty(folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(results, "EpisodeResult", Measured)
+    rows = [Measured(0, i, 0, True, "SUCCESS", distance=d) for i, d in enumerate((0.25, None))]
+    with folder() as writing:
+        for row in rows:
+            writing.add(row)
+    assert parquet.read_table(tmp_path / "out")["distance"].to_pylist() == [0.25, None]
+    assert read_results(tmp_path / "out")[1] == rows
+
+
+def test_results_of_before_a_new_column_are_read(folder, tmp_path, monkeypatch):
+    with folder() as writing:
+        writing.add(result(0))
+    monkeypatch.setattr(results, "EpisodeResult", Measured)
+    with folder() as again:
+        assert [one.distance for one in again.results] == [None]
+
+
+def test_a_column_of_an_unknown_type_is_named(folder, monkeypatch):
+    @dataclass(frozen=True)
+    class Listed(EpisodeResult):
+        path: list | None = None
+
+    monkeypatch.setattr(results, "EpisodeResult", Listed)
+    with pytest.raises(TypeError, match="no type of column for path"):
+        folder()
 
 
 def test_every_added_result_survives_a_killed_process(folder, tmp_path, monkeypatch):

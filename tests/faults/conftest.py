@@ -12,9 +12,9 @@ def start(station):
     """Start a fault in the station; it ends after the test if it has not ended."""
     started = []
 
-    def start(fault, seed=0, tree=None):
+    def start(fault, seed=0, tree=None, within=station):
         tree = tree or Tree(Sleep("rest", msec=1000), clock=station.clock)
-        context = FaultContext(station, tree, tree.nodes[-1], np.random.default_rng(seed))
+        context = FaultContext(within, tree, tree.nodes[-1], np.random.default_rng(seed))
         fault.start(context)
         started.append(fault)
         return fault

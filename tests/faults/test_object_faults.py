@@ -1,5 +1,7 @@
 """Faults of objects do what they say in the physics, and are undone."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -16,8 +18,10 @@ from bt_manip.faults import (
     Stuck,
     Vanish,
 )
+from bt_manip.scenes import Fixture
 from bt_manip.testing.situations import AROUND_THE_CUBE, AT_REST, HOLDING
 
+TARGET = [1.2, 0.3, 0.0, -1.8, 0.0, 2.1, 0.8]  # [rad]
 BASE, TABLE = np.array([-0.1, 0.0]), 1.015
 
 
@@ -33,6 +37,16 @@ def lies_on_the_table_within_reach(station):
 def test_an_object_vanishes(station, start):
     start(Vanish())
     assert "cube" not in station.cell.entities
+
+
+def test_an_object_of_the_scene_that_vanishes_comes_back_for_the_next_cycle(station, start):
+    cell, pose = station.cell, station.cell.pose("cube")
+    cube = Fixture("cube", "cube", pose)
+    scene = replace(station.scene, fixtures=(*station.scene.fixtures, cube))
+    fault = start(Vanish(), within=replace(station, scene=scene))
+    assert "cube" not in cell.entities
+    fault.end()
+    assert cell.pose("cube").isApprox(pose) and cell.is_free("cube")
 
 
 def test_a_fault_of_an_object_that_is_not_there_does_not_happen(station, start):
@@ -117,13 +131,22 @@ def test_a_stuck_object_does_not_move_when_it_is_pulled(station, start):
 @pytest.mark.start("holding a cube over the table")
 def test_an_obstacle_appears_ahead_of_the_tool_and_disappears(station, start, trial):
     cell = station.cell
-    motion = trial(MoveToConfiguration(configuration=[1.2, 0.3, 0.0, -1.8, 0.0, 2.1, 0.8]))
+    motion = trial(MoveToConfiguration(configuration=TARGET))
     motion.tick()
     fault = start(Obstacle(clearance=0.05))
     tool = station.robot.tool_pose.translation
     assert np.linalg.norm(cell.pose("obstacle").translation[:2] - tool[:2]) > 0.1
     fault.end()
     assert "obstacle" not in cell.entities
+
+
+def test_an_obstacle_leaves_the_end_of_the_motion_free(station, start, trial):
+    motion = trial(MoveToConfiguration(configuration=TARGET))
+    motion.tick()
+    start(Obstacle(clearance=0.0, distance=0.6))
+    world = station.arm.world
+    world.refresh()
+    assert not world.collisions(station.arm.target)
 
 
 def test_a_container_vanishes_and_comes_back(station, start):

@@ -2,14 +2,16 @@
 
 import json
 
+import mujoco
 import numpy as np
 import pytest
+from dm_control import composer, mjcf
 
+from bt_manip import build_station
 from bt_manip.collision import CollisionPair
 from bt_manip.exceptions import MotionError
 from bt_manip.grasping import GraspPlanner
 from bt_manip.planning import LineTo, follow_tool_path, tool_paths
-from bt_manip.runner import build_station
 from bt_manip.spatial import pose
 
 
@@ -42,3 +44,33 @@ def test_a_plan_holds_until_the_object_or_the_arm_has_moved():
     assert np.array_equal(follow_tool_path(arm.ik, arm.q, line).knots, plan.approach.knots)
     cell.move(name, pose((0.301, 0.0, height + 0.026)))
     assert planner.planned(name) is None
+
+
+def test_the_candidates_of_an_object_with_a_joint_follow_the_joint():
+    class Slider(composer.Entity):
+        """A block on a fixed foot, on which it slides."""
+
+        def _build(self):
+            self._root = mjcf.RootElement(model="slider")
+            self._root.worldbody.add("geom", type="box", size=[0.04, 0.04, 0.02], mass=0.1)
+            block = self._root.worldbody.add("body", name="block", pos=[0.0, 0.0, 0.05])
+            block.add("joint", type="slide", axis=[1, 0, 0], name="slide")
+            block.add("geom", type="box", size=[0.02, 0.02, 0.03], mass=0.1)
+
+        @property
+        def mjcf_model(self):
+            return self._root
+
+    def plan(planner):
+        return planner.plan(name, [0.1], cell.pose(name).translation).grasp.T_ot.homogeneous
+
+    station = build_station()
+    cell = station.cell
+    name = cell.add(Slider(), pose((0.4, 0.0, 1.036)), free=False)
+    planner = GraspPlanner(cell, station.arm)
+    before = plan(planner)
+    cell.data.qpos[cell.model.joint("slider/slide").qposadr[0]] = 0.03
+    mujoco.mj_forward(cell.model, cell.data)
+    after = plan(planner)
+    assert (after == plan(GraspPlanner(cell, station.arm))).all()
+    assert after[0, 3] - before[0, 3] == pytest.approx(0.03, abs=1e-3)

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bt_manip import spatial
+from bt_manip import build_station, spatial
 from bt_manip.behaviours.poses import centre_pose
 from bt_manip.cell.objects import Cube, Cylinder, Sphere
 from bt_manip.grasping import GraspPlanner, GripperClearance
-from bt_manip.runner import Station, build_station
+from bt_manip.runner import Station
 
 FIVE_JOINTS = Path(__file__).parents[1] / "robots/models/five_joints.toml"
 TABLE = 1.015  # [m] height of its surface

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from dm_control.composer.variation import distributions
 
+from bt_manip import build_station
 from bt_manip.cell import Cell, Cube
 from bt_manip.cell.objects import ConvexMesh
 from bt_manip.cell.randomization import Randomization
@@ -13,7 +14,7 @@ from bt_manip.exceptions import MotionError
 from bt_manip.grasping import GraspPlanner, check_friction
 from bt_manip.grippers import contact_friction, solids_of
 from bt_manip.robots import GripperError
-from bt_manip.runner import build_station, table_and_basket
+from bt_manip.scenes import table_and_basket
 from bt_manip.spatial import pose
 from tests.control.conftest import grip as grip
 

@@ -53,3 +53,16 @@ def test_an_object_lifted_into_an_obstacle_has_negative_clearance(station):
     lifted = clearance.of_displaced("cube", [[0.0, 0.0, 0.05]])
     assert lifted.entity == "other" and lifted.distance == pytest.approx(-0.02, abs=1e-3)
     assert clearance.of_displaced("cube", [[0.0, 0.0, 0.02]]).distance > 0.0
+
+
+def test_the_gripper_has_the_same_bits_wherever_the_arm_is(station):
+    def bits():
+        poses = GripperClearance(station.cell, station.robot, []).geom_poses
+        return {geom: T.homogeneous.tobytes() for geom, T in poses.items()}
+
+    before, state = bits(), station.get_state()
+    station.robot.set_configuration(station.robot.q + 0.1)
+    station.robot.gripper.set_opening(station.cell.data.qpos, 0.3)
+    after = bits()
+    station.set_state(state)
+    assert before == after

@@ -1,11 +1,14 @@
 import numpy as np
 import pytest
 
+from bt_manip import build_station
 from bt_manip.cell import CellError, Cube
 from bt_manip.grasping import REFERENCE_AREA, ReachFromAbove
-from bt_manip.runner import Station, build_station
+from bt_manip.runner import Station
+from bt_manip.scenes import two_arms
 from bt_manip.spatial import pointing_down, pose
 from tests.measuring.small_arm import write_small_arm
+from tests.robot_fixtures import Box
 
 HEIGHT = 0.04  # [m] of the tool over the table, at a grasp of the cube
 
@@ -72,3 +75,30 @@ def test_the_basket_stays_where_the_arm_can_drop_into_it(parts):
 def test_an_arm_that_reaches_nothing_from_above_says_where_to_place_it(small):
     with pytest.raises(CellError, match="reaches no part of 'table' from above.*base"):
         ReachFromAbove(small.arm).area(small.cell, "table", 0.6)
+
+
+def test_the_area_does_not_depend_on_where_another_arm_is(parts):
+    def area(station):
+        right = station.robots["right"]
+        return ReachFromAbove(right.arm).area(station.cell, "table", HEIGHT)
+
+    station = build_station(parts, scene=two_arms())
+    before, left = area(station), station.robots["left"]
+    reached = left.arm.ik.nearest(pointing_down((0.2, 0.0, 1.2)), left.arm.q)
+    assert reached.solved
+    left.arm.reset(reached.q)
+    left.robot.set_configuration(reached.q)
+    assert area(station) == before
+
+
+def test_the_area_is_found_anew_when_a_fixed_object_was_turned_in_place(small):
+    reach, state = ReachFromAbove(small.arm), small.get_state()
+    x, y = reach.area(small.cell, "table", HEIGHT).squares[0]
+    along, across = pose((x, y, 1.07)), pose((x, y, 1.07), (0.5**0.5, 0.0, 0.0, 0.5**0.5))
+    small.cell.add(Box((0.3, 0.02, 0.1)), along, name="bar", free=False)
+    before = reach.area(small.cell, "table", HEIGHT)
+    small.cell.move("bar", across)
+    after = reach.area(small.cell, "table", HEIGHT)
+    small.cell.remove("bar")
+    small.set_state(state)
+    assert before.squares != after.squares

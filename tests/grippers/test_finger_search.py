@@ -2,6 +2,7 @@
 
 import mujoco
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from bt_manip.grippers import find_fingers
@@ -78,3 +79,63 @@ def test_what_is_no_gripper_of_two_fingers_is_said(old, new, message):
     model = mujoco.MjModel.from_xml_string(model_of("none").replace(old, new))
     with pytest.raises(RobotError, match=message):
         find_fingers(model, ARM)
+
+
+def linked(name: str, side: int, joint: str) -> str:
+    """Return a pad on a link of its own; both slide together, 40 mm open on each side."""
+    inwards = -0.005 if side > 0 else 3e-4  # by which a link reaches beyond its pad
+    return f"""
+    <body name="{name}_link" pos="0 {0.044 * side} 0.1">
+      <joint name="{joint}" type="slide" axis="0 {side} 0" range="-0.04 0" armature="0.1"/>
+      <geom type="box" size="0.01 0.004 0.01" pos="0 {-side * inwards} -0.02"/>
+      <body name="{name}_pad"><geom class="pad"/></body>
+    </body>"""
+
+
+def test_the_pads_are_two_bodies_of_the_same_kind():
+    """The link under one pad reaches a little farther than the pad itself."""
+    palm = linked("left", 1, "a") + linked("right", -1, "b")
+    xml = model_of("coupled_slides")
+    start, end = xml.index('<body name="left"'), xml.index("<!--palm-->")
+    xml = xml[:start] + palm + xml[end:]
+    equality = '<equality><joint joint1="a" joint2="b"/></equality>'
+    start, end = xml.index("</worldbody>"), xml.index("<actuator>")
+    motors = '<actuator><motor joint="a" ctrlrange="-20 20"/></actuator></mujoco>'
+    xml = f"{xml[:start]}</worldbody>{equality}{motors}"
+    found = find_fingers(mujoco.MjModel.from_xml_string(xml), ARM)
+    assert set(found.fingers) == {"left_pad", "right_pad"}
+
+
+def test_a_given_tool_frame_is_measured_and_turned_where_its_z_axis_is_another():
+    model = mujoco.MjModel.from_xml_string(model_of("coupled_slides"))
+    at = np.array([0.0, 0.0, 0.115])
+    turned = pin.SE3(pin.rpy.rpyToMatrix(0.0, np.pi / 2, 0.0), at)
+    for T, rotation in ((pin.SE3(np.eye(3), at), np.eye(3)), (turned, None)):
+        found = find_fingers(model, ARM, tool=("palm", T))
+        assert found.T_bt.translation == pytest.approx(at)
+        assert found.T_bt.rotation[:, 2] == pytest.approx((0, 0, 1))
+        assert rotation is None or np.allclose(found.T_bt.rotation, rotation)
+
+
+def test_a_given_tool_frame_has_to_be_fixed_to_the_gripper_and_between_the_fingers():
+    model = mujoco.MjModel.from_xml_string(model_of("coupled_slides"))
+    with pytest.raises(RobotError, match=r"moves with 'left'; .*, 'palm'"):
+        find_fingers(model, ARM, tool=("left", pin.SE3.Identity()))
+    beyond = pin.SE3(np.eye(3), np.array([0.0, 0.0, 0.2]))
+    with pytest.raises(RobotError, match="not between the fingers"):
+        find_fingers(model, ARM, tool=("palm", beyond))
+
+
+def test_a_hand_that_tendons_pull_is_not_taken_for_two_fingers():
+    xml = model_of("coupled_slides")
+    sites, tendons, motors = "", "", ""
+    for i in range(3):
+        sites += f'<site name="s{i}" pos="0 0 0.0{i}"/>'
+        tendons += f'<spatial name="t{i}"><site site="base"/><site site="s{i}"/></spatial>'
+        motors += f'<motor tendon="t{i}"/>'
+    xml = xml.replace("<!--palm-->", '<site name="base"/><!--palm-->', 1)
+    xml = xml.replace('<body name="left"', f'<body name="nail">{sites}</body><body name="left"', 1)
+    xml = xml.replace("</worldbody>", f"</worldbody><tendon>{tendons}</tendon>")
+    xml = xml.replace("</actuator>", f"{motors}</actuator>")
+    with pytest.raises(RobotError, match="3 actuators pull on tendons beyond 'turn'"):
+        find_fingers(mujoco.MjModel.from_xml_string(xml), ARM)

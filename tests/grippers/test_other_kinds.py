@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from bt_manip import build_station
 from bt_manip.behaviours import (
     CloseGripper,
     Drop,
@@ -25,7 +26,6 @@ from bt_manip.bt import NodeStatus, Sequence
 from bt_manip.cell.objects import Cube, Sphere
 from bt_manip.models import bundled_path
 from bt_manip.plugins import Choice, load_plugins
-from bt_manip.runner import build_station
 from bt_manip.spatial import pose
 
 ARM = """

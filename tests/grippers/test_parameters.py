@@ -46,13 +46,22 @@ def test_one_joint_is_enough_and_the_openings_may_be_left_to_the_model(read):
             ARM + "max_forze = 3\n",
             "arm.toml:16: key 'gripper.max_forze' means nothing; did you mean 'max_force'",
         ),
-        (ARM.replace('"left", "right"', ""), "'gripper.joints' names one joint or two"),
-        (ARM.replace('"one", "two"', '"one"'), "'gripper.fingers' names two bodies, got 1"),
+        (
+            ARM.replace('"left", "right"', ""),
+            "'gripper.joints' is a list of 1 to 2 names, each once, got none",
+        ),
+        (
+            ARM.replace('"one", "two"', '"one"'),
+            "'gripper.fingers' is a list of 2 names, each once, got one",
+        ),
         (
             ARM.replace('"left", "right"', '"left", "left"'),
-            "'gripper.joints' names 'left' twice; name it once if it moves both",
+            "'gripper.joints' is a list of 1 to 2 names, each once, got left, left",
         ),
-        (ARM.replace('"one", "two"', '"one", "one"'), "'gripper.fingers' names 'one' twice"),
+        (
+            ARM.replace('"one", "two"', '"one", "one"'),
+            "'gripper.fingers' is a list of 2 names, each once, got one, one",
+        ),
         (ARM + "[gripper.pads]\nsolrf = [0.01]\n", "'gripper.pads.solrf' means nothing"),
     ],
 )
@@ -65,5 +74,7 @@ def test_what_is_wrong_in_python_is_said_with_its_robot():
     gripper = two_finger_gripper(
         joints=(), fingers=("a", "b"), open_width=0.1, max_speed=1.0, max_force=1.0
     )
-    with pytest.raises(RobotError, match="robot 'arm': key 'gripper.joints' names one"):
+    with pytest.raises(
+        RobotError, match="robot 'arm': key 'gripper.joints' is a list of 1 to 2 names"
+    ):
         read_parameters(gripper.read("arm"))

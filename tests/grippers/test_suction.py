@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bt_manip import build_station
 from bt_manip.behaviours import (
     CloseGripper,
     Drop,
@@ -25,7 +26,6 @@ from bt_manip.bt import NodeStatus, Sequence
 from bt_manip.cell.objects import Box, Capsule, ConvexMesh, Cylinder, Sphere
 from bt_manip.grippers import SuctionGripper, suction_gripper
 from bt_manip.robots import RobotError, read_description
-from bt_manip.runner import build_station
 from bt_manip.spatial import pointing_down, pose
 from bt_manip.testing.robot_contract import ROBOT_CONTRACT, RobotCase
 

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from bt_manip import build_station
 from bt_manip.groot import GrootPublisher
-from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource, build_station
+from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
 from tests.groot.client import Client, free_ports
 
 REPOSITORY = Path(__file__).resolve().parents[2]

@@ -9,11 +9,12 @@ from typing import ClassVar
 
 import pytest
 
+from bt_manip import build_station
 from bt_manip.bt import NodeStatus, Sequence, Sleep, Tree, instance_to_xml, parse_tree
 from bt_manip.exceptions import BtManipError
 from bt_manip.groot import BtlogRecorder, SqliteRecorder
-from bt_manip.recording import RecordingError
-from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource, build_station
+from bt_manip.record import RecordingError
+from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
 from tests.conformance.leaves import corpus_registry
 from tests.conformance.options import options_in, parse_options
 

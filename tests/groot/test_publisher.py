@@ -12,12 +12,13 @@ from pathlib import Path
 import msgpack
 import pytest
 
+from bt_manip import build_station
 from bt_manip.behaviours import MoveHome, MoveToConfiguration
 from bt_manip.bt import BehaviourRegistry, Sequence, Tree, parse_tree
 from bt_manip.exceptions import BtManipError
 from bt_manip.groot import GrootPublisher
-from bt_manip.recording import Recorder
-from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource, build_station
+from bt_manip.record import Recorder
+from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
 from tests.conformance.leaves import corpus_registry
 from tests.conformance.options import options_in, parse_options
 from tests.groot.client import Client, free_ports, hook

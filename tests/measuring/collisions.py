@@ -5,12 +5,13 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from bt_manip import spatial
+from bt_manip import build_station, spatial
 from bt_manip.arm import Arm
 from bt_manip.behaviours import Drop
 from bt_manip.bt import Status
 from bt_manip.registry import Parts
-from bt_manip.runner import Run, RunObserver, Scene, SceneRobot, Station, build_station
+from bt_manip.runner import Run, RunObserver, Station
+from bt_manip.scenes import Scene, SceneRobot
 from tests.measuring.scenes import Fixed
 
 STRETCHED = (0.0, 0.5, 0.0, -1.6, 0.0, 2.1, 0.785)

@@ -67,12 +67,18 @@ def _path_duration(path: Path, model: RobotModel) -> float:
     def symmetric(limit):
         return np.column_stack([-limit, limit])
 
+    def velocity_range(place):
+        q, slope = (rows[0, : path.nq] for rows in path.evaluate(np.array([place]))[:2])
+        return symmetric(model.limits.velocity_at(q, slope))
+
     limits, geometry = model.limits, Geometry()
     places = np.linspace(0.0, 1.0, GRID + 1)
     possible, duration = speed, np.nan
     for _ in range(ITERATIONS if model.damping.any() else 1):
         constraints = [
-            constraint.JointVelocityConstraint(symmetric(limits.velocity)),
+            constraint.JointVelocityConstraintVarying(velocity_range)
+            if limits.near is not None
+            else constraint.JointVelocityConstraint(symmetric(limits.velocity)),
             constraint.JointAccelerationConstraint(symmetric(limits.acceleration)),
             Torques(
                 model.rnea,

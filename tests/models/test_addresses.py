@@ -3,8 +3,20 @@
 import os
 
 import pytest
+import trimesh
 
-from bt_manip.models import ModelError, bundled_path, find_model, is_address, load_model
+from bt_manip import installed
+from bt_manip.models import (
+    MjcfModel,
+    ModelError,
+    ModelFormat,
+    built_in_sources,
+    bundled_path,
+    find_model,
+    is_address,
+    load_model,
+)
+from bt_manip.registry import Parts
 
 
 def test_a_bundled_model_goes_by_its_name():
@@ -14,9 +26,8 @@ def test_a_bundled_model_goes_by_its_name():
 
 def test_a_file_is_what_its_name_or_its_content_says(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    files = {"a.sdf": ("sdf", ""), "a.urdf": ("urdf", ""), "a.STL": ("mesh", ""),
-             "b.xml": ("mjcf", "<mujoco/>"), "c.xml": ("urdf", "<robot/>"),
-             "d.xml": ("sdf", "<sdf/>")}  # fmt: skip
+    files = {"a.urdf": ("urdf", ""), "a.STL": ("mesh", ""),
+             "b.xml": ("mjcf", "<mujoco/>"), "c.xml": ("urdf", "<robot/>")}  # fmt: skip
     for name, (kind, text) in files.items():
         (tmp_path / name).write_text(text)
         for address in (name, f"./{name}", str(tmp_path / name), f"file://{tmp_path / name}"):
@@ -24,11 +35,54 @@ def test_a_file_is_what_its_name_or_its_content_says(tmp_path, monkeypatch):
             assert (found.format, found.address) == (kind, str((tmp_path / name).resolve()))
 
 
-def test_a_folder_of_gazebo_is_a_model(tmp_path):
-    (tmp_path / "my ball").mkdir()
-    (tmp_path / "my ball" / "model.config").write_text("<model><sdf>m.sdf</sdf></model>")
-    (tmp_path / "my ball" / "m.sdf").write_text("<sdf/>")
-    assert find_model(str(tmp_path / "my ball")).name == "my_ball"
+@pytest.fixture
+def gazebo_files(tmp_path, monkeypatch):
+    """Write a model of Gazebo in each of its forms."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.sdf", "a.world", "b.xml"):
+        (tmp_path / name).write_text("<sdf/>")
+    (tmp_path / "ball").mkdir()
+    (tmp_path / "ball" / "model.config").touch()
+
+
+@pytest.mark.parametrize(
+    "address", ["fuel:a/b", "https://x/y", "a.sdf", "a.world", "b.xml", "ball", "file:a.sdf"]
+)
+def test_models_of_fuel_and_sdf_name_the_package_that_reads_them(
+    address, gazebo_files, monkeypatch
+):
+    monkeypatch.setenv("BT_MANIP_BLOCK", "fuel")
+    with pytest.raises(ModelError, match="pip install bt-manip-fuel") as caught:
+        load_model(address)
+    assert str(caught.value).startswith(f"'{address}': ")
+
+
+def test_sources_and_formats_of_installed_plugins_are_the_default(tmp_path, monkeypatch):
+    ball = ModelFormat(
+        lambda found, *, convex, progress: MjcfModel(found.address, found.name, xml="<mujoco/>"),
+        suffixes=(".ball",),
+    )
+    (tmp_path / "red.ball").touch()
+    (tmp_path / "plugin.py").write_text("")
+    parts = Parts()
+    parts.model_formats.add("ball", ball, "test")
+    parts.model_sources.add("shelf", lambda address, progress: tmp_path / "red.ball", "test")
+    monkeypatch.setattr(installed, "_load", lambda: parts)
+    assert load_model(str(tmp_path / "red.ball")).xml == "<mujoco/>"
+    assert load_model("shelf:red").address == "shelf:red"
+    with pytest.raises(ModelError, match="not a model"):
+        find_model(str(tmp_path / "plugin.py"))
+    with pytest.raises(ModelError, match="unknown kind of address 'shelf:'"):
+        find_model("shelf:red", sources=built_in_sources())
+
+
+def test_models_of_built_in_sources_and_formats_load_no_plugins(tmp_path, monkeypatch):
+    monkeypatch.setattr(installed, "_load", lambda: pytest.fail("plugins were loaded"))
+    trimesh.creation.box((0.1, 0.1, 0.1)).export(tmp_path / "box.stl")
+    assert "mesh" in load_model(str(tmp_path / "box.stl")).xml
+    assert load_model("bundled:cube").path == bundled_path("cube/cube.xml")
+    with pytest.raises(ModelError, match="did you mean 'box.stl'"):
+        find_model(str(tmp_path / "box.sdl"))
 
 
 def test_a_file_with_a_colon_in_its_name_is_a_file(tmp_path, monkeypatch):
@@ -53,12 +107,11 @@ def test_what_has_more_than_a_names_characters_is_an_address(text):
     ("address", "words"),
     [
         ("menagrie:franka", "unknown kind of address 'menagrie:'; did you mean 'menagerie:'?"),
-        ("ftp://x/y.sdf", "unknown kind of address 'ftp:'; "),
+        ("ftp://x/y.urdf", "unknown kind of address 'ftp:'; "),
         ("bundled:tabel", "no bundled model 'tabel'; did you mean 'table'"),
         ("bundled:../secret", "no bundled"),
         ("", "there is no such file|folder without"),
-        ("nobody.sdf", "there is no such file"),
-        ("https://example.com/x.sdf", "is not the address of a model"),
+        ("nobody.urdf", "there is no such file"),
     ],
 )
 def test_a_wrong_address_is_one_clear_error(address, words, tmp_path, monkeypatch):

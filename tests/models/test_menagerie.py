@@ -17,8 +17,6 @@ from bt_manip.cell.objects import ModelObject
 from bt_manip.models import ModelError, find_model
 from bt_manip.robots import build_model, verify
 
-from .conftest import Answer
-
 SIX = (
     "franka_emika_panda", "franka_fr3", "kuka_iiwa_14", "robotiq_2f85", "ufactory_xarm7",
     "universal_robots_ur5e",
@@ -87,7 +85,7 @@ def robot(server, tmp_path, monkeypatch):
     monkeypatch.delenv("MENAGERIE_ROOT", raising=False)
     for variable in ("http_proxy", "HTTP_PROXY"):
         monkeypatch.delenv(variable, raising=False)
-    server.answers[f"/assets/{changed.asset}"] = Answer(data)
+    server.files[f"/assets/{changed.asset}"] = data
     return changed, data
 
 
@@ -111,14 +109,14 @@ def test_a_wrong_checksum_is_refused_and_nothing_is_left(robot, server, tmp_path
     known, data = robot
     wrong = bytearray(data)
     wrong[len(wrong) // 2] ^= 1
-    server.answers[f"/assets/{known.asset}"] = Answer(bytes(wrong))
+    server.files[f"/assets/{known.asset}"] = bytes(wrong)
     with pytest.raises(ModelError, match="does not match the digest"):
         find_model("menagerie:kuka_iiwa_14")
     assert left(tmp_path) == []
 
 
 def test_a_model_that_the_server_lacks_is_refused_and_nothing_is_left(robot, server, tmp_path):
-    server.answers.clear()
+    server.files.clear()
     with pytest.raises(ModelError, match="404"):
         find_model("menagerie:kuka_iiwa_14")
     assert left(tmp_path) == []

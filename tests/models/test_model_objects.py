@@ -1,6 +1,5 @@
 """Objects made of models: in a cell, in a tree, in a scene, in a state."""
 
-import json
 import os
 
 import mujoco
@@ -8,44 +7,21 @@ import numpy as np
 import pytest
 
 from bt_manip import spatial
-from bt_manip.behaviours import Grasp, Hover, Reach, SpawnObject
-from bt_manip.bt import Sequence
 from bt_manip.cell import Cell, CellError
-from bt_manip.cell.objects import Basket, Catalogue, Cube, ModelObject, Table
+from bt_manip.cell.objects import Catalogue, Cube, ModelObject
 from bt_manip.exceptions import BtManipError
 from bt_manip.models import ModelError
 from bt_manip.plugins import load_plugins
-from bt_manip.recording.recorder import Recorder
+from bt_manip.record.report.recorder import Recorder
 from bt_manip.registry import UnknownPartError
 from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
 from bt_manip.runner.reloading import Reloader
-from bt_manip.runner.station import build_station
 from bt_manip.runner.xml_tree import known_behaviours
-
-from .conftest import bundled_sdf, model_zip
-
-REFERENCE = {
-    "cube": "fuel:openrobotics/wood cube 5cm",
-    "table": "fuel:OpenRobotics/Table",
-    "basket": "fuel:GoogleResearch/Threshold Basket",
-}
-"""The three models of the reference task."""
 
 
 @pytest.fixture(scope="module")
 def parts():
     return load_plugins().parts
-
-
-@pytest.fixture
-def reference(server):
-    """Serve the three models; the cube's origin is on its bottom, as that of Fuel's."""
-    cube = bundled_sdf("cube", static=False, raised=0.025)
-    server.add("openrobotics", "wood cube 5cm", model_zip(cube), version=2)
-    server.add("OpenRobotics", "Table", model_zip(bundled_sdf("table", static=True)), version=3)
-    basket = bundled_sdf("basket", static=False)
-    server.add("GoogleResearch", "Threshold Basket", model_zip(basket))
-    return server
 
 
 def run(parts, settings, tree="pick_place", **request):
@@ -55,58 +31,6 @@ def run(parts, settings, tree="pick_place", **request):
     prepared = prepare(RunRequest(source, settings=settings, **request), parts, warnings.append)
     prepared.execute([recorder])
     return recorder.report(), prepared.station, warnings
-
-
-def test_pick_place_runs_with_all_three_models_from_fuel(reference, parts):
-    report, station, warnings = run(parts, REFERENCE, cycles=2)
-    for cycle in report.cycles:
-        assert (cycle.status, cycle.placed) == ("SUCCESS", True)
-        assert cycle.object == "wood_cube_5cm"
-        assert cycle.unexpected_contacts == ()
-        assert 0.95 * 50.0 <= cycle.grip_force_n <= 1.2 * 50.0
-    assert warnings == []
-    kinds = {name: entity.kind for name, entity in station.cell.objects.items()}
-    assert kinds == {"table": "fuel:OpenRobotics/Table/3",
-                     "basket": "fuel:GoogleResearch/Threshold Basket/1"}  # fmt: skip
-
-
-def test_pick_place_runs_from_the_cache_when_the_server_is_gone(reference, parts):
-    for address in REFERENCE.values():
-        ModelObject(address)
-    reference.stop()
-    reference.stop = lambda: None
-    report, _, _ = run(parts, REFERENCE)
-    assert report.cycles[0].placed
-
-
-def test_the_tree_in_python_takes_the_same_settings(reference, parts):
-    place = find_tree("pick_place", {n: parts.trees.get(n) for n in parts.trees}).path
-    in_python, _, _ = run(parts, REFERENCE, f"{place.with_suffix('.py')}:pick_place")
-    assert in_python.state_digest == run(parts, REFERENCE)[0].state_digest
-
-
-def test_a_table_of_another_height_takes_the_robot_and_the_basket_along(server, parts):
-    # 15 mm of the top's half thickness become 165 mm: its surface comes to 1.165 m.
-    thick = bundled_sdf("table", static=True).replace("1.5 0.8 0.03", "1.5 0.8 0.33")
-    server.add("someone", "thick", model_zip(thick))
-    report, station, _ = run(parts, {"table": "fuel:someone/thick"})
-    assert station.cell.pose("basket").translation[2] == pytest.approx(1.165, abs=1e-9)
-    assert report.cycles[0].placed
-
-
-def test_a_model_with_its_origin_elsewhere_stands_where_the_old_one_stood(server, parts):
-    raised = bundled_sdf("table", static=True, raised=-0.3)
-    server.add("someone", "raised", model_zip(raised))
-    report, station, _ = run(parts, {"table": "fuel:someone/raised"})
-    assert station.cell.pose("table").translation[2] == pytest.approx(0.3, abs=1e-9)
-    assert station.cell.pose("basket").translation[2] == pytest.approx(1.015, abs=1e-9)
-    assert report.cycles[0].placed
-
-
-def test_an_address_that_leads_nowhere_is_found_before_anything_runs(server, parts):
-    for key in ("cube", "table", "basket"):
-        with pytest.raises(BtManipError, match="no such model"):
-            run(parts, {key: "fuel:nobody/nothing"})
 
 
 def test_a_plain_name_is_for_the_tree(parts):
@@ -138,76 +62,24 @@ def test_a_tree_that_is_edited_leaves_the_scenes_models_alone(parts, tmp_path):
     assert told == [f"{copy} was edited; the tree begins anew"]
 
 
-def test_a_model_knows_of_itself_what_the_projects_own_objects_know(server):
-    cube, table, basket = Cube(), Table(), Basket()
-    server.add("a", "cube", model_zip(bundled_sdf("cube", static=False)))
-    server.add("a", "table", model_zip(bundled_sdf("table", static=True)))
-    made = ModelObject("fuel:a/cube")
-    assert (made.free, made.category) == (True, "graspable")
-    assert made.mass == pytest.approx(cube.mass)
-    assert made.rest_height == pytest.approx(cube.rest_height)
-    assert made.centre_offset == pytest.approx(np.zeros(3), abs=1e-12)
-    made = ModelObject("fuel:a/table")
-    assert (made.free, made.category) == (False, "surface")
-    assert made.surface_height == pytest.approx(table.surface_height)
-    made = ModelObject("bundled:basket", category="container")
-    assert made.mass == pytest.approx(basket.mass)
-    assert (made.category, made.surface_height) == ("container", None)
-
-
-def test_mass_friction_and_colour_can_be_changed(server):
-    server.add("a", "cube", model_zip(bundled_sdf("cube", static=False)))
-    for address in ("fuel:a/cube", "bundled:cube"):
-        cell = Cell()
-        thing = ModelObject(address, mass=2.0, friction=0.3, colour=(1, 0, 0))
-        name = cell.add(thing, spatial.pose((0, 0, 1)))
-        body = cell.body_id(name)
-        assert thing.mass == 2.0
-        assert cell.model.body_subtreemass[body] == pytest.approx(2.0)
-        inertia = 2.0 / 6 * 0.05**2  # of a solid cube
-        child = int(np.argmax(cell.model.body_mass))
-        assert cell.model.body_inertia[child] == pytest.approx([inertia] * 3)
-        touch = (cell.model.geom_contype != 0) & (cell.model.geom_bodyid == child)
-        assert cell.model.geom_friction[touch, 0] == pytest.approx(0.3)
+def test_mass_friction_and_colour_can_be_changed():
+    cell = Cell()
+    thing = ModelObject("bundled:cube", mass=2.0, friction=0.3, colour=(1, 0, 0))
+    name = cell.add(thing, spatial.pose((0, 0, 1)))
+    body = cell.body_id(name)
+    assert thing.mass == 2.0
+    assert cell.model.body_subtreemass[body] == pytest.approx(2.0)
+    inertia = 2.0 / 6 * 0.05**2  # of a solid cube
+    child = int(np.argmax(cell.model.body_mass))
+    assert cell.model.body_inertia[child] == pytest.approx([inertia] * 3)
+    touch = (cell.model.geom_contype != 0) & (cell.model.geom_bodyid == child)
+    assert cell.model.geom_friction[touch, 0] == pytest.approx(0.3)
 
 
 @pytest.mark.parametrize("mass", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_mass_that_is_none_is_refused(mass):
     with pytest.raises(CellError, match="mass must be a positive number"):
         ModelObject("bundled:cube", mass=mass)
-
-
-def test_a_model_with_its_origin_far_away_is_spawned_and_grasped_by_its_middle(server, parts):
-    sdf = bundled_sdf("cube", static=False).replace(
-        "<link name='link'><pose>0 0 0.0 0 0 0</pose>",
-        "<link name='link'><pose>0.4 -0.3 0.2 0 0 0</pose>",
-    )
-    server.add("a", "cube", model_zip(sdf))
-    station = build_station(parts, seed=3)
-    region = "0.3;0.3;0.1;0.1"
-    tree = Sequence("grasp it", [
-        SpawnObject(model="fuel:a/cube", region=region, object="{o}"),
-        Hover(object="{o}", height=0.2), Reach(object="{o}"), Grasp(object="{o}"),
-    ])  # fmt: skip
-    assert station.run(tree).status.name == "SUCCESS"
-    middle = station.cell.pose("cube").act(np.array([0.4, -0.3, 0.2]))
-    assert middle == pytest.approx([0.3, 0.1, 1.04], abs=3e-3)
-
-
-def test_a_state_makes_the_models_again(server, parts):
-    server.add("a", "cube", model_zip(bundled_sdf("cube", static=False)), version=4)
-    station = build_station(parts)
-    thing = station.models.create("fuel:a/cube", friction=0.5)
-    station.cell.add(thing, spatial.pose((0.3, 0.0, 1.2)))
-    station.cell.step(50)
-    state = json.loads(json.dumps(station.get_state()))
-    server.add("a", "cube", b"broken", version=5)  # a newer one is none of the state's business
-    again = build_station(parts)
-    again.set_state(state)
-    assert again.cell.find("cube").kind == "fuel:a/cube/4"
-    for one in (station, again):
-        one.cell.step(100)
-    assert station.cell.state_bytes() == again.cell.state_bytes()
 
 
 def test_a_name_or_an_address_makes_an_object(parts):
@@ -230,20 +102,17 @@ def test_a_hollow_mesh_is_hollow_as_a_container(tmp_path, monkeypatch, parts):
     monkeypatch.setenv("BT_MANIP_CACHE", str(tmp_path / "kept"))
     walls = [trimesh.creation.box((0.2, 0.2, 0.02)).apply_translation((0, 0, 0.01))]
     for x, y in ((0.09, 0), (-0.09, 0), (0, 0.09), (0, -0.09)):
-        size = (0.02 if x else 0.2, 0.02 if y else 0.2, 0.1)
-        walls.append(trimesh.creation.box(size).apply_translation((x, y, 0.05)))
+        size = (0.02 if x else 0.158, 0.02 if y else 0.199, 0.1)  # no corner in common
+        walls.append(trimesh.creation.box(size).apply_translation((x, y, 0.051)))
     trimesh.util.concatenate(walls).export(tmp_path / "bin.stl")
-    mesh = "<geometry><mesh><uri>bin.stl</uri></mesh></geometry>"
-    path = tmp_path / "bin.sdf"
-    path.write_text(f"""<sdf version="1.10"><model name="bin"><link name="l">
-        <collision name="c">{mesh}</collision></link></model></sdf>""")
+    path = tmp_path / "bin.stl"
 
     monkeypatch.setattr(module, "can_decompose", lambda: False)
     solid = Catalogue(parts.objects)
     assert rests_at(solid.create(str(path), category="container")) == pytest.approx(0.125, abs=5e-3)
     assert len(solid.warnings()) == 1 and "bt-manip[convex]" in solid.warnings()[0]
 
-    # The real search takes minutes with such a mesh; test_sdf.py does one with a smaller one.
+    # The real search takes minutes with such a mesh.
     parts_found = [Mesh(np.asarray(w.vertices), np.asarray(w.faces)) for w in walls]
     monkeypatch.setattr(module, "can_decompose", lambda: True)
     monkeypatch.setattr(convex, "_decompose", lambda mesh: parts_found)
@@ -262,14 +131,12 @@ def rests_at(container: ModelObject) -> float:
 
 
 BAD = {
-    "fuell:a/b": "unknown kind of address 'fuell:'; did you mean 'fuel:'?",
-    "nowhere/thing.sdf": "there is no such file",
+    "bundeld:cube": "unknown kind of address 'bundeld:'; did you mean 'bundled:'",
+    "nowhere/thing.urdf": "there is no such file",
     "bundled:cub": "did you mean 'cube'",
     "package://nobody/x.urdf": "no package 'nobody'",
     "menagerie:franka": "did you mean 'franka_",
     "holed.stl": "not watertight",
-    "massless.sdf": "massless.sdf:2: link 'l': a mass must be a positive number",
-    "negative.sdf": "a mass must be a positive number [kg], got -1",
     "text.txt": "not a model; one is",
     "broken.xml": "broken.xml:1:",
     "wrong.xml": "MuJoCo refuses it|cannot be read",
@@ -284,9 +151,6 @@ def test_bad_input_is_one_error_and_the_cell_is_unchanged(address, tmp_path, mon
     box = trimesh.creation.box((0.1, 0.1, 0.1))
     box.update_faces(np.arange(10))
     box.export(tmp_path / "holed.stl")
-    sdf = "<sdf version='1.9'><model name='m'>\n<link name='l'><inertial><mass>{}</mass></inertial>"
-    (tmp_path / "massless.sdf").write_text(f"{sdf.format(0)}</link></model></sdf>")
-    (tmp_path / "negative.sdf").write_text(f"{sdf.format(-1)}</link></model></sdf>")
     (tmp_path / "text.txt").touch()
     (tmp_path / "broken.xml").write_text("<mujoco>")
     (tmp_path / "wrong.xml").write_text(

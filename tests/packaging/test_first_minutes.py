@@ -1,6 +1,7 @@
 """What a newcomer does in the first minutes: clone, run, complete a name, make mistakes."""
 
 import os
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -30,8 +31,10 @@ def run(clone: Path, *command: str, **variables: str) -> subprocess.CompletedPro
     )  # fmt: skip
 
 
-def test_make_run_sets_up_and_picks_a_cube_in_80_columns(clone):
-    done = run(clone, "make", "run")
+@pytest.mark.parametrize("installer", ["pip", "uv"])
+def test_make_run_sets_up_and_picks_a_cube_in_80_columns(clone, installer):
+    shutil.rmtree(clone / ".venv", ignore_errors=True)
+    done = run(clone, "make", "run", INSTALLER=installer)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert max(map(len, lines)) <= 80

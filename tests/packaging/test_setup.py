@@ -1,6 +1,7 @@
 """What stands around the package keeps its word."""
 
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -65,33 +66,124 @@ PYTHON = """#!/bin/sh
 case "$*" in
     --version) echo "Python 3.12.1" ;;
     "-m venv --clear .venv") mkdir -p .venv/bin && cp "$0" .venv/bin/python ;;
-    "-m pip install"*) echo "Collecting noise"; exit "${PIP:-0}" ;;
+    "-m pip config list") printf '%s\\n' "$SETTINGS" ;;
+    "-m pip install"*" uv")
+        [ "$UV" = none ] && exit 1
+        cp "$0" .venv/bin/uv ;;
+    "-m pip install"*) echo "pip install $*"; exit "${PIP:-0}" ;;
+    "pip install"*)
+        echo "uv $*"
+        env | grep -E '^(UV_|SSL_)'
+        [ "$UV" = hangs ] && kill -TERM "$PPID" && exec tail -f /dev/null
+        [ "$UV" != fails ] ;;
 esac
 """
 
 
-@pytest.mark.parametrize("fails", [False, True])
-def test_setup_prints_its_steps_and_keeps_the_output_of_pip_in_a_log(tmp_path, fails):
+@pytest.fixture
+def setup(tmp_path):
+    """Run the script in a folder without packages; ``python``, pip and uv tell the log."""
     (tmp_path / "tools").mkdir()
-    script = tmp_path / "tools" / "setup.sh"
-    script.write_text((REPOSITORY / "tools" / "setup.sh").read_text())
+    (tmp_path / "home").mkdir()
+    shutil.copy(REPOSITORY / "tools" / "setup.sh", tmp_path / "tools")
     python = tmp_path / "python"
     python.write_text(PYTHON)
     python.chmod(0o755)
-    done = subprocess.run(
-        ["sh", script], capture_output=True, text=True,
-        env={"PATH": "/usr/bin:/bin", "HOME": str(tmp_path), "PYTHON": str(python),
-             "PIP": str(int(fails))},
-    )  # fmt: skip
+
+    def run(**variables: str) -> tuple[subprocess.CompletedProcess, str]:
+        standard = {
+            "PATH": "/usr/bin:/bin", "HOME": str(tmp_path / "home"), "PYTHON": str(python),
+            "UV": "works", "SETTINGS": "",
+        }  # fmt: skip
+        done = subprocess.run(
+            ["sh", "tools/setup.sh"], cwd=tmp_path, env=standard | variables,
+            capture_output=True, text=True, timeout=60,
+        )  # fmt: skip
+        log = tmp_path / ".venv" / "setup.log"
+        assert (tmp_path / ".venv" / ".ready").exists() is (done.returncode == 0)
+        return done, log.read_text() if log.exists() else ""
+
+    return run
+
+
+def test_setup_prints_its_steps_and_installs_the_exact_versions_with_uv(setup):
+    done, log = setup()
+    assert (done.returncode, done.stderr) == (0, "")
+    assert [line.split()[0] for line in done.stdout.splitlines()] == [
+        "Making", "Installing", "Ready:"
+    ]  # fmt: skip
     assert "Making .venv with Python 3.12.1" in done.stdout
-    assert "Collecting" not in done.stdout
-    assert "Collecting noise" in (tmp_path / ".venv" / "setup.log").read_text()
-    assert (tmp_path / ".venv" / ".ready").exists() is not fails
-    if fails:
-        assert done.returncode == 1
-        assert "pip's output is in .venv/setup.log" in done.stderr
-    else:
-        assert (done.returncode, done.stderr) == (0, "")
+    calls = [line for line in log.splitlines() if line.startswith("uv pip install")]
+    assert len(calls) == 2 and all("-c constraints.txt" in call for call in calls)
+    assert "pip install -m" not in log
+
+
+@pytest.mark.parametrize("variables", [{"UV": "none"}, {"INSTALLER": "pip"}, {"UV": "fails"}])
+def test_setup_installs_with_pip_where_uv_cannot_or_where_it_is_told_to(setup, variables):
+    done, log = setup(**variables)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert ("uv cannot install" in done.stdout) is ("fails" in variables.values())
+    calls = [line for line in log.splitlines() if line.startswith("pip install -m")]
+    assert len(calls) == 2 and all("-c constraints.txt" in call for call in calls)
+
+
+@pytest.mark.parametrize("uv", ["none", "fails"])
+def test_setup_names_the_log_where_pip_fails(setup, uv):
+    done, log = setup(UV=uv, PIP="1")
+    assert done.returncode == 1
+    assert "pip's output is in .venv/setup.log" in done.stderr
+    assert "pip install -m" in log
+
+
+SETTINGS = r"""
+:env:.cert='/etc/ours.pem'
+:env:.no-index='1'
+global.extra-index-url='\nhttps://one.test/simple\nhttps://two.test/simple'
+global.index-url='https://global.test/simple'
+install.index-url='https://install.test/simple'
+global.find-links='/wheels'
+"""
+
+
+def test_uv_looks_for_packages_where_pip_is_told_to(setup):
+    log = setup(SETTINGS=SETTINGS, UV_FIND_LINKS="/mine")[1]
+    assert "--no-index" in log
+    for line in (
+        "SSL_CERT_FILE=/etc/ours.pem",
+        "UV_INDEX=https://one.test/simple https://two.test/simple",
+        "UV_DEFAULT_INDEX=https://install.test/simple",
+        "UV_FIND_LINKS=/mine",
+    ):
+        assert line in log.splitlines()
+
+
+def test_ctrl_c_ends_the_setup_and_the_installer(setup):
+    done, log = setup(UV="hangs")
+    assert done.returncode == 130
+    assert "uv pip install" in log
+
+
+def test_setup_lets_uv_fetch_a_python_where_none_suits_and_says_so(setup, tmp_path):
+    """A ``uv`` of the user is taken, and its Python found."""
+    commands = tmp_path / "commands"
+    commands.mkdir()
+    for name in ("python3.12", "python3.11", "python3", "python"):
+        fake_python(commands, "3.13.1").rename(commands / name)
+    uv = commands / "uv"
+    uv.write_text(
+        '#!/bin/sh\n[ "$1 $2 $5" = "python install 3.12" ] && mkdir -p "$4/cpython-3.12/bin" && '
+        f'cp {tmp_path}/python "$4/cpython-3.12/bin/python3"\n'
+    )
+    uv.chmod(0o755)
+    done, _ = setup(PYTHON="", PATH=f"{commands}:/usr/bin:/bin")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("No Python 3.11 or 3.12 found: uv fetches Python 3.12")
+    uv.write_text("#!/bin/sh\nexit 1\n")
+    shutil.rmtree(tmp_path / "home" / ".local")
+    shutil.rmtree(tmp_path / ".venv")
+    done, _ = setup(PYTHON="", PATH=f"{commands}:/usr/bin:/bin")
+    assert done.returncode == 1
+    assert "bt-manip needs Python 3.11 or 3.12" in done.stderr
 
 
 @pytest.mark.parametrize("version", [(3, 10, 2), (3, 13, 0)])

@@ -11,12 +11,10 @@ from pathlib import Path
 import pytest
 
 from bt_manip import hookspecs
-from bt_manip.grippers import TwoFingerGripper
 from bt_manip.models import bundled_root
 from bt_manip.plugins import Choice, load_plugins
 from bt_manip.plugins.scaffold import KINDS
-from bt_manip.robots import Robot, read_description
-from bt_manip.toml_tables import TomlTable
+from bt_manip.robots import read_description
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "plugins"
 HOOKS = (*hookspecs.REGISTERING, *hookspecs.OBSERVING)
@@ -101,24 +99,6 @@ def test_the_robot_tutorials_file_describes_the_robot_of_its_package(robot_page,
     )  # fmt: skip
     for T in (read.T_ft, read.T_rb, read.gripper.T_mg):
         assert T.isIdentity()
-
-
-def test_the_robot_tutorial_names_every_key_that_a_file_may_have(robot_page, monkeypatch):
-    asked: set[str] = set()
-    get = TomlTable._get
-
-    def noted(table, key, default=None):
-        asked.add(key)
-        return get(table, key, default)
-
-    monkeypatch.setattr(TomlTable, "_get", noted)
-    post = read_description(Path(__file__).parents[1] / "robots" / "models" / "post.toml")
-    Robot(post, gripper=TwoFingerGripper)  # all tables
-    assert len(asked) > 30
-    shown = {word for text in re.findall(r"`([^`\n]+)`", robot_page) for word in text.split()}
-    shown |= set(re.findall(r"^(\w+) = ", robot_page, re.MULTILINE))
-    tables = {part for word in shown for part in re.findall(r"\w+", word) if "[" in word}
-    assert asked <= shown | tables
 
 
 @pytest.fixture(autouse=True)

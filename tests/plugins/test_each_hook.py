@@ -8,13 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bt_manip import build_station
 from bt_manip.bt import Sleep, Tree
 from bt_manip.cli.app import run_app
 from bt_manip.cli.interrupt import Interrupt
+from bt_manip.envs import LearningTask
+from bt_manip.exceptions import BtManipError
+from bt_manip.models import ModelError, load_model
 from bt_manip.planning import PlanningProblem
 from bt_manip.plugins import Choice, load_plugins
 from bt_manip.robots import GripperError, panda
-from bt_manip.runner import Run, RunRequest, TreeSource, build_station
+from bt_manip.runner import Run, RunRequest, TreeSource
 from bt_manip.spatial import pose
 from bt_manip.viewer import Page
 
@@ -150,6 +154,50 @@ def test_register_model_sources_finds_models_that_objects_are_made_of(parts_of, 
         station.models.create("shelf:nothing")
 
 
+def test_register_model_formats_converts_files_that_objects_are_made_of(parts_of, tmp_path):
+    parts = parts_of("register_model_formats")
+    (tmp_path / "red.ball").write_text("0.0234")
+    station = build_station(parts)
+    thing = station.models.create(str(tmp_path / "red.ball"))
+    assert thing.free
+    station.cell.add(thing, pose((0.4, 0.2, 1.2)))
+    assert 0.0234 in station.cell.model.geom_size[:, 0]
+    (tmp_path / "red.ball").write_text("red")
+    with pytest.raises(ModelError, match="expected a radius"):
+        load_model(str(tmp_path / "red.ball"), formats=parts.model_formats.copies())
+
+
+@pytest.mark.parametrize(
+    ("clash", "taken"), [('suffixes=(".urdf",)', ".urdf"), ('tag="mujoco"', "mujoco")]
+)
+def test_a_suffix_or_root_element_belongs_to_one_format(example, clash, taken):
+    folder = example("register_model_formats")
+    (file,) = folder.glob("*.py")
+    file.write_text(file.read_text().replace('suffixes=(".ball",)', clash))
+    warnings: list[str] = []
+    plugins = load_plugins(entry_points=(), warn=warnings.append, choice=Choice(folders=(folder,)))
+    assert f"'ball': '{taken}' belongs to the format" in warnings[0]
+    assert "ball" not in plugins.parts.model_formats
+
+
+def test_register_model_caches_lists_fetches_and_deletes_models(example, capfd):
+    folder = example("register_model_caches")
+    (folder / "shelf").mkdir()
+    mug = folder / "shelf" / "mug.xml"
+    mug.touch()
+
+    def models(*arguments: str) -> str:
+        run_app(Interrupt(), ["models", *arguments, "--plugins-dir", str(folder)])
+        return "".join(capfd.readouterr())
+
+    assert models("list", "shelf") == "shelf:mug\n"
+    assert "shelf:mug" in models("list").splitlines()
+    assert models("fetch", "shelf:mug") == f"shelf:mug  {mug}\n"
+    assert "no such model" in models("fetch", "shelf:cup")
+    assert models("clear", "shelf:mug") == f"deleted {mug}\n"
+    assert not mug.exists()
+
+
 def test_register_recorders_writes_files_about_a_run(run, tmp_path):
     file = tmp_path / "heights.txt"
     run("register_recorders", "--record", f"heights={file}")
@@ -188,6 +236,21 @@ def after_tick(station):
         "register_faults", "--fault", "wind at=rest force=1", body=body, extra=extra
     )
     assert "it moves" not in run("register_faults", body=body, extra=extra)
+
+
+def test_register_actions_makes_kinds_by_which_agents_act(parts_of):
+    task = LearningTask("pick_place", action="joint_velocities", parts=parts_of("register_actions"))
+    task.reset(0)
+    arm = task.episodes.station.arm
+    start = arm.q.copy()
+    v = np.zeros(arm.model.nq)
+    v[0] = 0.2
+    for _ in range(20):
+        task.step(v)
+    assert (arm.q - start)[0] == pytest.approx(0.2, abs=0.03)  # a second with 0.2 rad/s
+    np.testing.assert_allclose(task.action.recorded(), v, atol=1e-6)
+    with pytest.raises(BtManipError, match="unknown action kind 'joint_velocity'; did you mean"):
+        LearningTask("pick_place", action="joint_velocity", parts=task.episodes.parts)
 
 
 NOTES = """

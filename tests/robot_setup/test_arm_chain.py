@@ -76,6 +76,23 @@ def test_an_unknown_joint_is_refused_with_the_nearest_name():
         find_arm(compiled(chain(["base", "elbow"])), ["base", "elbw"])
 
 
+def test_names_are_printed_as_they_are_typed():
+    """PyMJCF writes the slash of a name in another way, which nobody has to type."""
+    model = compiled(
+        chain(["left\\waist", "p", "q"]), chain(["right\\waist", "v", "w"], prefix="r")
+    )
+    with pytest.raises(RobotError, match="one from joint 'left/waist', one from 'right/waist'"):
+        find_arm(model)
+    assert len(find_arm(model, ["left/waist", "p", "q"]).joints) == 3
+    with pytest.raises(RobotError, match="did you mean 'left/waist'"):
+        find_arm(model, ["left/wast", "p"])
+
+
+def test_a_single_joint_is_no_arm():
+    with pytest.raises(RobotError, match=r"at least 2 joints, got 1 \(--joints\)"):
+        find_arm(compiled(chain("pqr")), ["q"])
+
+
 @pytest.mark.parametrize(
     ("body", "message"),
     [

@@ -27,14 +27,14 @@ max_force = 60.0
 
 @pytest.fixture
 def checked(parts, tmp_path) -> Callable[..., Checked]:
-    def check(*changes: tuple[str, str]) -> Checked:
+    def check(*changes: tuple[str, str], cycles: int = 0) -> Checked:
         text = PANDA
         for before, after in changes:
             assert before in text
             text = text.replace(before, after)
         path = tmp_path / "arm.toml"
         path.write_text(text)
-        return check_description(path, parts)
+        return check_description(path, parts, cycles)
 
     return check
 
@@ -54,7 +54,7 @@ def test_a_good_description_has_no_findings_but_reach_and_payload(checked):
 def test_joints_of_almost_no_inertia_are_named(parts, tmp_path, armature, named):
     path = write_small_arm(tmp_path, armature=0.0)
     path.write_text(f"armature = {armature}\n{path.read_text()}")
-    light = [fact for fact in check_description(path, parts).facts if "inertia" in fact]
+    light = [fact for fact in check_description(path, parts, cycles=0).facts if "inertia" in fact]
     assert [f"almost no inertia: {named}; give 'armature'" in fact for fact in light] == (
         [True] if named else []
     )
@@ -114,3 +114,10 @@ def test_a_gripper_that_does_not_open_so_wide_is_found(checked):
 def test_an_arm_too_weak_for_itself_is_found(checked):
     result = checked(("jerk = 500.0", "jerk = 500.0\neffort = 8.0"))
     assert "effort" in keys(result)
+
+
+def test_a_base_in_the_floor_is_found_with_the_pair(checked):
+    result = checked(("[tool]", "[base]\nposition = [0.0, 0.0, -0.3]\n[tool]"))
+    assert keys(result)[-1] == "base" and result.robot is None
+    assert "'arm/link0' would be" in result.findings[-1]
+    assert "mm inside 'world'" in result.findings[-1] and "raise" in result.findings[-1]

@@ -1,14 +1,21 @@
 """Descriptions that are written from models."""
 
+import shutil
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from bt_manip.collision import CollisionWorld, self_collisions
 from bt_manip.models import bundled_path
-from bt_manip.robot_setup import Draft, check_description, describe_robot, description_text
-from bt_manip.robots import RobotError, Tolerance, read_description
+from bt_manip.robot_setup import Draft, check_description, describe_robot, gripper_names
+from bt_manip.robot_setup.placement import find_home
+from bt_manip.robot_setup.reach import RadialReach
+from bt_manip.robots import RobotError, Tolerance, description_text, read_description
+from tests.measuring.small_arm import write_small_arm
 
 PANDA = str(bundled_path("panda/panda.xml"))
 SIX_JOINTS = Path(__file__).parents[1] / "grippers" / "models" / "six_joints.urdf"
@@ -44,7 +51,7 @@ def test_at_home_the_tool_points_down_and_the_arm_is_clear_of_itself(draft):
 
 def test_the_written_file_is_read_as_the_same_description(draft, tmp_path):
     path = tmp_path / "one.toml"
-    path.write_text(description_text(draft.description, draft.notes, tmp_path, "an arm"))
+    path.write_text(description_text(draft.description, draft.notes, path, "an arm"))
     again, first = read_description(path), draft.description
     assert path.read_text().startswith("# an arm\n")
     assert "# CHOSEN" in path.read_text()
@@ -58,8 +65,8 @@ def test_the_written_file_is_read_as_the_same_description(draft, tmp_path):
 
 def test_a_described_robot_has_no_findings(draft, parts, tmp_path):
     path = tmp_path / "one.toml"
-    path.write_text(description_text(draft.description, draft.notes, tmp_path, "an arm"))
-    assert check_description(path, parts).findings == []
+    path.write_text(description_text(draft.description, draft.notes, path, "an arm"))
+    assert check_description(path, parts, cycles=0).findings == []
 
 
 def test_an_arm_that_cannot_point_its_tool_down_is_refused(parts):
@@ -95,6 +102,69 @@ def test_an_adhesion_actuator_is_a_suction_cup(parts, tmp_path):
 def test_an_arm_of_five_joints_gets_a_tolerance_for_what_it_cannot_reach(parts, tmp_path):
     draft = describe_robot(str(FIVE_JOINTS), parts, name="five")
     path = tmp_path / "five.toml"
-    path.write_text(description_text(draft.description, draft.notes, tmp_path, "five"))
+    path.write_text(description_text(draft.description, draft.notes, path, "five"))
     assert read_description(path).tolerance == Tolerance(position=1e-4, rotation=5e-3)
     assert describe_robot(PANDA, parts, name="one").description.tolerance == Tolerance()
+
+
+def test_joints_of_almost_no_inertia_get_an_armature_that_is_marked_as_chosen(parts, tmp_path):
+    write_small_arm(tmp_path, armature=0.0)
+    path = tmp_path / "new.toml"
+    draft = describe_robot(str(tmp_path / "small.xml"), parts, name="new")
+    path.write_text(description_text(draft.description, draft.notes, path, "small"))
+    armature, effort = np.array(draft.description.armature), draft.robot.limits.effort
+    assert (2e-4 * effort[3:] < armature[3:]).all() and (armature[3:] <= 1e-3 * effort[3:]).all()
+    assert not armature[:3].any()
+    assert "# CHOSEN" in path.read_text().split("armature = ")[0].splitlines()[-2]
+    facts = check_description(path, parts, cycles=0).facts
+    assert not [fact for fact in facts if "inertia" in fact]
+
+
+@pytest.mark.parametrize("link", ["base", "shoulder"])
+def test_a_foot_that_reaches_below_the_origin_of_the_base_is_lifted(parts, tmp_path, link):
+    """The first link turns about the vertical only: it keeps its height, too."""
+    write_small_arm(tmp_path)
+    model = tmp_path / "small.xml"
+    body = f'<body name="{link}"'
+    head, _, rest = model.read_text().partition(body)
+    line, _, rest = rest.partition("\n")
+    low = -0.017 - (0.06 if link == "shoulder" else 0.0)
+    skirt = f'<geom type="sphere" size="0.01" pos="0.04 0 {low + 0.01}"/>'
+    model.write_text(f"{head}{body}{line}{skirt}\n{rest}")
+    found = describe_robot(str(model), parts, name="one").description
+    standing = 0.0 if found.pedestal is None else found.pedestal[2]
+    assert found.T_rb.translation[2] - standing == pytest.approx(0.017, abs=1e-6)
+
+
+def test_a_robot_that_collides_wherever_its_tool_points_down_is_refused_with_the_pairs():
+    reach = RadialReach(np.zeros(2), 0.0, np.ones(1), np.ones(1), np.ones((1, 1)))
+    downward = SimpleNamespace(
+        configuration=lambda position: None, blocking=lambda most: [("base", "forearm")]
+    )
+    with pytest.raises(RobotError, match="these bodies collide: 'base' and 'forearm'; check"):
+        find_home(downward, reach, pin.SE3.Identity())
+
+
+def test_an_arm_may_be_given_a_suction_cup_that_is_built(parts):
+    draft = describe_robot(str(SIX_JOINTS), parts, name="six", gripper="suction")
+    assert draft.description.gripper.kind == "suction"
+    assert draft.robot.gripper.max_force == pytest.approx(0.25 * np.pi * 0.03**2 * 6e4)
+    assert draft.notes["gripper"].startswith("CHOSEN")
+
+
+def test_a_registered_gripper_is_given_by_its_name(parts, tmp_path):
+    """Its parameters are those of the registered robot, its mount is turned to point outwards."""
+    folder = tmp_path / "pincers"
+    shutil.copytree(FIVE_JOINTS.parent, folder)
+    post = read_description(folder / "post.toml")
+    known = replace(parts, robots=parts.robots.with_part("post", post))
+    assert gripper_names(known) == sorted([*gripper_names(parts), "pincers"])
+    found = describe_robot(str(SIX_JOINTS), known, name="six", gripper="pincers").description
+    assert found.gripper.parameters == post.gripper.parameters
+    assert found.tool_frame == post.tool_frame and found.gripper.mount == "mount"
+    assert np.linalg.norm(found.gripper.T_mg.translation) == pytest.approx(0.01)
+
+
+def test_an_unknown_gripper_is_refused_with_the_known_ones(parts):
+    with pytest.raises(RobotError, match="no gripper 'suctoin'; did you mean 'suction'"):
+        describe_robot(str(SIX_JOINTS), parts, name="six", gripper="suctoin")

@@ -30,7 +30,12 @@ def pick(folder: Path, model: Path, gripper: Path | None, cycles: int) -> list[d
     """Describe a robot from its model and return the cycles of pick_place with it."""
     file, report = folder / "robot.toml", folder / "report.json"
     carried = [] if gripper is None else ["--gripper", str(gripper)]
-    assert run_app(Interrupt(), ["robot", "new", str(model), *carried, "-o", str(file)]) == 0
+    assert (
+        run_app(
+            Interrupt(), ["robot", "new", str(model), *carried, "--cycles", "0", "-o", str(file)]
+        )
+        == 0
+    )
     command = ["run", "pick_place", "--robot", str(file), "--cycles", str(cycles), "--quiet"]
     run_app(Interrupt(), [*command, "--report", str(report)])
     return list(json.loads(report.read_text())["cycles"])

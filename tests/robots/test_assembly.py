@@ -1,8 +1,10 @@
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from bt_manip import spatial
 from bt_manip.robots import Robot, RobotError, compile_alone
 from tests.robot_fixtures import described
 
@@ -24,3 +26,52 @@ def test_urdf_with_a_missing_mesh_names_file_and_line(tmp_path):
     path.write_text(TWO_LINK.read_text().replace(box, '<mesh filename="no.stl"/>'))
     with pytest.raises(RobotError, match=r"broken.urdf:\d+: there is no mesh 'no.stl'"):
         Robot(described(path))
+
+
+MOBILE = """
+<mujoco model="mobile">
+  <compiler angle="radian" fusestatic="true"/>
+  <worldbody>
+    <geom name="floor" type="plane" size="1 1 0.1"/>
+    <body name="base_link" pos="0 0 0.1">
+      <freejoint name="root"/>
+      <geom type="box" size="0.2 0.2 0.1"/>
+      <body name="mast">
+        <joint name="lift" axis="0 0 1" range="-1 1"/>
+        <geom size="0.02" fromto="0 0 0 0 0 0.5" type="capsule"/>
+        <body name="one" pos="0 0 0.5">
+          <joint name="shoulder" axis="0 0 1" range="-2 2"/>
+          <geom size="0.02" fromto="0 0 0 0 0 0.3" type="capsule"/>
+          <body name="lamp"><joint name="tilt" axis="0 1 0"/><geom size="0.02"/></body>
+          <body name="two" pos="0 0 0.3">
+            <joint name="elbow" axis="0 1 0" range="-2 2"/>
+            <geom size="0.02" fromto="0 0 0 0 0 0.3" type="capsule"/>
+            <body name="strut"><joint name="slave" axis="0 1 0"/><geom size="0.02"/></body>
+            <body name="plate" pos="0 0 0.3"><site name="tip"/><geom size="0.01"/></body>
+          </body>
+        </body>
+      </body>
+    </body>
+  </worldbody>
+  <equality><joint joint1="slave" joint2="elbow"/></equality>
+</mujoco>
+"""
+
+
+def test_of_a_larger_robot_only_the_joints_of_the_arm_move(tmp_path):
+    path = tmp_path / "mobile.xml"
+    path.write_text(MOBILE)
+    lifted = spatial.pose((0.0, 0.0, 0.2))
+    robot = Robot(replace(described(path), effort=(9.0, 9.0), T_rb=lifted))
+    compile_alone(robot)
+    model = robot.mj_model
+    assert [model.joint(j).name for j in range(model.njnt)] == ["shoulder", "elbow", "slave"]
+    assert model.body("base_link").pos[2] == pytest.approx(0.3)  # fused with nothing
+
+
+def test_the_floor_of_a_model_is_left_out(tmp_path):
+    path = tmp_path / "mobile.xml"
+    path.write_text(MOBILE)
+    robot = Robot(replace(described(path), effort=(9.0, 9.0)))
+    compile_alone(robot)
+    assert robot.mj_model.geom_bodyid.min() > 0

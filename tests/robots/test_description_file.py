@@ -78,10 +78,13 @@ def test_a_model_of_the_menagerie_is_looked_for_when_it_is_used(read):
         (LEAST + GRIPPER.replace("= 20", "= true"), "'gripper.max_force' is a number, got True"),
         (LEAST + GRIPPER + 'model = "hand.xml"\n', "'gripper.mount' is missing: a text"),
         (LEAST + "[base]\npedestal = [1, 1, 0]\n", "'base.pedestal' is a number above 0, got 0"),
-        (LEAST.replace('["a", "b"]', '["a", "a"]'), "'arm_joints' names each joint once, got a, a"),
+        (
+            LEAST.replace('["a", "b"]', '["a", "a"]'),
+            "'arm_joints' is a list of at least one name, each once, got a, a",
+        ),
         ('exclude = ["a", "b"]\n' + LEAST, "'exclude' is a list of pairs of names.*got ..a', 'b'"),
         ('exclude = [["a", 1]]\n' + LEAST, "'exclude' is a list of pairs of names"),
-        ('exclude = [["a", "a"]]\n' + LEAST, "exclude has pairs of two bodies"),
+        ('exclude = [["a", "a"]]\n' + LEAST, "'exclude' has pairs of two names, got 'a' twice"),
         ("model = ", "not a TOML file"),
     ],
 )
@@ -102,8 +105,8 @@ def test_all_wrong_keys_are_said_at_once_each_with_its_line(read):
         read("speeds = 1\n" + text + gripper + "[tolerance]\nposition = 0\nrotatoin = 1\n")
     keys = [line.split("key ")[1] for line in str(error.value).splitlines()]
     assert [key.split("'")[1] for key in keys] == [
-        "tool.frame", "tool.position", "tool.rpy", "home", "velocity", "gripper.max_force",
-        "tolerance.position", "tolerance.rotatoin", "tool.fram", "speeds",
+        "tool.frame", "home", "velocity", "gripper.max_force", "tolerance.position",
+        "tolerance.rotatoin", "tool.position", "tool.rpy", "tool.fram", "speeds",
     ]  # fmt: skip
     assert "arm.toml:6: key 'velocity' is a list of 2 numbers, got 'fast'" in str(error.value)
 

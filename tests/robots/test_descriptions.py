@@ -26,7 +26,7 @@ def test_an_unknown_bundled_file_offers_the_nearest_right_name():
 
 
 def test_a_description_has_one_number_for_each_joint():
-    with pytest.raises(RobotError, match="one velocity for each of its 7 arm joints, got 6"):
+    with pytest.raises(RobotError, match="key 'velocity' is a list of 7 numbers, got 6"):
         dataclasses.replace(panda(), velocity=(1.0,) * 6)
 
 

@@ -7,13 +7,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from bt_manip import spatial
+from bt_manip import build_station, spatial
 from bt_manip.cell import BodyNames, Cell, literal_name
 from bt_manip.exceptions import MotionError
 from bt_manip.grippers import TwoFingerGripper, two_finger_gripper
 from bt_manip.kinematics import IKProblem, InverseKinematics, PositionTarget
 from bt_manip.robots import Robot, RobotDescription, RobotError, compile_alone, verify
-from bt_manip.runner import build_station
 
 FINGER = """
 <body name="{side}/finger_{i}" pos="0 {y} 0.04">

@@ -2,9 +2,9 @@
 
 import pytest
 
-from bt_manip import spatial
+from bt_manip import build_station, spatial
 from bt_manip.bt import Tree
-from bt_manip.runner import Fixture, Scene, build_station, two_arms
+from bt_manip.scenes import Fixture, Scene, two_arms
 from bt_manip.testing.trial import Trial
 
 

@@ -5,7 +5,7 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
-from bt_manip.recording.recorder import Recorder
+from bt_manip.record.report.recorder import Recorder
 from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
 
 RADIUS = 0.35  # [m]

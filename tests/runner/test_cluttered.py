@@ -2,7 +2,7 @@
 
 import pytest
 
-from bt_manip.recording.recorder import Recorder
+from bt_manip.record.report.recorder import Recorder
 from bt_manip.runner import RunRequest, find_tree, prepare
 
 

@@ -7,8 +7,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from bt_manip import spatial
-from bt_manip.runner import Station, build_station
+from bt_manip import build_station, spatial
+from bt_manip.runner import Station
 
 AWAY = np.array([0.3, -0.2, 0.2, 0.1, -0.2, 0.2, 0.4])
 PRESENT = 5

@@ -2,11 +2,12 @@
 
 import pytest
 
+from bt_manip import build_station
 from bt_manip.behaviours import MoveHome, SwitchController
 from bt_manip.bt import NodeStatus
 from bt_manip.exceptions import NodeError
-from bt_manip.recording import Recorder
-from bt_manip.runner import RunObserver, RunRequest, build_station, find_tree, prepare
+from bt_manip.record import Recorder
+from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
 
 TREE = """
 <root BTCPP_format="4"><BehaviorTree ID="Switched"><Sequence>

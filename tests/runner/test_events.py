@@ -2,36 +2,38 @@
 
 import json
 import threading
-from collections import Counter
 
 import pytest
 
 from bt_manip.behaviours import MoveHome, RemoveObject, SpawnObject
 from bt_manip.bt import (
+    Action,
     AlwaysFailure,
     Fallback,
     Node,
     Script,
     Sequence,
     Sleep,
+    Status,
     SubTree,
     UnsetBlackboard,
 )
-from bt_manip.recording import Recorder
+from bt_manip.exceptions import BtManipError
+from bt_manip.record import Recorder
 from bt_manip.runner import (
     EventQueue,
-    EventStream,
     RunEvent,
     RunObserver,
     log_line,
 )
+from tests.run_fixtures import Listener
 
 
 @pytest.fixture
 def events_of(make_run):
     def events(root: Node, **request) -> list[RunEvent]:
         events: list[RunEvent] = []
-        make_run(root, **request).execute([EventStream(events.append)])
+        make_run(root, **request).execute([Listener(events)])
         return events
 
     return events
@@ -83,13 +85,11 @@ def test_an_event_of_another_observer_is_in_the_stream(make_run):
             self.run = run
 
         def before_tick(self):
-            self.run.report("edit", {"problems": ["a.xml:3:1: error: no"]})
+            self.run.events.emit("edit", {"problems": ["a.xml:3:1: error: no"]})
 
-    run = make_run(Sleep("rest", msec=5))
-    run.execute([EventStream(events.append), Other()])
+    make_run(Sleep("rest", msec=5)).execute([Listener(events), Other()])
     edit, *_ = [event for event in events if event.kind == "edit"]
     assert log_line(edit) == ("ERROR", "a.xml:3:1: error: no")
-    assert not run.reporters
 
 
 def test_blackboard_changes_are_reported_once_in_the_tick_that_made_them(events_of):
@@ -123,7 +123,7 @@ def test_a_motion_has_its_start_and_duration(make_run):
     run.station.arm.move_to_configuration(run.station.robot.q + 0.2)
     duration = run.station.arm.trajectory.duration
     events: list[RunEvent] = []
-    run.execute([EventStream(events.append)])
+    run.execute([Listener(events)])
     (start, first), (end, last) = of_kind(events, "motion")
     assert (first["moving"], last["moving"]) == (True, False)
     assert (start, first["duration"]) == (0.0, duration)
@@ -143,21 +143,34 @@ def test_events_are_plain_data(events_of):
         assert json.loads(json.dumps(event.data, allow_nan=False)) == event.data
 
 
-def test_a_listener_that_comes_later_is_told_the_present_state(make_run):
-    stream, events = EventStream(), []
+def test_only_the_wanted_kinds_are_reported(make_run):
+    events: list[RunEvent] = []
+    root = Sequence("root", Script(code="x := 1"), SpawnObject(object="{cube}"), Sleep(msec=5))
+    make_run(root).execute([Listener(events, ("cycle", "entity"))])
+    assert {event.kind for event in events} == {"cycle", "entity"}
 
-    class Late(RunObserver):
-        def after_tick(self):
-            if len(stream.listeners) == 0:
-                stream.listeners.append(events.append)
 
-    make_run(Sequence("root", Script(code="x := 1"), Sleep("rest", msec=50))).execute(
-        [stream, Late()]
-    )
-    kinds = Counter(event.kind for event in events)
-    assert kinds["tree"] == 1 and kinds["entity"] >= 3 and kinds["blackboard"] == 1
-    running = [d["path"] for _, d in of_kind(events, "status") if d["status"] == "RUNNING"]
-    assert running == ["root", "rest"]
+def test_an_observer_that_wants_an_unknown_kind_is_refused(make_run):
+    with pytest.raises(BtManipError, match="no events are of the kind 'statuses'"):
+        make_run(Sleep("rest", msec=5)).execute([Listener([], ("statuses",))])
+
+
+class Counting(Action):
+    """Say how often it has been ticked; succeed at the third tick."""
+
+    def initialise(self):
+        self.ticks = 0
+
+    def update(self):
+        self.ticks += 1
+        self.feedback_message = f"{self.ticks} of 3"
+        return Status.SUCCESS if self.ticks == 3 else Status.RUNNING
+
+
+def test_the_message_of_a_node_is_reported_while_it_runs_and_when_it_succeeds(events_of):
+    events = events_of(Sequence("root", Counting("count"), Sleep(msec=15)))
+    messages = [(t, d["text"]) for t, d in of_kind(events, "message") if d["path"] == "count"]
+    assert messages == [(0.01, "1 of 3"), (0.02, "2 of 3"), (0.02, "3 of 3")]
 
 
 def test_a_run_with_a_listener_keeps_its_digest(make_run):
@@ -168,19 +181,19 @@ def test_a_run_with_a_listener_keeps_its_digest(make_run):
         )
         return recorder.report().state_digest
 
-    assert digest() == digest(EventStream([].append))
+    assert digest() == digest(Listener([]))
 
 
 def test_the_tree_is_no_longer_observed_after_the_run(make_run):
     run = make_run(Sleep("rest", msec=5))
-    run.execute([EventStream([].append)])
+    run.execute([Listener([])])
     assert run.tree.observers == []
 
 
 def test_a_full_queue_drops_the_oldest_and_counts_them():
     queue = EventQueue(size=3)
     for number in range(5):
-        queue(RunEvent(0.0, "tick", {"tick": number}))
+        queue.handle(RunEvent(0.0, "tick", {"tick": number}))
     assert [event.data["tick"] for event in queue.take()] == [2, 3, 4]
     assert queue.dropped == 2
     assert queue.take() == []
@@ -197,7 +210,7 @@ def test_a_queue_hands_all_events_to_another_thread(make_run):
     thread = threading.Thread(target=read)
     thread.start()
     direct: list[RunEvent] = []
-    make_run(Sleep("rest", msec=100)).execute([EventStream(queue, direct.append)])
+    make_run(Sleep("rest", msec=100)).execute([queue, Listener(direct)])
     done.set()
     thread.join()
     assert queue.dropped == 0 and taken == direct

@@ -2,11 +2,11 @@
 
 import pytest
 
-from bt_manip import spatial
+from bt_manip import build_station, spatial
 from bt_manip.behaviours import IsIn, IsOn, ObjectExists, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysSuccess, Sequence, SetBlackboard, Sleep, Tree
 from bt_manip.cell import Cube
-from bt_manip.runner import GoalJudge, build_station
+from bt_manip.runner import GoalJudge
 
 FLOOR = "0.3;0.31;0.1;0.11"
 IN_BASKET = spatial.pose((0.68, 0.0, 1.08))
@@ -38,6 +38,16 @@ def goal():
 def test_success_with_the_cube_on_the_table_is_a_failure(cell, station):
     result = run(station, spawn(), Sleep(msec=300), goal=goal())
     assert str(result) == "FAILURE: goal not met: 'cube' touches 'table'"
+
+
+def test_the_state_of_a_judge_does_not_change_when_it_judges_again(cell):
+    cell.add(Cube(), spatial.pose((0.3, 0.1, 1.041)), name="cube")
+    judge = GoalJudge(Tree(Sleep(msec=1), goal=IsIn(object="cube", container="basket")), cell)
+    judge.begin()
+    state = judge.get_state()
+    cell.remove("cube")
+    judge.stop()
+    assert state["kept"] == [[]] != judge.get_state()["kept"]
 
 
 def test_a_tree_whose_goal_holds_succeeds(cell, station):

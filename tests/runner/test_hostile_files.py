@@ -8,11 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from bt_manip import build_station
 from bt_manip.exceptions import BtManipError
 from bt_manip.models import bundled_root
 from bt_manip.robots import Robot, read_description
-from bt_manip.runner import build_station, load_snapshot, save_snapshot
-from bt_manip.runner.scene_file import read_scene
+from bt_manip.runner import load_snapshot, save_snapshot
+from bt_manip.scenes.scene_file import read_scene
 
 PIECES = (
     "nan", "inf", "-1", "0", "1e300", "-1e-300", "9" * 400, "true", "''", '"x"', "[]", "{}", "[[",

@@ -16,8 +16,9 @@ from bt_manip.bt import (
     Tree,
 )
 from bt_manip.exceptions import BtManipError
-from bt_manip.recording import Recorder
-from bt_manip.runner import EventStream, Run, RunObserver, RunRequest, TreeSource, log_line
+from bt_manip.record import Recorder
+from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource, log_line
+from tests.run_fixtures import Listener
 
 START = np.array([0.0, 0.0, 1.04])
 
@@ -59,9 +60,7 @@ class Outcome(RunObserver):
         if state is not None:
             self.run.set_state(state)
         recorder, self.events = Recorder("test", 0), []
-        self.run.execute(
-            [recorder, Requests(self.run, requests), EventStream(self.events.append), self]
-        )
+        self.run.execute([recorder, Requests(self.run, requests), Listener(self.events), self])
         self.digest = recorder.report().state_digest
         self.position = station.cell.pose("cube").translation
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bt_manip.recording.recorder import Recorder
+from bt_manip.record.report.recorder import Recorder
 from bt_manip.runner import RunRequest, find_tree, prepare
 
 MODELS = Path(__file__).parents[1] / "robots/models"

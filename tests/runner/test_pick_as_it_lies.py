@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from bt_manip import spatial
+from bt_manip import build_station, spatial
 from bt_manip.behaviours import Grasp, Hover, IsHolding, Lift, Reach
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.cell.objects import (
@@ -18,7 +18,6 @@ from bt_manip.cell.objects import (
     Mug,
     Sphere,
 )
-from bt_manip.runner.station import build_station
 
 PICKS = 20
 # A mug that lies so that its handle is where a finger would be is not always picked.

@@ -3,7 +3,7 @@
 import pytest
 
 from bt_manip.plugins import load_plugins
-from bt_manip.recording.recorder import Recorder
+from bt_manip.record.report.recorder import Recorder
 from bt_manip.runner import RunRequest, find_tree, prepare
 
 PARTS = load_plugins(entry_points=()).parts

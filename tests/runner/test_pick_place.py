@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bt_manip.recording.recorder import Recorder
-from bt_manip.recording.report import RunReport
-from bt_manip.recording.trace import Trace
+from bt_manip.record.report.recorder import Recorder
+from bt_manip.record.report.run_report import RunReport
+from bt_manip.record.tables.trace import TraceRecorder
 from bt_manip.registry import Parts
 from bt_manip.runner import RunRequest, find_tree, prepare
 
@@ -19,10 +19,9 @@ CYCLES = 4
 
 def run(parts: Parts, tree: str, trace: Path | None = None, **request) -> RunReport:
     source = find_tree(tree, {name: parts.trees.get(name) for name in parts.trees})
-    recorder = Recorder(tree, request.get("seed", 0), Trace(trace) if trace else None)
-    prepare(RunRequest(source, **request), parts).execute([recorder])
-    if trace:
-        recorder._trace.close()
+    recorder = Recorder(tree, request.get("seed", 0))
+    traces = [TraceRecorder(trace)] if trace else []
+    prepare(RunRequest(source, **request), parts).execute([recorder, *traces])
     return recorder.report()
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from bt_manip.exceptions import BtManipError
-from bt_manip.recording import Recorder
+from bt_manip.record import Recorder
 from bt_manip.runner import RunRequest, find_tree, prepare, prepare_station, request_of
 
 TREE = """

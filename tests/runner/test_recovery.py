@@ -3,8 +3,8 @@
 import pytest
 
 from bt_manip.faults import FaultInjector, parse_fault
-from bt_manip.recording.recorder import Recorder
-from bt_manip.recording.report import RunReport
+from bt_manip.record.report.recorder import Recorder
+from bt_manip.record.report.run_report import RunReport
 from bt_manip.registry import Parts
 from bt_manip.runner import RunObserver, RunRequest, find_tree, prepare
 

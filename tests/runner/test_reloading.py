@@ -11,6 +11,7 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
 from bt_manip.runner.reloading import Reloader
 from bt_manip.runner.xml_tree import load_document
+from tests.run_fixtures import Listener
 
 DOCUMENT = """<root BTCPP_format="4" main_tree_to_execute="Main">
   <BehaviorTree ID="Main">
@@ -59,10 +60,10 @@ def run(tmp_path, edited):
     station = SimpleNamespace(cell=cell, randomizer=randomizer, robots={})
 
     made = Run(RunRequest(source, settings={"note": "wild"}), tree, station)
-    edits = []
-    made.reporters.append(lambda kind, data: edits.append((kind, data["problems"])))
-    made.execute([Editor(path, 5, edited), Reloader(source, behaviours, told.append)])
-    made.edits = edits
+    events = []
+    listener = Listener(events, ("edit",))
+    made.execute([listener, Editor(path, 5, edited), Reloader(source, behaviours, told.append)])
+    made.edits = [event.data["problems"] for event in events]
     return made, told
 
 
@@ -72,7 +73,7 @@ def test_an_edited_tree_begins_anew_and_keeps_the_blackboard(tmp_path):
     assert (board["seen"], board["new"], board["note"]) == (2, 7, "wild")
     assert made.station.cell.time == pytest.approx(0.04 + 0.04)
     assert len(told) == 1 and told[0].endswith("was edited; the tree begins anew")
-    assert made.edits == [("edit", [])]
+    assert made.edits == [[]]
 
 
 def test_a_broken_file_changes_nothing_and_its_errors_are_told(tmp_path):
@@ -80,8 +81,8 @@ def test_a_broken_file_changes_nothing_and_its_errors_are_told(tmp_path):
     assert made.station.cell.time == pytest.approx(0.11)  # as if nothing had happened
     assert any("task.xml:3:" in line and "did you mean 'Sleep'" in line for line in told)
     assert told[-1].endswith("has errors; the tree goes on as it was")
-    ((kind, problems),) = made.edits
-    assert kind == "edit" and problems == [line for line in told[:-1] if ": error: " in line]
+    (problems,) = made.edits
+    assert problems == [line for line in told[:-1] if ": error: " in line]
 
 
 def test_a_key_that_an_edit_declares_gets_its_default(tmp_path):

@@ -6,7 +6,7 @@ import pytest
 
 from bt_manip.bt import Action, AlwaysFailure, Sequence, Sleep, Status, Tree
 from bt_manip.runner import Run, RunObserver, RunRequest, TreeSource
-from bt_manip.runner.run import Pacing
+from bt_manip.runner.pacing import Pacing
 
 
 class Cell:
@@ -192,8 +192,8 @@ def wall(monkeypatch):
         clock.slept.append(duration)
         clock.now += duration
 
-    monkeypatch.setattr("bt_manip.runner.run.time.perf_counter", lambda: clock.now)
-    monkeypatch.setattr("bt_manip.runner.run.time.sleep", sleep)
+    monkeypatch.setattr("bt_manip.runner.pacing.time.perf_counter", lambda: clock.now)
+    monkeypatch.setattr("bt_manip.runner.pacing.time.sleep", sleep)
     return clock
 
 

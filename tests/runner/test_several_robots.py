@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from bt_manip import spatial
+from bt_manip import build_station, spatial
 from bt_manip.behaviours import (
     Grasp,
     Hover,
@@ -18,7 +18,7 @@ from bt_manip.behaviours import (
 )
 from bt_manip.bt import Action, NodeStatus, Sequence, SubTree
 from bt_manip.exceptions import BtManipError, NodeError
-from bt_manip.runner import Scene, SceneRobot, build_station
+from bt_manip.scenes import Scene, SceneRobot
 
 from .conftest import set_up
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bt_manip.recording.recorder import Recorder
+from bt_manip.record.report.recorder import Recorder
 from bt_manip.runner import RunRequest, find_tree, prepare
 
 SCENES = Path(__file__).parents[2] / "scenes"

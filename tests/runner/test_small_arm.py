@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from bt_manip.recording.recorder import Recorder
-from bt_manip.recording.report import RunReport
+from bt_manip.record.report.recorder import Recorder
+from bt_manip.record.report.run_report import RunReport
 from bt_manip.registry import Parts
 from bt_manip.runner import RunRequest, find_tree, prepare
 from tests.measuring.small_arm import write_small_arm

@@ -1,34 +1,39 @@
 """A run that continues from a snapshot ends like an uninterrupted one, bit for bit."""
 
+import copy
 import json
 import random
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from bt_manip import build_station
+from bt_manip.behaviours import Grasp, Hover, Lift, OpenGripper, Reach, SpawnObject
+from bt_manip.bt import AlwaysFailure, Parallel, Sequence
 from bt_manip.exceptions import BtManipError
-from bt_manip.models.fuel.transfer import Transfer
-from bt_manip.recording.recorder import Recorder
+from bt_manip.models import check_downloads
+from bt_manip.record.report.recorder import Recorder
 from bt_manip.runner import (
     Run,
     RunObserver,
     RunRequest,
-    build_station,
     find_tree,
     load_snapshot,
     prepare,
     save_snapshot,
 )
 from bt_manip.runner.request import SCENE
+from bt_manip.scenes import Fixture, table_and_basket
 from bt_manip.spatial import pose
 
 GO_ON = """
 import sys
 from bt_manip.plugins import load_plugins
-from bt_manip.recording.recorder import Recorder
+from bt_manip.record.report.recorder import Recorder
 from bt_manip.runner import RunRequest, find_tree, load_snapshot, prepare
 
 parts = load_plugins(entry_points=()).parts
@@ -111,6 +116,62 @@ def test_a_run_with_two_robots_continues_from_a_snapshot_while_both_move(parts, 
     assert continued([tmp_path / f"{tick}.json"], *run) == [digest]
 
 
+class Memory(Snapshots):
+    """Keeps the states instead of writing files."""
+
+    def __init__(self, recorder: Recorder, wanted=()) -> None:
+        super().__init__(recorder, Path(), wanted)
+        self.states = {}
+
+    def save(self, name: str) -> None:
+        self.states[name] = self.run.get_state(), self.recorder.get_state()
+
+
+@pytest.mark.parametrize("seed", [0, 1, pytest.param(2, marks=pytest.mark.soak)])
+def test_a_second_pick_of_an_object_continues_from_a_snapshot(make_run, seed):
+    T_wo = pose((0.33 + 0.04 * seed, 0.05, 0.0))
+    cube = Fixture("cube", "cube", T_wo, free=True, on="table")
+    scene = replace(table_and_basket(), fixtures=(*table_and_basket().fixtures, cube))
+
+    def run(wanted=(), state=None):
+        steps = [kind(object="cube") for kind in (Hover, Reach, Grasp)]
+        again = [Lift(height=0.05), OpenGripper(), Hover("again", object="cube")]
+        made = make_run(Sequence("pick", *steps, *again), scene=scene, seed=seed)
+        recorder = Recorder("", 0)
+        if state is not None:
+            made.set_state(state[0])
+            recorder.set_state(state[1])
+        kept = Memory(recorder, wanted)
+        made.execute([recorder, kept])
+        assert recorder.report().status == "SUCCESS", recorder.report().cycles
+        return recorder.report().state_digest, kept
+
+    digest, kept = run()
+    middle = round(0.45 * kept.tick)
+    _, kept = run((middle,))
+    assert run(state=kept.states[f"{middle}.json"])[0] == digest
+
+
+def test_a_state_does_not_change_while_its_run_goes_on(make_run):
+    def work():
+        steps = [SpawnObject(object="{o}"), Hover(object="{o}"), AlwaysFailure()]
+        return Parallel("both", Sequence(*steps), AlwaysFailure(), success_count=1, failure_count=2)
+
+    run, states = make_run(work()), []
+
+    class States(RunObserver):
+        def after_tick(self) -> None:
+            states.append((state := run.get_state(), copy.deepcopy(state)))
+
+    run.execute([States()])
+    assert len(states) > 10
+    assert all(state == copied for state, copied in states)
+    taken, copied = states[5]
+    run.set_state(taken)
+    run.execute()
+    assert taken == copied
+
+
 @pytest.mark.soak
 def test_fifty_snapshots_at_random_ticks_end_in_fifty_equal_digests(parts, tmp_path):
     _, count = uninterrupted(parts, tmp_path, (), 1)
@@ -189,11 +250,11 @@ def test_other_than_plain_data_is_refused_and_leaves_no_file(tmp_path, state, me
         ("{", "is no snapshot"),
         ("[]", "is no snapshot"),
         ("[" * 100_000, "nested too deep"),
-        ('{"format": "bt-manip snapshot", "version": 6}', "it has no table 'state'"),
-        ('{"format": "bt-manip snapshot", "version": 6, "state": 3}', "it has no table 'state'"),
-        ('{"format": "bt-manip snapshot", "version": 6, "state": {}}', "is damaged"),
-        ('{"format": "bt-manip snapshot", "version": 6, "state": {"a": NaN}}', "is NaN"),
-        ('{"format": "bt-manip snapshot", "version": 99}', "version 99, expected 6"),
+        ('{"format": "bt-manip snapshot", "version": 7}', "it has no table 'state'"),
+        ('{"format": "bt-manip snapshot", "version": 7, "state": 3}', "it has no table 'state'"),
+        ('{"format": "bt-manip snapshot", "version": 7, "state": {}}', "is damaged"),
+        ('{"format": "bt-manip snapshot", "version": 7, "state": {"a": NaN}}', "is NaN"),
+        ('{"format": "bt-manip snapshot", "version": 99}', "version 99, expected 7"),
     ],
 )
 def test_a_file_that_is_not_a_snapshot_is_refused(tmp_path, content, message):
@@ -217,17 +278,25 @@ def test_a_snapshot_that_was_edited_or_truncated_is_refused(tmp_path):
         load_snapshot(path)
 
 
-@pytest.mark.parametrize(
-    "kind", ["fuel:OpenRobotics/Table", "https://fuel.gazebosim.org/1.0/a/models/b"]
-)
-def test_a_snapshot_downloads_nothing(parts, monkeypatch, tmp_path, kind):
-    monkeypatch.setenv("GZ_FUEL_CACHE_PATH", str(tmp_path))
-    monkeypatch.setattr(Transfer, "get", lambda *_: pytest.fail("the network was used"))
+@pytest.mark.parametrize("checks", [True, False])
+def test_a_snapshot_downloads_nothing(parts, checks):
+    """Sources that do not promise to check this are not even asked."""
+    asked = []
+
+    def find(address, progress):
+        asked.append(address)
+        check_downloads(address)
+
+    find.checks_downloads = checks
+    parts = replace(parts, model_sources=parts.model_sources.with_part("shelf", find))
     station = build_station(parts)
     state = station.get_state()
-    state["cell"]["entities"][-1] = {**state["cell"]["entities"][-1], "name": "x", "kind": kind}
-    with pytest.raises(BtManipError, match="a snapshot downloads no models, and '.*' is not here"):
+    last = state["cell"]["entities"][-1]
+    state["cell"]["entities"][-1] = {**last, "name": "x", "kind": "shelf:mug"}
+    words = "a snapshot downloads no models, and 'shelf:mug' is not here" if checks else "unknown"
+    with pytest.raises(BtManipError, match=words):
         station.set_state(state)
+    assert asked == ["shelf:mug"] * checks
 
 
 def test_a_state_that_is_not_finite_or_of_another_size_is_refused(parts):

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from bt_manip import spatial
+from bt_manip import build_station, spatial
 from bt_manip.cell import CellError
 from bt_manip.exceptions import BtManipError
 from bt_manip.robots import RobotError, panda
-from bt_manip.runner import Fixture, Scene, SceneRobot, build_station
+from bt_manip.scenes import Fixture, Scene, SceneRobot
 
 AT_THE_ORIGIN = spatial.pose((0.0, 0.0, 0.0))
 MISSPELT = Scene((SceneRobot(AT_THE_ORIGIN),), (Fixture("tabel", "table", AT_THE_ORIGIN),))

@@ -5,8 +5,9 @@ from types import SimpleNamespace
 
 import pytest
 
+from bt_manip import build_station
 from bt_manip.control import ComputedTorque, ControllerManager, GravityCompensatedPD
-from bt_manip.runner import Stopwatch, build_station
+from bt_manip.runner import Stopwatch
 
 
 class Slow(GravityCompensatedPD):

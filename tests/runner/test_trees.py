@@ -67,8 +67,11 @@ def test_keys_have_their_defaults_unless_they_are_set(parts, document):
     [
         ({}, "needs --set pause=VALUE"),
         ({"pause": "20", "sped": "1"}, "has no key 'sped'; did you mean 'speed'"),
-        ({"pause": "20", "speed": "fast"}, "--set speed: expected double, got 'fast'"),
-        ({"pause": "soon"}, "--set pause: expected"),
+        ({"pause": "20", "speed": "fast"}, "--set speed: expected a number, got 'fast'"),
+        ({"pause": "soon"}, "--set pause: expected a whole number from 0 to 4294967295, got 's"),
+        ({"pause": "1e99"}, "--set pause: expected a whole number from .*, got '1e99'"),
+        ({"pause": "2.5"}, "--set pause: expected a whole number from .*, got '2.5'"),
+        ({"pause": "20", "speed": "0.5x"}, "--set speed: expected a number, got '0.5x'"),
     ],
 )
 def test_a_setting_that_does_not_fit_the_document_is_refused(parts, document, settings, message):

@@ -9,17 +9,19 @@ from rich.console import Console
 
 from bt_manip.cli.cycle_table import print_cycles
 from bt_manip.exceptions import BtManipError
-from bt_manip.recording.recorder import Recorder
-from bt_manip.recording.report import RunReport
-from bt_manip.recording.trace import COLUMNS, Trace
-from bt_manip.runner import RunRequest, find_tree, prepare
+from bt_manip.record.report.recorder import Recorder
+from bt_manip.record.report.run_report import RunReport
+from bt_manip.record.tables.trace import Trace
+from bt_manip.runner import STEP_FIELDS, RunObserver, RunRequest, find_tree, prepare
 
 
-def run(parts, cycles: int, trace: Trace | None = None) -> RunReport:
+def run(parts, cycles: int, *observers: RunObserver) -> RunReport:
     source = find_tree("two_arms", {name: parts.trees.get(name) for name in parts.trees})
-    recorder = Recorder("two_arms", 1, trace)
+    recorder = Recorder("two_arms", 1)
     scene = parts.surroundings["two_arms"].scene
-    prepare(RunRequest(source, scene=scene, cycles=cycles, seed=1), parts).execute([recorder])
+    prepare(RunRequest(source, scene=scene, cycles=cycles, seed=1), parts).execute(
+        [recorder, *observers]
+    )
     return recorder.report()
 
 
@@ -76,7 +78,7 @@ def test_a_tree_in_a_scene_with_other_robots_is_refused(parts, tree, scene, mess
 
 def test_the_trace_has_the_course_of_each_of_them(traced):
     _, trace = traced
-    columns = (*COLUMNS, "joints")
+    columns = (*STEP_FIELDS, "joints")
     names = [f"{robot}/{column}" for robot in ("left", "right") for column in columns]
     assert sorted(trace) == sorted([*names, "t"])
     for robot in ("left", "right"):

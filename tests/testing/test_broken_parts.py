@@ -1,13 +1,19 @@
 """Each check of a contract finds what it is there for, and says what it found."""
 
+from dataclasses import replace
+
 import pytest
 
 from bt_manip.testing import behaviour_contract as behaviours
 from bt_manip.testing import controller_contract as controllers
+from bt_manip.testing import environment_contract as environments
 from bt_manip.testing import object_contract as objects
+from bt_manip.testing import run_contract as runs
 from bt_manip.testing.behaviour_contract import BehaviourCase, Example
 from bt_manip.testing.controller_contract import ControllerCase
+from bt_manip.testing.environment_contract import EnvironmentCase
 from bt_manip.testing.object_contract import ObjectCase
+from bt_manip.testing.run_contract import RunCase
 
 from . import broken_parts as broken
 
@@ -86,3 +92,38 @@ def test_an_object_whose_kind_is_another_is_found():
 def test_a_broken_controller_is_found(check, cls, message):
     with pytest.raises(AssertionError, match=message):
         check(ControllerCase("broken", cls))
+
+
+def runs_of(parts, name):
+    return RunCase(name, f"{broken.__file__}:{name}", parts)
+
+
+def test_a_tree_whose_state_is_not_restored_is_found(parts):
+    message = r"'forgetful', continued from its state after 6 of 14 ticks, differs from tick 14"
+    with pytest.raises(AssertionError, match=message):
+        runs.goes_on_from_its_state(runs_of(parts, "forgetful"))
+
+
+def test_a_tree_whose_episodes_depend_on_others_is_found(parts, monkeypatch):
+    monkeypatch.setattr(runs, "EPISODES", 2)
+    monkeypatch.setattr(runs, "WORKERS", 1)
+    with pytest.raises(AssertionError, match=r"the episodes \[0, 1\] of 'counting' differ in rev"):
+        runs.has_the_same_episodes_in_any_process(runs_of(parts, "counting"))
+    runs.has_the_same_episodes_in_any_process(runs_of(parts, "steady"))
+
+
+@pytest.mark.parametrize(
+    ("check", "cls", "message"),
+    [
+        (environments.describes_its_actions, broken.Unbounded, "has the bounds"),
+        (environments.describes_its_actions, broken.Unnamed, "1 names and 1 units"),
+        (environments.goes_on_from_its_state, broken.Tires,
+         "the same environment of 'pick_place' continues differently from its state after actions"),
+        (environments.has_the_same_episodes_in_any_order, broken.TiresForever,
+         "episode 0 of 'pick_place' depends on those before it"),
+    ],
+)  # fmt: skip
+def test_a_broken_kind_of_actions_is_found(parts, check, cls, message):
+    parts = replace(parts, actions=parts.actions.with_part("broken", cls))
+    with pytest.raises(AssertionError, match=message):
+        check(EnvironmentCase("broken", parts))

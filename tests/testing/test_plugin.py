@@ -126,7 +126,7 @@ def test_a_conftest_adds_situations_and_builds_another_station(session):
         conftest="""
         import pytest
         from bt_manip.behaviours import MoveHome
-        from bt_manip.runner import build_station as build
+        from bt_manip import build_station as build
         from bt_manip.testing.situations import play
 
         @pytest.fixture(scope="session")
@@ -160,7 +160,7 @@ def test_a_conftest_adds_situations_and_builds_another_station(session):
 def test_each_module_has_the_station_that_it_builds(session):
     of_its_own = """
         import pytest
-        from bt_manip.runner import build_station as build
+        from bt_manip import build_station as build
 
         @pytest.fixture(scope="session")
         def build_station(parts):
@@ -219,6 +219,52 @@ def test_one_line_holds_a_plugin_to_its_contracts(session, monkeypatch, pytester
     unknown = "from bt_manip.testing.contracts import contracts_of\ntest_it = contracts_of('mnie')"
     result = session(test_it=unknown)
     result.stdout.fnmatch_lines(["*no plugin 'mnie'; did you mean 'mine'*"])
+
+
+RUNS = """
+    from pathlib import Path
+
+    from bt_manip import hookimpl
+    from bt_manip.agents import JointTargets
+    from bt_manip.scenes import table_and_basket
+
+    @hookimpl
+    def register_actions(register):
+        register("targets", JointTargets)
+
+    @hookimpl
+    def register_scenes(register):
+        register("place", table_and_basket)
+
+    @hookimpl
+    def register_trees(register):
+        register("rest", Path(__file__).with_name("rest.xml"), scene="place")
+    """
+
+
+def test_one_line_holds_trees_scenes_and_actions_of_a_plugin_to_their_contracts(
+    session, monkeypatch, pytester
+):
+    folder = pytester.path / "plugins"
+    folder.mkdir()
+    (folder / "runs.py").write_text(textwrap.dedent(RUNS))
+    leaf = '<root BTCPP_format="4"><BehaviorTree ID="T"><Sleep msec="200"/></BehaviorTree></root>'
+    (folder / "rest.xml").write_text(leaf)
+    monkeypatch.setenv("BT_MANIP_PLUGINS_DIR", str(folder))
+    line = """
+        from bt_manip.testing.contracts import contracts_of
+        test_runs = contracts_of("runs")
+        """
+    session("-k", "tree", test_it=line).assert_outcomes(passed=1, deselected=4)
+    result = session("--collect-only", "-q", "-m", "soak or not soak")
+    result.stdout.fnmatch_lines_random(
+        [
+            "*targets: describes its actions?",
+            "*scene place: goes on from its state at any time?",
+            "*tree rest: has the same episodes in any process?",
+            "*tree rest: environments go on from their states with targets?",
+        ]
+    )
 
 
 def test_one_line_runs_all_trees_with_their_end_states(session, pytester):

@@ -17,7 +17,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from bt_manip.runner import Station, build_station
+from bt_manip import build_station
+from bt_manip.runner import Station
 from bt_manip.viewer import render
 from bt_manip.viewer.window import aim
 

@@ -92,7 +92,7 @@ class Leaf(Node):
             return SUCCESS
         if result is _FAILURE:
             if self._node_runtime is not None:
-                self._node_runtime.reason = (self, self.feedback_message)
+                self._node_runtime.failed(self.path or self.name, self.feedback_message)
             self.terminate(_FAILURE)
             return FAILURE
         state = node_status(result)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
 from py_trees.behaviour import Behaviour
 
@@ -13,8 +13,12 @@ from bt_manip.bt.ports import pointed_key
 from bt_manip.bt.runtime import Runtime
 from bt_manip.exceptions import BlackboardError, BtManipError, PortError, ScriptError, TreeError
 
-Report = Callable[[Any, str, BtManipError], None]
+OnProblem = Callable[[Link, str, BtManipError], None]
 """Takes a node, the name of one of its ports or an empty text, and the problem with it."""
+
+
+MAX_DEPTH: Final = 256
+"""Levels of nodes in a tree, sub-trees included; for one tree of a document the engine's limit."""
 
 
 @dataclass
@@ -25,15 +29,17 @@ class Binding:
         nodes: All nodes, depth first.
         scopes: The scopes by the path of their sub-tree, ``""`` for the root's.
         count: How many nodes have got a number.
+        depth: Its number of levels, sub-trees included.
     """
 
     nodes: list[Any] = field(default_factory=list)
     scopes: dict[str, Blackboard] = field(default_factory=dict)
     count: int = 0
+    depth: int = 0
 
 
 def bind(
-    root: Behaviour, runtime: Runtime, scope: Blackboard, report: Report | None = None
+    root: Behaviour, runtime: Runtime, scope: Blackboard, on_problem: OnProblem | None = None
 ) -> Binding:
     """Bind `root` and all nodes below it to a runtime and scopes, and declare their ports.
 
@@ -41,40 +47,44 @@ def bind(
         root: The root, ours or a stock behaviour.
         runtime: The clock, timers and enumerations that they share.
         scope: The blackboard scope of the root.
-        report: Collects the problems; without it the first error is raised.
+        on_problem: Collects the problems; without it the first error is raised.
 
     Returns:
         The bound nodes and scopes.
 
     Raises:
         BtManipError: If the tree is invalid: two sub-trees with one path, a node that occurs twice
-            in the tree, an entry that ports want with different types.
+            in the tree, an entry that ports want with different types, or more than `MAX_DEPTH`
+            levels.
     """
-    return _Binder(runtime, report or _raise).bind(root, scope)
+    return _Binder(runtime, on_problem or _raise).bind(root, scope)
 
 
-def _raise(node: Any, port: str, error: BtManipError) -> None:
+def _raise(node: Link, port: str, error: BtManipError) -> None:
     raise error
 
 
 class _Binder:
-    def __init__(self, runtime: Runtime, report: Report) -> None:
+    def __init__(self, runtime: Runtime, on_problem: OnProblem) -> None:
         self._runtime = runtime
-        self._report = report
+        self._on_problem = on_problem
         self._binding = Binding()
         self._seen: set[int] = set()
 
     def bind(self, root: Behaviour, scope: Blackboard) -> Binding:
         self._binding.scopes[""] = scope
-        self._bind(as_link(root), scope, "", True)
+        self._bind(as_link(root), scope, "", 1, True)
         return self._binding
 
-    def _bind(self, link: Any, scope: Blackboard, prefix: str, attached: bool) -> None:
+    def _bind(self, link: Link, scope: Blackboard, prefix: str, depth: int, attached: bool) -> None:
+        if depth > MAX_DEPTH:
+            raise TreeError(f"'{link.name}' is nested deeper than {MAX_DEPTH} levels")
         if id(link) in self._seen:
             raise TreeError(f"'{link.name}' stands in the tree more than once")
         self._seen.add(id(link))
         binding = self._binding
         binding.count += 1
+        binding.depth = max(binding.depth, depth)
         link.uid = binding.count
         link.path = prefix + link.name
         if link.name == link.registration or getattr(link, "tree_id", None) == link.name:
@@ -89,20 +99,20 @@ class _Binder:
         if link.kind is NodeKind.SUBTREE:
             scope, prefix = self._enter(link, scope, prefix)
         for child in link.links:
-            self._bind(child, scope, prefix, attached)
+            self._bind(child, scope, prefix, depth + 1, attached)
         for orphan in link.orphans:
             if isinstance(orphan, Link):
-                self._bind(orphan, scope, prefix, False)
+                self._bind(orphan, scope, prefix, depth + 1, False)
 
     def _enter(self, link: Any, scope: Blackboard, prefix: str) -> tuple[Blackboard, str]:
         path = link.path if link.is_unnamed else prefix + link.name
         try:
             inner = link.make_scope(scope)
         except BlackboardError as error:
-            self._report(link, "", error)
+            self._on_problem(link, "", error)
             inner = Blackboard(scope)
         if path in self._binding.scopes:
-            self._report(
+            self._on_problem(
                 link,
                 "name",
                 TreeError(f"two sub-trees have the path '{path}'; give one of them another name"),
@@ -136,8 +146,8 @@ class _Binder:
                         f"first; the port '{name}' of {node.path} wants {port.type.name}"
                     )
             except (PortError, BlackboardError) as error:
-                self._report(node, name, error)
+                self._on_problem(node, name, error)
         try:
             node.check_ports()
         except (PortError, ScriptError) as error:
-            self._report(node, node.checked_port, error)
+            self._on_problem(node, node.checked_port, error)

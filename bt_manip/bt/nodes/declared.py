@@ -1,4 +1,4 @@
-"""Nodes that stand for behaviours of which only the name and the ports are known."""
+"""Placeholders for behaviours of which only the name and the ports are known."""
 
 import keyword
 import re
@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import Any, ClassVar, Final
 
 from bt_manip.bt.nodes.action import Action, Condition
+from bt_manip.bt.nodes.link import Link
 from bt_manip.bt.nodes.node import Node, NodeKind
 from bt_manip.bt.nodes.parent import Control, Decorator
 from bt_manip.bt.ports import InOut, Input, Output, Port
@@ -13,14 +14,14 @@ from bt_manip.bt.status import NodeStatus, Status
 from bt_manip.exceptions import TreeError
 
 RESULTS: Final = {"SUCCESS": "succeeds", "FAILURE": "fails", "RUNNING": "keeps running"}
-"""What a stub may return, and the words for it."""
+"""Results of a stub, and the words for them."""
 
 
 class Declared:
     """Marks the classes that `declare` makes.
 
     Attributes:
-        effect: What a tick does, for people.
+        effect: The effect of a tick in words.
         declaration: The arguments of `declare`, by name.
     """
 
@@ -45,7 +46,7 @@ class _StubCondition(Condition):
 
 
 class _StubControl(Control):
-    """A control whose rules nobody knows."""
+    """A control with unknown rules."""
 
     can_run: ClassVar = False
 
@@ -54,7 +55,7 @@ class _StubControl(Control):
 
 
 class _StubDecorator(Decorator):
-    """A decorator whose rules nobody knows."""
+    """A decorator with unknown rules."""
 
     can_run: ClassVar = False
 
@@ -146,8 +147,8 @@ def model_port(direction: str, name: str, default: str | None, doc: str = "") ->
     return _named(kinds.get(direction, InOut), name, default, doc)
 
 
-def cannot_run(node: Any) -> str:
-    """Say why a declared control or decorator cannot be ticked, and what to do."""
+def cannot_run(node: Link) -> str:
+    """Return why a declared control or decorator cannot be ticked, and the remedy."""
     kind = str(node.kind).lower()
     known = "Fallback" if node.kind is NodeKind.CONTROL else "RetryUntilSuccessful"
     return (

@@ -1,5 +1,6 @@
 """A node as its parent and its tree see it: one of ours, or a stock py_trees behaviour."""
 
+import copy
 from collections.abc import Mapping
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -32,6 +33,8 @@ class Link:
         ports: Its ports by name.
         registration: The name under which trees know its class.
         memory: Names of the attributes that make up its state over time, all of them plain data.
+        reports_time: Whether reports say in how many cycles it ran, for which share of the time,
+            and why not longer: for leaves that others replace where they fail, as a policy.
         orphans: Children of the node that a test replaced by this one; they are never ticked.
         path: Its path in its tree: the sub-trees that lead to it, and its name.
         uid: Its number in its tree, from 1, depth first.
@@ -41,6 +44,7 @@ class Link:
     ports: ClassVar[Mapping[str, Port]] = {}
     registration: str = ""
     memory: ClassVar[tuple[str, ...]] = ()
+    reports_time: ClassVar[bool] = False
     orphans: tuple[Behaviour, ...] = ()
     path: str = ""
     uid: int = 0
@@ -82,13 +86,13 @@ class Link:
                 observer(self, old, new)
 
     def get_state(self) -> dict[str, Any]:
-        """Return the state that the node keeps between two ticks, as plain data."""
-        return {name: getattr(self, name) for name in self.memory}
+        """Return a copy of the state that the node keeps between two ticks, as plain data."""
+        return {name: copy.deepcopy(getattr(self, name)) for name in self.memory}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore the state that `get_state` returned."""
         for name in self.memory:
-            setattr(self, name, state[name])
+            setattr(self, name, copy.deepcopy(state[name]))
 
 
 class ForeignNode(Link):
@@ -158,7 +162,7 @@ class ForeignNode(Link):
         if state is IDLE:
             return SKIPPED
         if state is FAILURE and runtime is not None and not behaviour.children:
-            runtime.reason = (self, behaviour.feedback_message)
+            runtime.failed(self.path or self.name, behaviour.feedback_message)
         self._set_status(state)
         return state
 

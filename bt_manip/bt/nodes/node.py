@@ -269,7 +269,7 @@ class Node(PortAccess):
         """Set the reason why this node fails."""
         self.feedback_message = reason
         if self._node_runtime is not None:
-            self._node_runtime.reason = (self, reason)
+            self._node_runtime.failed(self.path or self.name, reason)
 
     @classmethod
     def summary(cls) -> str:

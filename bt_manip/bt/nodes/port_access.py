@@ -12,7 +12,7 @@ from bt_manip.bt.nodes.link import Link
 from bt_manip.bt.port_types import STRING, PortType, cast, fit, type_of
 from bt_manip.bt.ports import MISSING, Port, is_pointer, pointed_key
 from bt_manip.bt.runtime import Runtime
-from bt_manip.exceptions import BlackboardError, PortError
+from bt_manip.exceptions import BlackboardError, PortError, shown
 
 
 class PortAccess(Link, Behaviour):
@@ -173,7 +173,7 @@ class PortAccess(Link, Behaviour):
             raise self._port_error(name, "nothing was given to write to; expected {key}")
         key = pointed_key(name, text)
         if key is None:
-            raise self._port_error(name, f"'{text}' is no entry to write to; expected {{key}}")
+            raise self._port_error(name, f"{shown(text)} is no entry to write to; expected {{key}}")
         type = type or self.ports[name].type
         try:
             if type.strong:

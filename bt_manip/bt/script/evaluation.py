@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 
 from bt_manip.bt.blackboard import EMPTY, Blackboard, Entry
 from bt_manip.bt.port_types import BOOL, DOUBLE, INT64, STRING, UNTYPED, PortType, cast
-from bt_manip.exceptions import BlackboardError, ScriptError, shown
+from bt_manip.exceptions import BlackboardError, ScriptError, shortened, shown
 
 Value = tuple[Any, PortType]
 """A value and its type."""
@@ -21,7 +21,7 @@ EPSILON: Final = 2.0**-23
 """Numbers that differ by no more are equal: the rounding error of single precision."""
 
 MAX_TEXT: Final = 1_000_000
-"""Longest text that a script makes [characters]; one that doubles in a loop ends there."""
+"""Length limit of the texts that scripts make [characters]; doubling in a loop ends there."""
 
 NOTHING: Final = PortType("nothing: [..] joins texts, and both operands are numbers", None)
 """The type of the result of two numbers joined by ``..``."""
@@ -106,7 +106,7 @@ class Name:
             return float(env.enums[key]), DOUBLE
         entry = env.scope.entry(key)
         if entry is None:
-            raise ScriptError(f"variable not found: {key}")
+            raise ScriptError(f"variable not found: {shortened(key)}")
         return entry.value, entry.type
 
 
@@ -298,7 +298,7 @@ def assignment(target: Expression, symbol: str, source: Expression) -> Expressio
         if entry is None:
             if symbol != ":=":
                 raise ScriptError(
-                    f"the blackboard entry '{key}' does not exist; [:=] would create it"
+                    f"the blackboard entry '{shortened(key)}' does not exist; [:=] would create it"
                 )
             try:
                 env.scope.declare(key)
@@ -319,7 +319,9 @@ def assignment(target: Expression, symbol: str, source: Expression) -> Expressio
             else:
                 _update(entry, symbol, value)
         except (ValueError, ScriptError) as error:
-            raise ScriptError(f"entry '{key}' does not take {shown(value[0])}: {error}") from None
+            raise ScriptError(
+                f"entry '{shortened(key)}' does not take {shown(value[0])}: {error}"
+            ) from None
         return entry.value, entry.type
 
     return evaluate

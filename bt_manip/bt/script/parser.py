@@ -22,7 +22,7 @@ from bt_manip.bt.script.evaluation import (
     unary,
 )
 from bt_manip.bt.script.tokens import Token, tokenize
-from bt_manip.exceptions import ScriptError
+from bt_manip.exceptions import ScriptError, shortened, shown
 
 MAX_NESTING: Final = 64
 """How deep parentheses, prefixes, assignments and ternaries may be nested."""
@@ -79,7 +79,7 @@ class ParsedScript:
                 statement(env)
             return self._last(env)
         except ScriptError as error:
-            raise ScriptError(f"error in script [{self.text}]: {error}") from None
+            raise ScriptError(f"error in script [{shortened(self.text)}]: {error}") from None
 
 
 def parse_script(text: str, *, double_quotes: bool = False) -> ParsedScript:
@@ -131,7 +131,7 @@ class _Parser:
         if not self._is(symbol):
             token = self._token
             raise ScriptError(
-                f"expected '{symbol}' at position {token.position}, found '{token.text}'"
+                f"expected '{symbol}' at position {token.position}, found {shown(token.text)}"
             )
         self._advance()
 
@@ -203,7 +203,9 @@ class _Parser:
             if token.text in ("true", "false"):
                 return constant(float(token.text == "true"), DOUBLE)
             return Name(token.text)
-        raise ScriptError(f"expected an operand at position {token.position}, found '{token.text}'")
+        raise ScriptError(
+            f"expected an operand at position {token.position}, found {shown(token.text)}"
+        )
 
 
 def _integer(text: str) -> int:

@@ -3,7 +3,7 @@
 import re
 from typing import Final, NamedTuple
 
-from bt_manip.exceptions import ScriptError
+from bt_manip.exceptions import ScriptError, shortened
 
 
 class Token(NamedTuple):
@@ -84,4 +84,4 @@ def _invalid(text: str, position: int, end: int | None = None) -> ScriptError:
         hint = "; the closing quote is missing"
     elif piece == "%":
         hint = "; there is no such operator"
-    return ScriptError(f"invalid token '{piece}' at position {position}{hint}")
+    return ScriptError(f"invalid token '{shortened(piece)}' at position {position}{hint}")

@@ -1,12 +1,13 @@
 """Making the nodes of a tree from a document."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from py_trees.behaviour import Behaviour
 
-from bt_manip.bt.goal import GOAL, parse_goal
+from bt_manip.bt.goal import GOAL, NO_CELL, parse_goal, reads_cell
 from bt_manip.bt.literals import parse_boolean
 from bt_manip.bt.nodes.actions.script import ScriptPort
+from bt_manip.bt.nodes.binding import MAX_DEPTH
 from bt_manip.bt.nodes.declared import Declared
 from bt_manip.bt.nodes.guard import Guard
 from bt_manip.bt.nodes.node import CONDITIONS, RESERVED, Comment, Node, NodeKind
@@ -14,63 +15,64 @@ from bt_manip.bt.nodes.parent import Parent
 from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.nodes.test_node import TestNode, TestNodeConfig
 from bt_manip.bt.ports import Port
-from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.script.parser import parse_script
-from bt_manip.bt.stubs import Stubs, stub_child
+from bt_manip.bt.stubs import stub_child
 from bt_manip.bt.substitution import Substitutions, find_rule
-from bt_manip.bt.xml.dialect import Dialect
-from bt_manip.bt.xml.document import Document, is_port_name
-from bt_manip.bt.xml.problem import Place, Problems, hint
+from bt_manip.bt.xml.context import ReadingContext
+from bt_manip.bt.xml.document import EXPLICIT, is_port_name
+from bt_manip.bt.xml.problem import Place, hint
 from bt_manip.bt.xml.source import Element, Text
-from bt_manip.exceptions import BtManipError, ScriptError, TreeError
+from bt_manip.exceptions import BtManipError, ScriptError, TreeError, shortened
 
 SCRIPTS = tuple(CONDITIONS.values())
-EXPLICIT = ("Action", "Condition", "Control", "Decorator")
 MAX_NODES = 65_535  # Groot2 counts nodes with 16 bits
 
 
-class Builder:
-    """Makes nodes from elements; what is wrong is collected, and the rest is made all the same.
+class _Position(NamedTuple):
+    """The position of a node in the tree that is built.
 
     Attributes:
-        places: The element of each node that was made.
-        built: The IDs of the trees that were made.
-        stubbed: What each stub stands for and does, with the number of its nodes.
+        trees: The IDs of the trees around it, the main tree first.
+        prefix: The paths of the sub-trees around it.
+        depth: Its level, from 1, sub-trees included.
     """
 
-    def __init__(
-        self,
-        document: Document,
-        registry: BehaviourRegistry,
-        problems: Problems,
-        dialect: Dialect,
-        *,
-        substitutions: Substitutions | None = None,
-        stubs: Stubs | None = None,
-        strict: bool = True,
-    ) -> None:
+    trees: tuple[str, ...] = ()
+    prefix: str = ""
+    depth: int = 1
+
+
+class Builder:
+    """Makes nodes from elements, and collects the errors of the others.
+
+    Attributes:
+        enums: Numbers that scripts know by name.
+        places: The element of each node that was made.
+        built: The IDs of the trees that were made.
+        stubbed: The description of each stub, with the number of its nodes.
+        is_too_deep: Whether nodes were left out because they are nested too deep.
+    """
+
+    def __init__(self, context: ReadingContext, substitutions: Substitutions | None = None) -> None:
         """Prepare to make trees of a document.
 
         Args:
-            document: The document; its form was verified.
-            registry: The behaviours that it may name.
-            problems: Collects errors and warnings.
-            dialect: How scripts are written.
+            context: The document; the engine's rules were checked.
             substitutions: Rules for tests.
-            stubs: What stands for sub-trees that nobody has.
-            strict: Whether literals that only fail at a tick in the engine are errors here.
         """
-        self._document = document
-        self._registry = registry
-        self._problems = problems
-        self._dialect = dialect
+        self._document = context.document
+        self._registry = context.registry
+        self._problems = context.problems
+        self._dialect = context.dialect
+        self._stubs = context.stubs
+        self._strict = context.strict
         self._rules = substitutions or {}
-        self._stubs = stubs
-        self._strict = strict
         self._count = 0
+        self.enums = self._registry.enums
         self.places: dict[int, Element] = {}
         self.built: dict[str, None] = {}
         self.stubbed: dict[str, int] = {}
+        self.is_too_deep = False
 
     def build(self, tree_id: str, place: Place) -> Behaviour | None:
         """Make the nodes of a tree, those of its sub-trees included.
@@ -82,10 +84,10 @@ class Builder:
         Returns:
             The root; None if nothing could be made.
         """
-        return self._tree(tree_id, place, [], "")
+        return self._tree(tree_id, place, _Position())
 
     def goal(self, tree_id: str) -> tuple[Node, ...]:
-        """Make the conditions of a tree's goal; errors are collected.
+        """Make the conditions of a tree's goal; errors and warnings are collected.
 
         Args:
             tree_id: The tree.
@@ -99,26 +101,52 @@ class Builder:
         except TreeError as error:
             self._problems.error(attribute.value_place, f"{GOAL}: {error}")
             return ()
+        stubbed = any(isinstance(condition, Declared) for condition in goal)
+        if goal and not stubbed and not reads_cell(goal):
+            self._problems.warning(attribute.value_place, f"{GOAL}: {NO_CELL}")
         self.places.update((id(condition), element) for condition in goal)
         return goal
 
-    def _tree(self, tree_id: str, place: Place, chain: list[str], prefix: str) -> Behaviour | None:
+    def add_error(self, node: Any, port: str, error: BtManipError) -> None:
+        """Collect an error of binding, at the place of the port or of the node.
+
+        Args:
+            node: The node, or a condition of the goal.
+            port: The name of the port; empty for an error of the node.
+            error: The error.
+        """
+        element = self.places.get(id(node))
+        if element is None:
+            self._problems.error(Place(self._document.file, 1, 1), str(error))
+        elif element.name == "BehaviorTree":
+            self._problems.error(element.place_of(GOAL), f"{GOAL}: {error}")
+        elif port in element.attributes:
+            self._problems.error(element.attributes[port].value_place, str(error))
+        elif not (self._strict and port):  # the static checks report a missing port
+            self._problems.error(element.place, str(error))
+
+    def _tree(self, tree_id: str, place: Place, at: _Position) -> Behaviour | None:
         element = self._document.trees.get(tree_id)
         if element is None:
             near = hint(tree_id, self._document.trees)
-            self._problems.error(place, f"no tree is named '{tree_id}'{near}")
+            self._problems.error(place, f"no tree is named '{shortened(tree_id)}'{near}")
             return None
-        if tree_id in chain:
-            circle = " -> ".join([*chain[chain.index(tree_id) :], tree_id])
+        if tree_id in at.trees:
+            circle = " -> ".join([*at.trees[at.trees.index(tree_id) :], tree_id])
             self._problems.error(place, f"trees contain each other in a circle: {circle}")
             return None
         self.built[tree_id] = None
         children = element.children
         if len(children) != 1:
             return None
-        return self._node(children[0], [*chain, tree_id], prefix)
+        return self._node(children[0], at._replace(trees=(*at.trees, tree_id)))
 
-    def _node(self, element: Element, chain: list[str], prefix: str) -> Behaviour | None:
+    def _node(self, element: Element, at: _Position) -> Behaviour | None:
+        if at.depth > MAX_DEPTH:
+            if not self.is_too_deep:
+                self._problems.error(element.place, f"nested deeper than {MAX_DEPTH} levels")
+            self.is_too_deep = True
+            return None
         self._count += 1
         if self._count > MAX_NODES:
             if self._count == MAX_NODES + 1:
@@ -128,7 +156,7 @@ class Builder:
         if element.name == "SubTree" or (
             element.name in EXPLICIT and element.get("ID") == "SubTree"
         ):
-            return self._subtree(element, chain, prefix, uid)
+            return self._subtree(element, at, uid)
         if element.name == "BehaviorTree":
             self._problems.error(element.place, "a <BehaviorTree> cannot stand inside another")
             return None
@@ -145,13 +173,14 @@ class Builder:
         label = self._label(element, name)
         given = self._ports(element, cls, name)
         scripts = self._scripts(element)
-        path = prefix + label + (f"::{uid}" if label == name else "")
+        path = at.prefix + label + (f"::{uid}" if label == name else "")
         rule = find_rule(self._rules, label, name, path) if self._rules else None
-        children = [
-            child
-            for child in (self._node(item, chain, prefix) for item in element.children)
-            if child is not None
-        ]
+        below = at._replace(depth=at.depth + 1)
+        children: list[Behaviour] = []
+        for item in element.children:  # no comprehension: it would double the depth of calls
+            child = self._node(item, below)
+            if child is not None:
+                children.append(child)
         return self._make(element, cls, name, label, given, scripts, children, rule)
 
     def _make(
@@ -246,7 +275,9 @@ class Builder:
             port = cls.ports.get(key)
             if port is None:
                 near = hint(key, [*cls.ports, "name", *SCRIPTS])
-                self._problems.error(attribute.place, f"{name} has no port '{key}'{near}")
+                self._problems.error(
+                    attribute.place, f"{name} has no port '{shortened(key)}'{near}"
+                )
                 continue
             if self._check_literal(port, attribute.value, attribute.value_place):
                 given[key] = attribute.value
@@ -292,28 +323,27 @@ class Builder:
                 scripts[key] = attribute.value
         return scripts
 
-    def _subtree(
-        self, element: Element, chain: list[str], prefix: str, uid: int
-    ) -> Behaviour | None:
+    def _subtree(self, element: Element, at: _Position, uid: int) -> Behaviour | None:
         tree_id = element.get("ID")
         if not tree_id:
             return None
         label = self._label(element, tree_id)
         scripts = self._scripts(element)
         named = "name" in element.attributes
-        path = prefix + label + ("" if named and label != tree_id else f"::{uid}")
+        path = at.prefix + label + ("" if named and label != tree_id else f"::{uid}")
         rule = find_rule(self._rules, label, "SubTree", path) if self._rules else None
         if rule is not None:
             return self._replaced_subtree(element, label, scripts, rule)
         remaps, autoremap = self._remaps(element, tree_id)
-        inner = prefix + label + ("" if named else f"::{uid}") + "/"
+        inner = at.prefix + label + ("" if named else f"::{uid}") + "/"
         result = self._stubs and self._stubs.result_of_tree(tree_id, self._document)
         if result:
             child = stub_child(tree_id, result, remaps)
             self._note(child, "SubTree")
             self.places[id(child)] = element
         else:
-            child = self._tree(tree_id, element.place_of("ID"), chain, inner)
+            below = at._replace(prefix=inner, depth=at.depth + 1)
+            child = self._tree(tree_id, element.place_of("ID"), below)
         if child is None:
             return None
         node = SubTree(

@@ -12,7 +12,13 @@ from bt_manip.bt.xml.source import Element, Source, XmlError, decode, parse_sour
 from bt_manip.exceptions import TreeError
 from bt_manip.input_files import read_bytes
 
+EXPLICIT: Final = ("Action", "Condition", "Control", "Decorator")
+"""Elements whose attribute ID names the node."""
+
+EXPLICIT_OR_SUBTREE: Final = (*EXPLICIT, "SubTree")
+
 MAX_INCLUDES: Final = 1000
+MAX_INCLUDE_DEPTH: Final = 100  # files that include each other in a chain
 
 
 @dataclass
@@ -48,9 +54,9 @@ class Document:
         return [Path(name) for name in self.sources if not name.startswith("<")]
 
     def add_library(self, other: "Document") -> None:
-        """Let trees and models of another document be known; own ones of the same ID count.
+        """Make trees and models of another document known; own ones of the same ID have priority.
 
-        Its files stay out of `order`: whoever reads a library checks its form.
+        Its files stay out of `order`: `Libraries` checks their form.
         """
         self.trees = {**other.trees, **self.trees}
         self.models = {**other.models, **self.models}
@@ -202,6 +208,11 @@ class _Reader:
                 names = " -> ".join(link.name for link in [*chain, resolved])
                 self._problems.error(place, f"files include each other in a circle: {names}")
                 return
+            if len(chain) >= MAX_INCLUDE_DEPTH:
+                self._problems.error(
+                    place, f"files include each other deeper than {MAX_INCLUDE_DEPTH} levels"
+                )
+                return
             self._included += 1
             if self._included > MAX_INCLUDES:
                 if self._included == MAX_INCLUDES + 1:
@@ -292,7 +303,7 @@ def is_port_name(name: str) -> bool:
 
 
 def tree_elements(document: Document) -> Iterator[tuple[str, Element]]:
-    """Iterate over all ``<BehaviorTree>`` elements of all files, also those that do not count."""
+    """Iterate over all ``<BehaviorTree>`` elements of all files, redefined ones included."""
     for name in document.order:
         for element in document.sources[name].root.children:
             if element.name == "BehaviorTree":

@@ -2,13 +2,13 @@
 
 from collections import deque
 from collections.abc import Mapping, Sequence
-from copy import deepcopy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 from py_trees.behaviour import Behaviour
 
 from bt_manip.bt.goal import GOAL, goal_to_text
+from bt_manip.bt.nodes.binding import MAX_DEPTH
 from bt_manip.bt.nodes.declared import Declared
 from bt_manip.bt.nodes.node import Comment, Node
 from bt_manip.bt.nodes.parent import Parent
@@ -132,7 +132,8 @@ def tree_to_xml(
         The document.
 
     Raises:
-        TreeError: If nodes have no form in XML; it names all of them.
+        TreeError: If nodes have no form in XML; it names all of them. Also if a tree is deeper
+            than 256 levels.
     """
     goal: Sequence[Node] = ()
     if isinstance(tree, Tree):
@@ -159,15 +160,17 @@ def tree_to_xml(
 
 def _with_models(source: Source, registry: BehaviourRegistry) -> Source:
     """Return a copy of a document with the models of all behaviours that it does not model."""
-    source = deepcopy(source)
     added = tree_nodes_model(registry)
-    for element in source.root.children:
-        if element.name == "TreeNodesModel":
-            known = {model.get("ID") for model in element.children}
-            element.content += [m for m in added.children if m.get("ID") not in known]
-            return source
-    source.root.content.append(added)
-    return source
+    content = list(source.root.content)
+    for index, item in enumerate(content):
+        if isinstance(item, Element) and item.name == "TreeNodesModel":
+            known = {model.get("ID") for model in item.children}
+            missing = [model for model in added.children if model.get("ID") not in known]
+            content[index] = replace(item, content=[*item.content, *missing])
+            break
+    else:
+        content.append(added)
+    return replace(source, root=replace(source.root, content=content))
 
 
 def _comment(item: Comment | Raw) -> SourceComment | Text:
@@ -191,7 +194,7 @@ class _Writer:
                 element = make_element("BehaviorTree", {**given, **item.attributes})
                 self._goal(element, item.goal)
                 element.content += [_comment(comment) for comment in item.before]
-                element.content.append(self._node(item.root))
+                element.content.append(self._node(item.root, 1))
                 element.content += [_comment(comment) for comment in item.after]
                 root.content.append(element)
             elif isinstance(item, Raw):
@@ -232,10 +235,12 @@ class _Writer:
             self.problems.append(
                 f"tree '{tree_id}': its name {problem or 'is that of a node'}; give another tree_id"
             )
-        element.content.append(self._node(behaviour))
+        element.content.append(self._node(behaviour, 1))
         return element
 
-    def _node(self, behaviour: Behaviour) -> Element:
+    def _node(self, behaviour: Behaviour, depth: int) -> Element:
+        if depth > MAX_DEPTH:
+            raise TreeError(f"'{_path(behaviour)}' is nested deeper than {MAX_DEPTH} levels")
         if isinstance(behaviour, SubTree):
             return self._subtree(behaviour)
         name = self._registry.name_of(type(behaviour))
@@ -250,7 +255,7 @@ class _Writer:
             name = type(behaviour).__name__
         element = make_element(name)
         if not isinstance(behaviour, Node):
-            element.content += [self._node(child) for child in behaviour.children]
+            element.content += [self._node(child, depth + 1) for child in behaviour.children]
             return element
         if behaviour._node_tag is not None:
             element.name = behaviour._node_tag
@@ -261,7 +266,7 @@ class _Writer:
             self._port(element, behaviour, key)
         self._finish(element, behaviour)
         if isinstance(behaviour, Parent):
-            element.content += [self._node(child) for child in behaviour.children]
+            element.content += [self._node(child, depth + 1) for child in behaviour.children]
         _insert_comments(element, behaviour)
         return element
 

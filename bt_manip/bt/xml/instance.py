@@ -61,7 +61,7 @@ def instance_to_xml(tree: "Tree") -> str:
         tree: The tree.
 
     Returns:
-        What BehaviorTree.CPP's ``WriteTreeToXML`` returns for the same tree; the models are those
+        The text of BehaviorTree.CPP's ``WriteTreeToXML`` for the same tree; the models are those
         of the nodes of the language and of the tree.
     """
     root = make_element("root", {"BTCPP_format": "4"})

@@ -71,7 +71,7 @@ class Problems:
         self._found.setdefault(Problem(place, message, WARNING))
 
     def extend(self, problems: Iterable[Problem]) -> None:
-        """Add findings of others."""
+        """Add findings that were collected elsewhere."""
         for problem in problems:
             self._found.setdefault(problem)
 

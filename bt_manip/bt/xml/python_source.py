@@ -3,7 +3,7 @@
 import keyword
 import re
 import sys
-from typing import Any
+from typing import Any, Final
 
 from bt_manip.bt.goal import GOAL, parse_goal
 from bt_manip.bt.nodes.declared import Declared, declare
@@ -12,14 +12,14 @@ from bt_manip.bt.nodes.subtree import SubTree
 from bt_manip.bt.ports import Port
 from bt_manip.bt.registry import BehaviourRegistry
 from bt_manip.bt.stubs import Stubs
-from bt_manip.bt.xml.builder import EXPLICIT
 from bt_manip.bt.xml.dialect import MOVEIT_PRO
-from bt_manip.bt.xml.document import Document, is_port_name
+from bt_manip.bt.xml.document import EXPLICIT, Document, is_port_name
 from bt_manip.bt.xml.source import Element, SourceComment, Text
 from bt_manip.bt.xml.writer import write_element
 from bt_manip.exceptions import TreeError
 
 _WIDTH = 100
+_MAX_BRACKETS: Final = 200  # brackets in brackets that Python's tokenizer reads
 _PYTHON_OF = {attribute: name for name, attribute in CONDITIONS.items()}
 
 
@@ -32,13 +32,14 @@ def to_python(document: Document, registry: BehaviourRegistry, stubs: Stubs | No
     Args:
         document: A document that was read without errors.
         registry: The behaviours that it names, as of its `Reading`.
-        stubs: What stood for sub-trees that nobody has when it was read.
+        stubs: Placeholders for unknown sub-trees with which it was read.
 
     Returns:
         The source of the module.
 
     Raises:
-        TreeError: If a behaviour's class cannot be imported by its name.
+        TreeError: If a behaviour's class cannot be imported by its name, or a tree is nested
+            deeper than Python source can be.
     """
     return _Writer(document, registry, stubs).module()
 
@@ -107,7 +108,14 @@ class _Writer:
 
     def _function(self, tree_id: str, element: Element) -> str:
         node = self._use("Node")
-        call = _layout(self._node(element.children[0]), 1)
+        root = self._node(element.children[0])
+        if root.nesting > _MAX_BRACKETS:
+            raise TreeError(
+                f"{element.place}: the tree '{tree_id}' is nested too deep for Python: "
+                f"{root.nesting} brackets in each other, at most {_MAX_BRACKETS}; "
+                "make a part of it a sub-tree"
+            )
+        call = _layout(root, 1)
         return (
             f"def {self._functions[tree_id]}() -> {node}:\n"
             f'    """Build the tree {_escaped(tree_id)}."""\n'
@@ -307,15 +315,20 @@ def _shortest_module(cls: type[Node]) -> str:
 
 
 class _Call:
+    """A call in Python source; `nesting` counts the brackets around its innermost argument."""
+
     def __init__(self, name: str, arguments: list[Any]) -> None:
-        self.opening, self.closing = f"{name}(", ")"
-        self.arguments = arguments
+        self._hold(f"{name}(", arguments, ")")
+
+    def _hold(self, opening: str, arguments: list[Any], closing: str) -> None:
+        self.opening, self.arguments, self.closing = opening, arguments, closing
+        values = [item[1] if isinstance(item, tuple) else item for item in arguments]
+        self.nesting: int = 1 + max((getattr(value, "nesting", 0) for value in values), default=0)
 
 
 class _List(_Call):
     def __init__(self, items: list[Any]) -> None:
-        self.opening, self.closing = "[", "]"
-        self.arguments = items
+        self._hold("[", items, "]")
 
 
 def _value(port: Port, text: str) -> str:

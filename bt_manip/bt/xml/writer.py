@@ -33,44 +33,43 @@ def write_source(source: Source) -> str:
 def write_element(element: Element) -> str:
     """Write one element by itself."""
     lines: list[str] = []
-    _write_element(element, 0, lines)
+    _write_item(element, 0, lines)
     return "\n".join(lines)
 
 
 def _write_item(item: SourceComment | Text | Element, depth: int, lines: list[str]) -> None:
+    indent = _INDENT * depth
     if not isinstance(item, Text) and item.spaced and lines:
         lines.append("")
-    if isinstance(item, Element):
-        _write_element(item, depth, lines)
-    elif isinstance(item, Text):
-        lines.append(_INDENT * depth + escape(item.text.strip(), quotes=False))
-    elif item.kind == "instruction":
-        lines.append(_INDENT * depth + item.text)
-    else:
-        lines.append(_INDENT * depth + f"<!--{item.text}-->")
+    if isinstance(item, Text):
+        lines.append(indent + escape(item.text.strip(), quotes=False))
+        return
+    if isinstance(item, SourceComment):
+        lines.append(indent + (item.text if item.kind == "instruction" else f"<!--{item.text}-->"))
+        return
+    content = [inner for inner in item.content if not _is_blank(inner)]
+    tag = _start_tag(item, indent, ">" if content else "/>")
+    if content and not any(isinstance(inner, Element) for inner in content):
+        # On the same line: schemas allow no white space in an element without children.
+        inside: list[str] = []
+        for inner in content:
+            _write_item(inner, 0, inside)
+        lines.append(f"{tag}{''.join(inside)}</{item.name}>")
+        return
+    lines.append(tag)
+    for inner in content:
+        _write_item(inner, depth + 1, lines)
+    if content:
+        lines.append(f"{indent}</{item.name}>")
 
 
-def _write_element(element: Element, depth: int, lines: list[str]) -> None:
-    indent = _INDENT * depth
+def _start_tag(element: Element, indent: str, end: str) -> str:
     attributes = [f'{a.name}="{escape(a.value)}"' for a in element.attributes.values()]
-    content = [item for item in element.content if not _is_blank(item)]
-    end = ">" if content else "/>"
     tag = indent + " ".join([f"<{element.name}", *attributes]) + end
     if len(tag) > WIDTH and len(attributes) > 1:
         inner = "\n" + indent + _INDENT * 2
         tag = indent + inner.join([f"<{element.name}", *attributes]) + end
-    if content and not any(isinstance(item, Element) for item in content):
-        # On the same line: schemas allow no white space in an element without children.
-        inside: list[str] = []
-        for item in content:
-            _write_item(item, 0, inside)
-        lines.append(f"{tag}{''.join(inside)}</{element.name}>")
-        return
-    lines.append(tag)
-    for item in content:
-        _write_item(item, depth + 1, lines)
-    if content:
-        lines.append(f"{indent}</{element.name}>")
+    return tag
 
 
 def _is_blank(item: SourceComment | Text | Element) -> bool:

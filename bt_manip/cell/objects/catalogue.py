@@ -4,10 +4,13 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
+from bt_manip.installed import installed_parts
 from bt_manip.models import (
     MjcfModel,
+    ModelFormat,
     Progress,
     Source,
+    built_in_sources,
     can_decompose,
     is_address,
     load_model,
@@ -32,15 +35,19 @@ class Catalogue:
         registered: Registry[Callable[..., Any]],
         progress: Progress = terminal_progress,
         sources: Registry[Source] | None = None,
+        formats: Registry[ModelFormat] | None = None,
     ) -> None:
-        """Offer the registered objects, and the models of all sources.
+        """Offer the registered objects, and the models of all sources and formats.
 
         Args:
             registered: Factories by name.
             progress: Called with the progress of downloads.
-            sources: Model sources by kind of address; default: the built-in ones.
+            sources: Model sources by kind of address; default: those of all
+                installed plugins.
+            formats: Model formats by name; default: likewise.
         """
-        self._sources = None if sources is None else {s: sources.get(s) for s in sources}
+        self._sources = None if sources is None else sources.copies()
+        self._formats = None if formats is None else formats.copies()
         self._registered = registered
         self._progress = progress
         self._loaded: dict[tuple[str, str], MjcfModel] = {}
@@ -75,13 +82,17 @@ class Catalogue:
     def restored(self, name: str, parameters: Mapping[str, Any]) -> Any:
         """Make an object of a snapshot, without randomization; nothing is downloaded.
 
-        Sources of plugins, which might do so, are not asked for models that are not loaded yet.
+        Sources of plugins that do not declare ``checks_downloads`` might do so, and are not asked
+        for models that are not loaded yet.
 
         Raises:
             UnknownPartError: If nothing is registered by the name; it offers the nearest names.
             ModelError: If the model is neither loaded nor on this machine.
         """
-        sources, self._sources = self._sources, None
+        sources = self._sources
+        known = installed_parts().model_sources.copies() if sources is None else sources
+        careful = {k: find for k, find in known.items() if getattr(find, "checks_downloads", False)}
+        self._sources = built_in_sources() | careful
         try:
             with no_downloads(f"a snapshot downloads no models, and '{name}' is not here"):
                 return self.nominal(name, **parameters)
@@ -123,8 +134,9 @@ class Catalogue:
     def _load(self, address: str, convex: str) -> MjcfModel:
         if (address, convex) not in self._loaded:
             model = load_model(
-                address, convex=convex, progress=self._progress, sources=self._sources
-            )
+                address, convex=convex, progress=self._progress,
+                sources=self._sources, formats=self._formats,
+            )  # fmt: skip
             self._loaded[address, convex] = self._loaded[model.address, convex] = model
             self._warnings.update(dict.fromkeys(model.warnings))
         return self._loaded[address, convex]

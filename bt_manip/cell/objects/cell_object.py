@@ -81,6 +81,9 @@ class _ForeignObject(CellObject):
         try:
             return getattr(entity, name)
         except AttributeError:
+            cls = entity if isinstance(entity, type) else type(entity)
+            if any(name in vars(base) for base in cls.__mro__):
+                raise  # from inside a property of the entity
             return object.__getattribute__(self, name)
 
 

@@ -23,7 +23,7 @@ _WORLD_SETTINGS = ("option", "visual", "statistic", "size", "keyframe")
 
 
 class ModelObject(Prop):
-    """An object made from a model of Fuel, Menagerie, or a file.
+    """An object made from a model file, or a model of Menagerie or Fuel.
 
     Its properties are derived from the model. It is free if the model says so (SDF: not
     ``static``; MJCF: a free joint); if the model does not say, it is free if it has no joints and

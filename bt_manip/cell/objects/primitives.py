@@ -8,7 +8,7 @@ import numpy as np
 from ..exceptions import CellError
 from .primitive_prop import PrimitiveProp
 
-GRIP_DEPTH = 0.03
+GRASP_CENTRE_DEPTH = 0.03
 """Depth below its top at which an object is gripped that is higher than grippers are deep [m]."""
 
 MAX_BOARDS = 100
@@ -32,7 +32,7 @@ class Shape(PrimitiveProp):
     @property
     def centre_offset(self) -> np.ndarray:
         """Grasp centre from above, in the object's frame [m]."""  # (3,)
-        return np.array([0.0, 0.0, max(0.0, self._half_height - GRIP_DEPTH)])
+        return np.array([0.0, 0.0, max(0.0, self._half_height - GRASP_CENTRE_DEPTH)])
 
     def _add_rolling(
         self, type: str, size: Sequence[float], rolling_friction: float, **pose: Any
@@ -206,7 +206,7 @@ class Vessel(PrimitiveProp):
     def centre_offset(self) -> np.ndarray:
         """Grasp centre from above, in the object's frame [m]."""  # (3,)
         height = float(self._parameters["height"])
-        return np.array([0.0, 0.0, max(height / 2, height - GRIP_DEPTH)])
+        return np.array([0.0, 0.0, max(height / 2, height - GRASP_CENTRE_DEPTH)])
 
 
 class Can(Vessel):

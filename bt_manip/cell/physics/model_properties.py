@@ -142,20 +142,20 @@ def _set_joint_friction(
 # Lights
 
 
-def _set_brightness(model: Any, nominal: mujoco.MjModel, light: Ids, value: Any) -> None:
+def _set_brightness(model: mujoco.MjModel, nominal: mujoco.MjModel, light: Ids, value: Any) -> None:
     for name in ("light_diffuse", "light_ambient", "light_specular"):  # on top of a new colour
         field = getattr(model, name)
         field[light[0]] = field[light[0]] * value
 
 
-def _set_direction(model: Any, nominal: mujoco.MjModel, light: Ids, value: Any) -> None:
+def _set_direction(model: mujoco.MjModel, nominal: mujoco.MjModel, light: Ids, value: Any) -> None:
     model.light_dir[light[0]] = value / np.linalg.norm(value)
 
 
 # Cameras
 
 
-def _set_rotation(model: Any, nominal: mujoco.MjModel, camera: Ids, value: Any) -> None:
+def _set_rotation(model: mujoco.MjModel, nominal: mujoco.MjModel, camera: Ids, value: Any) -> None:
     angle = float(np.linalg.norm(value))
     turn, turned = np.empty(4), np.empty(4)
     mujoco.mju_axisAngle2Quat(turn, np.asarray(value) / (angle or 1.0), angle)

@@ -73,7 +73,9 @@ class Randomizer:
         self._cell, self._catalogue, self._seed = cell, catalogue, seed
         self._robots = robots
         self._scene = dict(scene_objects)
-        self._nominal: dict[tuple[str, str | None], Any] = {}  # by model and name in the scene
+        self._nominal: dict[
+            tuple[str, str | None], composer.Entity
+        ] = {}  # by model and name in the scene
         self._cycle: int | None = None
         self._resumed: int | None = None
         self._sampled: dict[str, dict[str, dict[str, Any]]] = {}
@@ -342,7 +344,7 @@ class Randomizer:
             if key not in (*PHYSICAL, *POSE)
         }
 
-    def _nominal_object(self, model: str, name: str | None = None) -> Any:
+    def _nominal_object(self, model: str, name: str | None = None) -> composer.Entity:
         """Return an object without variation: that of a name in the scene, or a default one."""
         if (model, name) not in self._nominal:
             parameters = {} if name is None else self._scene[name].parameters
@@ -392,7 +394,7 @@ def _matches(key: str, name: str, kind: str | None) -> bool:
     return key in (name, kind) or fnmatchcase(name, key)
 
 
-def _value(entity: Any, parameter: str) -> Any:
+def _value(entity: composer.Entity, parameter: str) -> Any:
     """Return a parameter of an object; if it is None, what the object's model file says."""
     value = entity.parameters.get(parameter)
     return getattr(entity, parameter, None) if value is None else value

@@ -2,11 +2,12 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import pinocchio as pin
 
 from bt_manip.robots import GripperDescription
+from bt_manip.toml_fields import Key, documented, read_part
 from bt_manip.toml_tables import TomlTable
 
 DEFAULT_LENGTH = 0.05
@@ -16,14 +17,30 @@ MIN_DIAMETER = 0.005
 """Diameter that every cup exceeds [m]."""
 
 
+@documented
 @dataclass(frozen=True)
 class SuctionParameters:
-    """Parameters of a suction cup; the attributes are those of `suction_gripper`."""
+    """Parameters of a suction cup, which are keys of ``[gripper]``."""
 
-    diameter: float | None
-    pressure: float | None
-    length: float
-    actuator: str | None
+    diameter: Annotated[
+        float | None,
+        Key("Diameter of the lip; by default measured on the model", "m", above=MIN_DIAMETER),
+    ] = None
+    pressure: Annotated[
+        float | None,
+        Key(
+            "Pressure difference to the surroundings, which times the area is the holding force; "
+            "by default that of the force of the model's actuator",
+            "Pa",
+            above=0.0,
+        ),
+    ] = None
+    length: Annotated[
+        float, Key("Length of a cup that is built, with its stem", "m", above=0.0)
+    ] = DEFAULT_LENGTH
+    actuator: Annotated[
+        str | None, Key("Name of the adhesion actuator, if the model has several")
+    ] = None
 
     @property
     def holding_force(self) -> float | None:
@@ -35,13 +52,10 @@ class SuctionParameters:
 
 def suction_gripper(
     *,
-    diameter: float | None = None,
-    pressure: float | None = None,
-    length: float | None = None,
-    actuator: str | None = None,
     model: str | None = None,
     mount: str | None = None,
     T_mg: pin.SE3 | None = None,
+    **parameters: Any,
 ) -> GripperDescription:
     """Describe a suction cup; ``[gripper]`` in a TOML file has the same keys.
 
@@ -50,24 +64,14 @@ def suction_gripper(
     on the body that carries the tool frame; it needs `diameter` and `pressure`.
 
     Args:
-        diameter: Diameter of the lip [m]; default: measured on the model.
-        pressure: Pressure difference to the surroundings [Pa]; the holding force is this times the
-            area. Default: that of the force of the model's actuator.
-        length: Length of a cup that is built, with its stem [m]; default: `DEFAULT_LENGTH`.
-        actuator: Name of the adhesion actuator; default: the only one.
         model: Path of its MJCF file; None if it is part of the arm's, or built.
         mount: Name of the arm's site or body to which a separate model is attached.
         T_mg: Pose of that model in the mount; default: identity.
+        **parameters: The fields of `SuctionParameters`; None is the default.
     """
-    given: dict[str, Any] = {
-        "diameter": diameter,
-        "pressure": pressure,
-        "length": length,
-        "actuator": actuator,
-    }
     return GripperDescription(
         kind="suction",
-        parameters={key: value for key, value in given.items() if value is not None},
+        parameters={key: value for key, value in parameters.items() if value is not None},
         model=model,
         mount=mount,
         T_mg=pin.SE3.Identity() if T_mg is None else T_mg,
@@ -84,14 +88,10 @@ def read_parameters(table: TomlTable, built: bool) -> SuctionParameters:
     Raises:
         RobotError: If a key is missing, wrong or unknown; the message names it.
     """
-    needed = table.needed_number if built else table.number
-    parameters = SuctionParameters(
-        diameter=needed("diameter", above=MIN_DIAMETER),
-        pressure=needed("pressure", above=0.0),
-        length=table.number("length", DEFAULT_LENGTH, above=0.0) or DEFAULT_LENGTH,
-        actuator=table.text("actuator"),
-    )
-    table.finish()
+    for key in ("diameter", "pressure") if built else ():
+        table.require(key, "a number")
+    parameters = read_part(SuctionParameters, table)
+    assert parameters is not None  # it has a default for each key
     if built and parameters.length < (parameters.diameter or 0.0):
         raise table.error("length", "is at least the diameter")
     return parameters

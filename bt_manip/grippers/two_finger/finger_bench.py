@@ -25,6 +25,7 @@ _TIGHT = 1e-4  # [m] or [rad] range of a tendon's length up to which it couples 
 
 _ON_JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
 _ON_TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
+_SITE = int(mujoco.mjtWrap.mjWRAP_SITE)
 _EQUALITY = mujoco.mjtEq
 _COUPLED = {int(_EQUALITY.mjEQ_CONNECT), int(_EQUALITY.mjEQ_WELD)}
 
@@ -184,6 +185,19 @@ class FingerBench:
         if kind == _ON_JOINT:
             return {target} & set(self.joints)
         return self.tendon_joints(target) & set(self.joints) if kind == _ON_TENDON else set()
+
+    def pulling_actuators(self) -> list[int]:
+        """List the actuators on spatial tendons that are attached beyond the arm's last link."""
+        model, found = self.model, []
+        for actuator in np.flatnonzero(model.actuator_trntype == _ON_TENDON).tolist():
+            tendon = int(model.actuator_trnid[actuator, 0])
+            first = int(model.tendon_adr[tendon])
+            wraps = range(first, first + int(model.tendon_num[tendon]))
+            sites = [model.wrap_objid[w] for w in wraps if int(model.wrap_type[w]) == _SITE]
+            bodies = (int(model.site_bodyid[site]) for site in sites)
+            if any(self.body in ancestors(model, body)[1:] for body in bodies):
+                found.append(actuator)
+        return found
 
     def coupled_to(self, body: int) -> set[int]:
         """Return the joints that move a body."""

@@ -32,6 +32,7 @@ _APART = 5e-4  # [m] distance of the pads when they count as closed
 _MAX_DISTANCE = 1.0  # [m] of measured distances
 _ALIGNED = 0.94  # cosine of 20 degrees, within which directions are those of the gripper's base
 _DIGITS = 4  # of the tool's position [m]
+_MOST_PULLED = 2  # actuators on spatial tendons, of two fingers
 _STEP = 1e-3  # [m] of heights along the fingers
 _TIP_DISTANCE = 0.015  # [m] of the tool from the ends of the pads, at most
 
@@ -62,7 +63,11 @@ class FoundFingers:
 
 
 def find_fingers(
-    mj_model: mujoco.MjModel, arm_joints: Sequence[str], *, where: str = "the model"
+    mj_model: mujoco.MjModel,
+    arm_joints: Sequence[str],
+    *,
+    tool: tuple[str, pin.SE3] | None = None,
+    where: str = "the model",
 ) -> FoundFingers:
     """Find the two fingers of a gripper and measure them.
 
@@ -77,6 +82,9 @@ def find_fingers(
     Args:
         mj_model: The robot, compiled on its own; it is not changed.
         arm_joints: Full names of the arm's joints, from the base to the tool.
+        tool: A tool frame to measure at, in place of the one that is found: the full name of its
+            body, fixed to the one that carries the gripper, and its pose in it. Its rotation is
+            that of the fingers where its z axis is not their approach direction.
         where: The robot, to begin messages.
 
     Raises:
@@ -96,8 +104,15 @@ def find_fingers(
     )
     body = _carrier(bench, pads.bodies[0])
     T_bt = _tool(bench, pads, body)
+    if tool is not None:
+        T_bt = _given_tool(bench, body, T_bt, tool, where)
     tool_body = model.body(body).name
     travel = measure_travel(bench, names, tool_body=tool_body, T_bt=T_bt, where=where)
+    if travel.open_width < _OPENS:
+        raise RobotError(
+            f"{where}: the tool frame is not between the fingers: they open to "
+            f"{1e3 * travel.open_width:.0f} mm there (--tool-frame)"
+        )
     moved = [("joint", name) for name in names.joints] if motor is None else [motor]
     effort = min(effort_limit(model, getattr(model, kind)(name).id, kind) for kind, name in moved)
     return FoundFingers(
@@ -141,6 +156,12 @@ def _independent_joints(bench: FingerBench, where: str) -> list[int]:
         groups = [group for group in groups if group & driven.keys()]
     found = [min(group, key=lambda j: (driven.get(j, model.nu), j)) for group in groups]
     names = ", ".join(f"'{literal_name(model.joint(j).name)}'" for j in found)
+    pulled = bench.pulling_actuators()
+    if len(pulled) > _MOST_PULLED:
+        raise RobotError(
+            f"{where}: {len(pulled)} actuators pull on tendons beyond '{last}'; a two-finger "
+            f"gripper has at most {_MOST_PULLED}"
+        )
     if len(found) > 2:
         raise RobotError(
             f"{where}: {len(found)} joints beyond '{last}' move independently: {names}; "
@@ -229,13 +250,13 @@ def _pads_of(
     """
     model, opens = bench.model, _opening(distances)
     wide = opens > _WIDE * opens.max()
-    closed = np.where(wide, np.minimum(distances[0], distances[-1]), np.inf)
-    nearest = int(closed.argmin())
     bodies = model.geom_bodyid[np.array(geoms)]
-    wide = np.flatnonzero(wide & (bodies == bodies[nearest]).all(axis=1))
     gaps = distances[:, wide].min(axis=1)
     if gaps[0] < gaps[-1]:  # from open to closed
-        sequence, distances, gaps = sequence[::-1], distances[::-1], gaps[::-1]
+        sequence, distances = sequence[::-1], distances[::-1]
+    nearest = _first_to_meet(bench, np.where(wide, distances, np.inf), bodies)
+    wide = np.flatnonzero(wide & (bodies == bodies[nearest]).all(axis=1))
+    gaps = distances[:, wide].min(axis=1)
     row = int(np.abs(gaps).argmin())
     meeting = wide[distances[row, wide] < gaps[row] + _MEETS]
     before = max(np.flatnonzero(gaps > _APART), default=0)
@@ -250,6 +271,30 @@ def _pads_of(
         _posed(model, sequence[row]).geom_xpos[pads].mean(axis=0),
         normal / np.linalg.norm(normal),
     )
+
+
+def _first_to_meet(bench: FingerBench, distances: np.ndarray, bodies: np.ndarray) -> int:
+    """Return the pair of geoms that close on an object: the first to meet, of the same kind.
+
+    Bodies of one kind are as deep in the tree, on as many joints, with as many geoms: two pads, not
+    a pad and the link that carries the other one.
+
+    Args:
+        bench: The model.
+        distances: Distances of the pairs from open to closed, inf for those that are no pads [m].
+            # (m, n)
+        bodies: Bodies of each pair.  # (n, 2)
+    """
+
+    def kind(body: int) -> tuple[int, int, int]:
+        model = bench.model
+        count = len(collision_geoms_of(model, body))
+        return len(ancestors(model, body)), len(bench.chain(body)), count
+
+    row = max(np.flatnonzero(distances.min(axis=1) > _APART), default=0)
+    near = np.flatnonzero(distances[row] < distances[row].min() + _MEETS)
+    alike = [kind(int(a)) == kind(int(b)) for a, b in bodies[near]]
+    return int(near[np.lexsort((distances[row, near], np.logical_not(alike)))[0]])
 
 
 def _carrier(bench: FingerBench, finger: int) -> int:
@@ -297,6 +342,24 @@ def _tool(bench: FingerBench, pads: _Pads, body: int) -> pin.SE3:
         height,
     ])  # fmt: skip
     return pin.SE3(T_bt.rotation, np.round(T_bt.act(at), _DIGITS) + 0.0)
+
+
+def _given_tool(
+    bench: FingerBench, body: int, T_bt: pin.SE3, tool: tuple[str, pin.SE3], where: str
+) -> pin.SE3:
+    """Return the pose of a given tool frame in the body that carries the gripper."""
+    model, (name, T) = bench.model, tool
+    own = int(model.body(name).id)
+    if model.body_weldid[own] != model.body_weldid[body]:
+        carrier = literal_name(model.body(body).name)
+        raise RobotError(
+            f"{where}: the tool frame moves with '{literal_name(name)}'; it has to be fixed to the "
+            f"body that carries the fingers, '{carrier}'"
+        )
+    T_wb = body_poses(_posed(model, model.qpos0))
+    given = T_wb[body].inverse() * T_wb[own] * T
+    aligned = given.rotation[:, 2] @ T_bt.rotation[:, 2] > _ALIGNED
+    return given if aligned else pin.SE3(T_bt.rotation, given.translation)
 
 
 def _aligned(direction: np.ndarray) -> np.ndarray:

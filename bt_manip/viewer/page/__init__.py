@@ -25,4 +25,20 @@ if TYPE_CHECKING:
     from bt_manip.viewer.page.session_panel import SessionPanel as SessionPanel
     from bt_manip.viewer.page.tree_panel import TreePanel as TreePanel
 
-__getattr__ = lazy_exports(__name__)
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "bt_manip.viewer.page.error_plot": "ErrorPlot",
+        "bt_manip.viewer.page.jog_panel": "JogPanel",
+        "bt_manip.viewer.page.log_panel": "BlackboardPanel LogPanel",
+        "bt_manip.viewer.page.page": "Page",
+        "bt_manip.viewer.page.panel": "Panel",
+        "bt_manip.viewer.page.path_panel": "PathPanel",
+        "bt_manip.viewer.page.pull_panel": "PullPanel",
+        "bt_manip.viewer.page.replay_page": "ReplayPage",
+        "bt_manip.viewer.page.scene": "SceneView",
+        "bt_manip.viewer.page.server": "PORT close_server open_server",
+        "bt_manip.viewer.page.session_panel": "RunChoice SessionPanel",
+        "bt_manip.viewer.page.tree_panel": "TreePanel",
+    },
+)

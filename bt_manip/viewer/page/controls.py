@@ -4,12 +4,16 @@ import math
 import threading
 from collections.abc import Callable
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bt_manip.exceptions import BtManipError
 from bt_manip.runner import Pacing, RunEvent
 
 from .panel import Panel, block
+
+if TYPE_CHECKING:
+    from bt_manip.runner import Run, Station
+
 
 SPEEDS = {"1/10": 0.1, "1/4": 0.25, "1/2": 0.5, "1": 1.0, "2": 2.0, "5": 5.0}
 """Choices of the speed: simulated seconds per second of wall time."""
@@ -77,7 +81,7 @@ class Controls(Panel):
         self._stop.on_click(self._end)
         self._in_run = (self._pause, self._step, self._stop)
 
-    def start(self, run: Any) -> None:
+    def start(self, run: "Run") -> None:
         """Let the run end when it is stopped here."""
         self._run, self._cell = run, run.station.cell
         for control in self._in_run:
@@ -137,7 +141,7 @@ class Controls(Panel):
         for control in self._in_run:
             control.disabled = True
 
-    def begin_idle(self, station: Any) -> None:
+    def begin_idle(self, station: "Station") -> None:
         """Show the time of the cell, and no controls that are for a run."""
         if station.cell is not self._cell:
             self._cell, self._cycle, self._state = station.cell, "", "ready"

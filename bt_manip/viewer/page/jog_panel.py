@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,10 @@ from bt_manip.exceptions import BtManipError, MotionError
 from bt_manip.planning import PlanningProblem, PlanningResult
 
 from .panel import HANDLE_SIZE, Panel, message_html
+
+if TYPE_CHECKING:
+    from bt_manip.runner import CommandedRobot, Run, Station
+
 
 JOG_SPEED = 0.25
 """Speed of jogging, as a fraction of what the limits allow."""
@@ -52,11 +56,11 @@ class JogPanel(Panel):
         self._robots: list[_RobotJog] = []
         self._station: Any = None
 
-    def start(self, run: Any) -> None:
+    def start(self, run: "Run") -> None:
         """Only follow the joints."""
         self._bind(run.station, active=False)
 
-    def begin_idle(self, station: Any) -> None:
+    def begin_idle(self, station: "Station") -> None:
         """Let the arms be moved."""
         self._bind(station, active=True)
         self.moved = False
@@ -79,7 +83,7 @@ class JogPanel(Panel):
 
     # Internal
 
-    def _bind(self, station: Any, *, active: bool) -> None:
+    def _bind(self, station: "Station", *, active: bool) -> None:
         """Show the inputs of the station's robots; allow, or forbid, to move the arms."""
         if station is not self._station:
             self._station = station
@@ -104,7 +108,7 @@ class _RobotJog:
         requests: What was asked for since the last tick, by input; each returns a line about it.
     """
 
-    def __init__(self, server: Any, robot: Any, save: Save) -> None:
+    def __init__(self, server: Any, robot: "CommandedRobot", save: Save) -> None:
         self.requests: dict[Any, Callable[[], str]] = {}
         self._robot, self._arm, self._save = robot, robot.arm, save
         self._edited = np.full(self._arm.model.nq, -np.inf)  # wall time of the last change [s]
@@ -196,7 +200,7 @@ class _RobotJog:
         return ""
 
     def _grip(self, command: str) -> str:
-        gripper = self._robot.gripper
+        gripper = self._robot.robot.needed_gripper
         if command == "Open":
             gripper.open()
             if self._arm.payload is not None:

@@ -1,25 +1,31 @@
 """The page of a run: scene, tree and controls in the browser."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bt_manip.bt import NodeStatus
 from bt_manip.cell import CellScene
-from bt_manip.runner import EventStream
+from bt_manip.runner import KINDS, Run, RunObserver
 
 from .controls import Controls
 from .error_plot import SAMPLES
 from .scene_page import MakePanel, ScenePage
 from .server import PORT, is_open
 
+if TYPE_CHECKING:
+    from bt_manip.runner import Station
 
-class Page(ScenePage, EventStream):
+
+class Page(ScenePage, RunObserver):
     """Shows a run in the browser; viser serves it on loopback in a thread of its own.
 
     The run only leaves messages for that thread and never waits for a page, except when it is
     paused there. A run that is watched without intervention is the same run as without a page.
     """
+
+    kinds = tuple(kind for kind in KINDS if kind not in ("contact", "message"))  # not shown
 
     def __init__(
         self,
@@ -35,7 +41,6 @@ class Page(ScenePage, EventStream):
             port: The first port that is tried; 0 lets the system choose.
             speed: Simulated seconds per second of wall time at first; None is without limit.
         """
-        EventStream.__init__(self, self._handle)
         self._cell: Any = None
         self._source: CellScene | None = None  # None: the scene has changed
         self._samples: list[tuple[float, dict[str, tuple[np.ndarray, np.ndarray]]]] = []
@@ -46,9 +51,9 @@ class Page(ScenePage, EventStream):
         """Whether the run was stopped from the page."""
         return self.controls.stopped
 
-    def run_started(self, run: Any) -> None:
+    def run_started(self, run: Run) -> None:
         """Show the name of the tree."""
-        super().run_started(run)
+        self._run, self._cell = run, run.station.cell
         self._samples.clear()
         self._show_tree(run.request.tree.name)
         for panel in self._panels:
@@ -56,12 +61,10 @@ class Page(ScenePage, EventStream):
 
     def after_compile(self) -> None:
         """Let the next update add and remove the nodes of entities that came and went."""
-        super().after_compile()
         self._source = None
 
     def cycle_started(self, cycle: int) -> None:
         """Let the next update show what was randomized."""
-        super().cycle_started(cycle)
         self._source = None
 
     def before_tick(self) -> None:
@@ -72,7 +75,6 @@ class Page(ScenePage, EventStream):
 
     def after_tick(self) -> None:
         """Update the page if it is open and the last update is old enough."""
-        super().after_tick()
         robots = self._run.station.robots.values()
         joints = {one.name: (one.robot.q, one.arm.q_ref) for one in robots}
         self._samples.append((self._cell.time, joints))
@@ -85,11 +87,10 @@ class Page(ScenePage, EventStream):
 
     def run_ended(self) -> None:
         """Show the last state."""
-        super().run_ended()
         self.controls.end()
         self._refresh(now=True)
 
-    def begin_idle(self, station: Any) -> None:
+    def begin_idle(self, station: "Station") -> None:
         """Show a cell in which no tree runs; in a new cell nothing has happened yet."""
         if station.cell is not self._cell:
             for panel in self._panels:
@@ -99,16 +100,14 @@ class Page(ScenePage, EventStream):
             panel.begin_idle(station)
         self._refresh(now=True)
 
-    def idle_tick(self) -> None:
-        """Let panels act before a tick between runs, and update the page."""
+    def tick(self) -> NodeStatus:
+        """Let panels act at a tick between runs, such as for jogging, and update the page."""
         for panel in self._panels:
             panel.idle_tick()
         self._refresh()
+        return NodeStatus.RUNNING
 
     # Internal
-
-    def _compare_contacts(self) -> None:
-        """Save the time: no panel shows contacts."""
 
     def _catch_up(self) -> None:
         cell = self._cell

@@ -2,11 +2,15 @@
 
 from collections.abc import Mapping
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bt_manip.runner import RunEvent
+
+if TYPE_CHECKING:
+    from bt_manip.runner import Run, Station
+
 
 HANDLE_SIZE = 0.15
 """Length of the arrows of a handle in the scene [m]."""
@@ -37,13 +41,13 @@ class Panel:
             page: The `Page`; ``page.server`` is viser's ``ViserServer`` with ``gui`` and ``scene``.
         """
 
-    def start(self, run: Any) -> None:
+    def start(self, run: "Run") -> None:
         """Prepare for a run, with `.request`, `.station` and `.tree`."""
 
     def reset(self) -> None:
         """Forget all events and samples: those that follow begin at the start of a run."""
 
-    def begin_idle(self, station: Any) -> None:
+    def begin_idle(self, station: "Station") -> None:
         """Prepare for the time until the next run, in a cell that may be another one."""
 
     def idle_tick(self) -> None:

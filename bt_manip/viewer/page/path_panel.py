@@ -1,15 +1,17 @@
 """The planned paths of the tools, as lines in the scene."""
 
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from bt_manip.arm import tool_path
 
 from .error_plot import LINE_COLOURS
 from .panel import Panel, block
 
-PATH_SAMPLES = 50
-"""Number of points of a drawn path."""
+if TYPE_CHECKING:
+    from bt_manip.runner import Run, Station
 
 PATH_THICKNESS = 4.0
 """Thickness of the line [pixels]."""
@@ -35,11 +37,11 @@ class PathPanel(Panel):
         self._drawn: dict[str, Any] = {}  # trajectories
         self._robots: dict[str, Any] = {}
 
-    def start(self, run: Any) -> None:
+    def start(self, run: "Run") -> None:
         """Copy the models of the arms."""
         self.begin_idle(run.station)
 
-    def begin_idle(self, station: Any) -> None:
+    def begin_idle(self, station: "Station") -> None:
         """Draw the paths of jogging, too."""
         self.reset()
         self._robots = dict(station.robots)
@@ -62,16 +64,10 @@ class PathPanel(Panel):
         html = "".join(f"<div>{escape(self._texts[name])}</div>" for name in sorted(self._texts))
         self._html.content = block(html)
 
-    def path(self, name: str, trajectory: Any) -> np.ndarray:
-        """Return positions of the tool of a robot along a trajectory [m]."""  # (n, 3)
-        model = self._models[name]
-        positions, _, _ = trajectory.sample(np.linspace(0.0, trajectory.duration, PATH_SAMPLES))
-        return np.array([model.pose(q).translation for q in positions])
-
     # Internal
 
     def _add(self, name: str, trajectory: Any) -> None:
-        points = self.path(name, trajectory)
+        points = tool_path(self._models[name], trajectory)
         segments = np.stack([points[:-1], points[1:]], axis=1)
         length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
         self._texts[name] = f"{name}: {length:.2f} m in {trajectory.duration:.2f} s"

@@ -1,6 +1,6 @@
 """Pulling an object by a handle in the scene."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -8,6 +8,10 @@ from bt_manip.exceptions import BtManipError
 from bt_manip.runner import MAX_FORCE, RunEvent
 
 from .panel import HANDLE_SIZE, Panel
+
+if TYPE_CHECKING:
+    from bt_manip.runner import Run, Station
+
 
 NO_OBJECT = "none"
 """Choice of no object."""
@@ -43,11 +47,11 @@ class PullPanel(Panel):
         self._pulled: tuple[str, list[float], float] | None = None  # what was requested last
         self._has_new_objects = False
 
-    def start(self, run: Any) -> None:
+    def start(self, run: "Run") -> None:
         """Prepare to pull objects of the run's cell."""
         self._run, self._pulled = run, None
 
-    def begin_idle(self, station: Any) -> None:
+    def begin_idle(self, station: "Station") -> None:
         """Remove the handle: pulls are interventions in a run."""
         self._run = None
         self._remove()

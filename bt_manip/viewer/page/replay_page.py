@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from bt_manip.recording import RecordedScene, Recording, Timeline
+from bt_manip.record import RecordedScene, Recording, Timeline
 
 from .controls import UNLIMITED, Controls
 from .error_plot import SAMPLES
@@ -163,7 +163,7 @@ class ReplayPage(ScenePage):
             for panel in self._panels:
                 panel.reset()
         for event in timeline.events(before, index):
-            self._handle(event)
+            self.handle(event)
         first = max(before + 1, index + 1 - SAMPLES, 1)  # there are no joints in state 0
         if first <= index:
             times, joints = timeline.joints(first, index + 1)

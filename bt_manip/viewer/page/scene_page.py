@@ -88,7 +88,8 @@ class ScenePage:
         for panel in self._panels:
             panel.reset()
 
-    def _handle(self, event: RunEvent) -> None:
+    def handle(self, event: RunEvent) -> None:
+        """Hand an event to the panels."""
         for panel in self._panels:
             panel.handle(event)
 

@@ -26,6 +26,9 @@ PORT = 8080
 LOCAL_NAMES = ("127.0.0.1", "localhost", "::1")
 """Names of this computer in the header Host; the port differs behind ``ssh -L``."""
 
+NOT_FRAMED = "frame-ancestors 'none'"
+"""Content security policy of all responses: no page may show this one in a frame."""
+
 LARGEST_MESSAGE = 1 << 18
 """Size of a message of a page above which it is disconnected [bytes]; viser has 50 MB."""
 
@@ -55,7 +58,8 @@ def open_server(port: int = PORT) -> viser.ViserServer:
     """Start viser on loopback, in a thread of its own.
 
     Connections whose Host is not this computer, or whose Origin is another site, are closed
-    before anything is sent. Invalid messages, which viser would fail on, have no effect.
+    before anything is sent. No page shows this one in a frame. Invalid messages, which viser
+    would fail on, have no effect.
 
     Args:
         port: The first port that is tried; 0 lets the system choose.
@@ -193,7 +197,10 @@ def _checked_connections() -> Iterator[None]:
             if is_local(headers) and (
                 "Upgrade" not in headers or headers.get_all("Sec-WebSocket-Protocol") == [protocol]
             ):
-                return process_request(connection, request)
+                response = process_request(connection, request)
+                if response is not None:  # not a WebSocket
+                    response.headers["Content-Security-Policy"] = NOT_FRAMED
+                return response
             connection.transport.abort()
             return connection.respond(http.HTTPStatus.FORBIDDEN, "")
 

@@ -2,9 +2,12 @@
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .panel import Panel, message_html
+
+if TYPE_CHECKING:
+    from bt_manip.runner import Run, Station
 
 
 class RunChoice(NamedTuple):
@@ -75,13 +78,13 @@ class SessionPanel(Panel):
         """Show one message below the choice; an empty one removes it."""
         self._message.content = message_html(message, error=error)
 
-    def start(self, run: Any) -> None:
+    def start(self, run: "Run") -> None:
         """Show what runs in place of the choice."""
         self._folder.visible = False
         request = run.request
         self.tell(f"{request.robot} in {request.scene}, seed {request.seed}")
 
-    def begin_idle(self, station: Any) -> None:
+    def begin_idle(self, station: "Station") -> None:
         """Show the choice."""
         self._folder.visible = True
         self.tell("")

@@ -4,8 +4,8 @@ from itertools import pairwise
 from typing import Any
 
 from bt_manip.bt import Condition, Input, Status
-from bt_manip.cell import Cell, CellError, is_on, why_not_on
-from bt_manip_blocks.blocks import blocks_in, blocks_on
+from bt_manip.cell import Cell, CellError, why_not_on
+from bt_manip_blocks.blocks import blocks_in, blocks_on, tower_on
 
 
 class AreStacked(Condition):
@@ -35,11 +35,6 @@ class AreStacked(Condition):
 
     def progress(self) -> float:
         """Return the share of the blocks in the highest tower, above its base."""
-        towers = [self._above(base) for base in blocks_on(self.cell, self.on)]
-        return max(towers, default=0) / max(len(blocks_in(self.cell)) - 1, 1)
-
-    def _above(self, base: str) -> int:
-        """Count the blocks that stand on one another above a base, each released and at rest."""
-        others = [name for name in blocks_in(self.cell) if name != base]
-        above = next((name for name in others if is_on(self.cell, name, base)), None)
-        return 0 if above is None else 1 + self._above(above)
+        towers = [tower_on(self.cell, base) for base in blocks_on(self.cell, self.on)]
+        highest = max(map(len, towers), default=1)
+        return (highest - 1) / max(len(blocks_in(self.cell)) - 1, 1)

@@ -23,6 +23,15 @@ def blocks_on(cell: Cell, support: str) -> list[str]:
     return [name for name in blocks_in(cell) if cell.contacts.touching(name, support)]
 
 
+def tower_on(cell: Cell, base: str) -> list[str]:
+    """Name the blocks of a tower upwards from its base, each above it released and at rest."""
+    tower, others = [base], [name for name in blocks_in(cell) if name != base]
+    while above := [name for name in others if is_on(cell, name, tower[-1])]:
+        tower.append(above[0])
+        others.remove(above[0])
+    return tower
+
+
 def find_tray(cell: Cell, name: str) -> SortingTray:
     """Give a sorting tray.
 

@@ -7,18 +7,19 @@ import numpy as np
 
 from bt_manip.bt import Input, Output, Status, SyncAction
 from bt_manip.cell import Cell, CellError
-from bt_manip_blocks.blocks import blocks_on
+from bt_manip_blocks.blocks import blocks_on, tower_on
 
 
 class ChooseBase(SyncAction):
-    """Choose the block to build a tower on: the one whose nearest neighbour is farthest away.
+    """Choose the block to build a tower on: the base of the highest tower.
 
-    A tower is as high as the hand over a block on the table: what lies beside it can be gripped no
-    longer.
+    Of several it is the one whose nearest neighbour is farthest away. A tower is as high as the
+    hand over a block on the table: what lies beside it can be gripped no longer.
     """
 
     on = Input(str, default="table", doc="Name of what the block has to touch.")
     base = Output(str, doc="Name of the block.")
+    top = Output(str, doc="Name of the highest block of the tower on it; the same without one.")
 
     def setup(self, **infrastructure: Any) -> None:
         """Keep the cell."""
@@ -39,6 +40,8 @@ class ChooseBase(SyncAction):
             )
             for name, p in places.items()
         }
-        self.base = chosen = max(gaps, key=lambda name: (gaps[name], name))
+        towers = {name: tower_on(self.cell, name) for name in places}
+        self.base = chosen = max(gaps, key=lambda name: (len(towers[name]), gaps[name], name))
+        self.top = towers[chosen][-1]
         self.feedback_message = f"'{chosen}', {1000 * gaps[chosen]:.0f} mm from the nearest"
         return Status.SUCCESS

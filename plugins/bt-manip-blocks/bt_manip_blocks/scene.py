@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from bt_manip import spatial
-from bt_manip.runner import Fixture, Scene, table_and_basket
+from bt_manip.scenes import Fixture, Scene, table_and_basket
 
 
 def table_and_tray() -> Scene:

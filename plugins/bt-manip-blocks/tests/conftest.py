@@ -2,9 +2,9 @@
 
 import pytest
 
+from bt_manip import build_station as build
 from bt_manip import spatial
 from bt_manip.behaviours import Grasp, Hover, Lift, Reach
-from bt_manip.runner import build_station as build
 from bt_manip.testing import AT_REST, Situations, play
 from bt_manip_blocks import ColouredBlock
 from bt_manip_blocks.scene import table_and_tray

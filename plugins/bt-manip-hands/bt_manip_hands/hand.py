@@ -3,14 +3,17 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 from dm_control import mjcf
 
 from bt_manip.cell import entity_of
 from bt_manip.grippers import Solid
-from bt_manip.robots import Gripper, Robot, ensure_motors
+from bt_manip.robots import FoundGripper, Gripper, Robot, ensure_motors
+from bt_manip.toml_tables import TomlTable
 
+from .hand_search import find_hand
 from .parameters import read_parameters
 from .wrap_grasps import WrapGraspGenerator, measure
 
@@ -49,7 +52,9 @@ class Hand(Gripper):
         table = self._description.read(robot.description.name)
         self._parameters = parameters = read_parameters(table)
         self._joints = [robot.find("joint", name) for name in parameters.joints]
-        efforts = parameters.effort.tolist()
+        self._open, self._closed = np.array(parameters.open), np.array(parameters.closed)
+        self._effort, self._stiffness = np.array(parameters.effort), np.array(parameters.stiffness)
+        efforts = self._effort.tolist()
         self._motors = ensure_motors(robot.mjcf_model, robot.alone, self._joints, efforts)
         palm, thumb = (robot.find("body", name) for name in (parameters.palm, parameters.thumb))
         fingers = [robot.find("body", name) for name in parameters.fingers]
@@ -62,6 +67,16 @@ class Hand(Gripper):
                 geom.set_attributes(friction=(0.0, 0.01, 0.0), condim=4, priority=0)
         self._sensors = [self._add_sensor(body) for body in self._thumb]
         self._reset()
+
+    @classmethod
+    def check_parameters(cls, table: TomlTable) -> None:
+        """Check the parameters."""
+        read_parameters(table)
+
+    @classmethod
+    def found_in(cls, model: mujoco.MjModel, arm_joints: Sequence[str]) -> FoundGripper | None:
+        """Return a hand found in a model."""
+        return find_hand(model, arm_joints)
 
     def _add_sensor(self, body: Any) -> Any:
         # Group 5 is hidden in every viewer unless asked for.
@@ -114,7 +129,7 @@ class Hand(Gripper):
     @property
     def is_open(self) -> bool:
         """Whether all joints are at the open posture."""
-        errors = self.robot.mj_data.qpos[self._qpos] - self._parameters.open
+        errors = self.robot.mj_data.qpos[self._qpos] - self._open
         return self.state == OPEN and self._s == 0.0 and bool(np.abs(errors).max() < _AT_POSTURE)
 
     @property
@@ -220,9 +235,9 @@ class Hand(Gripper):
 
     def before_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Command the torques for the next step."""
-        data, parameters = self.robot.mj_data, self._parameters
-        torque = parameters.stiffness * (self._posture(self._s) - data.qpos[self._qpos])
-        data.ctrl[self._ctrl] = np.clip(torque, -parameters.effort, parameters.effort)
+        data = self.robot.mj_data
+        torque = self._stiffness * (self._posture(self._s) - data.qpos[self._qpos])
+        data.ctrl[self._ctrl] = np.clip(torque, -self._effort, self._effort)
 
     def after_substep(self, physics: mjcf.Physics, random_state: np.random.RandomState) -> None:
         """Measure the thumb's force and advance along the synergy."""
@@ -254,8 +269,7 @@ class Hand(Gripper):
 
     def _posture(self, s: float) -> np.ndarray:
         """Return the joint positions at a position on the synergy [rad]."""  # (n,)
-        parameters = self._parameters
-        return np.asarray(parameters.open + s * (parameters.closed - parameters.open))
+        return np.asarray(self._open + s * (self._closed - self._open))
 
     def _touching(self, bodies: set[int]) -> set[int]:
         """Return the bodies of others that some bodies of the hand touch."""

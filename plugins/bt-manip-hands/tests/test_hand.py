@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from bt_manip import build_station
 from bt_manip.behaviours import (
     CloseGripper,
     Drop,
@@ -18,7 +19,6 @@ from bt_manip.behaviours import (
 from bt_manip.bt import NodeStatus, Sequence
 from bt_manip.cell.objects import Box, Cube, Cylinder, Sphere
 from bt_manip.robots import RobotError
-from bt_manip.runner import build_station
 from bt_manip.spatial import pose
 
 ROBOT = "ur5e_allegro"

@@ -188,6 +188,8 @@ def spiral(
 class IsInserted(ObjectCondition):
     """Check that an object rests in a socket."""
 
+    destination = "socket"
+
     socket = Input(str, doc="Name of the object with the hole.")
     depth = Input(float, default=0.03, doc="How deep it is inserted at least [m].")
 

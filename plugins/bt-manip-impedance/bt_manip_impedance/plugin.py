@@ -51,7 +51,7 @@ def register_behaviours(register):
 @hookimpl
 def register_scenes(register):
     """Register the scenes of the tasks: in Python, and in files with what varies."""
-    from bt_manip.runner import scene_of
+    from bt_manip.scenes import scene_of
     from bt_manip_impedance.scene import button_on_table, peg_on_table
 
     register("button_on_table", button_on_table)

@@ -3,7 +3,8 @@
 from dataclasses import replace
 
 from bt_manip import spatial
-from bt_manip.runner import Fixture, Scene, table_and_basket
+from bt_manip.cell.randomization import Randomization
+from bt_manip.scenes import Fixture, Scene, table_and_basket
 
 
 def button_on_table() -> Scene:
@@ -16,10 +17,12 @@ def button_on_table() -> Scene:
 
 
 def peg_on_table() -> Scene:
-    """Return the robot's table with a peg, and a board with a hole for it."""
+    """Return the robot's table with a peg, back in its place in each cycle, and a board for it."""
     scene = table_and_basket()
     table = next(fixture for fixture in scene.fixtures if fixture.name == "table")
     surface = scene.T_wb.translation[2]
-    peg = Fixture("peg", "peg", spatial.pose((0.4, -0.1, surface + 0.045)), free=True)
+    at = (0.4, -0.1, surface + 0.045)
+    peg = Fixture("peg", "peg", spatial.pose(at), free=True)
     board = Fixture("hole_board", "board", spatial.pose((0.4, -0.3, surface)))
-    return replace(scene, fixtures=(table, peg, board))
+    again = Randomization(objects={"peg": {"position": at}})
+    return replace(scene, fixtures=(table, peg, board), randomization=again)

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
+from bt_manip import build_station as build
 from bt_manip import spatial
 from bt_manip.behaviours import CloseGripper, Grasp, Hover, Lift, Reach, extent
 from bt_manip.cell import is_in
-from bt_manip.runner import Fixture
-from bt_manip.runner import build_station as build
+from bt_manip.scenes import Fixture
 from bt_manip.testing import Example, built_in_situations, contracts_of, play, run_tree, trees_of
 from bt_manip_impedance import ReachHandle
 

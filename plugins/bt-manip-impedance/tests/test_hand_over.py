@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from bt_manip import spatial
+from bt_manip import build_station, spatial
 from bt_manip.behaviours import Grasp, Hover, Lift, MoveToPose, Reach
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.cell import Cell, extent
 from bt_manip.cell.objects import Box
 from bt_manip.plugins import load_plugins
-from bt_manip.runner import build_station
 from bt_manip_impedance import FindFreeEnd, IsHandedOver
 
 HIGH = 0.5  # [m] of the posts, which stand for two robots

@@ -6,10 +6,10 @@ from itertools import groupby
 import numpy as np
 import pytest
 
+from bt_manip import build_station
 from bt_manip.behaviours import Grasp, Hover, Lift, Reach, extent
 from bt_manip.bt import NodeStatus, Tree
 from bt_manip.plugins import load_plugins
-from bt_manip.runner import build_station
 from bt_manip_impedance import Insert
 from bt_manip_impedance.insert import spiral
 

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
+from bt_manip import build_station
 from bt_manip.behaviours import CloseGripper
 from bt_manip.bt import NodeStatus
 from bt_manip.plugins import load_plugins
-from bt_manip.runner import build_station
 from bt_manip_impedance import IsOpen, PullOpen, ReachHandle
 
 

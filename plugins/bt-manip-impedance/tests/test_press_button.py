@@ -2,9 +2,9 @@
 
 import pytest
 
+from bt_manip import build_station
 from bt_manip.bt import BehaviourRegistry, NodeStatus, load_tree
 from bt_manip.plugins import load_plugins
-from bt_manip.runner import build_station
 from bt_manip_impedance import Press, WasPressed
 
 
@@ -25,7 +25,8 @@ def press(parts, controller=None, scene=None, **ports):
     for name in parts.behaviours.names():
         behaviours.register(parts.behaviours.get(name), name)
     tree = load_tree(parts.trees.get("press_button"), behaviours, clock=station.clock)
-    for key, value in {"button": "button", "hold": 0.1, "max_force": 40.0, **ports}.items():
+    defaults = {"button": "button", "hold": 0.1, "max_force": 40.0, "attempts": 1}
+    for key, value in {**defaults, **ports}.items():
         tree.blackboard.set_text(key, str(value))
     button = station.cell.find("button")
     tree.setup(**station.infrastructure)

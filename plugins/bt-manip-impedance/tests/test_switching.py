@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from bt_manip.cell import Cell
-from bt_manip.control import ComputedTorque, ControllerManager, Hold
+from bt_manip.control import ComputedTorque, ControllerManager, Hold, Reference
 from bt_manip.grippers import TwoFingerGripper
 from bt_manip.robots import Robot, panda
 from bt_manip_impedance import CartesianImpedance, JointImpedance
@@ -19,7 +19,7 @@ FACTORIES = {
 }
 
 
-class Ramp:
+class Ramp(Reference):
     """A reference that accelerates each joint to 1 rad/s in 0.3 s and keeps that speed."""
 
     ramp = 0.3  # [s]

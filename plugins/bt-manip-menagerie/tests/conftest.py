@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from bt_manip.runner import Station, build_station
+from bt_manip import build_station
+from bt_manip.runner import Station
 
 ROBOTS = ("fr3", "iiwa14", "menagerie_panda", "ur5e", "xarm7")
 _REPOSITORY = Path(__file__).resolve().parents[3]

@@ -82,3 +82,53 @@ def linear(offset, inputs, weights=None, **metadata):
     out = [value("action", offset.shape)]
     metadata = {"action": "cartesian_deltas", "rate": "20", **metadata}
     return model(graph(nodes, described, out, initializers), **metadata)
+
+
+CLOSED = tensor("gripper", np.ones(1))
+
+
+def endless(watched=None):
+    """Encode a policy that computes without end, or as long as an observation (3,) is not zero."""
+    body = graph(
+        [node("Identity", ["go"], ["still"]), node("Identity", ["x"], ["y"])],
+        [value("i", (), INT64), value("go", (), BOOL), value("x", (7,))],
+        [value("still", (), BOOL), value("y", (7,))],
+    )
+    nodes = [node("Loop", ["", "go", "robot_joint_positions"], ["moved"], body_of(body))]
+    if watched is None:
+        return _joint_targets(_gripped(nodes), [tensor("go", np.array(True)), CLOSED])
+    nodes[:0] = [
+        node("ReduceMax", [watched], ["most"], message((1, "keepdims"), (3, 0), (20, 2))),
+        node("Cast", ["most"], ["go"], message((1, "to"), (3, BOOL), (20, 2))),
+    ]
+    return _joint_targets(_gripped(nodes), [CLOSED], value(watched, (3,)))
+
+
+def body_of(encoded_graph):
+    """Encode the attribute that is the body of a loop."""
+    return message((1, "body"), (6, encoded_graph), (20, 5))
+
+
+def product(n, count=1):
+    """Encode a small policy that adds products of matrices (n, n), which are constants."""
+    nodes = [node("ConstantOfShape", ["shape"], ["factor"])]
+    last = "factor"
+    for i in range(count):
+        nodes.append(node("MatMul", [last, "factor"], [f"product{i}"]))
+        last = f"product{i}"
+    nodes.append(node("ReduceMax", [last], ["sum"], message((1, "keepdims"), (3, 0), (20, 2))))
+    nodes.append(node("Add", ["robot_joint_positions", "sum"], ["moved"]))
+    return _joint_targets(_gripped(nodes), [tensor("shape", np.array([n, n])), CLOSED])
+
+
+def _gripped(nodes):
+    """Add the gripper to joint targets that are called 'moved'."""
+    return [
+        *nodes,
+        node("Concat", ["moved", "gripper"], ["action"], message((1, "axis"), (3, 0), (20, 2))),
+    ]
+
+
+def _joint_targets(nodes, initializers, *more):
+    inputs, outputs = [value("robot_joint_positions", (7,)), *more], [value("action", (8,))]
+    return model(graph(nodes, inputs, outputs, initializers), action="joint_targets", rate="20")

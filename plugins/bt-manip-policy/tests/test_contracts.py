@@ -13,8 +13,11 @@ atexit.register(_FOLDER.cleanup)
 IDLE = Path(_FOLDER.name) / "idle.onnx"
 IDLE.write_bytes(onnx.linear([0.002, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0], {"robot_tool_position": (3,)}))
 
+SETTINGS = {"pick_place_policy": {"policy": str(IDLE)}}
+
 test_contracts = contracts_of(
     "policy",
+    settings=SETTINGS,
     examples={
         "RunPolicy": Example(
             ports={"model": str(IDLE), "time_limit": 0.5},
@@ -26,4 +29,4 @@ test_contracts = contracts_of(
 )
 
 
-test_trees = trees_of("policy", settings={"pick_place_policy": {"policy": str(IDLE)}})
+test_trees = trees_of("policy", settings=SETTINGS)

@@ -4,7 +4,8 @@ import numpy as np
 import onnx_files as onnx
 import pytest
 
-from bt_manip_policy import OnnxPolicy, PolicyError, onnx_policy
+from bt_manip_policy import LoadedPolicy, OnnxPolicy, PolicyError, PolicyProcess
+from bt_manip_policy.run_policy import ONNX
 
 Q = {"robot_joint_positions": (3,)}
 OBSERVED = {"robot_joint_positions": np.array([1.0, 2.0, 3.0], dtype=np.float32)}
@@ -22,9 +23,17 @@ def written(tmp_path):
     return write
 
 
+@pytest.fixture(scope="module")
+def load():
+    """Return a function that loads a file in a process."""
+    process = PolicyProcess()
+    yield lambda path: LoadedPolicy(process, str(path), ONNX, str(path))
+    process.close()
+
+
 @pytest.fixture
-def read(written):
-    return lambda content: OnnxPolicy(written(content))
+def read(written, load):
+    return lambda content: load(written(content))
 
 
 def test_inputs_and_metadata_are_the_specification(read):
@@ -84,16 +93,16 @@ def test_files_of_something_else_are_rejected(read, content):
         read(content)
 
 
-def test_missing_and_huge_files_are_rejected(tmp_path):
+def test_missing_and_huge_files_are_rejected(load, tmp_path):
     with pytest.raises(PolicyError, match="No such file"):
-        OnnxPolicy(tmp_path / "missing.onnx")
+        load(tmp_path / "missing.onnx")
     with pytest.raises(PolicyError, match="a folder"):
-        OnnxPolicy(tmp_path)
+        load(tmp_path)
     huge = tmp_path / "huge.onnx"
     with huge.open("wb") as file:
         file.truncate(2**40)
     with pytest.raises(PolicyError, match="larger than"):
-        OnnxPolicy(huge)
+        load(huge)
 
 
 @pytest.mark.parametrize("rate", ["0", "nan", "1e9", "often"])
@@ -112,7 +121,7 @@ def test_files_without_metadata_are_rejected(read):
         read(onnx.model(graph))
 
 
-def test_files_cannot_read_other_files(written, tmp_path, monkeypatch):
+def test_files_cannot_read_other_files(read, tmp_path, monkeypatch):
     """Weights in a file of their own, wherever it is, are not read."""
     np.ones(7, dtype=np.float32).tofile(tmp_path / "weights")
     monkeypatch.chdir(tmp_path)
@@ -126,7 +135,7 @@ def test_files_cannot_read_other_files(written, tmp_path, monkeypatch):
             [weights],
         )
         with pytest.raises(PolicyError, match="does not load"):
-            OnnxPolicy(written(onnx.model(graph, action="joint_targets", rate="20")))
+            read(onnx.model(graph, action="joint_targets", rate="20"))
 
 
 def test_operators_of_other_libraries_are_rejected(read):
@@ -138,24 +147,16 @@ def test_operators_of_other_libraries_are_rejected(read):
         read(onnx.model(graph, action="joint_targets", rate="20"))
 
 
-def test_a_graph_that_computes_without_end_is_stopped(read, monkeypatch):
-    monkeypatch.setattr(onnx_policy, "MAX_TIME", 0.2)
-    body = onnx.graph(
-        [onnx.node("Identity", ["go"], ["still"]), onnx.node("Identity", ["x"], ["y"])],
-        [
-            onnx.value("i", (), onnx.INT64),
-            onnx.value("go", (), onnx.BOOL),
-            onnx.value("x", (7,)),
-        ],
-        [onnx.value("still", (), onnx.BOOL), onnx.value("y", (7,))],
-    )
-    attribute = onnx.message((1, "body"), (6, body), (20, 5))
-    graph = onnx.graph(
-        [onnx.node("Loop", ["", "true", "robot_joint_positions"], ["action"], attribute)],
-        [onnx.value("robot_joint_positions", (7,))],
-        [onnx.value("action", (7,))],
-        [onnx.tensor("true", np.array(True))],
-    )
-    policy = read(onnx.model(graph, action="joint_targets", rate="20"))
-    with pytest.raises(PolicyError, match="failed"):
-        policy.act({"robot_joint_positions": np.zeros(7)}, 7)
+def test_actions_have_the_bits_that_they_have_in_this_process(read, written):
+    rng = np.random.default_rng(1)
+    content = onnx.linear(rng.normal(size=7), Q, {"robot_joint_positions": rng.normal(size=(3, 7))})
+    here = OnnxPolicy(str(written(content)))
+    policy = read(content)
+    for _ in range(10):
+        observed = {"robot_joint_positions": rng.normal(size=3).astype(np.float32)}
+        assert policy.act(observed, 7).tobytes() == here.act(observed)[None].astype(float).tobytes()
+
+
+def test_a_name_that_is_longer_than_any_is_rejected(read):
+    with pytest.raises(PolicyError, match="names and shapes take 9000"):
+        read(onnx.linear(np.zeros(7), {"x" * 900_000: (3,)}))

@@ -1,16 +1,22 @@
 """A policy acts as a leaf: what it moves, what stops it, and why it fails."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import onnx_files as onnx
 import pytest
 
-from bt_manip.behaviours import Hover
-from bt_manip.bt import NodeStatus, Tree
+from bt_manip import build_station
+from bt_manip.behaviours import Hover, SpawnObject
+from bt_manip.bt import AlwaysSuccess, Fallback, NodeStatus, Sequence, Sleep, Tree
 from bt_manip.exceptions import NodeError
 from bt_manip.plugins import load_plugins
-from bt_manip.runner import build_station
+from bt_manip.record import Recorder
+from bt_manip.runner import Run, RunRequest, TreeSource
 from bt_manip.spatial import pointing_down
-from bt_manip_policy import RunPolicy
+from bt_manip_policy import RunPolicy, policy_process
 
 TOOL = {"robot_tool_position": (3,)}
 
@@ -152,28 +158,129 @@ def test_actions_that_are_not_finite_are_failures(station, policy):
     assert not station.arm.moving
 
 
+def test_a_policy_with_a_higher_rate_than_the_ticks_fails(station, policy):
+    acting = Acting(station, model=policy(np.zeros(7), rate="1000")).run(0.1)
+    assert acting.status is NodeStatus.FAILURE
+    assert "ticked less often" in acting.leaf.feedback_message
+    assert not station.arm.moving
+
+
 @pytest.mark.parametrize(
     ("offset", "inputs", "metadata", "reason"),
     [
         (np.zeros(7), TOOL, {"action": "joint_torques"}, "did you mean 'joint_targets'"),
         (np.zeros(6), TOOL, {}, "of this robot has 7"),
+        (np.zeros(7), TOOL, {"action": "joint_targets"}, "of this robot has 8"),
         (np.zeros(7), {"robot_tool_positions": (3,)}, {}, "did you mean 'robot_tool_position'"),
+        (np.zeros(7), {"robot_tools_position": (3,)}, {}, "did you mean 'robot_tool_position'"),
         (np.zeros(7), {"robot_joint_positions": (6,)}, {}, "size 6, the station's has 7"),
-        (np.zeros(7), TOOL, {"rate": "1000"}, "ticked less often"),
+        (np.zeros(7), {"overview_rgb": (128, 128, 3)}, {}, "'overview_rgb', which the station"),
+        (np.zeros(7), {"table_position": (3,)}, {}, "'table_position', which the station"),
+        (np.zeros(7), {"object_position": (3,)}, {}, "'object_position', which the station"),
+        (np.zeros(7), {"cube_positions": (3,)}, {}, "'cube_positions', which the station"),
+        (np.zeros(7), {"cube_position": (4,)}, {}, "size 4, the station's has 3"),
     ],
 )
-def test_a_policy_that_does_not_fit_fails_with_the_reason(
+def test_a_policy_that_does_not_fit_is_refused_before_the_run(
     station, policy, offset, inputs, metadata, reason
 ):
-    acting = Acting(station, model=policy(offset, inputs, **metadata)).run(0.1)
-    assert acting.status is NodeStatus.FAILURE
-    assert reason in acting.leaf.feedback_message
-    assert not station.arm.moving
+    with pytest.raises(NodeError, match=reason):
+        Acting(station, model=policy(offset, inputs, **metadata))
+
+
+@pytest.mark.parametrize("content", [onnx.product(40_000), onnx.endless()], ids=["large", "slow"])
+def test_a_policy_that_cannot_act_is_refused_before_the_run(
+    station, tmp_path, monkeypatch, content
+):
+    monkeypatch.setattr(policy_process, "CHECK_TIME", 0.5)
+    path = tmp_path / "policy.onnx"
+    path.write_bytes(content)
+    with pytest.raises(NodeError, match="needs more than 768 MB of memory|takes longer than 0.5 s"):
+        Acting(station, model=str(path))
 
 
 def test_files_are_checked_before_the_run(station, tmp_path):
     with pytest.raises(NodeError, match="No such file"):
         Acting(station, model=str(tmp_path / "missing.onnx"))
+
+
+def test_an_object_that_never_comes_is_a_failure(station, policy):
+    model = policy(np.zeros(7), {"cube_position": (3,)})
+    acting = Acting(station, model=model).run(0.05)
+    assert acting.status is NodeStatus.FAILURE
+    assert "'cube_position', which the station lacks" in acting.leaf.feedback_message
+
+
+def test_a_policy_that_hangs_at_a_tick_fails_and_the_tree_goes_on(station, tmp_path, monkeypatch):
+    """The file acts when it is checked, and computes without end once there is a cube."""
+    monkeypatch.setattr(policy_process, "MAX_TIME", 0.5)
+    path = tmp_path / "policy.onnx"
+    path.write_bytes(onnx.endless("cube_position"))
+    leaf = RunPolicy("policy", model=str(path))
+    spawn = SpawnObject(model="cube", region="0.3;0.3;0;0", object="{cube}")
+    tree = Tree(Fallback("or", [Sequence("all", [spawn, leaf]), AlwaysSuccess()]))
+    tree.setup(**station.infrastructure)
+    status = NodeStatus.RUNNING
+    while status is NodeStatus.RUNNING:
+        status = tree.tick()
+        station.cell.step(10)
+    assert status is NodeStatus.SUCCESS
+    assert "takes longer than 0.5 s" in leaf.feedback_message
+
+
+def test_the_report_says_that_a_policy_that_fails_at_once_did_nothing(station, policy):
+    shares = []
+    for offset in (np.zeros(7), [0.0, np.nan, 0, 0, 0, 0, 0]):
+        leaf = RunPolicy("policy", model=policy(offset), time_limit=0.3)
+        tree = Tree(Fallback("or", [leaf, Sleep("script", msec=300)]), clock=station.clock)
+        tree.setup(**station.infrastructure)
+        recorder = Recorder("test", 0)
+        Run(RunRequest(TreeSource("test", "python")), tree, station).execute([recorder])
+        (cycle,) = recorder.report().cycles
+        assert cycle.status == "SUCCESS"
+        shares.append(cycle.leaf_times["RunPolicy"])
+    assert shares[0].share == pytest.approx(0.5, abs=0.03) and shares[1].share == 0.0
+    assert "has not been halted" in shares[0].reasons[0]
+    assert "not finite" in shares[1].reasons[0]
+
+
+def test_a_policy_whose_process_is_killed_fails_and_acts_again(station, policy):
+    acting = Acting(station, model=policy(np.zeros(7))).run(0.2)
+    policy_process.shared_process()._process.kill()
+    acting.run(0.2)
+    assert acting.status is NodeStatus.FAILURE
+    assert "ended its process (SIGKILL)" in acting.leaf.feedback_message
+    acting.status = acting.tree.tick()
+    assert acting.run(0.2).status is NodeStatus.RUNNING
+
+
+def test_a_policy_goes_on_in_another_leaf(station, policy):
+    """The state of a leaf, as in a snapshot, is enough for another one to act as it would."""
+    model = policy(np.tile([[0.004], [-0.002]], (1, 7)) * [1, 1, 1, 0, 0, 0, -200])
+    acting = Acting(station, model=model).run(0.27)
+    states = acting.tree.get_state(), station.get_state()
+    acting.run(0.5)
+    other = Acting(station, model=model)
+    station.set_state(states[1])
+    other.tree.set_state(states[0])
+    other.run(0.5)
+    assert np.array_equal(np.array(acting.rows[-500:]), np.array(other.rows))
+
+
+@pytest.mark.parametrize("content", [onnx.product(40_000), onnx.endless(), b"nothing"])
+def test_the_command_refuses_files_of_strangers_in_time(tmp_path, content):
+    """Exit code 2, below 1 GB; the seconds of the limit and of the start are not measured here."""
+    path = tmp_path / "policy.onnx"
+    path.write_bytes(content)
+    command = "bt_manip", "run", "pick_place_policy", "--set", f"policy={path}"
+    out, err = tmp_path / "out", tmp_path / "err"
+    with out.open("w") as stdout, err.open("w") as stderr:
+        process = subprocess.Popen([sys.executable, "-m", *command], stdout=stdout, stderr=stderr)
+        _, status, usage = os.wait4(process.pid, 0)
+    assert (os.waitstatus_to_exitcode(status), out.read_text()) == (2, "")
+    text = err.read_text()
+    assert text.startswith("Error: ") and str(path) in text.replace("\n", "")
+    assert usage.ru_maxrss < 1 << 20  # [KB], of the largest of its processes
 
 
 def test_hover_goes_on_from_a_halted_policy(station, policy):

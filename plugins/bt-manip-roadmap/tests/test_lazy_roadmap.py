@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from bt_manip import build_station
 from bt_manip.planning import PlanningProblem, RRTConnect
 from bt_manip.plugins import load_plugins
 from bt_manip.robots import JointLimits
-from bt_manip.runner import build_station
 from bt_manip_roadmap import LazyRoadmap
 
 LIMITS = JointLimits(*(np.full(2, x) for x in (-2.0, 2.0, 1.0, 1.0, 1.0, 1.0)))

@@ -1,9 +1,9 @@
 """The robot is what its description says, and keeps the contract of all robots."""
 
 import pytest
+from bt_manip import build_station as build
 from bt_manip.behaviours import Grasp, Hover, Lift, Reach
 from bt_manip.bt import Sequence
-from bt_manip.runner import build_station as build
 from bt_manip.testing import contracts_of
 
 test_contracts = contracts_of("gear")

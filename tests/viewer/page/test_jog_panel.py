@@ -5,9 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from bt_manip import build_station
 from bt_manip.bt import Sleep, Tree
 from bt_manip.exceptions import BtManipError
-from bt_manip.runner import Run, RunRequest, TreeSource, build_station, two_arms
+from bt_manip.runner import Run, RunRequest, TreeSource
+from bt_manip.scenes import two_arms
 from bt_manip.viewer import Page
 from bt_manip.viewer.page import JogPanel
 

@@ -13,7 +13,7 @@ import websockets.exceptions
 
 from bt_manip.behaviours import MoveHome, RemoveObject, SpawnObject
 from bt_manip.bt import Sequence, Sleep
-from bt_manip.recording import Recorder
+from bt_manip.record import Recorder
 from bt_manip.runner import RunObserver
 from bt_manip.viewer.page import server as page_server
 

@@ -10,7 +10,7 @@ from bt_manip.behaviours import MoveHome, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
 from bt_manip.cell import CellScene
 from bt_manip.exceptions import BtManipError
-from bt_manip.recording import Recorder
+from bt_manip.record import Recorder
 from bt_manip.runner import RunObserver
 from bt_manip.viewer import Page
 from bt_manip.viewer.page import ErrorPlot

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from bt_manip.arm.tool_path import PATH_SAMPLES
 from bt_manip.behaviours import MoveToConfiguration
 from bt_manip.bt import Sequence, Sleep
 from bt_manip.runner import RunObserver
-from bt_manip.viewer.page.path_panel import PATH_SAMPLES
+from bt_manip.viewer.page import path_panel
 
 READY = "0;0.3;0;-1.8;0;2.1;0.8"
 
@@ -63,7 +64,7 @@ def test_the_path_is_drawn_from_begin_to_end_of_a_motion_and_removed(make_run, p
 
 
 def test_nothing_is_computed_without_a_page(make_run, page, panel, monkeypatch):
-    monkeypatch.setattr(panel, "path", pytest.fail)
+    monkeypatch.setattr(path_panel, "tool_path", pytest.fail)
     make_run(moves()).execute([page, Watch(panel)])
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from bt_manip.behaviours import RemoveObject, SpawnObject
 from bt_manip.bt import Sequence, Sleep
-from bt_manip.recording import Recorder
+from bt_manip.record import Recorder
 from bt_manip.runner import RunObserver
 
 

@@ -9,7 +9,7 @@ from mcap.reader import make_reader
 
 from bt_manip.behaviours import MoveToConfiguration, RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Script, Sequence, Sleep
-from bt_manip.recording import McapRecorder, Recording
+from bt_manip.record import McapRecorder, Recording
 from bt_manip.runner import RunObserver
 from bt_manip.viewer import Page, Panel, ReplayPage
 

@@ -1,7 +1,10 @@
 """The page is served on loopback, and only to pages of its own."""
 
 import socket
-from urllib.parse import urlsplit
+from contextlib import nullcontext
+from urllib.error import HTTPError
+from urllib.parse import urljoin, urlsplit
+from urllib.request import urlopen
 
 import pytest
 import websockets.exceptions
@@ -17,7 +20,7 @@ def answer(url: str, *lines: str) -> bytes:
         client.sendall("\r\n".join(["GET / HTTP/1.1", *lines, "", ""]).encode())
         client.settimeout(10)
         try:
-            return client.recv(100)
+            return client.recv(4000)
         except ConnectionResetError:
             return b""
 
@@ -51,6 +54,14 @@ def test_starting_and_stopping_print_nothing(capfd):
 def test_the_page_is_sent_to_requests_from_this_computer(page):
     host = urlsplit(page.url).netloc
     assert answer(page.url, f"Host: {host}").startswith(b"HTTP/1.1 200")
+
+
+@pytest.mark.parametrize("path", ["/", "/index.html", "/missing"])
+def test_no_page_shows_this_one_in_a_frame(page, path):
+    with pytest.raises(HTTPError) if path == "/missing" else nullcontext() as error:
+        response = urlopen(urljoin(page.url, path), timeout=10)
+    headers = error.value.headers if error else response.headers
+    assert headers.get_all("Content-Security-Policy") == ["frame-ancestors 'none'"]
 
 
 @pytest.mark.parametrize(

@@ -2,9 +2,10 @@
 
 import pytest
 
+from bt_manip import build_station
 from bt_manip.behaviours import RemoveObject, SpawnObject
 from bt_manip.bt import AlwaysFailure, Fallback, Sequence, Sleep
-from bt_manip.runner import RunObserver, build_station
+from bt_manip.runner import RunObserver
 
 
 @pytest.fixture
@@ -71,12 +72,12 @@ def test_errors_of_an_edited_tree_are_shown_until_they_are_gone(make_run, page, 
 
     class Editor(RunObserver):
         def run_started(self, run):
-            self.report = run.report
+            self.emit = run.events.emit
 
         def after_tick(self):
             wrong = len(seen) < 2
             problem = "task.xml:3:7: error: unknown node '<Slep>'"
-            self.report("edit", {"problems": [problem] if wrong else []})
+            self.emit("edit", {"problems": [problem] if wrong else []})
             panel.draw()
             seen.append(panel._problem_html.content)
 

@@ -13,7 +13,7 @@ def threshold(count: int, children: int) -> int:
 
 
 class _Counting(Control):
-    memory: ClassVar[tuple[str, ...]] = ("_completed", "_failures")
+    memory: ClassVar[tuple[str, ...]] = ("_completed", "_failures", "_reason")
 
     def __init__(self, *args: Any, **ports: Any) -> None:
         super().__init__(*args, **ports)
@@ -22,7 +22,7 @@ class _Counting(Control):
     def _clear(self) -> None:
         self._completed: list[int] = []
         self._failures = 0
-        self._reason: Any = None
+        self._reason = ""
 
     def _remember_failure(self) -> None:
         self._failures += 1
@@ -31,7 +31,7 @@ class _Counting(Control):
 
     def _recall_reason(self) -> None:
         """Let the tree's reason be that of a child that failed here, maybe some ticks ago."""
-        if self._node_runtime is not None and self._reason is not None:
+        if self._node_runtime is not None and self._reason:
             self._node_runtime.reason = self._reason
 
     def _check(self, count: int, verb: str) -> None:
@@ -59,7 +59,7 @@ class Parallel(_Counting):
     | halt    | all running children are halted, the counts are cleared             |
     """
 
-    memory: ClassVar = ("_completed", "_failures", "_successes")
+    memory: ClassVar = (*_Counting.memory, "_successes")
     success_count = Input(int, default=-1, doc="how many children must succeed; -1 means all")
     failure_count = Input(int, default=1, doc="how many failures end it; -1 means all")
 

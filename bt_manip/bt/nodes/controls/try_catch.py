@@ -1,6 +1,6 @@
 """TryCatch: a sequence with a clean-up."""
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from bt_manip.bt.nodes.parent import Control
 from bt_manip.bt.ports import Input
@@ -23,14 +23,14 @@ class TryCatch(Control):
     """
 
     least_children: ClassVar = 2
-    memory: ClassVar = ("_index", "_skipped", "_catching")
+    memory: ClassVar = ("_index", "_skipped", "_catching", "_reason")
     catch_on_halt = Input(
         bool, default=False, doc="tick the last child also when the others are halted"
     )
     _index = 0
     _skipped = 0
     _catching = False
-    _reason: Any = None
+    _reason = ""
 
     def _tick(self) -> NodeStatus:
         links = self.links
@@ -70,7 +70,7 @@ class TryCatch(Control):
         self._reset_children()
         self._index = 0
         self._catching = False
-        if self._node_runtime is not None and self._reason is not None:
+        if self._node_runtime is not None and self._reason:
             self._node_runtime.reason = self._reason
         return FAILURE
 

@@ -21,6 +21,7 @@ from bt_manip.bt.port_types import (
 )
 from bt_manip.bt.ports import InOut, Input, Output, is_pointer, pointed_key
 from bt_manip.bt.status import FAILURE, IDLE, RUNNING, SUCCESS, NodeStatus
+from bt_manip.exceptions import shown
 
 
 class Loop(Decorator):
@@ -118,7 +119,7 @@ class Loop(Decorator):
                 self._queue = self._from_text(value)
             else:
                 raise self._port_error(
-                    "queue", f"expected a list of {self.item.name} or a text, found {value!r}"
+                    "queue", f"expected a list of {self.item.name} or a text, found {shown(value)}"
                 )
 
     def _from_text(self, text: str) -> deque[Any]:

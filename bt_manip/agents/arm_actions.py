@@ -1,0 +1,285 @@
+"""Actions of arms and grippers: joint torques, joint targets, displacements of the tool."""
+
+import abc
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.behaviours import default_force, payload_of
+from bt_manip.bt import NodeStatus
+from bt_manip.cell import Cell
+from bt_manip.exceptions import BtManipError
+from bt_manip.robots import Gripper, Payload
+from bt_manip.runner import CommandedRobot
+
+from .actions import ActionKind, ActionSpace
+from .differential_ik import differential_ik
+from .episodes import Episodes
+from .references import StepReference, TorqueCommand
+
+MAX_ANGLE = 2.0 * np.pi
+"""Bound of the targets of joints without position limits [rad]."""
+
+MAX_TOOL_SPEED = 2.0
+"""Bound of the commanded displacements of the tool, over the step [m/s]."""
+
+MAX_TOOL_TURNING = 4.0 * np.pi
+"""Bound of the commanded rotations of the tool, over the step [rad/s]."""
+
+MAX_TOOL_LAG = 0.05
+"""Largest distance from the tool's commanded pose at which that counts [m] and [rad]."""
+
+
+def displaced(T_wt: pin.SE3, delta: np.ndarray) -> pin.SE3:
+    """Return a pose after a displacement [m] and a rotation vector [rad] in world axes."""  # (6,)
+    return pin.SE3(pin.exp3(delta[3:]) @ T_wt.rotation, T_wt.translation + delta[:3])
+
+
+def command_gripper(gripper: Gripper, close: bool) -> None:
+    """Begin to close or to open a gripper, unless it does or has done so already."""
+    if close and not gripper.gripping:
+        gripper.close(default_force(gripper))
+    elif not close and (gripper.gripping or not (gripper.moving or gripper.is_open)):
+        gripper.open()
+
+
+def held_payload(
+    cell: Cell, gripper: Gripper, T_wt: pin.SE3, before: Payload | None
+) -> Payload | None:
+    """Return the payload of an agent's arm: known once the grasp is steady, then kept.
+
+    Args:
+        cell: The cell.
+        gripper: The gripper.
+        T_wt: Pose of the tool in the world.
+        before: The payload so far; None for nothing.
+    """
+    held = [name for name in gripper.held if cell.is_free(name)] if gripper.gripping else []
+    if not held:
+        return None
+    if before is None and gripper.steady:
+        return payload_of(cell, held[0], T_wt)
+    return before
+
+
+class ArmAction(ActionKind):
+    """An action with numbers for each arm, and one for its gripper.
+
+    The gripper closes where its number is positive, and opens otherwise: at the start of the step
+    at 1 and -1, later in proportion for numbers nearer to zero.
+    """
+
+    def __init__(self, episodes: Episodes) -> None:
+        """Act in these episodes."""
+        super().__init__(episodes)
+        low: list[float] = []
+        high: list[float] = []
+        names: list[str] = []
+        units: list[str] = []
+        self._counts: dict[str, int] = {}  # numbers of each arm
+        alone = len(self._robots) == 1
+        for one in self._robots:
+            label = "robot" if alone else one.name
+            bounds = self._bounds(one)
+            self._counts[one.name] = len(bounds[2])
+            low += list(bounds[0])
+            high += list(bounds[1])
+            names += [f"{label}_{name}" for name in bounds[2]]
+            units += bounds[3]
+            if one.gripper is not None:
+                low, high = [*low, -1.0], [*high, 1.0]
+                names, units = [*names, f"{label}_gripper"], [*units, "-"]
+        as_array = np.array(low, np.float32), np.array(high, np.float32)
+        self.space = ActionSpace(*as_array, tuple(names), tuple(units))
+        self._references: list[StepReference] = []
+        self._late: list[tuple[int, CommandedRobot, bool]] = []  # ticks until a gripper's command
+
+    @abc.abstractmethod
+    def _bounds(self, one: CommandedRobot) -> tuple[Any, Any, list[str], list[str]]:
+        """Return least and largest numbers, names and units for one arm."""
+
+    @abc.abstractmethod
+    def _move(self, one: CommandedRobot, reference: StepReference, numbers: np.ndarray) -> None:
+        """Command one arm for the step that begins."""
+
+    @abc.abstractmethod
+    def _recorded(self, index: int, one: CommandedRobot) -> np.ndarray:
+        """Return the numbers of one arm for the observed step."""
+
+    def command(self, action: Any) -> None:
+        """Command the arms and grippers; see `ActionKind.step`."""
+        action = np.asarray(action, dtype=float)
+        if action.shape != self.space.shape or not np.isfinite(action).all():
+            raise BtManipError(
+                f"an action consists of {len(self.space.low)} finite numbers "
+                f"({', '.join(self.space.names)}), got {action}"
+            )
+        numbers = np.clip(action, self.space.low, self.space.high)
+        self._take_over()
+        at = 0
+        self._late = []
+        for one, reference in zip(self._robots, self._references, strict=True):
+            n = self._counts[one.name]
+            self._move(one, reference, numbers[at : at + n])
+            at += n
+            if one.gripper is not None:
+                close = bool(numbers[at] > 0.0)
+                delay = round((1.0 - abs(numbers[at])) * self._episodes.ticks)
+                if delay and close != one.gripper.gripping:
+                    self._late.append((delay, one, close))
+                else:
+                    self._grip(one, reference, close)
+                at += 1
+
+    def tick(self) -> NodeStatus:
+        """Give the late commands of grippers that are due."""
+        for delay, one, close in self._late:
+            if delay == 0:
+                self._grip(one, None, close)
+        self._late = [(delay - 1, one, close) for delay, one, close in self._late]
+        return NodeStatus.RUNNING
+
+    def recorded(self) -> np.ndarray:
+        """Return the action that reproduces the step since `watch`."""
+        numbers: list[float] = []
+        for i, one in enumerate(self._robots):
+            numbers += self._recorded(i, one).tolist()
+            if one.gripper is not None:
+                late = self._episodes.gripped.get(one.name, 0) / self._episodes.ticks
+                numbers.append((1.0 - late) * (1.0 if one.gripper.gripping else -1.0))
+        return np.array(numbers, dtype=np.float32)
+
+    def get_state(self) -> Any:
+        """Return the references; None before the first action of an episode."""
+        return [one.get_state() for one in self._references] if self._acts else None
+
+    def set_state(self, state: Any) -> None:
+        """Restore a state of `get_state`."""
+        if state is not None:
+            self._take_over()
+            for reference, values in zip(self._references, state, strict=True):
+                reference.set_state(values)
+
+    @property
+    def _acts(self) -> bool:
+        """Whether the robots follow these references, and not the arms."""
+        return bool(self._references) and all(
+            one.controllers.reference is reference
+            for one, reference in zip(self._robots, self._references, strict=True)
+        )
+
+    def _take_over(self) -> None:
+        """Take the robots over from the tree, once in an episode."""
+        if self._acts:
+            return
+        self._episodes.release()
+        steps = round(self._episodes.step_time / self._episodes.station.cell.dt)
+        self._references = [StepReference(one.arm.q, one.arm.model, steps) for one in self._robots]
+        for one, reference in zip(self._robots, self._references, strict=True):
+            reference.payload = one.arm.payload
+            one.controllers.reference = reference
+
+    def _grip(self, one: CommandedRobot, reference: StepReference | None, close: bool) -> None:
+        """Open or close the gripper, and let the reference know what it holds."""
+        gripper, cell = one.robot.needed_gripper, self._episodes.station.cell
+        command_gripper(gripper, close)
+        if reference is not None:
+            T_wt = one.arm.model.pose(one.robot.q)
+            reference.payload = held_payload(cell, gripper, T_wt, reference.payload)
+
+
+class JointTargets(ArmAction):
+    """Joint positions at the end of the step [rad], and the gripper.
+
+    The reference reaches them along a cubic, with a velocity that follows from the present and the
+    last two targets; the controller tracks it as it tracks planned motions. Targets beyond what the
+    velocity limits allow within the step are clipped.
+    """
+
+    kind = "joint_targets"
+
+    def _bounds(self, one: CommandedRobot) -> tuple[Any, Any, list[str], list[str]]:
+        limits = one.arm.model.limits
+        low, high = np.maximum(limits.lower, -MAX_ANGLE), np.minimum(limits.upper, MAX_ANGLE)
+        return low, high, list(one.robot.description.arm_joints), list(one.arm.model.units)
+
+    def _move(self, one: CommandedRobot, reference: StepReference, numbers: np.ndarray) -> None:
+        reference.move_to(numbers, one.robot.q)
+
+    def _recorded(self, index: int, one: CommandedRobot) -> np.ndarray:
+        return one.controllers.reference.q.copy()
+
+
+class CartesianDeltas(ArmAction):
+    """Displacement [m] and rotation vector [rad] of the tool, in world axes, and the gripper.
+
+    They are relative to the commanded pose, or to that of the reference at first and where this
+    could not follow. The joint targets are the nearest ones, by differential inverse kinematics.
+    """
+
+    kind = "cartesian_deltas"
+
+    def _bounds(self, one: CommandedRobot) -> tuple[Any, Any, list[str], list[str]]:
+        step = self._episodes.step_time
+        high = np.repeat([MAX_TOOL_SPEED * step, MAX_TOOL_TURNING * step], 3)
+        names = ["x", "y", "z", "rotation_x", "rotation_y", "rotation_z"]
+        return -high, high, names, ["m"] * 3 + ["rad"] * 3
+
+    def _move(self, one: CommandedRobot, reference: StepReference, numbers: np.ndarray) -> None:
+        model, q = one.arm.model, reference.q
+        T, last = model.pose(q), reference.T_wt
+        if last is not None and np.abs(pin.log6(T.actInv(last)).vector).max() < MAX_TOOL_LAG:
+            T = last
+        T = displaced(T, numbers)
+        reference.move_to(differential_ik(model, q, T), one.robot.q, uniformly=True)
+        reference.T_wt = T
+
+    def watch(self) -> None:
+        """Begin to observe a step of the expert."""
+        self._before = [one.arm.model.pose(one.controllers.reference.q) for one in self._robots]
+
+    def _recorded(self, index: int, one: CommandedRobot) -> np.ndarray:
+        before, now = self._before[index], one.arm.model.pose(one.controllers.reference.q)
+        turned = pin.log3(now.rotation @ before.rotation.T)
+        return np.concatenate([now.translation - before.translation, turned])
+
+
+class JointTorques(ArmAction):
+    """Joint torques beyond those that compensate gravity and friction-free motion, and the gripper.
+
+    The sum is clipped to the effort limits, and is constant during the step but for the
+    compensation.
+    """
+
+    kind = "joint_torques"
+
+    def _bounds(self, one: CommandedRobot) -> tuple[Any, Any, list[str], list[str]]:
+        effort = one.arm.model.limits.effort
+        units = ["N" if unit == "m" else "N m" for unit in one.arm.model.units]
+        return -effort, effort, list(one.robot.description.arm_joints), units
+
+    def __init__(self, episodes: Episodes) -> None:
+        """Add the controller of the torques to the robots."""
+        super().__init__(episodes)
+        for one in self._robots:
+            one.controllers.add(TorqueCommand.kind, TorqueCommand)
+
+    def _take_over(self) -> None:
+        super()._take_over()
+        for one in self._robots:
+            if one.controllers.active != TorqueCommand.kind:
+                one.controllers.activate(TorqueCommand.kind)
+
+    def _move(self, one: CommandedRobot, reference: StepReference, numbers: np.ndarray) -> None:
+        one.controllers.controller.command = numbers
+
+    def watch(self) -> None:
+        """Begin to observe a step of the expert."""
+        self._before_torques = [
+            one.robot.tau - one.arm.model.rnea(one.robot.q, one.robot.v, np.zeros_like(one.robot.q))
+            for one in self._robots
+        ]
+
+    def _recorded(self, index: int, one: CommandedRobot) -> np.ndarray:
+        return self._before_torques[index]

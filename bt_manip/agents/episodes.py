@@ -1,0 +1,219 @@
+"""Episodes of a tree in a station: reset, steps of the expert or of an agent, success."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from bt_manip.bt import NodeStatus
+from bt_manip.exceptions import BtManipError
+from bt_manip.registry import Parts
+from bt_manip.runner import Run, RunLoop, RunObserver, RunRequest, prepare
+
+if TYPE_CHECKING:
+    from .actions import ActionKind
+
+STEP = 0.05
+"""Time between two actions [s]."""
+
+START_TIMEOUT = 10.0
+"""Longest simulated time in which the tree commands a robot for the first time [s]."""
+
+MakeObservers = Callable[[Run, int], Sequence[RunObserver]]
+
+
+class Episodes:
+    """Runs episodes of a tree, one after the other, in one station.
+
+    An episode is identified by a seed and a number, as in ``bt-manip run --seed S --episode N``,
+    and depends on nothing else. After `reset` the tree has just commanded a robot for the first
+    time: what it does before that, such as adding objects, is done. Then either the tree goes on as
+    the expert (`expert_step`), or an agent acts in its place (`agent_step`).
+
+    Observers see an episode as one cycle of a run, from `reset` to `finish`, the next `reset`,
+    `set_state` or `close`.
+
+    Attributes:
+        run: The tree in its station; its request has the seed of the episode.
+        parts: The registered parts.
+        station: The station.
+        step_time: Time of one step, of the expert or of an agent [s].
+        seed: Seed of the episode.
+        episode: Number of the episode.
+        steps: Steps made in the episode.
+        ticks: Ticks of the tree in a step.
+        gripped: The tick of the last step of the expert in which each gripper that was commanded to
+            open or to close was, by the robot's name.
+        status: Status of the tree; RUNNING until it ends.
+        ended: Whether the episode has ended for its observers, by `finish`.
+        make_observers: Makes the observers of an episode, given the run and the episode's number.
+    """
+
+    def __init__(self, request: RunRequest, parts: Parts, *, step_time: float = STEP) -> None:
+        """Prepare the station; `reset` starts an episode.
+
+        Args:
+            request: The tree, the scene and the parts to use.
+            parts: The registered parts to choose from.
+            step_time: Time of one step [s], a whole number of ticks of the tree.
+
+        Raises:
+            BtManipError: If the request is invalid.
+        """
+        self.ticks = round(step_time / request.tick)
+        if self.ticks < 1 or abs(step_time / request.tick - self.ticks) > 1e-6:
+            raise BtManipError(
+                f"a step takes a whole number of ticks of {1e3 * request.tick:g} ms, "
+                f"got {1e3 * step_time:g} ms"
+            )
+        self.run, self.parts = prepare(request, parts), parts
+        self.station, self.step_time = self.run.station, step_time
+        self.seed, self.episode, self.steps = request.seed, 0, 0
+        self.status = NodeStatus.IDLE
+        self.make_observers: MakeObservers = lambda run, episode: ()
+        self._loop = RunLoop(self.run)
+        self._ticked = self.ended = False
+        self.gripped: dict[str, int] = {}
+        self._gripping = self._read_gripping()
+
+    def reset(self, seed: int, episode: int = 0) -> None:
+        """Start an episode: the tree is ticked until it commands a robot.
+
+        Args:
+            seed: Seed of the episode.
+            episode: Its number.
+
+        Raises:
+            BtManipError: If the scene cannot be randomized with this seed, or the tree ends without
+                commanding a robot, or commands none within `START_TIMEOUT`.
+        """
+        self._begin(seed, episode)
+        self._open(self.make_observers(self.run, episode))
+        self._loop.begin(episode)
+        while True:
+            self._tick()
+            if self.status is not NodeStatus.RUNNING:
+                reason = self.run.tree.failure_reason()
+                raise BtManipError(f"the tree ended before it commanded a robot: {reason}")
+            if self._commanded():
+                return
+            if self.station.cell.time > START_TIMEOUT:
+                raise BtManipError(f"the tree commanded no robot within {START_TIMEOUT:g} s")
+            self._step()
+
+    def expert_step(self) -> None:
+        """Let the tree go on for one step; once its goal holds or it has ended, it rests."""
+        self.gripped = {}
+        for i in range(self.ticks):
+            if not self._ticked and self.status is NodeStatus.RUNNING and not self.success:
+                self._tick()
+            gripping = self._read_gripping()
+            changed = [name for name in gripping if gripping[name] != self._gripping[name]]
+            self.gripped |= dict.fromkeys(changed, i)
+            self._gripping = gripping
+            self._step()
+        self.steps += 1
+
+    def agent_step(self, agent: "ActionKind") -> None:
+        """Simulate one step in which an agent acts in place of the tree, which is halted first.
+
+        Args:
+            agent: Acts at each tick.
+        """
+        self.release()
+        self._loop.actor = agent
+        for _ in range(self.ticks):
+            self._loop.advance()
+        self.steps += 1
+
+    def release(self) -> None:
+        """Halt the tree, so that an agent acts in its place."""
+        if self.status is NodeStatus.RUNNING:
+            self.run.tree.halt()
+            self.status = NodeStatus.IDLE
+
+    def finish(self, reason: str = "") -> None:
+        """End the episode for its observers; the simulation can go on without them.
+
+        Args:
+            reason: Why it has failed; empty if it has succeeded.
+        """
+        self._loop.end(NodeStatus.FAILURE if reason else NodeStatus.SUCCESS, reason)
+        self.ended = True
+        self._open()
+
+    def close(self) -> None:
+        """End the observers; an episode that has not ended stays without an end."""
+        self._loop.close()
+
+    @property
+    def success(self) -> bool:
+        """Whether the goal of the tree holds now.
+
+        Of a tree that declares none, whether the tree itself has succeeded.
+        """
+        if not self.run.tree.goal:
+            return self.status is NodeStatus.SUCCESS
+        return not self.run.goal.why_not()
+
+    def get_state(self) -> dict[str, Any]:
+        """Return the state of the episode as plain data."""
+        return {
+            "run": self.run.get_state(),
+            "episode": [self.seed, self.episode],
+            "steps": self.steps,
+            "status": self.status.name,
+            "ticked": self._ticked,
+            "ended": self.ended,
+        }
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Restore a state of `get_state`, also in another process; the observers end."""
+        self._begin(*state["episode"])
+        self.run.set_state(state["run"])
+        self._open()
+        self.steps, self._ticked, self.ended = state["steps"], state["ticked"], state["ended"]
+        if not self.ended:
+            self._loop.begin(self.episode, randomize=False)
+        self.status = NodeStatus[state["status"]]
+        self._gripping = self._read_gripping()
+
+    # Internal
+
+    def _begin(self, seed: int, episode: int) -> None:
+        """Return to the start of an episode, before the first tick."""
+        self._loop.close()
+        self.run.begin_episode(episode, seed)
+        self.seed, self.episode, self.steps = seed, episode, 0
+        self.status, self._ticked, self.ended = NodeStatus.IDLE, False, False
+        self._gripping = self._read_gripping()
+
+    def _open(self, observers: Sequence[RunObserver] = ()) -> None:
+        """Open a loop, after closing the one before."""
+        actor = self._loop.actor
+        self._loop.close()
+        self._loop = RunLoop(self.run, observers)
+        self._loop.open()
+        self._loop.actor = actor
+
+    def _read_gripping(self) -> dict[str, bool]:
+        robots = self.station.robots.items()
+        return {name: one.gripper.gripping for name, one in robots if one.gripper is not None}
+
+    def _tick(self) -> None:
+        """Tick the tree."""
+        self._loop.actor = self.run.tree
+        self.status = self._loop.tick()
+        self._ticked = True
+
+    def _step(self) -> None:
+        """Make the control steps of one tick."""
+        self._ticked = False
+        self._loop.step()
+
+    def _commanded(self) -> bool:
+        """Return whether the tree has commanded a robot."""
+        return any(
+            one.arm.busy
+            or one.controllers.active != one.controllers.default
+            or (one.gripper is not None and one.gripper.moving)
+            for one in self.station.robots.values()
+        )

@@ -1,0 +1,116 @@
+"""How far an episode is from the goal of its tree, and whether that can still be met."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from bt_manip.bt import Node, texts_of
+from bt_manip.cell import CellError
+
+from .episodes import Episodes
+
+NEAR = 0.2
+"""Distance at which the share for being near has fallen to a quarter [m]: tanh(1) is 0.76."""
+
+FALL = 0.1
+"""Distance below the robots and all that the goal names at which an object is lost [m]."""
+
+WEIGHTS = (0.2, 0.2, 0.4)
+"""Shares of progress for reaching, holding and bringing an object; the rest is for the goal."""
+
+
+def goal_progress(episodes: Episodes) -> float:
+    """Return the progress towards the goal of the tree, from 0 to 1, from the physics.
+
+    It is the mean over the conditions of the goal: 1 for one that holds. Of the others,
+
+    - one with a method ``progress`` counts with its value, from 0 to 1, times 0.9;
+    - one that names an object, and maybe something that it belongs in, on or at, counts
+      ``0.2 max(near, there) + 0.2 max(held, there) + 0.4 there``, with ``near`` and ``there``
+      ``1 - tanh(d / 0.2 m)`` of the distance of a tool from the object, and of the object from its
+      destination, and ``held`` 1 where a gripper holds it;
+    - all others count 0.
+
+    A condition whose object has left the cell counts 0.
+    """
+    reasons = episodes.run.goal.reasons()
+    conditions = zip(episodes.run.tree.goal, reasons, strict=True)
+    parts = [_progress(one, episodes) if reason else 1.0 for one, reason in conditions]
+    return sum(parts) / len(parts) if parts else 0.0
+
+
+def _progress(condition: Node, episodes: Episodes) -> float:
+    """Return the progress towards a condition that does not hold."""
+    if hasattr(condition, "progress"):
+        try:
+            return 0.9 * float(np.clip(condition.progress(), 0.0, 1.0))
+        except CellError:
+            return 0.0
+    cell, robots = episodes.station.cell, episodes.station.robots.values()
+    names = texts_of(condition)
+    if not names or names[0] not in cell.entities:
+        return 0.0
+    position = cell.pose(names[0]).translation
+    tools = [one.robot.tool_pose.translation for one in robots]
+    near = max(_closeness(position, tool) for tool in tools)
+    held = any(one.gripper is not None and names[0] in one.gripper.held for one in robots)
+    others = [cell.pose(name).translation for name in names[1:] if name in cell.objects]
+    there = max((_closeness(position, other) for other in others), default=0.0)
+    return float(np.dot(WEIGHTS, [max(near, there), max(held, there), there]))
+
+
+def _closeness(a: np.ndarray, b: np.ndarray) -> float:
+    return 1.0 - float(np.tanh(np.linalg.norm(a - b) / NEAR))
+
+
+class LossCheck:
+    """Tells whether an object of the goal is lost: gone, fallen or out of reach.
+
+    Those are the objects that move freely and that the goal names, or all if it names none. Made at
+    the start of an episode.
+    """
+
+    def __init__(self, episodes: Episodes) -> None:
+        """Remember which objects the goal names, and how low they may lie."""
+        self._cell = cell = episodes.station.cell
+        self._run = episodes.run
+        robots = episodes.station.robots
+        named = [text for one in episodes.run.tree.goal for text in texts_of(one)]
+        known = [name for name in dict.fromkeys(named) if name in cell.entities]
+        free = [name for name in cell.objects if cell.is_free(name)]
+        self._objects = [name for name in free if name in known] or free
+        known += self._objects
+        self._lowest = min(cell.pose(name).translation[2] for name in [*known, *robots]) - FALL
+        models = [one.arm.model for one in robots.values()]
+        self._shoulders = [model.model.jointPlacements[1].translation.copy() for model in models]
+        self._reach = [float(model.levers.max()) for model in models]
+
+    def get_state(self) -> dict[str, Any]:
+        """Return what it remembers of the start of the episode, as plain data."""
+        return {"objects": self._objects, "lowest": float(self._lowest)}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Restore a state of `get_state`."""
+        self._objects, self._lowest = state["objects"], state["lowest"]
+
+    def reason(self) -> str:
+        """Return what is lost, and why; empty if nothing is."""
+        for name in self._objects:
+            if name not in self._cell.entities:
+                if self._is_met(name):
+                    continue  # the tree has put it away
+                return f"'{name}' has left the cell"
+            position = self._cell.pose(name).translation
+            if position[2] < self._lowest:
+                return f"'{name}' has fallen"
+            distances = [np.linalg.norm(position - shoulder) for shoulder in self._shoulders]
+            if all(d > reach for d, reach in zip(distances, self._reach, strict=True)):
+                return f"'{name}' is out of reach"
+        return ""
+
+    def _is_met(self, name: str) -> bool:
+        """Return whether a condition of the goal names an object, and all of these hold."""
+        pairs = zip(self._run.tree.goal, self._run.goal.reasons(), strict=True)
+        reasons = [reason for condition, reason in pairs if name in texts_of(condition)]
+        return bool(reasons) and not any(reasons)

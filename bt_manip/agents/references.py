@@ -1,0 +1,148 @@
+"""What controllers follow while an agent acts."""
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.control import Controller, Reference
+from bt_manip.robots import Payload, Robot, RobotModel
+
+MAX_LAG = 0.1
+"""Largest distance of a reference from the measured joints at the start of a step [rad]."""
+
+
+def end_velocity(change: np.ndarray, before: np.ndarray, duration: float) -> np.ndarray:
+    """Return the velocity at the end of the parabola through three targets [rad/s].
+
+    Args:
+        change: Change from the second target to the third [rad].  # (nq,)
+        before: Change from the first to the second [rad].  # (nq,)
+        duration: Time between two targets [s].
+    """  # (nq,)
+    return (3.0 * change - before) / (2.0 * duration)
+
+
+class StepReference(Reference):
+    """A joint motion that is commanded one step of an agent at a time.
+
+    Each step is a cubic from the present reference position and velocity to the target. Its
+    velocity at the end is the derivative of the parabola through the last three targets, so that
+    targets on a smooth trajectory give back that trajectory. `Arm.servo` also keeps acceleration,
+    jerk and effort limits, so it lags behind recorded targets and doubles the time of a step; it
+    serves policies in trees, which share the arm with planned motions.
+
+    Attributes:
+        q: Position [rad].  # (nq,)
+        v: Velocity [rad/s].  # (nq,)
+        a: Acceleration [rad/s2].  # (nq,)
+        payload: What the gripper holds; None for nothing.
+        T_wt: Commanded pose of the tool; None where joints are commanded.
+    """
+
+    def __init__(self, q: np.ndarray, model: RobotModel, steps: int, dt: float = 1e-3) -> None:
+        """Rest at a configuration.
+
+        Args:
+            q: The configuration [rad].  # (nq,)
+            model: The arm.
+            steps: Control steps in a step of the agent.
+            dt: Duration of a control step [s].
+        """
+        self.payload = None
+        self.T_wt: pin.SE3 | None = None
+        self._limits, self._duration = model.limits, steps * dt
+        s = np.linspace(0.0, 1.0, steps + 1)[:, np.newaxis]
+        zero = np.zeros_like(s)
+        # Hermite polynomials for start, end, and velocities there, and two derivatives.
+        hermite = (
+            (2 * s**3 - 3 * s**2 + 1, -2 * s**3 + 3 * s**2, s**3 - 2 * s**2 + s, s**3 - s**2),
+            (6 * s**2 - 6 * s, -6 * s**2 + 6 * s, 3 * s**2 - 4 * s + 1, 3 * s**2 - 2 * s),
+            (12 * s - 6, -12 * s + 6, 6 * s - 4, 6 * s - 2 + zero),
+        )
+        T = self._duration
+        self._basis = np.stack(
+            [np.hstack(rows) * [1.0, 1.0, T, T] / T**i for i, rows in enumerate(hermite)], axis=1
+        )  # (steps + 1, 3, 4)
+        self._now = np.zeros(3 * len(q))  # flat, because that is copied faster
+        self.q, self.v, self.a = self._now.reshape(3, -1)
+        self.hold_at(q)
+
+    def hold_at(self, q: np.ndarray) -> None:
+        """Rest at a configuration [rad]."""
+        self._now[:] = 0.0
+        self.q[:] = q
+        self._before = self.q.copy()
+        self._rows = np.empty((0, 3 * len(q)))
+        self._step = 0
+
+    def move_to(self, q: np.ndarray, measured: np.ndarray, *, uniformly: bool = False) -> None:
+        """Move to a configuration within one step.
+
+        Args:
+            q: The target [rad].  # (nq,)
+            measured: Measured positions, from which the reference may be `MAX_LAG` away [rad].
+            uniformly: Whether to shorten the motion of all joints if one would be too fast;
+                otherwise only that of this joint.
+        """
+        T, limits = self._duration, self._limits
+        start = np.clip(self.q, measured - MAX_LAG, measured + MAX_LAG)
+        if (start != self.q).any():  # blocked: it goes on from near the measured joints
+            self._before = start.copy()
+            self.v[start != self.q] = 0.0
+        move, most = np.clip(q, limits.lower, limits.upper) - start, limits.velocity * T
+        if uniformly:
+            move = move / max(1.0, float((np.abs(move) / most).max()))
+        end = start + np.clip(move, -most, most)
+        v_end = end_velocity(end - start, start - self._before, T)
+        v_end = np.clip(v_end, -limits.velocity, limits.velocity)
+        rows = self._basis @ np.stack([start, end, self.v, v_end])
+        self._rows = rows.reshape(len(rows), -1)
+        self._before, self._step = start, 0
+        self._now[:] = self._rows[0]
+
+    def advance(self, dt: float) -> None:
+        """Advance by one control step; at the end of the motion it rests."""
+        self._step = step = self._step + 1
+        if step < len(self._rows):
+            self._now[:] = self._rows[step]
+
+    def get_state(self) -> Any:
+        """Return the state between two steps, as plain data."""
+        return {
+            "now": self._now.tolist(),
+            "before": self._before.tolist(),
+            "payload": None if self.payload is None else self.payload.get_state(),
+            "T_wt": None if self.T_wt is None else self.T_wt.homogeneous.tolist(),
+        }
+
+    def set_state(self, state: Any) -> None:
+        """Restore a state of `get_state`."""
+        self._now[:] = state["now"]
+        self._before = np.array(state["before"])
+        self._rows = self._rows[:0]
+        held, T_wt = state["payload"], state["T_wt"]
+        self.payload = None if held is None else Payload.from_state(held)
+        self.T_wt = None if T_wt is None else pin.SE3(np.array(T_wt))
+
+
+class TorqueCommand(Controller):
+    """Commanded torques, beyond the compensation of gravity and Coriolis forces.
+
+    Attributes:
+        command: The torques [N m].  # (nv,)
+    """
+
+    kind = "torque_command"
+    saturates = True
+
+    def _build(self, robot: Robot) -> None:
+        """Command no torque."""
+        super()._build(robot)
+        self.command = np.zeros(len(robot.description.arm_joints))
+
+    def compute(
+        self, q: np.ndarray, v: np.ndarray, q_ref: np.ndarray, v_ref: np.ndarray, a_ref: np.ndarray
+    ) -> np.ndarray:
+        """Return the torques [N m]."""  # (nv,)
+        return self.model.rnea(q, v, np.zeros_like(q)) + self.command

@@ -1,0 +1,87 @@
+"""Choosing parts of the tree as actions."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bt_manip.behaviours import ArmBehaviour
+from bt_manip.bt import NodeKind, NodeStatus
+from bt_manip.exceptions import BtManipError, NodeError
+
+from .actions import ActionKind, ActionSpace
+from .episodes import Episodes
+
+if TYPE_CHECKING:
+    from bt_manip.bt.nodes import Link
+
+
+class SubtreeChoice(ActionKind):
+    """The part of the tree to run during the step: a sub-tree, or a leaf that uses a robot.
+
+    0 runs none: what was running is halted. A part that is chosen again goes on, or starts anew
+    where it has completed.
+
+    Attributes:
+        status: Status of the chosen part after the last step.
+    """
+
+    kind = "subtree_choice"
+
+    def __init__(self, episodes: Episodes) -> None:
+        """List the parts of the tree."""
+        super().__init__(episodes)
+        self._nodes = [
+            link
+            for link in episodes.run.tree.nodes[1:]
+            if isinstance(link, ArmBehaviour) or link.kind is NodeKind.SUBTREE
+        ]
+        self._running: Any = None
+        self.status = NodeStatus.IDLE
+        choices = ("", *(link.path for link in self._nodes))
+        low, high = np.array([0.0]), np.array([len(choices) - 1.0])
+        self.space = ActionSpace(low, high, ("choice",), ("-",), choices)
+
+    def command(self, action: Any) -> None:
+        """Choose a part; see `ActionKind.step`."""
+        number = int(action)
+        if not 0 <= number < len(self.space.choices):
+            raise BtManipError(
+                f"a choice is a number from 0 to {len(self.space.choices) - 1}, got {action}"
+            )
+        self._episodes.release()
+        node = self._nodes[number - 1] if number else None
+        if self._running is not None and self._running is not node:
+            self._running.halt()
+        self._running, self.status = node, NodeStatus.IDLE
+
+    def tick(self) -> NodeStatus:
+        """Tick the chosen part."""
+        if self._running is not None:
+            self.status = self._tick(self._running)
+            if self.status is not NodeStatus.RUNNING:
+                self._running = None
+        return NodeStatus.RUNNING
+
+    def get_state(self) -> Any:
+        """Return the running part and its status as plain data."""
+        number = 0 if self._running is None else 1 + self._nodes.index(self._running)
+        return {"running": number, "status": self.status.name}
+
+    def set_state(self, state: Any) -> None:
+        """Restore a state of `get_state`."""
+        self._running = self._nodes[state["running"] - 1] if state["running"] else None
+        self.status = NodeStatus[state["status"]]
+
+    def _tick(self, node: "Link") -> NodeStatus:
+        try:
+            return self._episodes.run.tree.tick(node)
+        except NodeError as error:
+            if not isinstance(error.__cause__, BtManipError):
+                raise
+            node.halt()
+            return NodeStatus.FAILURE  # as of a part whose inputs are not there yet
+
+    def recorded(self) -> np.ndarray:
+        """Return the innermost part that runs."""
+        running = [i for i, n in enumerate(self._nodes, 1) if n.engine_status is NodeStatus.RUNNING]
+        return np.array(running[-1] if running else 0, dtype=np.int64)

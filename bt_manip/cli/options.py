@@ -1,0 +1,141 @@
+"""Options of commands as fields of dataclasses: each is declared once for all commands."""
+
+import functools
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import Field, dataclass, field, fields
+from typing import Any, TypeVar
+
+import click
+
+from bt_manip.cli.completion import complete_key, complete_part
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def option(*names: str, **attributes: Any) -> Any:
+    """Declare a field of a dataclass as an option of commands.
+
+    Args:
+        *names: As of `click.option`: ``"--cycles"``.
+        **attributes: As of `click.option`.
+    """
+    none = () if attributes.get("multiple") else False if attributes.get("is_flag") else None
+    return field(default=attributes.get("default", none), metadata={"option": (names, attributes)})
+
+
+def options_of(kind: type) -> Any:
+    """Declare a field whose value is another dataclass of options."""
+    return field(default_factory=kind, metadata={"options": kind})
+
+
+def takes(
+    kind: type, *, name: str = "options", only: Collection[str] = (), without: Collection[str] = ()
+) -> Callable[[Function], Function]:
+    """Add the options of a dataclass to a command, which gets them as one argument.
+
+    An argument of the command with the name of a field is part of it.
+
+    Args:
+        kind: The dataclass.
+        name: Name of the command's argument.
+        only: Names of the fields that the command has; empty: all.
+        without: Names of fields that it does not have.
+    """
+
+    def decorate(command: Function) -> Function:
+        @functools.wraps(command)
+        def with_options(*args: Any, **given: Any) -> Any:
+            made = _take(kind, given)
+            return command(*args, **{name: made}, **given)
+
+        for one in reversed(list(_declared(kind))):
+            if (not only or one.name in only) and one.name not in without:
+                names, attributes = one.metadata["option"]
+                click.option(*names, one.name, **attributes)(with_options)
+        return with_options  # type: ignore[return-value]
+
+    return decorate
+
+
+def given_options(options: Any) -> Iterator[str]:
+    """Yield the names of options, as on the command line, that have not their default."""
+    for one in _declared(type(options)):
+        if getattr(options, one.name, one.default) != one.default:
+            yield one.metadata["option"][0][0]
+
+
+def _declared(kind: type) -> Iterator[Field[Any]]:
+    for one in fields(kind):
+        if "option" in one.metadata:
+            yield one
+        elif "options" in one.metadata:
+            yield from _declared(one.metadata["options"])
+
+
+def _take(kind: type, given: dict[str, Any]) -> Any:
+    """Make a dataclass of those of the given values that are its fields, and remove them."""
+    taken = {
+        one.name: _take(one.metadata["options"], given)
+        for one in fields(kind)
+        if "options" in one.metadata
+    }
+    taken |= {one.name: given.pop(one.name) for one in fields(kind) if one.name in given}
+    return kind(**taken)
+
+
+def _settings(
+    context: click.Context, parameter: click.Parameter, texts: Collection[str]
+) -> Mapping[str, str]:
+    """Split settings ``KEY=VALUE`` into keys and values; a value may hold further ``=``."""
+    settings: dict[str, str] = {}
+    for text in texts:
+        key, equals, value = text.partition("=")
+        if not equals or not key.strip():
+            raise click.UsageError(f"--set wants KEY=VALUE, got '{text}'")
+        if key.strip() in settings:
+            raise click.UsageError(f"--set gives '{key.strip()}' twice")
+        settings[key.strip()] = value
+    return settings
+
+
+@dataclass(frozen=True)
+class StationOptions:
+    """The parts of a station, and the settings of its tree."""
+
+    robot: str = option(
+        "--robot", default="panda", show_default=True, metavar="R",
+        shell_complete=complete_part("robots"),
+        help="Robot to use: a registered name, or path.toml that describes one.",
+    )  # fmt: skip
+    controller: str | None = option(
+        "--controller", metavar="C", shell_complete=complete_part("controllers"),
+        help="Controller of the arm.  [default: the tree's, or computed_torque]",
+    )  # fmt: skip
+    scene: str | None = option(
+        "--scene", metavar="S", shell_complete=complete_part("scenes"),
+        help="Robots and objects in the cell: a registered name, or path.toml.  [default: the "
+        "tree's, or table_and_basket]",
+    )  # fmt: skip
+    planner: str = option(
+        "--planner", default="rrt_connect", show_default=True, metavar="P",
+        shell_complete=complete_part("planners"), help="Planner of collision-free paths.",
+    )  # fmt: skip
+    settings: Mapping[str, str] | tuple[()] = option(
+        "--set", multiple=True, callback=_settings, metavar="KEY=VALUE",
+        shell_complete=complete_key,
+        help="Set a key that the tree declares; may be given more than once.",
+    )  # fmt: skip
+
+    @property
+    def request_fields(self) -> dict[str, Any]:
+        """The options by the fields of `bt_manip.runner.RunRequest`; None: the default."""
+        found = {one.name: getattr(self, one.name) for one in fields(StationOptions)}
+        return found | {"settings": dict(self.settings)}
+
+
+def workers_option(command: Function) -> Function:
+    """Add ``--workers`` to a command."""
+    return click.option(
+        "--workers", type=click.IntRange(min=1), metavar="N",
+        help="Number of processes, or of workers on a cluster.  [default: one for each core]",
+    )(command)  # fmt: skip

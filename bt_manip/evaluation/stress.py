@@ -1,0 +1,246 @@
+"""Stress tests: each fault at each phase of a tree, for several seeds, in parallel processes."""
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from bt_manip.bt import NodeKind, NodeStatus
+from bt_manip.exceptions import ANY_BUT_INTERRUPT, did_you_mean, reason_of
+from bt_manip.faults import FaultError, FaultInjector, PlannedFault
+from bt_manip.plugins import load_plugins
+from bt_manip.runner import Run, RunObserver, prepare, request_of
+
+if TYPE_CHECKING:
+    from bt_manip.bt.nodes import Link
+
+
+MAX_CYCLE = 60.0
+"""Simulated time after which a cycle counts as hung [s]."""
+
+LATEST = 0.5
+"""Largest share of the undisturbed duration of a phase after which a fault begins."""
+
+Outcome = Literal["recovered", "failed", "dishonest", "hung", "none"]
+"""How a cycle with a fault ended.
+
+``"recovered"``: SUCCESS, and the goal holds. ``"failed"``: not SUCCESS, or the run ended with an
+error. ``"dishonest"``: SUCCESS although the goal does not hold. ``"hung"``: no end within
+`MAX_CYCLE`. ``"none"``: the fault could not happen.
+"""
+
+
+@dataclass(frozen=True)
+class StressPhase:
+    """An action leaf that runs in an undisturbed cycle.
+
+    Attributes:
+        name: Its name in the tree, or its path where several leaves have that name.
+        path: Its path in the tree.
+        duration: Simulated time that it took [s].
+    """
+
+    name: str
+    path: str
+    duration: float
+
+
+@dataclass(frozen=True)
+class StressCase:
+    """One fault at one phase with one seed."""
+
+    fault: str
+    phase: StressPhase
+    seed: int
+
+    def plan(self) -> PlannedFault:
+        """Return the fault, for ``bt-manip run --fault``, with the time at which it begins."""
+        label = f"{self.fault} {self.phase.path}".encode()
+        rng = np.random.default_rng((self.seed, zlib.crc32(label)))
+        after = round(LATEST * rng.uniform() * self.phase.duration, 3)
+        return PlannedFault(self.fault, self.phase.path, after, 1)
+
+
+@dataclass(frozen=True)
+class StressResult:
+    """How a case ended.
+
+    Attributes:
+        case: The case.
+        outcome: How the cycle with the fault ended.
+        reason: Why it did not recover.
+        next_reason: Why the undisturbed cycle after it did not reach its goal; empty if it did.
+    """
+
+    case: StressCase
+    outcome: Outcome
+    reason: str = ""
+    next_reason: str = ""
+
+    @property
+    def acceptable(self) -> bool:
+        """Whether the tree was honest and ended, and the next cycle reached its goal."""
+        return self.outcome not in ("dishonest", "hung") and not self.next_reason
+
+
+class StressTester:
+    """Runs the cases of one tree in this process; a station is built once for each seed.
+
+    Attributes:
+        faults: The registered faults.
+    """
+
+    def __init__(self, tree: str, *, choice: Any = None, **options: Any) -> None:
+        """Load the plugins and find the tree.
+
+        Args:
+            tree: The tree as the user names it.
+            choice: The `bt_manip.plugins.Choice` of plugins; None: that of the environment.
+            **options: Fields of `RunRequest`; controller and scene are the tree's by default.
+
+        Raises:
+            BtManipError: If a name is not registered.
+        """
+        self._tree = tree
+        self._parts = parts = load_plugins(choice=choice, warn=lambda message: None).parts
+        self.faults = parts.faults
+        self._request = request_of(tree, parts, **options)
+        self._runs: dict[int, tuple[Run, dict[str, Any]]] = {}
+
+    def phases(self) -> list[StressPhase]:
+        """Return the action leaves that take time in an undisturbed cycle, in their order.
+
+        Raises:
+            FaultError: If the tree declares no goal, or does not reach it undisturbed.
+        """
+        run = self._prepared(0)
+        if not run.tree.goal:
+            raise FaultError(
+                f"tree '{self._tree}' declares no goal to judge it by; add one to its main "
+                '<BehaviorTree>, such as _goal="IsIn object={object} container=basket"'
+            )
+        log = _PhaseTimes(run)
+        run.tree.observers.append(log)
+        try:
+            outcome, reason = _Cycle(run).run(0)
+        finally:
+            run.tree.observers.remove(log)
+        if outcome != "recovered":
+            raise FaultError(f"tree '{self._tree}' fails without any fault: {reason}")
+        names = [node.name for node in log.duration]
+        return [
+            StressPhase(n.name if names.count(n.name) == 1 else n.path, n.path, round(time, 3))
+            for n, time in log.duration.items()
+        ]
+
+    def run(self, case: StressCase) -> StressResult:
+        """Run a cycle with a fault, and an undisturbed one after it."""
+        run = self._prepared(case.seed)
+        injector = FaultInjector([case.plan()], self.faults, case.seed)
+        cycle = _Cycle(run)
+        outcome, reason = cycle.run(0, injector)
+        if not injector.happened:
+            return StressResult(case, "none", (injector.problems or [""])[0])
+        if cycle.aborted:  # as a user would, in a new run
+            run = self._prepared(case.seed)
+        after, next_reason = _Cycle(run).run(1)
+        return StressResult(case, outcome, reason, "" if after == "recovered" else next_reason)
+
+    def _prepared(self, seed: int) -> Run:
+        """Return a run in its initial state."""
+        if seed not in self._runs:
+            run = prepare(replace(self._request, seed=seed), self._parts)
+            self._runs[seed] = run, run.get_state()
+        run, state = self._runs[seed]
+        run.set_state(state)
+        return run
+
+
+class _Cycle(RunObserver):
+    """Runs single cycles and tells how they ended.
+
+    Attributes:
+        aborted: Whether the run ended before its cycle did.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self._run, self.aborted = run, False
+
+    def run(self, cycle: int, *observers: RunObserver) -> tuple[Outcome, str]:
+        """Run one cycle; return how it ended, and why it did not succeed."""
+        run, self._ended = self._run, False
+        run.request = replace(run.request, cycles=cycle + 1)
+        run.cycle, self._end = cycle, run.station.cell.time + MAX_CYCLE
+        try:
+            run.execute([self, *observers], stop=self._stop)
+        except ANY_BUT_INTERRUPT as error:
+            self.aborted = True
+            return "failed", reason_of(error)
+        if not self._ended:
+            self.aborted = True
+            return "hung", f"no end within {MAX_CYCLE:g} s simulated"
+        return self._outcome, self._reason
+
+    def cycle_ended(self, status: str, reason: str) -> None:
+        """Judge the cycle."""
+        goal, self._ended, self._reason = self._run.goal, True, reason
+        self._outcome: Outcome = "failed"
+        if goal.tree_succeeded:
+            self._outcome = "recovered" if goal.holds else "dishonest"
+
+    def _stop(self) -> bool:
+        """Tell whether the cycle hangs."""
+        return self._run.station.cell.time > self._end
+
+
+class _PhaseTimes:
+    """Tree observer that measures how long action leaves run."""
+
+    def __init__(self, run: Run) -> None:
+        self._clock = run.station.clock
+        self._start: dict[Any, float] = {}
+        self.duration: dict[Any, float] = {}
+
+    def __call__(self, node: "Link", old: NodeStatus, new: NodeStatus) -> None:
+        if node.kind is not NodeKind.ACTION:
+            return
+        if new is NodeStatus.RUNNING:
+            self._start[node] = self._clock()
+        elif old is NodeStatus.RUNNING:
+            spent = self._clock() - self._start[node]
+            self.duration[node] = self.duration.get(node, 0.0) + spent
+
+
+def plan_cases(
+    tester: StressTester, seeds: int, faults: Sequence[str] = (), phases: Sequence[str] = ()
+) -> list[StressCase]:
+    """Return the cases of a stress test, by seed, fault and phase.
+
+    Args:
+        tester: The tree.
+        seeds: Number of seeds, from 0.
+        faults: Names of faults; empty: all registered ones.
+        phases: Names or paths of leaves; empty: all that run in an undisturbed cycle.
+
+    Raises:
+        UnknownPartError: If a fault is not registered.
+        FaultError: If a leaf does not run, or the tree cannot be tested.
+    """
+    names = tester.faults.names()
+    for name in faults:
+        tester.faults.get(name)
+    known = tester.phases()
+    spelt = {text for phase in known for text in (phase.name, phase.path)}
+    for name in phases:
+        if name not in spelt:
+            raise FaultError(f"no leaf '{name}' runs in this tree{did_you_mean(name, spelt)}")
+    chosen = [one for one in known if not phases or {one.name, one.path} & set(phases)]
+    return [
+        StressCase(fault, phase, seed)
+        for seed in range(seeds)
+        for fault in names
+        if not faults or fault in faults
+        for phase in chosen
+    ]

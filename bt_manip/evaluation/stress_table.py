@@ -1,0 +1,137 @@
+"""The table of a stress test: phase by fault, and the reasons."""
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from .stress import Outcome, StressCase, StressResult
+
+LETTERS: Final[dict[Outcome, str]] = {
+    "recovered": "R",
+    "failed": "F",
+    "dishonest": "D",
+    "hung": "H",
+}
+"""Letters of the outcomes in a cell of the table."""
+
+NOT_TRIED = "?"
+"""Letter of cases that an interrupted test has not run."""
+
+NEXT_FAILED = "N"
+"""Letter of cases after which the undisturbed cycle did not reach its goal."""
+
+LEGEND = (
+    "Each cell counts seeds. R: recovered (SUCCESS, and the goal holds). F: failed honestly. "
+    "D: dishonest (SUCCESS, but the goal does not hold). H: hung (no end within 60 s simulated). "
+    "N: the undisturbed cycle after it failed. -: the fault cannot happen there."
+)
+
+_NUMBER = re.compile(r"-?\d+(\.\d+)?")
+
+
+@dataclass(frozen=True)
+class StressTable:
+    """The results of a stress test by fault and phase.
+
+    Attributes:
+        results: The results, in the order of their cases.
+        planned: All cases, where the test was interrupted; empty: those of the results.
+    """
+
+    results: Sequence[StressResult]
+    planned: Sequence[StressCase] = ()
+
+    @property
+    def cases(self) -> Sequence[StressCase]:
+        """The cases, with those that were not tried."""
+        return self.planned or [one.case for one in self.results]
+
+    @property
+    def phases(self) -> list[str]:
+        """Names of the phases: the columns."""
+        return list(dict.fromkeys(one.phase.name for one in self.cases))
+
+    def rows(self) -> list[list[str]]:
+        """Return a row for each fault: its name and a cell for each phase."""
+        faults = dict.fromkeys(one.fault for one in self.cases)
+        return [[fault, *(self._cell(fault, phase) for phase in self.phases)] for fault in faults]
+
+    def summary(self) -> str:
+        """Return how many cases ended how."""
+        counts = Counter(one.outcome for one in self.results)
+        happened = len(self.results) - counts["none"]
+        text = ", ".join(f"{counts[outcome]} {outcome}" for outcome in LETTERS)
+        failed = sum(bool(one.next_reason) for one in self.results)
+        left = len(self.cases) - len(self.results)
+        more = f" {left} of {len(self.cases)} cases were not tried ({NOT_TRIED})." if left else ""
+        return f"{happened} faults: {text}; {failed} undisturbed cycles after them failed.{more}"
+
+    def reasons(self) -> list[str]:
+        """Return why faults were not recovered from, each reason once for each fault."""
+        found: dict[tuple[str, str, str], tuple[str, Counter[str]]] = {}
+        for one in self.results:
+            letter = LETTERS.get(one.outcome, "")
+            if letter not in ("", "R"):
+                self._note(found, one, letter, one.reason)
+            if one.next_reason:
+                self._note(found, one, NEXT_FAILED, one.next_reason)
+        lines = []
+        for (fault, letter, _), (reason, phases) in found.items():
+            where = ", ".join(f"{phase} {count}" for phase, count in phases.items())
+            lines.append(f"{fault} {letter} ({where}): {reason}")
+        return lines
+
+    def markdown(self, command: str) -> str:
+        """Return the table and the reasons as Markdown.
+
+        Args:
+            command: The command that made it.
+        """
+        lines = [f"Made by `{command}`.", "", f"{self.summary()} {LEGEND}", ""]
+        header = ["fault", *self.phases]
+        for row in (header, ["---"] * len(header), *self.rows()):
+            lines.append(f"| {' | '.join(row)} |")
+        lines += ["", *(f"- {reason.replace('|', '/')}" for reason in self.reasons())]
+        return "\n".join(lines).rstrip() + "\n"
+
+    def plain(self) -> list[dict[str, object]]:
+        """Return the results as plain data for JSON."""
+        return [
+            {
+                "fault": one.case.fault,
+                "phase": one.case.phase.name,
+                "seed": one.case.seed,
+                "planned": str(one.case.plan()),
+                "outcome": one.outcome,
+                "reason": one.reason,
+                "next_reason": one.next_reason,
+            }
+            for one in self.results
+        ]
+
+    def _cell(self, fault: str, phase: str) -> str:
+        here = [
+            one for one in self.results if (one.case.fault, one.case.phase.name) == (fault, phase)
+        ]
+        counts = Counter(one.outcome for one in here)
+        parts = [f"{letter}{counts[o]}" for o, letter in LETTERS.items() if counts[o]]
+        failed = sum(bool(one.next_reason) for one in here)
+        parts += [f"{NEXT_FAILED}{failed}"] * bool(failed)
+        if here and not parts:
+            parts = ["-"]
+        planned = sum((one.fault, one.phase.name) == (fault, phase) for one in self.cases)
+        return " ".join(parts + [f"{NOT_TRIED}{planned - len(here)}"] * (planned > len(here)))
+
+    @staticmethod
+    def _note(
+        found: dict[tuple[str, str, str], tuple[str, Counter[str]]],
+        one: StressResult,
+        letter: str,
+        reason: str,
+    ) -> None:
+        """Count a reason; those that differ in numbers only are one."""
+        key = one.case.fault, letter, _NUMBER.sub("", reason)
+        _, phases = found.setdefault(key, (reason, Counter()))
+        phases[one.case.phase.name] += 1

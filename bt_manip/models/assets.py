@@ -1,0 +1,104 @@
+"""Meshes and materials shared by shapes."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from lxml import etree
+
+from bt_manip.models.convex import convex_parts
+from bt_manip.models.meshes import Mesh, read_mesh
+
+SOLREF = "0.004 1"
+"""Contact stiffness of the bundled models, without visible penetration at 50 N."""
+
+
+class Assets:
+    """The ``<asset>`` element of a model, and its files."""
+
+    def __init__(self) -> None:
+        """Initialise without assets."""
+        self.element: Any = etree.Element("asset")
+        self.files: dict[str, bytes] = {}
+        self._meshes: dict[tuple[object, ...], Mesh] = {}
+        self._names: dict[tuple[object, ...], list[str]] = {}
+        self._materials: dict[tuple[object, ...], str] = {}
+        self._images: dict[bytes, str] = {}
+
+    def mesh(self, path: Path, submesh: str, centred: bool) -> Mesh:
+        """Return a mesh, read on its first use.
+
+        Raises:
+            ModelError: When it cannot be read.
+        """
+        key = (path, submesh, centred)
+        if key not in self._meshes:
+            self._meshes[key] = read_mesh(path, submesh, centred)
+        return self._meshes[key]
+
+    def seen(self, key: tuple[object, ...], mesh: Mesh, stem: str) -> str:
+        """Add a mesh for rendering; return its name."""
+        # The volume of a mesh for rendering may be zero: its surface is enough.
+        return self._add(("seen", *key), [mesh], stem, "shell")[0]
+
+    def colliding(self, key: tuple[object, ...], mesh: Mesh, stem: str, convex: str) -> list[str]:
+        """Add a mesh for collision, as hull or convex parts; return the names.
+
+        Raises:
+            ModelError: When its parts cannot be found.
+        """
+        known = ("collides", convex, *key)
+        if known in self._names:
+            return self._names[known]
+        parts = convex_parts(mesh) if convex == "parts" else [mesh]
+        return self._add(known, parts, stem, "convex")
+
+    def material(
+        self, rgba: np.ndarray, specular: float, emission: float, image: bytes | None = None
+    ) -> str:
+        """Add a material, optionally with an image; return its name."""
+        key = (*(float(c) for c in rgba), specular, emission, self._texture(image))
+        if key not in self._materials:
+            name = f"material{len(self._materials)}"
+            self._materials[key] = name
+            attributes = {
+                "name": name,
+                "rgba": _numbers(rgba),
+                "specular": f"{specular:.9g}",
+                "emission": f"{emission:.9g}",
+            }
+            if key[-1]:
+                attributes["texture"] = str(key[-1])
+            etree.SubElement(self.element, "material", attributes)
+        return self._materials[key]
+
+    def _texture(self, image: bytes | None) -> str:
+        if image is None:
+            return ""
+        if image not in self._images:
+            name = f"image{len(self._images)}"
+            self._images[image] = name
+            self.files[f"{name}.png"] = image
+            attributes = {"name": name, "type": "2d", "file": f"{name}.png"}
+            etree.SubElement(self.element, "texture", attributes)
+        return self._images[image]
+
+    def _add(
+        self, key: tuple[object, ...], meshes: list[Mesh], stem: str, inertia: str
+    ) -> list[str]:
+        if key not in self._names:
+            names = []
+            for mesh in meshes:
+                plain = re.sub(r"[^A-Za-z0-9_-]+", "_", stem)
+                name = f"{plain}_{len(self.files)}"
+                self.files[f"{name}.obj"] = mesh.to_obj()
+                attributes = {"name": name, "file": f"{name}.obj", "inertia": inertia}
+                etree.SubElement(self.element, "mesh", attributes)
+                names.append(name)
+            self._names[key] = names
+        return self._names[key]
+
+
+def _numbers(values: np.ndarray) -> str:
+    return " ".join(f"{value:.9g}" for value in values)

@@ -1,0 +1,106 @@
+"""Formats of model files: how they are recognised, and converted to MJCF."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from bt_manip.models.found_model import FoundModel
+from bt_manip.models.mjcf_model import MjcfModel
+from bt_manip.models.progress import Progress
+
+
+class Convert(Protocol):
+    """Conversion of a model to MJCF."""
+
+    def __call__(self, found: FoundModel, *, convex: str, progress: Progress) -> MjcfModel:
+        """Convert a model.
+
+        Args:
+            found: The file.
+            convex: Collision geometry of meshes: convex ``"hull"`` or convex ``"parts"``.
+            progress: Called with the progress of a download.
+
+        Raises:
+            ModelError: When it cannot be converted.
+        """
+
+
+@dataclass(frozen=True)
+class ModelFormat:
+    """Format of model files.
+
+    Attributes:
+        convert: Converts a model to MJCF.
+        suffixes: Suffixes of the files, in lower case: ``(".urdf",)``.
+        tag: Root element of files that end in ``.xml``; empty for none.
+        find_in: Returns the file of a model's folder; None if the folder has no such model.
+    """
+
+    convert: Convert
+    suffixes: tuple[str, ...] = ()
+    tag: str = ""
+    find_in: Callable[[Path], Path | None] | None = None
+
+    def find(self, path: Path, tag: str) -> Path | None:
+        """Return the file of a path, which may be a folder, or None if it has another format.
+
+        Args:
+            path: An existing file or folder.
+            tag: Root element of a file that ends in ``.xml``, else empty.
+        """
+        if path.is_dir():
+            return None if self.find_in is None else self.find_in(path)
+        known = tag == self.tag if tag else path.suffix.lower() in self.suffixes
+        return path if known else None
+
+
+def built_in_formats() -> dict[str, ModelFormat]:
+    """Return the built-in formats, by name."""
+    return {
+        "mjcf": ModelFormat(_mjcf, tag="mujoco"),
+        "urdf": ModelFormat(_urdf, suffixes=(".urdf",), tag="robot"),
+        "mesh": ModelFormat(_mesh, suffixes=(".obj", ".stl", ".dae")),
+    }
+
+
+def recognise(path: Path, formats: Mapping[str, ModelFormat]) -> tuple[str, Path] | None:
+    """Return the format and the file of a path, or None if no format fits.
+
+    Raises:
+        ModelError: When it is damaged.
+    """
+    tag = root_tag(path)
+    for name, one in formats.items():
+        if (file := one.find(path, tag)) is not None:
+            return name, file
+    return None
+
+
+def root_tag(path: Path) -> str:
+    """Return the root element of a file that ends in ``.xml``; an empty text for others.
+
+    Raises:
+        ModelError: When it is not XML.
+    """
+    if path.suffix.lower() != ".xml" or path.is_dir():
+        return ""
+    from bt_manip.models.hardened_xml import read_xml
+
+    return str(read_xml(path).tag)
+
+
+def _mjcf(found: FoundModel, *, convex: str, progress: Progress) -> MjcfModel:
+    return MjcfModel(found.address, found.name, path=found.path)
+
+
+def _urdf(found: FoundModel, *, convex: str, progress: Progress) -> MjcfModel:
+    from bt_manip.models.urdf import convert_urdf
+
+    return convert_urdf(found)
+
+
+def _mesh(found: FoundModel, *, convex: str, progress: Progress) -> MjcfModel:
+    from bt_manip.models.lone_mesh import convert_mesh
+
+    return convert_mesh(found, convex=convex)

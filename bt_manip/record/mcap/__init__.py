@@ -1,0 +1,1 @@
+"""Recordings, MCAP files: writing, reading, and continuing runs from them."""

@@ -1,0 +1,36 @@
+"""Rewriting of a recording that was cut."""
+
+from pathlib import Path
+
+from mcap.records import Channel, Message, Metadata, Schema
+from mcap.writer import CompressionType, Writer
+
+from bt_manip.record.files import whole_file, writing
+from bt_manip.record.mcap.recording import Recording
+
+CHUNK_SIZE = 1 << 20
+"""Size of a chunk before compression [bytes], as the library's default."""
+
+
+def write_mcap(recording: Recording, path: Path) -> None:
+    """Write what can be read of a recording as a complete MCAP file, with an index.
+
+    Each message keeps its time, its sequence number and its bytes.
+    """
+    with writing(path, "recording"), recording.decoding(), whole_file(path) as file:
+        writer = Writer(file, CHUNK_SIZE, CompressionType.ZSTD)
+        writer.start("", "bt-manip")
+        schemas, channels = {0: 0}, {}
+        for record in recording.records():
+            if isinstance(record, Schema) and record.id not in schemas:
+                content = record.name, record.encoding, record.data
+                schemas[record.id] = writer.register_schema(*content)
+            elif isinstance(record, Channel) and record.id not in channels:
+                about = record.topic, record.message_encoding, schemas[record.schema_id]
+                channels[record.id] = writer.register_channel(*about, record.metadata)
+            elif isinstance(record, Message):
+                rest = record.log_time, record.data, record.publish_time, record.sequence
+                writer.add_message(channels[record.channel_id], *rest)
+            elif isinstance(record, Metadata):
+                writer.add_metadata(record.name, record.metadata)
+        writer.finish()

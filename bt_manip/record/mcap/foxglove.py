@@ -1,0 +1,293 @@
+"""The scene of a cell as messages of Foxglove's schemas: geometry, frames and log lines."""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
+from typing import Any
+
+import mujoco
+import numpy as np
+from foxglove_schemas_protobuf.Color_pb2 import Color
+from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.Point3_pb2 import Point3
+from foxglove_schemas_protobuf.Pose_pb2 import Pose
+from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
+from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
+from foxglove_schemas_protobuf.SceneEntityDeletion_pb2 import SceneEntityDeletion
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrimitive
+from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
+from google.protobuf.timestamp_pb2 import Timestamp
+
+from bt_manip.cell import WORLD, CellScene, Triangles, VisualShape
+from bt_manip.record.mcap.protobuf import NumberTemplate
+
+PATH_COLOUR = Color(r=0.1, g=0.5, b=0.9, a=1.0)
+
+PATH_THICKNESS = 3.0
+"""Thickness of the line of a planned path [pixels]."""
+
+
+def timestamp_of(nanoseconds: int) -> Timestamp:
+    """Return simulated time as protobuf has it.
+
+    Args:
+        nanoseconds: Simulated time [ns].
+    """
+    seconds, nanos = divmod(nanoseconds, 1_000_000_000)
+    return Timestamp(seconds=seconds, nanos=nanos)
+
+
+def log_message(nanoseconds: int, level: str, name: str, message: str) -> bytes:
+    """Return a serialized log line.
+
+    Args:
+        nanoseconds: Simulated time [ns].
+        level: ``"INFO"``, ``"WARNING"`` or ``"ERROR"``.
+        name: Where it comes from.
+        message: The line.
+    """
+    log = Log(timestamp=timestamp_of(nanoseconds), name=name, message=message)
+    log.level = Log.Level.Value(level)
+    return log.SerializeToString()
+
+
+class SceneMessages:
+    """Frames and geometry of one compiled model.
+
+    Attributes:
+        scene: What they show.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        entities: Mapping[str, Any] | None = None,
+        templates: "FrameTemplates | None" = None,
+    ) -> None:
+        """Read the names and the movable bodies of a model.
+
+        Args:
+            model: The compiled model.
+            data: Its data.
+            entities: The entities by name.
+            templates: Serialized frames, to share with other models.
+        """
+        self.scene = CellScene(model, data, entities)
+        self._templates = FrameTemplates() if templates is None else templates
+        self._data, self._frames = data, self.scene.frames
+        bodies = np.arange(1, model.nbody)
+        movable = bodies[model.body_weldid[bodies] != 0]
+        # One range, which is read faster than single rows; fixed bodies in it do no harm.
+        first, last = (movable[0], movable[-1] + 1) if len(movable) else (1, 1)
+        self._movable = slice(int(first), int(last))
+        self._fixed = np.setdiff1d(bodies, movable)
+        self._xpos, self._xquat = data.xpos[self._movable], data.xquat[self._movable]
+        self._movable_frames = tuple(self._frames[self._movable])
+
+    def fixed_frames(self, nanoseconds: int) -> bytes:
+        """Return a serialized FrameTransforms of the bodies that cannot move."""
+        frames = [self._frames[body] for body in self._fixed]
+        positions, rotations = self._data.xpos[self._fixed], self._data.xquat[self._fixed]
+        return _transforms(frames, positions, rotations, nanoseconds).SerializeToString()
+
+    def copy_poses(self) -> bytes:
+        """Return the present poses of the other bodies, for `movable_frames`."""
+        return self._xpos.tobytes() + self._xquat.tobytes()
+
+    def movable_frames(
+        self, times: Sequence[int], poses: Sequence[bytes]
+    ) -> Iterator[tuple[slice, np.ndarray]]:
+        """Yield serialized FrameTransforms of the other bodies, many at once.
+
+        Args:
+            times: Simulated times [ns].
+            poses: Results of `copy_poses` then.
+
+        Returns:
+            Blocks of messages of the same length, one per row: their range, and their bytes.
+        """
+        start = 0
+        stamps = [timestamp_of(time).SerializeToString() for time in times]
+        for length, group in groupby(stamps, len):
+            equal = list(group)
+            end = start + len(equal)
+            template, places = self._templates.get(self._movable_frames, times[start])
+            numbers = np.frombuffer(b"".join(poses[start:end])).reshape(end - start, -1)
+            data = template.serialize(numbers)
+            stamp = np.frombuffer(b"".join(equal), dtype=np.uint8).reshape(end - start, 1, length)
+            data[:, places] = stamp
+            yield slice(start, end), data
+            start = end
+
+    def geometry(self, entity: str, nanoseconds: int) -> bytes:
+        """Return a serialized SceneUpdate with the visible shapes of an entity."""
+        update = SceneUpdate()
+        for frame, shapes in self.scene.shapes(entity).items():
+            body = update.entities.add(
+                timestamp=timestamp_of(nanoseconds), frame_id=frame, id=frame, frame_locked=True
+            )
+            for shape in shapes:
+                _add_shape(body, shape)
+        return update.SerializeToString()
+
+    def cameras(self) -> dict[str, Any]:
+        """Return the cameras, and the centre [m] and the size [m] of the cell, as plain data."""
+        scene = self.scene
+        cameras = [
+            {
+                **one._asdict(),
+                "position": one.position.tolist(),
+                "quat_wxyz": one.quat_wxyz.tolist(),
+            }
+            for one in scene.cameras
+        ]
+        return {"cameras": cameras, "centre": scene.centre.tolist(), "extent": scene.extent}
+
+
+def _transforms(
+    frames: Sequence[str], positions: np.ndarray, rotations: np.ndarray, nanoseconds: int
+) -> FrameTransforms:
+    """Return the poses of frames in the world: positions [m], and quaternions (wxyz)."""
+    message = FrameTransforms()
+    for frame, position, rotation in zip(frames, positions, rotations, strict=True):
+        pose = _pose(position, rotation)
+        message.transforms.add(
+            timestamp=timestamp_of(nanoseconds),
+            parent_frame_id=WORLD,
+            child_frame_id=frame,
+            translation=pose.position,
+            rotation=pose.orientation,
+        )
+    return message
+
+
+class FrameTemplates:
+    """Serialized FrameTransforms, of which only numbers and time stamps are replaced.
+
+    The same frames return when objects come and go.
+    """
+
+    def __init__(self) -> None:
+        """Begin without any."""
+        self._known: dict[Any, tuple[NumberTemplate, np.ndarray]] = {}
+
+    def get(self, frames: tuple[str, ...], nanoseconds: int) -> tuple[NumberTemplate, np.ndarray]:
+        """Return the template of all positions [m] and then all quaternions (wxyz) of frames.
+
+        Args:
+            frames: Their names.
+            nanoseconds: Any time whose serialized time stamp has the length of those to come [ns].
+
+        Returns:
+            The template, and the positions of the bytes of the time stamps.  # (frames, length)
+        """
+        n, stamp = len(frames), timestamp_of(nanoseconds)
+        length = stamp.ByteSize()
+        key = frames, length
+        if key not in self._known:
+
+            def build(numbers: Sequence[float]) -> FrameTransforms:
+                positions = np.reshape(numbers[: 3 * n], (n, 3))
+                rotations = np.reshape(numbers[3 * n :], (n, 4))
+                return _transforms(frames, positions, rotations, nanoseconds)
+
+            template = NumberTemplate(build, 7 * n)
+            field = FrameTransform(timestamp=stamp).SerializeToString()
+            found = re.finditer(re.escape(field), template.data) if length else ()
+            ends = [one.end() for one in found]
+            assert len(ends) == n or not length
+            self._known[key] = template, np.array(ends, int)[:, None] + np.arange(-length, 0)
+        return self._known[key]
+
+
+def _add_shape(body: SceneEntity, shape: VisualShape) -> None:
+    pose = _pose(shape.position, shape.quat_wxyz)
+    colour = Color(**dict(zip("rgba", shape.rgba, strict=True)))
+    size = Vector3(**dict(zip("xyz", shape.size, strict=True)))
+    if shape.triangles is not None:
+        vertices, faces = shape.triangles
+        triangles = body.triangles.add(pose=pose, indices=faces.ravel().tolist(), color=colour)
+        triangles.MergeFromString(serialized_points(vertices))
+    elif shape.kind == "box":
+        body.cubes.add(pose=pose, size=size, color=colour)
+    elif shape.kind == "ellipsoid":
+        body.spheres.add(pose=pose, size=size, color=colour)
+    else:
+        body.cylinders.add(pose=pose, size=size, bottom_scale=1.0, top_scale=1.0, color=colour)
+
+
+def shapes_of(update: SceneUpdate) -> dict[str, list[VisualShape]]:
+    """Return the shapes of a SceneUpdate, by the frame of their body."""
+    found: dict[str, list[VisualShape]] = {}
+    for body in update.entities:
+        shapes = found.setdefault(body.frame_id, [])
+        kinds = {"box": body.cubes, "ellipsoid": body.spheres, "cylinder": body.cylinders}
+        for kind, primitives in kinds.items():
+            shapes += [_shape(kind, one, one.size) for one in primitives]
+        for one in body.triangles:
+            vertices = np.array([(p.x, p.y, p.z) for p in one.points], dtype=np.float32)
+            faces = np.array(one.indices, dtype=np.int64).reshape(-1, 3)
+            if faces.max(initial=-1) >= len(vertices):
+                raise ValueError("a triangle has a corner that is not there")
+            shapes.append(_shape("mesh", one, None, Triangles(vertices.reshape(-1, 3), faces)))
+    return found
+
+
+def _shape(kind: Any, primitive: Any, size: Any, triangles: Triangles | None = None) -> VisualShape:
+    p, q, c = primitive.pose.position, primitive.pose.orientation, primitive.color
+    return VisualShape(
+        kind,
+        np.array([p.x, p.y, p.z]),
+        np.array([q.w, q.x, q.y, q.z]),
+        (c.r, c.g, c.b, c.a),
+        (1.0, 1.0, 1.0) if size is None else (size.x, size.y, size.z),
+        triangles,
+    )
+
+
+def serialized_points(points: np.ndarray) -> bytes:
+    """Return a serialized TriangleListPrimitive with some points and nothing else.
+
+    Args:
+        points: The points [m].  # (n, 3)
+    """
+
+    def build(numbers: Sequence[float]) -> TriangleListPrimitive:
+        x, y, z = numbers
+        return TriangleListPrimitive(points=[Point3(x=x, y=y, z=z)])
+
+    return NumberTemplate(build, 3).serialize(points).tobytes()
+
+
+def path_line(name: str, nanoseconds: int, points: np.ndarray) -> bytes:
+    """Return a serialized SceneUpdate that draws a line in the world until its removal.
+
+    Args:
+        name: What the line belongs to.
+        nanoseconds: Simulated time [ns].
+        points: Its points [m].  # (n, 3)
+    """
+    update = SceneUpdate()
+    entity = update.entities.add(timestamp=timestamp_of(nanoseconds), frame_id=WORLD, id=name)
+    line = entity.lines.add(thickness=PATH_THICKNESS, scale_invariant=True, color=PATH_COLOUR)
+    line.pose.orientation.w = 1.0
+    for x, y, z in points.tolist():
+        line.points.add(x=x, y=y, z=z)
+    return update.SerializeToString()
+
+
+def removal() -> bytes:
+    """Return a serialized SceneUpdate that deletes all that its topic has shown."""
+    update = SceneUpdate()
+    update.deletions.add(type=SceneEntityDeletion.ALL)
+    return update.SerializeToString()
+
+
+def _pose(position: np.ndarray, quat_wxyz: np.ndarray) -> Pose:
+    x, y, z = position.tolist()
+    w, i, j, k = quat_wxyz.tolist()
+    return Pose(position=Vector3(x=x, y=y, z=z), orientation=Quaternion(x=i, y=j, z=k, w=w))

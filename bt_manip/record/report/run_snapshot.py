@@ -1,0 +1,97 @@
+"""Snapshots of a run with its request and the digest of its report."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from bt_manip.exceptions import BtManipError, shown
+from bt_manip.record.report.recorder import Recorder
+from bt_manip.runner import RunObserver
+from bt_manip.scenes import is_scene_file
+
+if TYPE_CHECKING:
+    from bt_manip.runner import Run, RunRequest
+
+
+def request_fields(request: "RunRequest") -> dict[str, Any]:
+    """Return the request of a run as plain data; the options of reading its tree are left out."""
+    return {
+        "tree": request.tree.name,
+        "robot": str(request.robot),
+        "controller": request.controller,
+        "scene": str(request.scene),
+        "planner": request.planner,
+        "cycles": request.cycles,
+        "seed": request.seed,
+        "tick": request.tick,
+        "settings": dict(request.settings),
+        "configurations": dict(request.configurations),
+    }
+
+
+def take_snapshot(run: "Run") -> dict[str, Any]:
+    """Return request, state and digest of a run between two ticks, as plain data.
+
+    The digest is that of the run's log, and empty where nobody has asked for it.
+    """
+    return {
+        "request": request_fields(run.request),
+        "run": run.get_state(),
+        "recorder": {"digest": run.log.digest.hex()},
+    }
+
+
+class SnapshotAt(RunObserver):
+    """Takes a snapshot after the first tick that ends at a time or later.
+
+    Attributes:
+        time: Simulated time of the cell [s].
+        taken: Whether the snapshot has been taken.
+    """
+
+    def __init__(self, time: float, use: Callable[[dict[str, Any]], None]) -> None:
+        """Set the time, and the function that is called with the snapshot."""
+        self.time, self._use = time, use
+        self.taken = False
+
+    def run_started(self, run: "Run") -> None:
+        """Keep the run and its digest."""
+        run.log.keep_digest()
+        self._run, self._cell = run, run.station.cell
+        self.taken = False
+
+    def after_tick(self) -> None:
+        """Take the snapshot at its time."""
+        if not self.taken and self._cell.time > self.time - 0.5 * self._cell.dt:
+            self.taken = True
+            self._use(take_snapshot(self._run))
+
+
+def restore_snapshot(
+    where: object, snapshot: Mapping[str, Any], run: "Run", recorder: Recorder
+) -> None:
+    """Restore a run from a snapshot.
+
+    Args:
+        where: Where the snapshot is from, for messages.
+        snapshot: What `take_snapshot` returned.
+        run: The run, prepared by a request like that of the snapshot.
+        recorder: The recorder of its report.
+
+    Raises:
+        BtManipError: If the request differs, or the snapshot does not fit.
+    """
+    for key, now in request_fields(run.request).items():
+        if key in ("tree", "cycles", "configurations"):
+            continue
+        if key == "scene" and is_scene_file(now):
+            continue  # the path of a file may have changed
+        then = snapshot["request"].get(key)
+        if then != now:
+            raise BtManipError(f"{where} is of a run with {key} {then!r}, this one has {now!r}")
+    try:
+        run.set_state(snapshot["run"])
+        recorder.set_state(snapshot["recorder"])
+    except BtManipError as error:
+        raise BtManipError(f"{where} does not fit this run: {error}") from error
+    except Exception as error:  # of whatever reads a part of the state
+        raise BtManipError(f"{where} does not fit this run: {shown(error)}") from error

@@ -1,0 +1,60 @@
+"""Grippers that a robot can be given by name: those of registered robots, and a built cup."""
+
+from pathlib import Path, PurePosixPath
+
+from bt_manip.exceptions import did_you_mean
+from bt_manip.registry import Parts
+from bt_manip.robots import MENAGERIE, RobotDescription, RobotError
+
+CUP = "suction"
+"""Name of a suction cup that is built at the flange."""
+
+
+def known_grippers(parts: Parts) -> dict[str, RobotDescription]:
+    """Return the registered robots whose gripper has a model of its own, by its name."""
+    found: dict[str, RobotDescription] = {}
+    for name in parts.robots:
+        description = parts.robots.get(name)
+        if description.gripper is not None and description.gripper.model is not None:
+            found.setdefault(_parts(description.gripper.model)[0], description)
+    return found
+
+
+def gripper_names(parts: Parts) -> list[str]:
+    """Return the names that ``--gripper`` takes, besides models."""
+    return sorted([*known_grippers(parts), CUP])
+
+
+def find_gripper(name: str, parts: Parts) -> RobotDescription | None:
+    """Return the registered robot with a gripper of a name, or with the same model of a hand.
+
+    Two fingers of a model are not looked up: they are measured.
+
+    Args:
+        name: The name, or the path or address of a model.
+        parts: The registered parts.
+
+    Raises:
+        RobotError: If it is neither a name nor a model.
+    """
+    known = known_grippers(parts)
+    if name in known:
+        return known[name]
+    if name != CUP and not (name.startswith(MENAGERIE) or Path(name).is_file()):
+        names = gripper_names(parts)
+        raise RobotError(
+            f"there is no gripper '{name}'{did_you_mean(name, names)}: give one of "
+            f"{', '.join(names)}, or a model (--gripper)"
+        )
+    for description in known.values():
+        gripper = description.gripper
+        assert gripper is not None and gripper.model is not None
+        if gripper.kind != "two_finger" and _parts(gripper.model) == _parts(name):
+            return description
+    return None
+
+
+def _parts(model: str) -> tuple[str, str]:
+    """Return the folder and the stem of a model."""
+    path = PurePosixPath(model.removeprefix(MENAGERIE).replace("\\", "/"))
+    return path.parent.name or path.stem, path.stem

@@ -1,0 +1,229 @@
+"""Trial of a described robot: it picks, lifts and places the cube of the pick and place task."""
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.behaviours import (
+    ArmBehaviour,
+    Grasp,
+    Hover,
+    Lift,
+    OpenGripper,
+    PlaceAt,
+    Reach,
+    SpawnObject,
+)
+from bt_manip.bt import NodeStatus, Sequence
+from bt_manip.cell import Region
+from bt_manip.cell.objects import Box
+from bt_manip.exceptions import BtManipError
+from bt_manip.plugins import build_station
+from bt_manip.registry import Parts
+from bt_manip.robots import RobotDescription
+from bt_manip.runner import RunObserver, Station, prepare, request_of
+from bt_manip.scenes import table_and_basket
+
+if TYPE_CHECKING:
+    from bt_manip.bt.nodes import Link
+    from bt_manip.runner import Run
+
+
+CYCLES = 20
+"""Cycles of the task in a trial."""
+
+_TASK = "pick_place"
+_SEED = 1  # another one than that of a run by default
+_MAX_FAILED = 3  # failed cycles after which the trial ends
+_RETRIED_SHARE = 0.25  # of the cycles, above which failures that a retry repairs are findings
+_TRACKING = 1e-2  # [rad] or [m] of a joint from its reference in free motion
+_CUBE, _POST_NAME = "cube", "post"
+_POST = (0.02, 0.02, 0.06)  # [m] size of the post on which a cube stands in the air
+_APART = 0.1  # [m] of the place on the table from the post
+_TIMEOUT = 60.0  # [s] of simulated time of the grasp in the air
+_NUMBER = re.compile(r"-?\d+(\.\d+)?")
+
+_REMEDIES = (
+    ("no steady grip", "gripper", "check its joints, fingers, motor, pads and max_force"),
+    ("closed without gripping", "gripper", "check its fingers and max_force, and the tool frame"),
+    ("the gripper holds", "gripper", "check its fingers, and the tool frame"),
+    ("too little friction", "gripper.max_force", "give more, if the gripper has it"),
+    ("was lost", "gripper", "check its max_force, pads and fingers"),
+    ("is not open", "gripper", "check its open_width, joints, motor and frictionloss"),
+    ("gripper.", "gripper", "check its keys"),
+    ("N m to hold", "effort", "give more, if the arm has it, or less to carry"),
+    ("Lift: external force", "gripper", "check its pads and fingers, then effort and armature"),
+    ("to follow", "armature", "give more, and check acceleration and effort"),
+    ("external force", "armature", "check it, and effort and acceleration"),
+    ("mm inside", "base", "move or raise it"),
+    ("clearance", "tool", "check its position and axes; z is the direction of approach"),
+    ("would touch", "base", "change position or pedestal, and check exclude and the tool frame"),
+    ("reach", "base", "change position or pedestal, and check the tool frame"),
+)
+"""Words in the reason of a failure, the key that causes it, and what to change."""
+
+
+class RobotTrial(NamedTuple):
+    """Result of a trial.
+
+    Attributes:
+        findings: What failed, each in a line with the key and the remedy.
+        facts: What was measured, each in a line.
+    """
+
+    findings: list[str]
+    facts: list[str]
+
+
+def try_robot(description: RobotDescription, parts: Parts, cycles: int = CYCLES) -> RobotTrial:
+    """Let a robot grasp a cube in the air and place it, then run the pick and place task.
+
+    Behaviours, station and task are those of a run.
+
+    Args:
+        description: The robot, with a gripper.
+        parts: The registered parts.
+        cycles: Number of cycles of the task.
+    """
+    where, watch = description.where, _Watch()
+    try:
+        whole = table_and_basket()
+        table = replace(whole, fixtures=tuple(f for f in whole.fixtures if f.name == "table"))
+        air = _grasp_in_the_air(build_station(parts, robot=description, scene=table))
+        station = build_station(parts, robot=description, seed=_SEED)
+        run = prepare(request_of(_TASK, parts, cycles=cycles, seed=_SEED), parts, station=station)
+        run.execute([watch], stop=lambda: watch.failed >= _MAX_FAILED)
+    except BtManipError as error:
+        return RobotTrial([_finding(where, "the pick and place task", str(error))], [])
+    findings = [_finding(where, "a cube on a post", air)] if air else []
+    findings += watch.findings(where)
+    done = watch.cycles
+    facts = [
+        f"{_TASK}: {done - watch.failed} of {done} cycles, {watch.retried} of them with a retry",
+        f"tracking error: {1e3 * watch.error:.2g} mrad at most",
+    ]
+    return RobotTrial(findings, facts)
+
+
+def _grasp_in_the_air(station: Station) -> str:
+    """Grasp a cube on a slender post, lift it, set it down on the table; return why that failed."""
+    cell = station.cell
+    area = station.first.reach.area(cell, "table", _POST[2])
+    (x, y), (u, v) = _two_places(area, station.robot.tool_pose.translation[:2])
+    top = cell.surface_height("table")
+    post = pin.SE3(np.eye(3), np.array([x, y, top + 0.5 * _POST[2]]))
+    cell.add(_Post(size=_POST), post, name=_POST_NAME, free=False)
+    tree = Sequence(
+        SpawnObject(on=_POST_NAME, region=_text(x, x, y, y), name_hint=_CUBE),
+        OpenGripper(),
+        Hover(object=_CUBE),
+        Reach(object=_CUBE),
+        Grasp(object=_CUBE),
+        Lift(height=0.05),
+        PlaceAt(object=_CUBE, pose=_text(u, v, top, 1.0, 0.0, 0.0, 0.0)),
+    )
+    try:
+        return station.run(tree, timeout=_TIMEOUT).reason
+    except TimeoutError as error:
+        return str(error)
+
+
+def _two_places(area: Region, near: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the point of an area that is nearest to a point, and another one beside it [m]."""
+    grid = np.stack(np.meshgrid(np.linspace(*area.x, 5), np.linspace(*area.y, 5)), -1)
+    points = np.array(area.squares) if area.squares else grid.reshape(-1, 2)
+    first = points[np.linalg.norm(points - near, axis=1).argmin()]
+    distance = np.linalg.norm(points - first, axis=1)
+    return first, points[np.where(distance < _APART, np.inf, distance).argmin()]
+
+
+def _text(*numbers: float) -> str:
+    return ";".join(f"{number:.6g}" for number in numbers)
+
+
+class _Post(Box):
+    """A slender box on which a cube stands."""
+
+    kind = "post"
+
+    @property
+    def surface_height(self) -> float:
+        """Height of its top above its origin [m]."""
+        return 0.5 * _POST[2]
+
+
+class _Watch(RunObserver):
+    """Collects failures of actions, unexpected contacts and tracking errors.
+
+    Attributes:
+        cycles: Number of cycles that ended.
+        failed: Number of those that failed.
+        retried: Number of those that succeeded although an action failed first.
+        error: Largest distance of a joint from its reference in free motion [rad or m].
+    """
+
+    def __init__(self) -> None:
+        """Begin without cycles."""
+        self.cycles = self.failed = self.retried = 0
+        self.error, self.joint = 0.0, ""
+        self._reasons: Counter[str] = Counter()
+        self._examples: dict[str, str] = {}
+        self._in_cycle: list[str] = []
+
+    def run_started(self, run: "Run") -> None:
+        """Keep the robot, and observe the nodes."""
+        self._cell, self._robot = run.station.cell, run.station.first
+        run.tree.observers.append(self._node_changed)
+
+    def cycle_started(self, cycle: int) -> None:
+        """Forget the failures of the last cycle."""
+        self._in_cycle = []
+
+    def _node_changed(self, node: "Link", old: NodeStatus, new: NodeStatus) -> None:
+        if new is NodeStatus.FAILURE and isinstance(node, ArmBehaviour):
+            self._in_cycle.append(f"{node.name}: {node.feedback_message}")
+
+    def after_tick(self) -> None:
+        """Measure the tracking error."""
+        arm, robot = self._robot.arm, self._robot.robot
+        if arm.moving and self._cell.contact_monitor.summary().free:
+            errors = np.abs(robot.q - arm.q_ref)
+            if errors.max() > self.error:
+                self.error = float(errors.max())
+                self.joint = robot.description.arm_joints[int(errors.argmax())]
+
+    def cycle_ended(self, status: str, reason: str) -> None:
+        """Count the cycle."""
+        self.cycles += 1
+        succeeded = status == "SUCCESS"
+        self.failed += not succeeded
+        self.retried += succeeded and bool(self._in_cycle)
+        for first in [*self._in_cycle, *([] if succeeded else [reason])][:1]:
+            kind = _NUMBER.sub("...", first)
+            self._reasons[kind] += 1
+            self._examples.setdefault(kind, first)
+
+    def findings(self, where: str) -> Iterator[str]:
+        """Yield the failures, and tracking errors that are too large."""
+        if self.failed or self.retried > _RETRIED_SHARE * self.cycles:
+            for kind, count in self._reasons.most_common():
+                done = f"{count} of {self.cycles} cycles"
+                yield _finding(where, f"{_TASK}, {done}", self._examples[kind])
+        if self.error > _TRACKING:
+            yield (
+                f"{where}: key 'armature': {self.joint} is up to {1e3 * self.error:.0f} mrad from "
+                "its reference in free motion; give more, or a smaller acceleration"
+            )
+
+
+def _finding(where: str, what: str, reason: str) -> str:
+    """Return a finding about a failure, with the key that may cause it and the remedy."""
+    for words, key, remedy in _REMEDIES:
+        if words in reason:
+            return f"{where}: key '{key}': {what}: {reason}; {remedy}"
+    return f"{where}: {what}: {reason}"

@@ -1,0 +1,246 @@
+"""The only loop: ticks, control steps, events, observers and the judge of the goal."""
+
+import contextlib
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from types import TracebackType
+from typing import TYPE_CHECKING, Protocol, Self
+
+from bt_manip.bt import NodeStatus
+
+from .events import EventStream
+from .observer import RunModifier, RunObserver
+from .pacing import Pacing
+from .run_log import RunLog
+
+if TYPE_CHECKING:
+    from .run import Run
+
+BRAKING = 3.0
+"""Longest time to stop the arms when a run is interrupted [s]."""
+
+
+class Actor(Protocol):
+    """Acts at each tick: the tree, an agent in its place, or jogging."""
+
+    def tick(self) -> NodeStatus:
+        """Act; return RUNNING until the cycle is to end."""
+        ...
+
+
+class RunLoop:
+    """One execution of a run, advanced tick by tick from outside.
+
+    A command advances it in a ``while``, a step of an environment some times, a test once::
+
+      with RunLoop(run, observers) as loop:
+          loop.begin(cycle)
+          while (status := loop.advance()) is NodeStatus.RUNNING:
+              ...
+          loop.end(status)
+
+    On an exception inside, the tree is halted and the arms are stopped, with observers.
+
+    Attributes:
+        run: The run.
+        actor: Acts at each tick; the tree at first.
+    """
+
+    def __init__(self, run: "Run", observers: Sequence[RunObserver] = ()) -> None:
+        """Prepare to call the observers, `RunModifier` after all others."""
+        self.run = run
+        self.actor: Actor = run.tree
+        self._station, self._cell = run.station, run.station.cell
+        self._observers = sorted(observers, key=lambda one: isinstance(one, RunModifier))
+        self._before_tick = _overridden("before_tick", self._observers)
+        self._then: tuple[Callable[[], None], ...] = ()
+        self._is_open = False
+        self._started: list[RunObserver] = []
+        self._cycle: int | None = None
+        self._generation: int | None = None
+        self._pacing = Pacing(run.request.real_time)
+        self._log = run.log = RunLog(run)
+        self._events = run.events = EventStream(run)
+
+    # Life
+
+    def __enter__(self) -> Self:
+        """Open the loop."""
+        try:
+            self.open()
+        except BaseException as error:
+            self.close(failed=isinstance(error, Exception | SystemExit))
+            raise
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close the loop; after an exception halt the tree and stop the arms first."""
+        self.close(failed=isinstance(error, Exception | SystemExit))
+
+    def open(self) -> None:
+        """Start the observers.
+
+        Raises:
+            BtManipError: If one of them cannot observe the run.
+        """
+        self._is_open = True
+        for observer in self._observers:
+            observer.check(self.run)
+            self._events.listen(observer.handle, observer.kinds)
+        for observer in self._observers:
+            self._started.append(observer)
+            observer.run_started(self.run)
+        self._events.start()
+        self._then = (*self._log.after_step, *_overridden("after_step", self._observers))
+        self._note_model()
+        self._pacing.start(self._cell.time)
+
+    def close(self, *, failed: bool = False) -> None:
+        """Halt the tree and end the observers, each of them even if another one raises.
+
+        Args:
+            failed: Whether an exception ended the run: then the arms are stopped first.
+        """
+        if not self._is_open:
+            return
+        self._is_open = False
+        if failed:
+            # Further exceptions follow from the first one, which is the one to raise.
+            for rescue in (self.run.tree.halt, self._brake):
+                with contextlib.suppress(Exception, SystemExit):
+                    rescue()
+        with ExitStack() as stack:
+            while self._started:  # called in the order in which they started
+                stack.callback(self._started.pop().run_ended)
+            stack.callback(self._events.stop)
+            self._log.flush()
+            self.run.cycle = 0
+            self.run.goal.stop()
+            self.run.interventions.clear()
+            self.run.tree.halt()
+
+    # A cycle
+
+    def begin(self, cycle: int = 0, *, randomize: bool = True) -> None:
+        """Begin a cycle.
+
+        Args:
+            cycle: Its number, from which its samples follow.
+            randomize: Whether to randomize the cell.
+        """
+        if randomize:
+            self._station.randomizer.begin(cycle)
+        self._note_model()
+        self._cycle = cycle
+        self.run.goal.begin(cycle)
+        self._log.flush()
+        self._events.begin_cycle(cycle)
+        for observer in self._observers:
+            observer.cycle_started(cycle)
+
+    def advance(self) -> NodeStatus:
+        """Advance by a tick and its control steps; return the status of the actor.
+
+        At the end of a cycle the controllers return to their defaults.
+        """
+        status = self.tick()
+        if status is not NodeStatus.RUNNING and self._cycle is not None:
+            self.run.cycle = self._cycle + 1
+            for robot in self._station.robots.values():
+                robot.controllers.return_to_default()
+        self.step()
+        return status
+
+    def tick(self) -> NodeStatus:
+        """Let interventions and the actor act; return the actor's status."""
+        for observe in self._before_tick:
+            observe()
+        self.run.interventions.take_over()
+        return self.actor.tick()
+
+    def step(self, steps: int | None = None) -> None:
+        """Make the control steps after a tick.
+
+        Args:
+            steps: Their number; None: as many as in a tick.
+        """
+        self._note_model()
+        self._control(self.run.request.steps_per_tick if steps is None else steps)
+        self._log.after_tick()
+        self._events.end_tick()
+        for observer in self._observers:
+            observer.after_tick()
+        self._pacing.wait(self._cell.time)
+
+    def end(self, status: NodeStatus, reason: str | None = None) -> tuple[bool, str]:
+        """End a cycle: judge its goal; return whether it succeeded, and why not.
+
+        Args:
+            status: Status of the actor.
+            reason: Why it failed; None: what the tree says.
+        """
+        self._cycle = None
+        if reason is None:
+            reason = self._reason(status)
+        succeeded, reason = self.run.goal.end(status is NodeStatus.SUCCESS, reason)
+        text = "SUCCESS" if succeeded else "FAILURE"
+        self._log.flush()
+        self._events.end_cycle(text, reason)
+        for observer in self._observers:
+            observer.cycle_ended(text, reason)
+        return succeeded, reason
+
+    def halt(self) -> None:
+        """Halt the tree and stop all arms, with observers."""
+        self.run.tree.halt()
+        self._brake()
+
+    # Internal
+
+    def _control(self, steps: int) -> None:
+        """Make control steps; all steps of all loops are made here."""
+        interventions = self.run.interventions
+        if interventions.pulling:
+            for _ in range(steps):
+                interventions.apply()
+                self._cell.step(then=self._then)
+        elif steps:
+            self._cell.step(steps, then=self._then)
+
+    def _brake(self) -> None:
+        arms = [robot.arm for robot in self._station.robots.values()]
+        for arm in arms:
+            if arm.moving:
+                arm.stop()
+        end = self._cell.time + BRAKING
+        while any(arm.moving for arm in arms) and self._cell.time < end:
+            self.step()
+
+    def _reason(self, status: NodeStatus) -> str:
+        tree = self.run.tree
+        if status is NodeStatus.SUCCESS:
+            return ""
+        if status is NodeStatus.SKIPPED:
+            return f"{tree.root.name}: the root was skipped, nothing was done"
+        return tree.failure_reason()
+
+    def _note_model(self) -> None:
+        """Tell everyone when the cell was compiled anew."""
+        if self._generation != self._cell.generation:
+            self._generation = self._cell.generation
+            self._log.flush()
+            self._log.after_compile()
+            for observer in self._observers:
+                observer.after_compile()
+            self._events.after_compile()
+
+
+def _overridden(name: str, observers: Sequence[RunObserver]) -> tuple[Callable[[], None], ...]:
+    """Return the overridden methods of this name."""
+    idle = getattr(RunObserver, name)
+    return tuple(getattr(o, name) for o in observers if getattr(type(o), name) is not idle)

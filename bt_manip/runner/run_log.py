@@ -1,0 +1,119 @@
+"""The log of a run: its control steps and the digest of its states, kept once for all observers."""
+
+import hashlib
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from .step_log import StepBlock, StepLog
+
+if TYPE_CHECKING:
+    from .run import Run
+
+TICKS = 64
+"""Ticks that are added to the digest together, which takes less time than one by one."""
+
+TakeBlocks = Callable[[Mapping[str, StepBlock]], None]
+
+
+def next_digest(digest: bytes, state: bytes, statuses: bytes) -> bytes:
+    """Return the SHA-256 digest of the previous digest, the state and the statuses.
+
+    The state is MuJoCo's integration state, on which the next step depends. Two runs with the same
+    digest have the same states, bit for bit.
+
+    Args:
+        digest: The digest after the previous tick; empty at the first.
+        state: The integration state, as returned by `bt_manip.cell.Cell.state_bytes`.
+        statuses: One byte for each node of the tree.
+    """
+    return hashlib.sha256(digest + state + statuses).digest()
+
+
+class RunLog:
+    """Control steps and digest of one execution of a run; each is kept from when it is asked for.
+
+    Observers ask in `RunObserver.run_started`. Steps are copied once, however many observers read
+    them, and handed over in blocks: before the model changes, at both ends of a cycle, at the end,
+    and whenever a block is full.
+    """
+
+    def __init__(self, run: "Run") -> None:
+        """Keep nothing yet."""
+        self._tree, self._cell = run.tree, run.station.cell
+        self._robots = run.station.robots
+        self._steps: dict[str, StepLog] = {}
+        self._readers: list[TakeBlocks] = []
+        self._digest: bytes | None = None
+        self._ticks: list[tuple[bytes, bytes]] = []  # states and statuses not in the digest yet
+
+    # Observers
+
+    def steps(self, read: TakeBlocks | None = None) -> Mapping[str, StepLog]:
+        """Keep the control steps; return their logs by robot.
+
+        Args:
+            read: Called with each block of control steps, by robot; none are empty.
+        """
+        if not self._steps:
+            self._steps = {n: StepLog(self._cell, robot) for n, robot in self._robots.items()}
+        if read is not None:
+            self._readers.append(read)
+        return self._steps
+
+    def keep_digest(self, digest: bytes = b"") -> None:
+        """Keep the digest of the states after each tick.
+
+        Args:
+            digest: The digest to continue; empty at the start of a run.
+        """
+        if self._digest is None or digest:
+            self._digest = digest
+
+    @property
+    def digest(self) -> bytes:
+        """The digest after the last tick; empty without one."""
+        for state, statuses in self._ticks:
+            self._digest = next_digest(self._digest or b"", state, statuses)
+        self._ticks.clear()
+        return self._digest or b""
+
+    # The loop
+
+    @property
+    def after_step(self) -> tuple[Callable[[], None], ...]:
+        """Functions to be called after each control step."""
+        logs = list(self._steps.values())
+        if not logs:
+            return ()
+        if len(logs) == 1:
+            append = logs[0].append
+
+            def copy() -> None:
+                if append():
+                    self.flush()
+        else:
+
+            def copy() -> None:
+                if any([log.append() for log in logs]):
+                    self.flush()
+
+        return (copy,)
+
+    def after_compile(self) -> None:
+        """Bind to the new model."""
+        for log in self._steps.values():
+            log.bind()
+
+    def after_tick(self) -> None:
+        """Copy the state for the digest."""
+        if self._digest is not None:
+            self._ticks.append((self._cell.state_bytes(), self._tree.statuses()))
+            if len(self._ticks) >= TICKS:
+                self._digest = self.digest
+
+    def flush(self) -> None:
+        """Hand over the control steps since the last call."""
+        blocks = {name: log.take() for name, log in self._steps.items()}
+        if blocks and next(iter(blocks.values())).touches:
+            for read in self._readers:
+                read(blocks)

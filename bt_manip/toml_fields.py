@@ -1,0 +1,379 @@
+"""Fields of dataclasses that are keys of TOML files: each is declared once.
+
+``velocity: Annotated[tuple[float, ...], Key("Velocity limits.", unit="rad/s", above=0.0)]`` is read
+by `read_fields`, written by `write_fields`, checked by `check_fields`, and listed by `rows` and in
+the docstring (`documented`).
+"""
+
+import types
+from collections.abc import Mapping
+from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
+from math import inf
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple, Protocol, TypeVar, Union, get_args, get_origin
+from typing import get_type_hints as hints_of
+
+import pinocchio as pin
+
+from bt_manip import spatial
+from bt_manip.exceptions import BtManipError
+from bt_manip.toml_tables import PythonSource, TomlTable
+
+T = TypeVar("T")
+
+_DIGITS = 12  # after the point of positions and quaternions, which rotation matrices round
+
+
+@dataclass(frozen=True)
+class Key:
+    """Declaration of a dataclass field as a key of a TOML file.
+
+    Attributes:
+        meaning: Its meaning, in a sentence.
+        unit: Its unit; empty for none.
+        above: Number that it exceeds.
+        at_least: Smallest number that is accepted.
+        size: Number of its values, or of least and most, or the field with as many names; then one
+            number stands for all.
+        table: Table that contains it; empty for the table of its dataclass.
+        name: Its name in the file; empty for that of the field.
+        needed: Whether the file has to have it; by default where the field has no default value.
+        values: Reader and writer of a type other than the usual ones.
+    """
+
+    meaning: str
+    unit: str = ""
+    above: float = -inf
+    at_least: float = -inf
+    size: int | tuple[int, int] | str | None = None
+    table: str = ""
+    name: str = ""
+    needed: bool | None = None
+    values: "Values | None" = None
+
+
+class Values(Protocol):
+    """Reads and writes values of one type."""
+
+    @property
+    def type(self) -> str:
+        """The type, for users."""
+
+    def read(self, table: TomlTable, entry: "KeyField", size: Any) -> Any:
+        """Return the value of a key; None if it is missing, or wrong and rejected."""
+
+    def write(self, value: Any, entry: "KeyField", folder: Path | None) -> dict[str, Any]:
+        """Return the entries of a value in its table, as plain data."""
+
+
+class KeyField(NamedTuple):
+    """A key with the field that declares it.
+
+    Attributes:
+        field: The field.
+        key: Its declaration.
+        name: Name of the key in its table.
+        needed: Whether a file has to have it.
+        values: Reader and writer of its type.
+    """
+
+    field: Field[Any]
+    key: Key
+    name: str
+    needed: bool
+    values: Values
+
+    @property
+    def default(self) -> Any:
+        """The default value of the field; `MISSING` if there is none."""
+        make = self.field.default_factory
+        return self.field.default if make is MISSING else make()
+
+    @property
+    def type(self) -> str:
+        """The type, for users."""
+        size = self.key.size
+        if isinstance(size, str):
+            return f"number, or one for each of `{size}`"
+        name = self.values.type.removeprefix("a list of ").removeprefix("a ")
+        count = " to ".join(map(str, size)) if isinstance(size, tuple) else size
+        return name if count is None else f"{count} {name}"
+
+
+class Row(NamedTuple):
+    """A key for a table of documentation, each cell as text."""
+
+    table: str
+    name: str
+    type: str
+    unit: str
+    default: str
+    bounds: str
+    meaning: str
+
+
+def entries_of(cls: Any) -> tuple[KeyField, ...]:
+    """Return the keys that a dataclass declares, in the order of its fields.
+
+    Args:
+        cls: The dataclass.
+    """
+    hints = hints_of(cls, include_extras=True)
+    found = []
+    for field in fields(cls):
+        hint = hints[field.name]
+        key = next((k for k in getattr(hint, "__metadata__", ()) if isinstance(k, Key)), None)
+        if key is None:
+            continue
+        required = field.default is MISSING and field.default_factory is MISSING
+        needed = required if key.needed is None else key.needed
+        values = key.values or _values_of(get_args(hint)[0])
+        found.append(KeyField(field, key, key.name or field.name, needed, values))
+    return tuple(found)
+
+
+def read_fields(cls: type, table: TomlTable) -> dict[str, Any]:
+    """Return the values of the fields of a dataclass that a table has; reject what is wrong.
+
+    Args:
+        cls: The dataclass.
+        table: The table; all its keys are known then, so that `TomlTable.finish` is called.
+    """
+    given: dict[str, Any] = {}
+    tables: dict[str, TomlTable | None] = {}
+    for entry in entries_of(cls):
+        name = entry.key.table
+        if name and name not in tables:
+            tables[name] = table.table(name)
+        part = tables[name] if name else table
+        if part is None:
+            if entry.needed:
+                table.reject(name, f"is missing: a table with the '{entry.name}'")
+            continue
+        if entry.needed and not part.require(entry.name, entry.values.type):
+            continue
+        size = entry.key.size
+        value = entry.values.read(part, entry, given.get(size) if isinstance(size, str) else size)
+        if value is not None:
+            given[entry.field.name] = value
+    for part in (*tables.values(), table):
+        if part is not None:
+            part.finish()
+    return given
+
+
+def read_part(cls: type[T], table: TomlTable) -> T | None:
+    """Return a dataclass read from a table; None where keys that it needs are rejected."""
+    given = read_fields(cls, table)
+    needed = {f.name for f in fields(cls) if f.default is f.default_factory is MISSING}  # type: ignore[arg-type]
+    return cls(**given) if needed <= given.keys() else None
+
+
+def write_fields(value: Any, folder: Path | None = None) -> dict[str, Any]:
+    """Return the keys of a dataclass that differ from their defaults, as plain data by table.
+
+    Args:
+        value: The dataclass.
+        folder: Folder of the file, to which paths are relative; None keeps them.
+    """
+    found: dict[str, Any] = {}
+    for entry in entries_of(type(value)):
+        one = getattr(value, entry.field.name)
+        default = entry.default
+        if one is None or (default is not MISSING and one == default):
+            continue
+        written = entry.values.write(one, entry, folder)
+        (found.setdefault(entry.key.table, {}) if entry.key.table else found).update(written)
+    return found
+
+
+def check_fields(value: Any, where: str, error: type[BtManipError]) -> None:
+    """Check a dataclass made in Python like one that is read from a file.
+
+    Args:
+        value: The dataclass.
+        where: Its name, to begin the message.
+        error: Type of the error.
+
+    Raises:
+        BtManipError: Of that type, with the key.
+    """
+    read_fields(type(value), TomlTable(PythonSource(where, error), write_fields(value)))
+
+
+def rows(cls: type, table: str = "") -> list[Row]:
+    """Return the keys of a dataclass and its parts, for a table of documentation.
+
+    Args:
+        cls: The dataclass.
+        table: Name of its table; empty for the file itself.
+    """
+    found, parts = [], []
+    for entry in entries_of(cls):
+        inner = getattr(entry.values, "cls", None)
+        place = ".".join(filter(None, (table, entry.key.table)))
+        if inner is not None:
+            parts += rows(inner, ".".join(filter(None, (place, entry.name))))
+            continue
+        bounds = [f"above {entry.key.above:g}"] if entry.key.above > -inf else []
+        bounds += [f"at least {entry.key.at_least:g}"] if entry.key.at_least > -inf else []
+        names = getattr(entry.values, "names", entry.name)
+        default = "required" if entry.needed else _default_text(entry.default)
+        found.append(
+            Row(place, names, entry.type, entry.key.unit, default, ", ".join(bounds),
+                entry.key.meaning)
+        )  # fmt: skip
+    return found + parts
+
+
+def documented(cls: type[T]) -> type[T]:
+    """Add the declared keys of a dataclass to its docstring, as the section of attributes."""
+    lines = [(cls.__doc__ or "").rstrip(), "", "    Attributes:"]
+    for entry in entries_of(cls):
+        unit = f" [{entry.key.unit}]" if entry.key.unit else ""
+        lines.append(f"        {entry.field.name}: {entry.key.meaning.removesuffix('.')}{unit}.")
+    cls.__doc__ = "\n".join([*lines, "    "])
+    return cls
+
+
+class _Simple(NamedTuple):
+    """Values that a method of `TomlTable` reads."""
+
+    type: str
+    method: str
+
+    def read(self, table: TomlTable, entry: KeyField, size: Any) -> Any:
+        if entry.name not in table.keys():
+            table.value(entry.name)  # so that it is known
+            return None
+        return getattr(table, self.method)(entry.name)
+
+    def write(self, value: Any, entry: KeyField, folder: Path | None) -> dict[str, Any]:
+        return {entry.name: plain(value)}
+
+
+class _Number(_Simple):
+    def read(self, table: TomlTable, entry: KeyField, size: Any) -> Any:
+        return table.number(entry.name, above=entry.key.above, at_least=entry.key.at_least)
+
+
+class _Numbers(_Simple):
+    def read(self, table: TomlTable, entry: KeyField, size: Any) -> Any:
+        key, spread = entry.key, isinstance(entry.key.size, str)
+        if spread:
+            size = len(size) if size else None
+        least, most = size if isinstance(size, tuple) else (size, size)
+        found = table.numbers(
+            entry.name, least if least == most else None,
+            spread=spread, above=key.above, at_least=key.at_least,
+        )  # fmt: skip
+        if found is not None and least != most and not least <= len(found) <= most:
+            table.reject(entry.name, f"is a list of {least} to {most} numbers")
+        return found
+
+    def write(self, value: Any, entry: KeyField, folder: Path | None) -> dict[str, Any]:
+        return {entry.name: [float(number) for number in value]}
+
+
+class _Names(_Simple):
+    def read(self, table: TomlTable, entry: KeyField, size: Any) -> Any:
+        if super().read(table, entry, size) is None:
+            return None
+        names, shown = table.texts(entry.name), ", ".join(table.texts(entry.name))
+        least, most = size if isinstance(size, tuple) else (size or 1, size or inf)
+        if len(set(names)) < len(names) or not least <= len(names) <= most:
+            numbers = f"{least} names" if least == most else f"{least} to {most} names"
+            count = "at least one name" if most == inf else numbers
+            table.reject(entry.name, f"is a list of {count}, each once, got {shown or 'none'}")
+        return names
+
+
+class _Pairs(_Simple):
+    def read(self, table: TomlTable, entry: KeyField, size: Any) -> Any:
+        pairs = table.name_pairs(entry.name)
+        for pair in pairs:
+            if pair[0] == pair[1]:
+                table.reject(entry.name, f"has pairs of two names, got '{pair[0]}' twice")
+        return pairs
+
+
+class _Pose(NamedTuple):
+    """A pose, in three keys of its table."""
+
+    type: str = "a pose"
+    names: str = "position, quat_wxyz or rpy"
+
+    def read(self, table: TomlTable, entry: KeyField, size: Any) -> Any:
+        return table.pose()
+
+    def write(self, value: Any, entry: KeyField, folder: Path | None) -> dict[str, Any]:
+        return pose_entries(value)
+
+
+class Part(NamedTuple):
+    """Another dataclass, in a table of its own."""
+
+    cls: type[Any]
+    type: str = "a table"
+
+    def read(self, table: TomlTable, entry: KeyField, size: Any) -> Any:
+        """Return the dataclass."""
+        part = table.table(entry.name)
+        return None if part is None else read_part(self.cls, part)
+
+    def write(self, value: Any, entry: KeyField, folder: Path | None) -> dict[str, Any]:
+        """Return the table with its name."""
+        return {entry.name: write_fields(value, folder)}
+
+
+def pose_entries(T: pin.SE3) -> dict[str, Any]:
+    """Return the keys of a pose that differ from those of the identity."""
+    found: dict[str, Any] = {}
+    if T.translation.any():
+        found["position"] = _rounded(T.translation)
+    if not (T.rotation == pin.SE3.Identity().rotation).all():
+        found["quat_wxyz"] = _rounded(spatial.quat_wxyz(T))
+    return found
+
+
+def plain(value: Any) -> Any:
+    """Return a value with lists in place of tuples and dicts in place of mappings."""
+    if isinstance(value, Mapping):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    return value
+
+
+def _rounded(numbers: Any) -> list[float]:
+    return [round(float(x), _DIGITS) + 0.0 for x in numbers]
+
+
+_TYPES: tuple[tuple[Any, Any], ...] = (
+    (str, _Simple("a text", "text")),
+    (float, _Number("a number", "number")),
+    (int, _Simple("a whole number", "whole_number")),
+    (bool, _Simple("true or false", "flag")),
+    (tuple[float, ...], _Numbers("a list of numbers", "numbers")),
+    (tuple[str, ...], _Names("a list of names", "texts")),
+    (tuple[tuple[str, str], ...], _Pairs("a list of pairs of names", "name_pairs")),
+    (pin.SE3, _Pose()),
+)
+
+
+def _values_of(hint: Any) -> Values:
+    """Return the reader and writer of a type, None aside."""
+    if get_origin(hint) in (Union, types.UnionType):
+        (hint,) = (one for one in get_args(hint) if one is not type(None))
+    if get_origin(hint) is Annotated:
+        hint = get_args(hint)[0]
+    if is_dataclass(hint):
+        return Part(hint)  # type: ignore[arg-type]
+    values: Values = next(values for known, values in _TYPES if known == hint)
+    return values
+
+
+def _default_text(default: Any) -> str:
+    if isinstance(default, float):
+        return f"{default:g}"
+    return default if isinstance(default, str) else ""

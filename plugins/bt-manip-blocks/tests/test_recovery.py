@@ -1,0 +1,28 @@
+"""The trees look at the end, and go on from the blocks as they are."""
+
+from bt_manip.bt import NodeStatus
+from bt_manip.evaluation import StressTester, plan_cases
+from bt_manip_blocks import ChooseBase
+
+from .test_blocks import put
+
+
+def test_a_tower_from_which_a_block_is_taken_at_the_end_is_built_again():
+    tester = StressTester("stack_blocks")
+    (case,) = plan_cases(tester, 1, ["move"], ["MoveHome"])
+    result = tester.run(case)
+    assert (result.outcome, result.reason, result.next_reason) == ("recovered", "", "")
+
+
+def test_the_highest_tower_is_built_on(station, trial):
+    for colour, x, y, z in (
+        ("red", 0.3, -0.1, 0.02),
+        ("green", 0.3, -0.1, 0.06),
+        ("blue", 0.45, 0.05, 0.02),
+        ("yellow", 0.3, -0.19, 0.02),
+    ):
+        put(station, colour, x, y, z)
+    station.cell.step(50)
+    choosing = trial(ChooseBase(base="{base}", top="{top}"))
+    assert choosing.tick() is NodeStatus.SUCCESS
+    assert choosing.blackboard["base"] == "red" and choosing.blackboard["top"] == "green"

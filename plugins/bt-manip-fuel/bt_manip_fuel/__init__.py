@@ -1,0 +1,1 @@
+"""SDFormat, and the models of Gazebo Fuel, for bt-manip."""

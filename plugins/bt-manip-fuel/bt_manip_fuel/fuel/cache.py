@@ -1,0 +1,139 @@
+"""Cache of models of Fuel, shared with Gazebo."""
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from tempfile import mkdtemp
+
+from bt_manip.models import ModelError
+from bt_manip_fuel.fuel.address import FuelAddress, fuel_server
+from bt_manip_fuel.model_config import MODEL_CONFIG
+
+FUEL_CACHE_VARIABLE = "GZ_FUEL_CACHE_PATH"
+"""Gazebo's environment variable with the cache folder."""
+
+_STAGE = ".bt_manip_"
+
+
+class FuelCache:
+    """Cache of models by server, owner, name and version, written atomically.
+
+    The layout is Gazebo's: ``SERVER/OWNER/models/NAME/VERSION/``, in lower case.
+    """
+
+    def __init__(self, root: Path | None = None) -> None:
+        """Use a folder; by default Gazebo's."""
+        given = os.environ.get(FUEL_CACHE_VARIABLE, "")
+        self.root = root or (Path(given) if given else Path.home() / ".gz" / "fuel")
+
+    def folder(self, address: FuelAddress) -> Path:
+        """Return the folder of all versions of a model, which may not exist."""
+        host = address.host.replace(":", "_")
+        return self.root / host / address.owner.lower() / "models" / address.name.lower()
+
+    def versions(self, address: FuelAddress) -> list[int]:
+        """Return the cached versions of a model, in order."""
+        return _versions(self.folder(address))
+
+    def find(self, address: FuelAddress) -> tuple[FuelAddress, Path] | None:
+        """Return a cached model: the version of the address, or the newest cached one."""
+        versions = self.versions(address)
+        version = address.version or (versions[-1] if versions else None)
+        if version is None or version not in versions:
+            return None
+        return address.at(version), self.folder(address) / str(version)
+
+    def models(self) -> Iterator[FuelAddress]:
+        """Yield all cached models, version by version."""
+        for folder in sorted(self.root.glob("*/*/models/*")):
+            host, owner, _, name = folder.relative_to(self.root).parts
+            server = f"https://{host}"
+            if FuelAddress(fuel_server(), "", "").host.replace(":", "_") == host:
+                server = fuel_server()
+            for version in _versions(folder):
+                yield FuelAddress(server, owner, name, version)
+
+    def remove(self, address: FuelAddress) -> list[Path]:
+        """Delete a version or all versions of a model; return the deleted paths."""
+        folder = self.folder(address)
+        versions = [address.version] if address.version else self.versions(address)
+        gone = [folder / str(v) for v in versions if (folder / str(v)).is_dir()]
+        for path in gone:
+            shutil.rmtree(path)
+        self._tidy(folder)
+        return gone
+
+    @contextmanager
+    def staging(self) -> Iterator[Path]:
+        """Create a temporary folder on the disk of the cache, deleted at the end.
+
+        Raises:
+            ModelError: When the cache cannot be written.
+        """
+        missing = [p for p in (self.root, *self.root.parents) if not p.exists()]
+        try:
+            self.root.mkdir(parents=True, exist_ok=True)
+            stage = Path(mkdtemp(prefix=_STAGE, dir=self.root))
+        except OSError as error:
+            raise ModelError(f"cache {self.root}: cannot be written: {error.strerror}") from None
+        try:
+            yield stage
+        finally:
+            shutil.rmtree(stage, ignore_errors=True)
+            for path in missing:
+                with suppress(OSError):  # it is not empty
+                    path.rmdir()
+
+    def publish(self, folder: Path, address: FuelAddress) -> Path:
+        """Move a complete model into the cache in one step.
+
+        If two processes publish the same model, the first one's remains.
+
+        Args:
+            folder: The model, in a folder of `staging`.
+            address: Its address, with the version.
+
+        Raises:
+            ModelError: When the cache cannot be written.
+        """
+        target = self.folder(address) / str(address.version)
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            if target.is_dir() and not (target / MODEL_CONFIG).is_file():
+                target.rename(
+                    folder.with_name("left_behind")
+                )  # incomplete, from an interrupted process
+            with suppress(FileExistsError):
+                _rename(folder, target)
+        except OSError as error:
+            self._tidy(target.parent)
+            raise ModelError(f"cache {target}: cannot be written: {error.strerror}") from None
+        return target
+
+    def _tidy(self, folder: Path) -> None:
+        """Remove empty folders upwards."""
+        while folder != self.root and folder.is_relative_to(self.root):
+            try:
+                folder.rmdir()
+            except OSError:
+                return
+            folder = folder.parent
+
+
+def _rename(folder: Path, target: Path) -> None:
+    """Rename a folder; raise `FileExistsError` if the model exists already."""
+    try:
+        folder.rename(target)
+    except OSError:
+        if (target / MODEL_CONFIG).is_file():
+            raise FileExistsError(target) from None
+        raise
+
+
+def _versions(folder: Path) -> list[int]:
+    with suppress(OSError):
+        names = [path.name for path in folder.iterdir() if (path / MODEL_CONFIG).is_file()]
+        return sorted(int(name) for name in names if name.isascii() and name.isdigit())
+    return []

@@ -1,0 +1,79 @@
+"""Mass and inertia of a link, with SDF's defaults."""
+
+import numpy as np
+
+from bt_manip_fuel.sdf.reader import Element, SdfReader
+from bt_manip_fuel.sdf.scopes import Scopes
+
+_PRODUCTS = (("ixy", 0, 1), ("ixz", 0, 2), ("iyz", 1, 2))
+_ROUNDING = 1e-6  # of the trace
+
+
+def inertial(
+    reader: SdfReader, scopes: Scopes, name: str, link: Element, static: bool
+) -> dict[str, object] | None:
+    """Return a link's inertial for MJCF, or None to derive it from the shapes.
+
+    What is left out is 1: the mass [kg], and the inertia about each axis [kg m^2].
+
+    Raises:
+        ModelError: When the mass or the inertia is none that a body can have.
+    """
+    element = link.find("inertial")
+    if element is not None and element.get("auto", "false").lower() in ("true", "1"):
+        return None
+    T = scopes.local(name, None if element is None else element.find("pose"))
+    source = link if element is None else element
+    mass = 1.0 if element is None else reader.number(element, "mass", 1.0)
+    inertia = np.eye(3) if element is None else _inertia(reader, element)
+    problem = _problem(mass, inertia)
+    if problem and static:
+        reader.warn(source, f"{problem}; it does not move, so its inertia follows from the shapes")
+        return None
+    if problem:
+        raise reader.error(source, f"link '{name}': {problem}")
+    inertia = T.rotation @ _balanced(reader, source, name, inertia) @ T.rotation.T
+    if element is not None:
+        reader.only(element, {"pose", "mass", "inertia", "density"})
+    full = [*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2]]
+    return {"pos": T.translation, "mass": mass, "fullinertia": full}
+
+
+def _inertia(reader: SdfReader, element: Element) -> np.ndarray:
+    """Read the tensor about the centre of mass."""  # (3, 3) [kg m^2]
+    inside = element.find("inertia")
+    if inside is None:
+        return np.eye(3)
+    inertia = np.diag([reader.number(inside, tag, 1.0) for tag in ("ixx", "iyy", "izz")])
+    for tag, i, j in _PRODUCTS:
+        inertia[i, j] = inertia[j, i] = reader.number(inside, tag, 0.0)
+    return inertia
+
+
+def _problem(mass: float, inertia: np.ndarray) -> str:
+    if not np.isfinite(mass) or mass <= 0:
+        return f"a mass must be a positive number [kg], got {mass:g}"
+    if not np.isfinite(inertia).all() or np.linalg.eigvalsh(inertia)[0] <= 0:
+        return "an inertia must be positive about every axis [kg m^2]"
+    return ""
+
+
+def _balanced(reader: SdfReader, element: Element, name: str, inertia: np.ndarray) -> np.ndarray:
+    """Check that no principal moment exceeds the sum of the other two.
+
+    MuJoCo refuses such a body. A little is rounding, which flat things have; what is more is a
+    guess of who wrote the file, and becomes a ball's inertia with the same trace.
+    """
+    moments = np.linalg.eigvalsh(inertia)
+    trace = float(moments.sum())
+    excess = float(2 * moments[2] - trace)
+    if excess > _ROUNDING * trace:
+        reader.warn(
+            element,
+            f"link '{name}': invalid principal inertias "
+            f"{', '.join(f'{m:.3g}' for m in moments)}; all of them become {trace / 3:.3g} kg m^2",
+        )
+        return np.eye(3) * trace / 3
+    if excess > -1e-12 * trace:
+        return inertia + np.eye(3) * (max(excess, 0.0) + 1e-12 * trace)
+    return inertia

@@ -1,0 +1,169 @@
+"""Frames of a model and its nested models, and their relative poses.
+
+SDF 1.7 and later: links, joints, frames and nested models are frames; each has a pose relative to
+another one, found by its name in the model where it stands (``inner::link`` looks into a nested
+one). http://sdformat.org/tutorials?tut=pose_frame_semantics
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import pinocchio as pin
+
+from bt_manip.exceptions import did_you_mean
+from bt_manip_fuel.sdf.reader import Element, SdfReader
+
+MODEL = "__model__"
+WORLD = "world"
+SEPARATOR = "::"
+MAX_FRAMES = 5_000
+"""Maximum number of frames in all nested models: nested includes grow exponentially."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A frame of the document.
+
+    Attributes:
+        kind: ``"model"``, ``"link"``, ``"joint"`` or ``"frame"``.
+        element: What it is in the document.
+        scope: Prefix of the names that it may use, such as ``"arm::"``.
+        T: Its pose relative to another frame.
+        relative_to: Name of that frame; empty for the default of its kind.
+        attached_to: For frames, what they move with.
+        placement: For models, the frame of it that is at the pose.
+    """
+
+    kind: str
+    element: Element
+    scope: str
+    T: pin.SE3
+    relative_to: str = ""
+    attached_to: str = ""
+    placement: str = ""
+
+
+class Scopes:
+    """All frames of a model by their full names, and their poses."""
+
+    def __init__(self, reader: SdfReader) -> None:
+        """Initialise without frames."""
+        self._reader = reader
+        self._frames: dict[str, Frame] = {}
+        self._busy: list[tuple[str, str]] = []
+
+    def add(self, name: str, frame: Frame) -> None:
+        """Add a frame by its full name.
+
+        Raises:
+            ModelError: When the name is taken, or is none.
+        """
+        own = name.rpartition(SEPARATOR)[2]
+        if not own or own in (WORLD, "") or "/" in own:
+            raise self._reader.error(frame.element, f"'{own}' cannot be a name")
+        if name in self._frames or name + SEPARATOR + MODEL in self._frames:
+            raise self._reader.error(frame.element, f"the name '{own}' is used twice")
+        if len(self._frames) >= MAX_FRAMES:
+            raise self._reader.error(frame.element, f"more than {MAX_FRAMES} links and frames")
+        self._frames[name] = frame
+
+    def of_kind(self, kind: str) -> Iterator[tuple[str, Frame]]:
+        """Yield the frames of a kind, in the order of the document."""
+        return ((name, f) for name, f in self._frames.items() if f.kind == kind)
+
+    def whole_name(self, scope: str, name: str, element: Element) -> str:
+        """Return the frame of a name in a scope.
+
+        Raises:
+            ModelError: When nothing there has that name.
+        """
+        if name == WORLD:
+            return WORLD
+        for candidate in (scope + name, scope + name + SEPARATOR + MODEL):
+            if candidate in self._frames:
+                return candidate
+        known = [n.removeprefix(scope) for n in self._frames if n.startswith(scope)]
+        near = did_you_mean(name, known)
+        raise self._reader.error(element, f"there is no frame '{name}' in the model{near}")
+
+    def pose(self, name: str, origin: str = MODEL) -> pin.SE3:
+        """Return the pose of a frame relative to another one that it depends on.
+
+        Raises:
+            ModelError: When frames are relative to each other in a circle.
+        """
+        if name in (origin, WORLD):
+            return pin.SE3.Identity()
+        frame = self._frames[name]
+        if (name, origin) in self._busy:
+            raise self._reader.error(frame.element, f"'{name}' is relative to itself")
+        if name == MODEL:
+            raise self._reader.error(frame.element, "a placement frame outside of its model")
+        self._busy.append((name, origin))
+        T = self.pose(self._base(frame), origin) * frame.T
+        if frame.placement:
+            inner = self._inner(name, frame)
+            T = T * self.pose(inner, name).inverse()
+        self._busy.pop()
+        return T
+
+    def root_placement(self) -> pin.SE3:
+        """Return the pose of the model's placement frame."""
+        frame = self._frames[MODEL]
+        return self.pose(self._inner(MODEL, frame)) if frame.placement else pin.SE3.Identity()
+
+    def local(self, link: str, pose: Element | None) -> pin.SE3:
+        """Return the pose of a visual, collision or inertial in its link.
+
+        Raises:
+            ModelError: When it is none.
+        """
+        T = self._reader.pose(pose)
+        if pose is None or not pose.get("relative_to"):
+            return T
+        base = self.whole_name(self._frames[link].scope, pose.get("relative_to", ""), pose)
+        return self.pose(link).inverse() * self.pose(base) * T
+
+    def link_of(self, name: str) -> str:
+        """Return the link that a frame moves with, or the world.
+
+        Raises:
+            ModelError: When there is none.
+        """
+        for _ in range(len(self._frames) + 1):
+            if name == WORLD:
+                return WORLD
+            frame = self._frames[name]
+            if frame.kind == "link":
+                return name
+            if frame.kind == "joint":
+                name = self._named(frame, self._reader.text(frame.element, "child"))
+            elif frame.kind == "frame":
+                name = self._named(frame, frame.attached_to or MODEL)
+            else:
+                inside = name.removesuffix(MODEL)
+                canonical = frame.element.get("canonical_link", "")
+                if canonical:
+                    name = self.whole_name(inside, canonical, frame.element)
+                else:
+                    links = [n for n, _ in self.of_kind("link") if n.startswith(inside)]
+                    if not links:
+                        raise self._reader.error(frame.element, "a model without links")
+                    name = links[0]
+        raise self._reader.error(frame.element, "frames are attached to each other in a cycle")
+
+    def _named(self, frame: Frame, name: str) -> str:
+        return self.whole_name(frame.scope, name, frame.element)
+
+    def _inner(self, name: str, frame: Frame) -> str:
+        return self.whole_name(name.removesuffix(MODEL), frame.placement, frame.element)
+
+    def _base(self, frame: Frame) -> str:
+        """Return the frame that a frame's pose is relative to."""
+        if frame.relative_to:
+            return self._named(frame, frame.relative_to)
+        if frame.kind == "joint":
+            return self._named(frame, self._reader.text(frame.element, "child"))
+        if frame.kind == "frame" and frame.attached_to:
+            return self._named(frame, frame.attached_to)
+        return frame.scope + MODEL

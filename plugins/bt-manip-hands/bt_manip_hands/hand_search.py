@@ -1,0 +1,286 @@
+"""Search for a hand in a model: palm, thumb, fingers, and an open and a closed posture."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from bt_manip.robots import FoundGripper, effort_limit
+
+_WIDTHS = (0.09, 0.075, 0.06)  # [m] of the widest object, the first that the hand can open to
+_SAMPLES = 4000  # postures of the fingers, and of the thumb
+_CLOSED = 100  # closed postures for which an open one is searched
+_MEETS = (0.4, 1.0)  # distance of the tips' centres when closed, over the sum of their radii
+_NEAR = 8e-3  # [m] of the open tips from where they belong
+_ACROSS = 0.4  # cosine of closing and approach, at most
+_FRONT = 0.1  # weight of an approach along the z axis of the palm, which points off its mount
+_BEHIND = 0.05  # [m] of the palm behind the point where the tips meet, at least
+_HALF = 0.03  # [m] half the size of an object, along the approach
+_MARGIN = 0.1  # of a joint's range that a posture keeps from its limits
+_EFFORT = 0.5  # [N m] of joints whose actuators have no limit
+_DEFLECTION = 0.175  # [rad] from its reference at which a joint exerts its effort limit
+_FORCE_SHARE = 0.8  # of the force at the thumb's tip that its weakest joint allows
+_LEVER = 5e-3  # [m] least lever of a joint that counts
+
+
+class _Digit(NamedTuple):
+    """A finger or the thumb.
+
+    Attributes:
+        body: Its first body.
+        joints: Its joints, from the palm outwards.
+        geoms: Its geoms that collide; the last one is the tip.
+    """
+
+    body: int
+    joints: list[int]
+    geoms: list[int]
+
+
+class _Postures(NamedTuple):
+    """Sampled postures, seen in the palm.
+
+    Attributes:
+        q: Joint positions [rad].  # (n, nq)
+        tips: Mean position of the tips [m].  # (n, 3)
+        links: Centres of the geoms, the tips' last [m].  # (n, ngeom, 3)
+    """
+
+    q: np.ndarray
+    tips: np.ndarray
+    links: np.ndarray
+
+
+def find_hand(model: mujoco.MjModel, arm_joints: Sequence[str]) -> FoundGripper | None:
+    """Return a hand beyond the arm's last joint; None if there is none.
+
+    A hand has a palm with at least three digits. The thumb is the digit whose last hinge is the
+    least parallel to those of the others. In the closed posture the tip of the thumb meets those of
+    the fingers, which move alike; in the open one they are apart on opposite sides of that point,
+    with their tips in front and no link between them. Both are found by sampling.
+
+    Args:
+        model: The robot, compiled alone.
+        arm_joints: Full names of the arm's joints, from the base to the tool.
+    """
+    palm, digits = _digits(model, arm_joints)
+    if len(digits) < 3:
+        return None
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    axes = np.array([data.xaxis[digit.joints[-1]] for digit in digits])
+    thumb = digits.pop(int(np.abs(axes @ axes.T).sum(axis=1).argmin()))
+    rng = np.random.default_rng(0)
+    fingers = _sample(model, palm, digits, rng, alike=True)
+    opposed = _sample(model, palm, [thumb], rng, alike=False)
+    own = (model.geom_bodyid == palm) & _collides(model)
+    centre = np.mean([_in_palm(data, palm, data.geom_xpos[g]) for g in np.flatnonzero(own)], axis=0)
+    size = float(model.geom_rbound[thumb.geoms[-1]] + model.geom_rbound[digits[0].geoms[-1]])
+    for width in _WIDTHS:
+        found = _best(fingers, opposed, centre if own.any() else np.zeros(3), size, width, rng)
+        if found is not None:
+            return _describe(model, palm, thumb, digits, fingers, opposed, found, width)
+    return None
+
+
+def _digits(model: mujoco.MjModel, arm_joints: Sequence[str]) -> tuple[int, list[_Digit]]:
+    """Return the palm, and the digits at it."""
+    last = int(model.jnt_bodyid[model.joint(arm_joints[-1]).id])
+    jointed = [int(model.jnt_bodyid[j]) for j in range(model.njnt)]
+    paths = {b: _path(model, b) for b in jointed if last in _path(model, b)[:-1]}
+    if not paths:
+        return last, []
+    palm = last
+    for level in zip(*paths.values(), strict=False):
+        if len(set(level)) > 1:
+            break
+        palm = level[0]
+    digits: dict[int, _Digit] = {}
+    for body, path in paths.items():
+        if palm not in path[:-1]:
+            return palm, []  # a joint above the palm: a wrist of the hand
+        first = path[path.index(palm) + 1]
+        digit = digits.setdefault(first, _Digit(first, [], []))
+        start = int(model.body_jntadr[body])
+        digit.joints.extend(range(start, start + int(model.body_jntnum[body])))
+    for geom in np.flatnonzero(_collides(model)).tolist():
+        for first in set(_path(model, int(model.geom_bodyid[geom]))) & digits.keys():
+            digits[first].geoms.append(geom)
+    return palm, [d for d in digits.values() if len(d.joints) > 1 and d.geoms]
+
+
+def _path(model: mujoco.MjModel, body: int) -> list[int]:
+    """Return the bodies from the base to a body."""
+    found = [body]
+    while found[0]:
+        found.insert(0, int(model.body_parentid[found[0]]))
+    return found
+
+
+def _collides(model: mujoco.MjModel) -> np.ndarray:
+    return np.array((model.geom_contype != 0) | (model.geom_conaffinity != 0))
+
+
+def _in_palm(data: mujoco.MjData, palm: int, point: np.ndarray) -> np.ndarray:
+    """Return a point of the world, or several, in the palm's frame [m]."""
+    return np.asarray((point - data.xpos[palm]) @ data.xmat[palm].reshape(3, 3))
+
+
+def _sample(
+    model: mujoco.MjModel,
+    palm: int,
+    digits: Sequence[_Digit],
+    rng: np.random.Generator,
+    *,
+    alike: bool,
+) -> _Postures:
+    """Sample postures; fingers move alike, and joints of symmetric range stay in the middle."""
+    data, joints = mujoco.MjData(model), [j for digit in digits for j in digit.joints]
+    depth = [k for digit in digits for k in range(len(digit.joints))]
+    lower, upper = model.jnt_range[joints].T
+    level = np.abs(lower + upper) < 0.2 * (upper - lower)
+    columns = max(depth) + 1 if alike else len(joints)
+    shares = rng.uniform(_MARGIN, 1.0 - _MARGIN, (_SAMPLES, columns))
+    shares = shares[:, depth] if alike else shares
+    q = lower + shares * (upper - lower)
+    if alike:
+        q[:, level] = 0.5 * (lower + upper)[level]
+    geoms = [g for digit in digits for g in digit.geoms[:-1]] + [d.geoms[-1] for d in digits]
+    links = np.empty((_SAMPLES, len(geoms), 3))
+    for i in range(_SAMPLES):
+        data.qpos[model.jnt_qposadr[joints]] = q[i]
+        mujoco.mj_kinematics(model, data)
+        links[i] = _in_palm(data, palm, data.geom_xpos[geoms])
+    return _Postures(q, links[:, -len(digits) :].mean(axis=1), links)
+
+
+class _Found(NamedTuple):
+    """Postures of fingers and thumb by number: closed, then open; and the tool in the palm."""
+
+    closed: tuple[int, int]
+    open: tuple[int, int]
+    T_pt: pin.SE3
+
+
+def _best(
+    fingers: _Postures,
+    thumb: _Postures,
+    palm: np.ndarray,
+    size: float,
+    width: float,
+    rng: np.random.Generator,
+) -> _Found | None:
+    """Return the best pair of a closed and an open posture.
+
+    Args:
+        fingers: Postures of the fingers.
+        thumb: Postures of the thumb.
+        palm: Centre of the palm, in its frame [m].  # (3,)
+        size: Sum of the radii of two tips [m].
+        width: Width of the open hand between the tips [m].
+        rng: Random generator for closed postures that are tried.
+    """
+    distance, nearest = np.array([_nearest(thumb.tips, tip) for tip in fingers.tips]).T
+    near, far = (share * size for share in _MEETS)
+    closed = np.flatnonzero((distance > near) & (distance < far))
+    best: tuple[float, _Found] | None = None
+    for i in rng.permutation(closed)[:_CLOSED].tolist():
+        j = int(nearest[i])
+        middle = 0.5 * (fingers.tips[i] + thumb.tips[j])
+        away = middle - palm
+        offset = fingers.tips - middle
+        length = np.linalg.norm(offset, axis=1)
+        for k in np.flatnonzero(np.abs(length - 0.5 * (width + size)) < _NEAR).tolist():
+            y = offset[k] / length[k]
+            z = away - (away @ y) * y
+            behind = float(np.linalg.norm(z))
+            if behind < _BEHIND or abs(away @ y) > _ACROSS * np.linalg.norm(away):
+                continue
+            gap, m = _nearest(thumb.tips, middle - offset[k])
+            if gap > _NEAR:
+                continue
+            z /= behind
+            score = min(behind, 0.1) + _FRONT * z[2]
+            for one, number, sign in ((fingers, k, 1.0), (thumb, int(m), -1.0)):
+                links = one.links[number] - middle
+                tip = one.tips[number] - middle
+                score -= 3.0 * max(0.0, float((links @ z).max() - tip @ z))  # tips in front
+                between = links[links @ z > -_HALF] @ y * sign
+                score -= 3.0 * max(0.0, 0.5 * width - float(between.min()))  # no link between
+            if best is None or score > best[0]:
+                R = np.column_stack([np.cross(y, z), y, z])
+                best = score, _Found((i, j), (k, int(m)), pin.SE3(R, middle))
+    return None if best is None or best[0] < 0.0 else best[1]
+
+
+def _nearest(points: np.ndarray, to: np.ndarray) -> tuple[float, int]:
+    """Return the distance of the nearest of some points, and its number."""
+    squares = np.square(points - to).sum(axis=1)
+    number = int(squares.argmin())
+    return float(np.sqrt(squares[number])), number
+
+
+def _describe(
+    model: mujoco.MjModel,
+    palm: int,
+    thumb: _Digit,
+    digits: Sequence[_Digit],
+    fingers: _Postures,
+    opposed: _Postures,
+    found: _Found,
+    width: float,
+) -> FoundGripper:
+    """Return the parameters of the kind ``hand``."""
+    joints = [j for digit in (*digits, thumb) for j in digit.joints]
+    postures = [
+        np.round(np.concatenate([fingers.q[i], opposed.q[j]]), 3).tolist()
+        for i, j in (found.open, found.closed)
+    ]
+    limits = np.array([effort_limit(model, j) for j in joints])
+    effort = np.where(np.isfinite(limits), limits, _EFFORT)
+    force = _thumb_force(model, palm, thumb, opposed.q[found.closed[1]], found, effort)
+    return FoundGripper(
+        parameters={
+            "palm": model.body(palm).name,
+            "thumb": model.body(thumb.body).name,
+            "fingers": [model.body(digit.body).name for digit in digits],
+            "joints": [model.joint(j).name for j in joints],
+            "open": postures[0],
+            "closed": postures[1],
+            "effort": effort.tolist(),
+            "stiffness": np.round(effort / _DEFLECTION, 3).tolist(),
+            "max_width": width,
+        },
+        max_force=force,
+        body=model.body(palm).name,
+        T_bt=found.T_pt,
+        notes={
+            "gripper": "Found by sampling postures in which the thumb meets the fingers.",
+            "gripper.effort": "Of the model; CHOSEN where its actuators have no limits [N m].",
+            "gripper.stiffness": "CHOSEN: the effort limit at 10 degrees [N m/rad].",
+        },
+    )
+
+
+def _thumb_force(
+    model: mujoco.MjModel,
+    palm: int,
+    thumb: _Digit,
+    q: np.ndarray,
+    found: _Found,
+    effort: np.ndarray,
+) -> float:
+    """Return the force with which the closed thumb can press [N]."""
+    data = mujoco.MjData(model)
+    data.qpos[model.jnt_qposadr[thumb.joints]] = q
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    jacobian, tip = np.zeros((3, model.nv)), thumb.geoms[-1]
+    body = int(model.geom_bodyid[tip])
+    mujoco.mj_jac(model, data, jacobian, None, data.geom_xpos[tip], body)
+    y = data.xmat[palm].reshape(3, 3) @ found.T_pt.rotation[:, 1]
+    levers = np.abs(y @ jacobian[:, model.jnt_dofadr[thumb.joints]])
+    forces = effort[-len(thumb.joints) :][levers > _LEVER] / levers[levers > _LEVER]
+    return float(f"{_FORCE_SHARE * float(forces.min()):.2g}")

@@ -1,0 +1,66 @@
+"""A hand is found in its model: its parts, and postures in which the thumb meets the fingers."""
+
+import subprocess
+import sys
+
+import mujoco
+import pytest
+from dm_control import mjcf
+
+from bt_manip_hands.hand import Hand
+from bt_manip_hands.hand_search import find_hand
+
+ARM = (
+    '<mujoco><worldbody><body name="arm"><joint name="turn"/><geom size="0.01"/></body>'
+    "</worldbody></mujoco>"
+)
+FINGERS = ("ff_base", "mf_base", "rf_base")
+
+
+def carried(path):
+    root = mjcf.from_xml_string(ARM)
+    root.find("body", "arm").add("site", name="end").attach(mjcf.from_path(str(path)))
+    return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_palm_thumb_and_postures_of_a_hand_are_found(menagerie, side):
+    model = carried(menagerie / "wonik_allegro" / f"{side}_hand.xml")
+    found, prefix = find_hand(model, ["turn"]), f"allegro_{side}/"
+    given = found.parameters
+    assert (given["palm"], given["thumb"]) == (f"{prefix}palm", f"{prefix}th_base")
+    assert set(given["fingers"]) == {prefix + name for name in FINGERS}
+    assert found.max_force > 3.0 and given["max_width"] >= 0.06
+    data = mujoco.MjData(model)
+    addresses = [int(model.joint(name).qposadr[0]) for name in given["joints"]]
+    tips = ("ff_tip", "mf_tip", "rf_tip", "th_tip")
+    geoms = [int(model.body(prefix + name).geomadr[0]) + 1 for name in tips]
+    gaps = {}
+    for posture in ("open", "closed"):
+        data.qpos[addresses] = given[posture]
+        mujoco.mj_kinematics(model, data)
+        T = data.body(f"{prefix}palm")
+        centres = (data.geom_xpos[geoms] - T.xpos) @ T.xmat.reshape(3, 3)
+        local = (centres - found.T_bt.translation) @ found.T_bt.rotation
+        fingers, thumb = local[:3].mean(axis=0), local[3]
+        gaps[posture] = fingers[1] - thumb[1]  # y points from the thumb to the fingers
+        assert abs(fingers[2]) < 0.02 and abs(thumb[2]) < 0.02
+    assert gaps["open"] > given["max_width"] > 2.0 * gaps["closed"]
+
+
+def test_two_fingers_are_no_hand(menagerie):
+    model = mujoco.MjModel.from_xml_path(str(menagerie / "universal_robots_ur5e" / "ur5e.xml"))
+    assert find_hand(model, [model.joint(j).name for j in range(model.njnt)]) is None
+    assert Hand.found_in(model, ["shoulder_pan_joint"]) is None
+
+
+@pytest.mark.soak
+def test_an_arm_with_a_hand_that_nobody_described_picks(menagerie, tmp_path):
+    arm = menagerie / "universal_robots_ur5e" / "ur5e.xml"
+    hand = menagerie / "wonik_allegro" / "left_hand.xml"
+    command = [sys.executable, "-m", "bt_manip", "robot", "new", arm, "--gripper", hand]
+    done = subprocess.run([*command, "-o", tmp_path / "one.toml"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+    assert (
+        "20 of 20 cycles" in done.stderr and 'kind = "hand"' in (tmp_path / "one.toml").read_text()
+    )

@@ -1,0 +1,37 @@
+"""The trees look at the end, and try again after disturbances."""
+
+import pytest
+
+from bt_manip.evaluation import StressCase, StressTester
+
+
+@pytest.fixture(scope="module")
+def recovers():
+    """Tell how a tree fares with a fault at the last phase of that name."""
+    testers = {}
+
+    def recovers(tree, fault, phase, seed=0):
+        tester = testers.get(tree) or testers.setdefault(tree, StressTester(tree))
+        where = [one for one in tester.phases() if phase in one.path][-1]
+        result = tester.run(StressCase(fault, where, seed))
+        return result.outcome, result.reason, result.next_reason
+
+    return recovers
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_drawer_that_the_falling_arm_pushes_is_pulled_again(recovers, seed):
+    found = recovers("open_drawer", "torque_loss", "OpenGripper", seed)
+    assert found == ("recovered", "", "")
+
+
+@pytest.mark.parametrize(
+    ("fault", "phase"),
+    [("push", "Press"), ("stuck_joint", "MoveHome"), ("sensor_delay", "Hover")],
+)
+def test_a_button_is_pressed_in_spite_of_a_disturbance(recovers, fault, phase):
+    assert recovers("press_button", fault, phase) == ("recovered", "", "")
+
+
+def test_a_peg_that_is_knocked_out_of_the_hand_is_inserted(recovers):
+    assert recovers("insert_peg", "move", "MoveHome") == ("recovered", "", "")

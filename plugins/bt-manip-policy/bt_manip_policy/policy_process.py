@@ -1,0 +1,269 @@
+"""Policies in a process of their own, with limits of time and memory."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import weakref
+from collections.abc import Callable, Mapping
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from typing import Any
+
+import numpy as np
+
+from bt_manip.control import ControlError
+from bt_manip.exceptions import did_you_mean, shown
+
+from .worker import MAX_REPLY
+
+CHECK_TIME = 1.5
+"""Longest wall time in which a policy is loaded, and acts for the first time [s]."""
+
+MAX_TIME = 5.0
+"""Longest wall time of an action later [s]: a loaded machine must not decide what happens."""
+
+MAX_MEMORY = 768 << 20
+"""Limit of the data of the process [bytes]; onnxruntime itself takes 110 MB of it."""
+
+START_TIME = 60.0
+"""Longest wall time in which the process starts and imports the class of a policy [s]."""
+
+_COMMAND = """
+import json, sys
+sys.path[:] = json.loads(sys.argv[1])
+from bt_manip_policy.worker import main
+main(int(sys.argv[2]), int(sys.argv[3]))
+"""
+
+
+class PolicyError(ControlError):
+    """A policy that cannot be loaded, does not fit the station, or returns no valid action."""
+
+
+class PolicyProcess:
+    """Loads and runs policies in a process, so that nothing that they do harms this one.
+
+    The process starts when it is needed, also after it was killed. It ends with this object, with
+    this process, and when its pipe ends, so that no crash leaves it behind.
+    """
+
+    def __init__(self) -> None:
+        """Start nothing yet."""
+        self._end: Callable[[], object] = lambda: None
+        self._process: subprocess.Popen[bytes] | None = None
+        self._pipe: Connection | None = None
+        self._loaded: set[int] = set()
+
+    def answer(
+        self,
+        make: str,
+        arguments: tuple[Any, ...],
+        observations: Mapping[str, np.ndarray] | None,
+        limit: float,
+    ) -> bytes:
+        """Return the reply of a policy to observations; None loads it again.
+
+        A policy is loaded with the first observations, too, and after the process was killed.
+
+        Args:
+            make: Makes the policy, as of `LoadedPolicy`.
+            arguments: Those of `make`.
+            observations: The present observations by name.
+            limit: Longest wall time [s].
+
+        Raises:
+            PolicyError: If there is none within the limits.
+        """
+        key = make, arguments
+        try:
+            if observations is None or key not in self._loaded:
+                self._loaded.discard(key)
+                self._started().send((limit, key, None))
+                self._receive(START_TIME)
+                reply = self._receive(limit)
+                self._loaded.add(key)
+            if observations is not None:
+                self._started().send((limit, key, observations))
+                reply = self._receive(limit)
+            return reply
+        except PolicyError:
+            raise
+        except (EOFError, OSError) as error:
+            reason = self._reason(error, limit)
+            self.close()
+            raise PolicyError(reason) from error
+        except BaseException:  # Ctrl-C
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Kill the process; another one is started when it is needed."""
+        self._end()
+        self._process = self._pipe = None
+        self._loaded.clear()
+
+    def _started(self) -> Connection:
+        if self._pipe is None:
+            self._pipe, other = Pipe()
+            with other:
+                environment = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", **os.environ}
+                arguments = json.dumps(sys.path), str(other.fileno()), str(MAX_MEMORY)
+                self._process = subprocess.Popen(
+                    [sys.executable, "-P", "-c", _COMMAND, *arguments], pass_fds=[other.fileno()],
+                    stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                    env=environment, process_group=0,  # Ctrl-C reaches this process only
+                )  # fmt: skip
+            self._end = weakref.finalize(self, _kill, self._process, self._pipe)
+        return self._pipe
+
+    def _receive(self, limit: float) -> bytes:
+        """Return a reply.
+
+        Raises:
+            PolicyError: If the policy has a problem.
+            EOFError: If the process has ended; or another `OSError`.
+            TimeoutError: If the process does not answer, although it should have ended.
+        """
+        assert self._pipe is not None
+        if not self._pipe.poll(limit + 1.0):
+            raise TimeoutError
+        reply = self._pipe.recv_bytes(MAX_REPLY)
+        if reply.startswith(b'{"problem"'):
+            raise PolicyError(json.loads(reply)["problem"])
+        return reply
+
+    def _reason(self, error: Exception, limit: float) -> str:
+        """Return why there is no reply."""
+        assert self._process is not None
+        try:
+            code = self._process.wait(0.0 if isinstance(error, TimeoutError) else 1.0)
+        except subprocess.TimeoutExpired:
+            return "does not answer"
+        if code == -signal.SIGALRM:
+            return f"takes longer than {limit:g} s"
+        how = signal.Signals(-code).name if code < 0 else f"exit code {code}"
+        return f"ended its process ({how})"
+
+
+class LoadedPolicy:
+    """A policy in a process.
+
+    Attributes:
+        name: What messages call it.
+        action: Kind of the actions.
+        rate: Number of actions per second [Hz].
+        inputs: Shape of each observation; None is a dimension of any size.
+    """
+
+    def __init__(self, process: PolicyProcess, name: str, make: str, *arguments: Any) -> None:
+        """Make a policy in the process.
+
+        Args:
+            process: The process.
+            name: What messages call it.
+            make: ``"module:name"`` of a class or function that makes it there, with the attributes
+                of `OnnxPolicy`.
+            arguments: Its arguments, which are pickled.
+
+        Raises:
+            PolicyError: If it cannot be made within the limits.
+        """
+        self.name, self._process = name, process
+        self._make, self._arguments = make, arguments
+        about = json.loads(self._answer(None, CHECK_TIME))
+        self.action: str = about["action"]
+        self.rate: float = about["rate"]
+        self.inputs = {name: tuple(shape) for name, shape in about["inputs"].items()}
+
+    def check(self, shapes: Mapping[str, tuple[int, ...]]) -> None:
+        """Check that it fits a station.
+
+        Args:
+            shapes: Shapes of the station's observations by name.
+
+        Raises:
+            PolicyError: If the policy expects others.
+        """
+        for name, expected in self.inputs.items():
+            if name not in shapes:
+                raise self.error(
+                    f"expects the observation {shown(name)}, which the station lacks"
+                    + did_you_mean(name, shapes)
+                )
+            found = shapes[name]
+            if not (_fits(found, expected) or _fits((1, *found), expected)):
+                raise self.error(
+                    f"expects the observation {shown(name)} of size {_shape_text(expected)}, the "
+                    f"station's has {_shape_text(found)}"
+                )
+
+    def act(
+        self, observations: Mapping[str, np.ndarray], size: int, *, trial: bool = False
+    ) -> np.ndarray:
+        """Return the next actions.
+
+        Args:
+            observations: The present observations by name.
+            size: Number of values of an action.
+            trial: Whether the observations are made up: the actions need not be finite, and take
+                at most `CHECK_TIME`.
+
+        Returns:
+            One action per row.  # (n, size)
+
+        Raises:
+            PolicyError: If the policy fails, or its result is not finite or has another shape.
+        """
+        wanted = {name: observations[name] for name in self.inputs}
+        reply = self._answer(wanted, CHECK_TIME if trial else MAX_TIME)
+        head, _, data = reply.partition(b"\n")
+        shape = tuple(json.loads(head)["shape"])
+        actions = np.frombuffer(data).reshape(shape)
+        if actions.ndim == 3 and len(actions) == 1:
+            actions = actions[0]
+        if actions.ndim == 1:
+            actions = actions[None]
+        if actions.ndim != 2 or not len(actions) or actions.shape[1] != size:
+            raise self.error(
+                f"returned values of shape {_shape_text(shape)}, an action "
+                f"'{self.action}' of this robot has {size}"
+            )
+        if not trial and not np.isfinite(actions).all():
+            raise self.error(f"returned an action that is not finite: {actions.tolist()[0]}")
+        return actions
+
+    def error(self, message: str) -> PolicyError:
+        """Return an error with the policy's name."""
+        return PolicyError(f"policy '{self.name}' {message}")
+
+    def _answer(self, observations: Mapping[str, np.ndarray] | None, limit: float) -> bytes:
+        try:
+            return self._process.answer(self._make, self._arguments, observations, limit)
+        except PolicyError as error:
+            raise self.error(str(error)) from error.__cause__
+
+
+def shared_process() -> PolicyProcess:
+    """Return the process of all policies here, which ends with the last of them."""
+    return _processes.setdefault("policies", PolicyProcess())
+
+
+_processes: weakref.WeakValueDictionary[str, PolicyProcess] = weakref.WeakValueDictionary()
+
+
+def _kill(process: subprocess.Popen[bytes], pipe: Connection) -> None:
+    pipe.close()
+    process.kill()
+    process.wait()
+
+
+def _fits(shape: tuple[int, ...], expected: tuple[int | None, ...]) -> bool:
+    return len(shape) == len(expected) and all(
+        e in (None, n) for n, e in zip(shape, expected, strict=True)
+    )
+
+
+def _shape_text(shape: tuple[int | None, ...]) -> str:
+    return " x ".join("any" if n is None else str(n) for n in shape) or "none"

@@ -1,0 +1,84 @@
+"""The process that runs policies: it answers requests until its pipe ends.
+
+It imports nothing of the simulation. Requests are pickled; replies are a line of JSON and the bytes
+of an array, so that reading them runs no code of a policy.
+"""
+
+import json
+import resource
+import signal
+from multiprocessing.connection import Connection
+from pkgutil import resolve_name
+from typing import Any
+
+import numpy as np
+
+from bt_manip.exceptions import BtManipError, one_line
+
+MAX_REPLY = 1 << 20
+"""Largest reply [bytes]."""
+
+LONGEST_ABOUT = 1 << 16
+"""Characters of the description of a policy."""
+
+LONGEST_TEXT = 400
+"""Characters of a message of a library that are shown."""
+
+
+def main(descriptor: int, memory: int) -> None:
+    """Answer requests until the pipe ends, because the parent has closed it or has ended.
+
+    Args:
+        descriptor: File descriptor of the pipe, open in both directions.
+        memory: Limit of the process's own data [bytes]; macOS does not enforce it.
+    """
+    resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # no file where a policy crashes
+    policies: dict[Any, Any] = {}
+    with Connection(descriptor) as pipe:
+        while True:
+            try:
+                limit, key, observations = pipe.recv()
+            except EOFError:
+                return
+            try:
+                if observations is None:
+                    make = resolve_name(key[0])
+                    pipe.send_bytes(b"{}")  # what was imported has no limit of time here
+                # The signal ends the process in compiled code, too, also without a parent.
+                signal.setitimer(signal.ITIMER_REAL, limit)
+                if observations is None:
+                    policies[key] = policy = make(*key[1])
+                    reply = _about(policy)
+                else:
+                    reply = _act(policies[key], observations)
+            except Exception as error:
+                reply = _problem(error, memory)
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            pipe.send_bytes(reply)
+
+
+def _about(policy: Any) -> bytes:
+    about = {"action": policy.action, "rate": policy.rate, "inputs": policy.inputs}
+    text = json.dumps(about)
+    if len(text) > LONGEST_ABOUT:
+        raise BtManipError(f"has inputs whose names and shapes take {len(text)} characters")
+    return text.encode()
+
+
+def _act(policy: Any, observations: dict[str, np.ndarray]) -> bytes:
+    """Return the actions of a policy, as float64."""
+    actions = np.ascontiguousarray(policy.act(observations), dtype=np.float64)
+    if actions.nbytes > MAX_REPLY // 2:
+        raise BtManipError(f"returned {actions.size} numbers")
+    return json.dumps({"shape": actions.shape}).encode() + b"\n" + actions.tobytes()
+
+
+def _problem(error: Exception, memory: int) -> bytes:
+    """Return an exception as a reply; those of bt-manip are complete."""
+    text = one_line(error)
+    if isinstance(error, MemoryError) or "alloc" in text:  # bad_alloc, "failed to allocate memory"
+        text = f"needs more than {memory >> 20} MB of memory"
+    elif not isinstance(error, BtManipError):
+        text = f"failed: {type(error).__name__}: {text}"
+    return json.dumps({"problem": text[:LONGEST_TEXT]}).encode()

@@ -1,0 +1,79 @@
+"""Motions near the ends of the joint ranges, with velocity limits that shrink towards them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bt_manip.arm import Arm
+from bt_manip.exceptions import MotionError
+from bt_manip.robots import Robot, compile_alone, panda
+from bt_manip.trajectories import sampled_limit_use, trajectory_from_state
+from tests.measuring.random_commands import RandomCommands
+
+NEAR = replace(panda(), near_offset=(0.3,) * 7, near_deceleration=(4.0,) * 7, limit_margin=0.02)
+CONSTANT = replace(NEAR, near_offset=None, near_deceleration=None)
+
+
+@pytest.fixture(scope="module")
+def arm() -> Arm:
+    robot = Robot(NEAR)
+    compile_alone(robot)
+    return Arm(robot)
+
+
+@pytest.fixture(scope="module")
+def commands() -> RandomCommands:
+    return RandomCommands(NEAR)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_motions_with_random_commands_keep_them(arm, commands, seed):
+    assert sampled_limit_use(commands.motion(seed)[:3], arm.model.limits).inside
+
+
+def test_motions_planned_with_constant_limits_exceed_them(arm):
+    limits, commands = arm.model.limits, RandomCommands(CONSTANT)
+    rows = [commands.motion(seed)[:3] for seed in range(4)]
+    assert not all(sampled_limit_use(row, limits).inside for row in rows)
+
+
+def test_a_motion_to_the_end_of_the_range_is_slowed_only_there(arm):
+    limits, middle = arm.model.limits, 0.5 * (arm.model.limits.lower + arm.model.limits.upper)
+    goal = middle.copy()
+    goal[0] = limits.upper[0]
+    arm.reset(middle)
+    arm.move_to_configuration(goal)
+    times = np.arange(0.0, arm.remaining, 1e-3)
+    q, v, _ = arm.trajectory.sample(times)
+    assert v[:, 0].max() > 0.99 * limits.velocity[0]
+    assert (v / limits.velocity_at(q, v)).max() <= 1.0
+
+
+def test_a_motion_restored_from_plain_data_has_the_same_limits(arm):
+    limits, middle = arm.model.limits, 0.5 * (arm.model.limits.lower + arm.model.limits.upper)
+    arm.reset(middle)
+    arm.move_to_configuration(np.where(np.arange(7) == 0, limits.upper, middle))
+    again = trajectory_from_state(arm.trajectory.get_state())
+    for array, other in zip(arm.trajectory.limits.near, again.limits.near, strict=True):
+        np.testing.assert_array_equal(array, other)
+
+
+def test_a_goal_where_the_controller_allows_no_velocity_is_refused(arm):
+    goal = arm.model.home.copy()
+    goal[0] = Robot(panda()).limits.upper[0] - 1e-3
+    arm.reset()
+    with pytest.raises(MotionError, match="joint 1"):
+        arm.move_to_configuration(goal)
+
+
+def test_servo_follows_towards_the_end_of_the_range_without_stopping(arm):
+    limits, goal = arm.model.limits, arm.model.home.copy()
+    arm.reset(goal)
+    goal[0] = limits.upper[0]
+    while arm.q[0] < goal[0] - 0.01:
+        arm.servo(goal, np.zeros(7), 0.02)
+        assert not arm.follower.stopping
+        for _ in range(10):
+            arm.advance(1e-3)
+            assert (arm.v <= limits.velocity_at(arm.q, arm.v) * (1.0 + 1e-6)).all()

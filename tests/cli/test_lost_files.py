@@ -1,0 +1,67 @@
+"""Outputs that two processes write, or that are deleted during a run."""
+
+import fcntl
+
+import pytest
+
+from bt_manip.record import files
+
+PLUGIN = """
+from pathlib import Path
+from bt_manip import hookimpl
+
+@hookimpl
+def before_tick():
+    Path({path!r}).unlink(missing_ok=True)
+"""
+
+
+@pytest.fixture
+def option(opengl, tmp_path):
+    """Return the options that write a file of this name."""
+
+    def option(name):
+        path = tmp_path / name
+        options = {".json": "--report", ".jsonl": "--report", ".npz": "--trace"}
+        size = " size=64x48" if path.suffix == ".mp4" else ""
+        return path, options.get(path.suffix, "--record"), f"{path}{size}"
+
+    return option
+
+
+OUTPUTS = pytest.mark.parametrize(
+    "name", ["run.json", "run.jsonl", "run.npz", "run.mcap", "run.mp4", "run.btlog", "run.db3"]
+)
+
+
+@OUTPUTS
+@pytest.mark.parametrize("race", [False, True], ids=["before", "at the same time"])
+def test_a_file_that_another_process_writes_is_bad_input(
+    bt_manip, trees, option, monkeypatch, name, race
+):
+    """In a race, the other process opens its file after this one has checked it."""
+    path, *options = option(name)
+    if race:
+        monkeypatch.setattr(files, "is_locked", lambda path: False)
+    with path.open("wb") as other:
+        other.write(b"of the other")
+        other.flush()
+        fcntl.flock(other, fcntl.LOCK_EX)
+        code, _, err = bt_manip("run", f"{trees}:quick", *options)
+        assert code == 2
+        assert path.name in err and "another process is writing it" in " ".join(err.split())
+        assert path.read_bytes() == b"of the other"
+    assert bt_manip("run", f"{trees}:quick", *options).code == 0
+
+
+@pytest.mark.parametrize(
+    "name", ["run.jsonl", "run.npz", "run.mcap", "run.mp4", "run.btlog", "run.db3"]
+)
+def test_a_file_that_is_deleted_during_the_run_is_an_error(bt_manip, trees, option, tmp_path, name):
+    path, *options = option(name)
+    plugins = tmp_path / "plugins"
+    plugins.mkdir()
+    (plugins / "deletes.py").write_text(PLUGIN.format(path=str(path)))
+    code, _, err = bt_manip("run", f"{trees}:quick", *options, "--plugins-dir", plugins)
+    assert code == 3
+    assert path.name in err and "it was deleted" in " ".join(err.split())

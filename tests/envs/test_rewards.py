@@ -1,0 +1,84 @@
+"""The dense reward prefers finishing: no way to stall returns as much as the expert."""
+
+import json
+
+import pytest
+
+from benchmarks.bench_rewards import returns, tasks
+from bt_manip.envs import LearningTask
+from bt_manip.exceptions import BtManipError
+
+
+def check(tree):
+    found = returns(tree)
+    expert = found.pop("expert")
+    assert len(found) >= 5
+    for name, sums in found.items():
+        assert expert[0] > sums[0] and expert[1] > sums[1], f"{tree}: who {name}: {sums}, {expert}"
+
+
+def test_the_expert_returns_more_than_every_way_to_stall():
+    check("pick_place")
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("tree", tasks())
+def test_the_expert_of_each_task_returns_more_than_every_way_to_stall(tree):
+    check(tree)
+
+
+def test_the_shaping_of_an_episode_telescopes_to_its_first_and_last_progress():
+    """Ng, Harada and Russell 1999: shaping adds a constant to the discounted sparse return."""
+    task = LearningTask("pick_place", reward="dense", discount=0.9)
+    task.reset(0)
+    start = -task.outcome().reward / (1.0 - 0.9)  # nothing has changed since
+    total, n, success = 0.0, 0, False
+    while not success:
+        reward, success, _ = task.expert_step()
+        total += 0.9**n * reward
+        n += 1
+    assert 0.0 < start < 0.5
+    assert total == pytest.approx(0.9 ** (n - 1) * (1.0 + 0.9) - start, abs=1e-9)
+
+
+def test_a_lost_object_costs_the_progress_that_was_made():
+    from bt_manip.spatial import pose
+
+    task = LearningTask("pick_place", reward="dense", discount=1.0)
+    task.reset(0)
+    total = sum(task.expert_step().reward for _ in range(20))
+    task.episodes.station.cell.move("cube", pose((0.0, 3.0, 0.025)))
+    outcome = task.expert_step()
+    assert "cube" in outcome.failure and outcome.reward < 0.0
+    assert total + outcome.reward == pytest.approx(-start_of(task), abs=1e-9)
+
+
+def start_of(task):
+    """Return the progress at the start of the episode; of the sum without discount."""
+    other = LearningTask("pick_place", reward="dense", discount=0.0)
+    other.reset(0)
+    return -other.outcome().reward
+
+
+def test_a_state_keeps_the_progress():
+    task, other = (LearningTask("pick_place", reward="dense") for _ in range(2))
+    task.reset(0)
+    for _ in range(30):
+        task.expert_step()
+    other.set_state(json.loads(json.dumps(task.get_state())))
+    assert other.expert_step() == task.expert_step()
+
+
+def test_a_discount_beyond_one_is_refused():
+    with pytest.raises(BtManipError, match="the discount is from 0 to 1, got 1.5"):
+        LearningTask("pick_place", reward="dense", discount=1.5)
+
+
+def test_an_object_that_the_expert_puts_away_is_not_lost():
+    task = LearningTask("pick_place_cluttered")
+    task.reset(0)
+    success = failure = ""
+    while not (success or failure):
+        _, success, failure = task.expert_step()
+    assert success
+    assert "cube" not in task.episodes.station.cell.objects

@@ -1,0 +1,40 @@
+"""Two success rates on the same episodes are compared by exact and published methods."""
+
+import pytest
+from scipy.stats import binomtest
+
+from bt_manip.evaluation import EpisodeResult, PairedTable, mcnemar_p_value, newcombe_interval
+
+
+def results(*successes):
+    return [EpisodeResult(0, i, 0, bool(one), "") for i, one in enumerate(successes)]
+
+
+def test_episodes_are_paired_by_their_numbers():
+    table = PairedTable.of(results(1, 1, 0, 0, 1), reversed(results(1, 0, 1, 0)))
+    assert table == (1, 1, 1, 1) and table.trials == 4 and table.difference == 0.0
+
+
+@pytest.mark.parametrize(
+    ("table", "low", "high"),
+    [  # Newcombe (1998), Statistics in Medicine 17: 2635, table II, method 10; B has more successes
+        ((36, 2, 12, 0), 0.0569, 0.3404),
+        ((54, 0, 0, 0), -0.0664, 0.0664),
+    ],
+)
+def test_the_interval_of_the_difference_is_newcombes(table, low, high):
+    assert newcombe_interval(PairedTable(*table)) == pytest.approx((low, high), abs=5e-5)
+    both, a, b, neither = table
+    swapped = newcombe_interval(PairedTable(both, b, a, neither))
+    assert swapped == pytest.approx((-high, -low), abs=5e-5)
+
+
+def test_without_episodes_nothing_is_known():
+    assert newcombe_interval(PairedTable(0, 0, 0, 0)) == (-1.0, 1.0)
+
+
+@pytest.mark.parametrize("a", range(0, 30, 7))
+@pytest.mark.parametrize("b", range(0, 200, 33))
+def test_the_test_is_the_exact_binomial_one(a, b):
+    expected = binomtest(a, a + b).pvalue if a + b else 1.0
+    assert mcnemar_p_value(PairedTable(50, a, b, 3)) == pytest.approx(expected, rel=1e-9)

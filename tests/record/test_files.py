@@ -1,0 +1,111 @@
+"""A file is there whole or not at all."""
+
+import os
+import stat
+from pathlib import Path
+
+import pytest
+
+from bt_manip.exceptions import BtManipError
+from bt_manip.record.files import (
+    FileInUseError,
+    check_exists,
+    check_writable,
+    open_output,
+    whole_file,
+)
+
+
+def test_a_file_appears_only_when_it_is_whole(tmp_path):
+    path = tmp_path / "report.json"
+    with whole_file(path) as file:
+        file.write(b"all of it")
+        assert not path.exists()
+    assert path.read_bytes() == b"all of it"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_what_stood_there_stays_when_writing_fails(tmp_path):
+    path = tmp_path / "report.json"
+    path.write_bytes(b"yesterday's")
+    with pytest.raises(RuntimeError), whole_file(path) as file:
+        file.write(b"half of it")
+        raise RuntimeError
+    assert path.read_bytes() == b"yesterday's"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_new_file_has_the_permissions_of_any_other(tmp_path):
+    path, other = tmp_path / "report.json", tmp_path / "other"
+    other.touch()
+    with whole_file(path) as file:
+        file.write(b"x")
+    assert stat.S_IMODE(path.stat().st_mode) == stat.S_IMODE(other.stat().st_mode)
+
+
+def test_a_link_stays_a_link(tmp_path):
+    path, link = tmp_path / "real.json", tmp_path / "link.json"
+    path.touch()
+    link.symlink_to(path)
+    with whole_file(link) as file:
+        file.write(b"x")
+    assert link.is_symlink()
+    assert path.read_bytes() == b"x"
+
+
+def test_a_device_is_written_directly():
+    with whole_file(Path(os.devnull)) as file:
+        file.write(b"x")
+    assert not stat.S_ISREG(os.stat(os.devnull).st_mode)
+
+
+def test_checking_leaves_no_trace(tmp_path):
+    check_writable(tmp_path / "report.json", "report")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("place", "reason"),
+    [
+        ("missing/report.json", "there is no folder"),
+        ("folder", "it is a folder"),
+        ("file/report.json", "is not a folder"),
+    ],
+)
+def test_what_cannot_be_written_is_said_beforehand(tmp_path, place, reason):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").touch()
+    with pytest.raises(BtManipError, match=f"report '.*' cannot be written: .*{reason}"):
+        check_writable(tmp_path / place, "report")
+
+
+def test_a_file_that_another_process_writes_is_neither_opened_nor_changed(tmp_path):
+    path = tmp_path / "run.mcap"
+    first = open_output(path)
+    first.write(b"of the first")
+    with pytest.raises(FileInUseError, match=r"run.mcap' cannot be written: another process is"):
+        open_output(path)
+    with pytest.raises(BtManipError, match="recording '.*' cannot be written: another process is"):
+        check_writable(path, "recording")
+    assert path.read_bytes() == b"of the first"
+    first.close()
+    check_writable(path, "recording")
+    open_output(path).close()
+    assert path.read_bytes() == b""
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_file_in_the_place_of_a_deleted_one_can_be_opened(tmp_path):
+    path = tmp_path / "run.mcap"
+    with open_output(path) as first:
+        path.unlink()
+        with open_output(path) as second:
+            check_exists(second)
+            with pytest.raises(FileNotFoundError, match="it was deleted"):
+                check_exists(first)
+
+
+def test_devices_are_never_locked():
+    device = Path(os.devnull)
+    with open_output(device), open_output(device):
+        check_writable(device, "recording")

@@ -1,0 +1,412 @@
+"""A recorded run says what physics and tree did, and is the same run as an unrecorded one."""
+
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from bt_manip import build_station
+from bt_manip.behaviours import (
+    Drop,
+    Grasp,
+    Hover,
+    IsIn,
+    IsOn,
+    Lift,
+    MoveHome,
+    ObjectExists,
+    OpenGripper,
+    PlaceAt,
+    Reach,
+    RemoveObject,
+    SpawnObject,
+)
+from bt_manip.bt import (
+    Action,
+    Delay,
+    Fallback,
+    Node,
+    ScriptCondition,
+    Sequence,
+    Status,
+    Timeout,
+    Tree,
+)
+from bt_manip.cell import Cube, PhysicsDiverged
+from bt_manip.plugins import load_plugins
+from bt_manip.record.report.recorder import Recorder
+from bt_manip.record.report.run_report import GrippedObject, LeafTime, RunReport
+from bt_manip.record.tables.trace import Trace
+from bt_manip.registry import Parts
+from bt_manip.runner import next_digest
+from bt_manip.runner.observer import RunObserver
+from bt_manip.runner.request import RunRequest
+from bt_manip.runner.run import Run
+from bt_manip.runner.tree_source import TreeSource
+
+
+class Wait(Action):
+    """Run for some ticks, and do something at the first one."""
+
+    def __init__(self, ticks: int, then: Callable[..., None] | None = None) -> None:
+        super().__init__("wait")
+        self.ticks, self.then = ticks, then
+
+    def setup(self, **station) -> None:
+        self.station = station
+
+    def initialise(self) -> None:
+        self.left = self.ticks
+        if self.then is not None:
+            self.then(**self.station)
+
+    def update(self) -> Status:
+        self.left -= 1
+        return Status.RUNNING if self.left > 0 else Status.SUCCESS
+
+
+@pytest.fixture(scope="module")
+def parts() -> Parts:
+    return load_plugins(entry_points=()).parts
+
+
+@pytest.fixture
+def make_run(parts) -> Callable[..., Run]:
+    def make(root: Node, *, seed: int = 0, goal: Node | tuple[()] = (), **request) -> Run:
+        station = build_station(parts, seed=seed)
+        tree = Tree(root, clock=lambda: station.cell.time, goal=goal)
+        tree.setup(**station.infrastructure)
+        source = TreeSource("test", "python")
+        return Run(RunRequest(source, seed=seed, **request), tree, station)
+
+    return make
+
+
+@pytest.fixture
+def record(make_run) -> Callable[..., RunReport]:
+    def run(root: Node, *observers: RunObserver, **request) -> RunReport:
+        recorder = Recorder("test", request.get("seed", 0))
+        make_run(root, **request).execute([recorder, *observers])
+        return recorder.report()
+
+    return run
+
+
+def pick_and_place() -> Node:
+    return Sequence(
+        "pick and place",
+        [
+            SpawnObject(object="{cube}"),
+            OpenGripper(),
+            Hover(object="{cube}"),
+            Reach(object="{cube}"),
+            Grasp("grasp it", object="{cube}"),
+            Lift(height=0.4),
+            Drop(container="basket"),
+            RemoveObject(object="{cube}"),
+        ],
+    )
+
+
+@pytest.fixture(scope="module")
+def picked(parts) -> Iterator[RunReport]:
+    """Pick and place one cube, once for all tests that only read the report."""
+    station = build_station(parts)
+    tree = Tree(pick_and_place(), clock=lambda: station.cell.time, goal=goal())
+    tree.setup(**station.infrastructure)
+    recorder = Recorder("test", 0)
+    Run(RunRequest(TreeSource("test", "python")), tree, station).execute([recorder])
+    yield recorder.report()
+
+
+def test_a_picked_cube_is_placed_by_the_judgement_of_physics(picked):
+    assert picked.status == "SUCCESS"
+    (cycle,) = picked.cycles
+    assert (cycle.status, cycle.object, cycle.placed) == ("SUCCESS", "cube", True)
+    assert cycle.objects == (GrippedObject("cube", True, "panda"),)
+
+
+def test_phases_are_the_action_leaves_in_the_order_in_which_they_ended(picked):
+    phases = picked.cycles[0].phases
+    assert [phase.behaviour for phase in phases] == [
+        "SpawnObject", "OpenGripper", "Hover", "Reach", "Grasp", "Lift", "Drop", "RemoveObject",
+    ]  # fmt: skip
+    assert phases[4].name == "grasp it"
+    assert {phase.status for phase in phases} == {"SUCCESS"}
+    for before, after in zip(phases, phases[1:], strict=False):
+        assert after.start_s == pytest.approx(before.start_s + before.duration_s)
+
+
+def test_the_grip_and_the_motion_are_measured(picked):
+    cycle = picked.cycles[0]
+    assert cycle.grip_force_n is not None and 47.5 <= cycle.grip_force_n <= 60.0
+    assert cycle.max_tracking_error_rad is not None and cycle.max_tracking_error_rad < 2e-3
+    assert 0.0 < cycle.max_deflection_rad < 20e-3
+    assert 0.5 < cycle.limits.velocity <= 1.0 + 1e-6
+    assert 0.5 < cycle.limits.jerk <= 1.0 + 1e-6
+    assert 0.0 < cycle.limits.effort < 1.0
+    assert cycle.saturated_steps == 0
+    assert cycle.unexpected_contacts == ()
+    assert 0.1 < cycle.max_tool_speed_m_s < 3.0
+    assert picked.simulated_s == pytest.approx(cycle.duration_s)
+
+
+def test_the_largest_tracking_error_has_its_joint_and_its_leaf(picked):
+    (cycle,) = picked.cycles
+    peak = cycle.tracking_peak
+    phase = next(p for p in cycle.phases if p.name == peak.leaf)
+    assert phase.start_s < peak.time_s <= phase.start_s + phase.duration_s
+    assert peak.joint.startswith("joint") and 0.0 < peak.effort <= cycle.limits.effort
+
+
+def test_an_object_that_was_never_gripped_is_not_judged(record):
+    report = record(Sequence("s", [SpawnObject(object="{c}"), RemoveObject(object="{c}")]))
+    (cycle,) = report.cycles
+    assert (cycle.status, cycle.object, cycle.placed, cycle.objects) == ("SUCCESS", None, None, ())
+
+
+def cube_in_the_basket(cell, name: str = "other", height: float = 0.05, **_) -> None:
+    T_wo = cell.pose("basket")
+    T_wo.translation = T_wo.translation + np.array([0.0, 0.0, height])
+    cell.add(Cube(), T_wo, name=name)
+
+
+def goal() -> Node:
+    return IsIn(object="{cube}", container="basket")
+
+
+def grasp(**ports) -> list[Node]:
+    return [
+        SpawnObject(object="{cube}", **ports),
+        OpenGripper(),
+        Hover(object="{cube}"),
+        Reach(object="{cube}"),
+        Grasp(object="{cube}"),
+        Lift(height=0.2),
+    ]
+
+
+def test_a_dropped_cube_is_not_placed_because_another_one_is_in_the_basket(record):
+    report = record(Sequence("s", [
+        *grasp(), Wait(60, cube_in_the_basket), OpenGripper(), Wait(50),
+        RemoveObject(object="{cube}"),
+    ]), goal=goal())  # fmt: skip
+    (cycle,) = report.cycles
+    assert (cycle.object, cycle.placed, cycle.goal) == ("cube", False, False)
+    assert cycle.goal_reason == "'cube' touches 'table'"
+    assert (cycle.status, cycle.reason) == ("FAILURE", "goal not met: 'cube' touches 'table'")
+    assert report.status == "FAILURE"
+
+
+def test_the_object_is_the_gripped_one_whatever_appears_later(record):
+    block = SpawnObject(model="red_block", region="0.3;0.4;0.2;0.3", object="{block}")
+    report = record(Sequence("s", [*grasp(), Drop(container="basket"), block, Wait(40)]),
+                    goal=goal())  # fmt: skip
+    (cycle,) = report.cycles
+    assert (cycle.object, cycle.placed, cycle.goal) == ("cube", True, True)
+    assert (cycle.status, cycle.goal_reason) == ("SUCCESS", "")
+
+
+def test_a_cube_that_is_still_held_over_the_basket_is_not_placed(record):
+    report = record(Sequence("s", grasp()), goal=goal())
+    (cycle,) = report.cycles
+    assert (cycle.status, cycle.object, cycle.placed) == ("FAILURE", "cube", False)
+
+
+def test_an_object_is_placed_where_the_goal_wants_it(record):
+    put = PlaceAt(object="{cube}", pose="0.35;0.1;1.015")
+    report = record(Sequence("s", [*grasp(), put]), goal=IsOn(object="{cube}", support="table"))
+    (cycle,) = report.cycles
+    assert (cycle.status, cycle.object, cycle.placed) == ("SUCCESS", "cube", True)
+
+
+@pytest.mark.parametrize("goal", [(), ObjectExists(object="basket")])
+def test_an_object_that_no_condition_names_is_neither_placed_nor_not(record, goal):
+    report = record(Sequence("s", grasp()), goal=goal)
+    (cycle,) = report.cycles
+    assert (cycle.status, cycle.object, cycle.placed) == ("SUCCESS", "cube", None)
+    assert cycle.objects == (GrippedObject("cube", None, "panda"),)
+    assert (cycle.goal, cycle.goal_reason) == (True if goal else None, "")
+
+
+def weaken(cell, **_) -> None:
+    """Take 70 % of the force of the gripper."""
+    for i in range(cell.model.nu):
+        if "finger" in cell.model.actuator(i).name:
+            cell.model.actuator_gainprm[i] *= 0.3
+
+
+def test_a_weak_grip_that_carries_is_reported_as_the_behaviours_see_it(record):
+    steps = grasp(region="0.3;0.3;0;0")
+    steps = [steps[0], Wait(1, weaken), *steps[1:4], Fallback("grip", [*steps[4:5], Wait(1)])]
+    report = record(
+        Sequence("s", [*steps, Lift(height=0.2), Drop(container="basket")]), goal=goal()
+    )
+    (cycle,) = report.cycles
+    assert "no steady grip" in next(p for p in cycle.phases if p.behaviour == "Grasp").reason
+    assert (cycle.status, cycle.object, cycle.placed) == ("SUCCESS", "cube", True)
+    assert cycle.grip_force_n == pytest.approx(0.3 * 60.0, abs=5.0)
+
+
+@pytest.mark.parametrize(
+    ("goal", "judge"),
+    [
+        ((), "tree"),
+        (ScriptCondition(code="1==1"), "tree"),
+        (ObjectExists(object="table"), "physics"),
+    ],
+)
+def test_the_report_says_who_judged(record, goal, judge):
+    (cycle,) = record(Wait(2), goal=goal).cycles
+    assert (cycle.status, cycle.judged_by) == ("SUCCESS", judge)
+
+
+def test_a_failed_tree_keeps_its_reason_beside_that_of_the_goal(record):
+    report = record(Sequence("s", [Hover("look", object="nothing")]), goal=goal())
+    (cycle,) = report.cycles
+    assert cycle.reason.startswith("look") and cycle.goal is False
+    assert "the blackboard entry 'cube' does not exist" in cycle.goal_reason
+
+
+def test_a_halted_leaf_is_a_phase_too(record):
+    report = record(Timeout("no longer", Wait(100), msec=50))
+    (phase,) = report.cycles[0].phases
+    assert phase.status == "HALTED"
+    assert phase.duration_s == pytest.approx(0.05)
+    assert report.status == "FAILURE"
+
+
+class Policy(Wait):
+    """A leaf that fails at its last tick."""
+
+    reports_time = True
+
+    def update(self) -> Status:
+        status = super().update()
+        return self.fail("does not fit") if status is Status.SUCCESS else status
+
+
+@pytest.mark.parametrize(
+    ("first", "expected"),
+    [
+        (Policy(31), LeafTime(0.5, ("does not fit",))),
+        (Policy(1), LeafTime(0.0, ("does not fit",))),
+        (Fallback("never", [Wait(31), Policy(5)]), LeafTime(0.0, ("it was not ticked",))),
+    ],
+)
+def test_leaves_that_others_replace_are_reported_with_their_share(record, first, expected):
+    (cycle,) = record(Sequence("s", [Fallback("or", [first, Wait(1)]), Wait(30)])).cycles
+    assert cycle.status == "SUCCESS" and list(cycle.leaf_times) == ["Policy"]
+    found = cycle.leaf_times["Policy"]
+    assert found.reasons == expected.reasons
+    assert found.share == pytest.approx(expected.share, abs=0.02)
+
+
+def test_other_leaves_are_not_counted(record):
+    assert record(Wait(2)).cycles[0].leaf_times == {}
+
+
+def test_a_failure_has_its_reason(record):
+    report = record(Hover("look", object="nothing"))
+    (cycle,) = report.cycles
+    assert cycle.status == "FAILURE"
+    assert "nothing" in cycle.reason and "look" in cycle.reason
+    assert cycle.phases[0].reason and cycle.phases[0].reason in cycle.reason
+
+
+def test_what_touches_the_arm_is_unexpected_and_named(record):
+    def on_the_forearm(cell, **_) -> None:
+        forearm = cell.data.body("panda/link4").xpos
+        T_wo = pin.SE3(np.eye(3), forearm + np.array([0.0, 0.0, 0.1]))
+        cell.add(Cube(), T_wo, overlap=np.inf)
+
+    report = record(Wait(40, on_the_forearm))
+    pairs = report.cycles[0].unexpected_contacts
+    assert pairs
+    assert all("cube" in pair and any(name.startswith("panda/") for name in pair) for pair in pairs)
+
+
+def test_a_run_whose_state_diverges_in_the_grip_ends_with_its_reason(make_run):
+    def diverge(cell, **_) -> None:
+        cell.data.qvel[:] = np.nan
+
+    recorder = Recorder("test", 0)
+    with pytest.raises(PhysicsDiverged):
+        make_run(Sequence("s", [*grasp(), Wait(9, diverge)]), goal=goal()).execute([recorder])
+    (cycle,) = recorder.report("ERROR", "MuJoCo warned").cycles
+    assert (cycle.status, cycle.reason) == ("ERROR", "MuJoCo warned")
+    assert (cycle.object, cycle.placed) == ("cube", False)
+
+
+def test_each_cycle_is_counted_by_itself(record):
+    report = record(Sequence("s", [Delay("d", MoveHome(), delay_msec=20)]), cycles=3)
+    assert [cycle.status for cycle in report.cycles] == ["SUCCESS"] * 3
+    assert [len(cycle.phases) for cycle in report.cycles] == [1, 1, 1]
+    assert report.simulated_s == pytest.approx(sum(cycle.duration_s for cycle in report.cycles))
+
+
+def test_an_interrupted_cycle_is_reported_as_far_as_it_went(make_run):
+    recorder = Recorder("test", 0)
+    ticks = iter(range(5))
+    run = make_run(Wait(100), cycles=0)
+    run.execute([recorder], stop=lambda: next(ticks, None) is None)
+    report = recorder.report("INTERRUPTED")
+    assert report.status == "INTERRUPTED"
+    (cycle,) = report.cycles
+    assert cycle.status == "INTERRUPTED"
+    assert cycle.duration_s == pytest.approx(0.05)
+    assert cycle.phases[0].status == "HALTED"
+
+
+def test_a_run_that_never_began_has_a_report():
+    report = Recorder("test", 3).report("INTERRUPTED")
+    assert (report.cycles, report.simulated_s, report.seed) == ((), 0.0, 3)
+
+
+class DigestOnly(RunObserver):
+    """The digest as it is without a recorder."""
+
+    def run_started(self, run: Run) -> None:
+        self.run, self.digest = run, b""
+
+    def after_tick(self) -> None:
+        state, statuses = self.run.station.cell.state_bytes(), self.run.tree.statuses()
+        self.digest = next_digest(self.digest, state, statuses)
+
+
+def hover() -> Node:
+    return Sequence("s", [SpawnObject(object="{c}"), Hover(object="{c}"), OpenGripper()])
+
+
+def test_recording_and_tracing_leave_the_run_as_it_is(make_run, record, tmp_path):
+    bare = DigestOnly()
+    make_run(hover(), seed=5).execute([bare])
+    with closing(Trace(tmp_path / "run.npz")) as trace:
+        report = record(hover(), trace, seed=5)
+    assert report.state_digest == bare.digest.hex()
+
+
+def test_another_seed_is_another_run(record):
+    assert record(hover(), seed=1).state_digest != record(hover(), seed=2).state_digest
+
+
+def test_the_trace_has_every_control_step(record, tmp_path):
+    path: Path = tmp_path / "run.npz"
+    with closing(Trace(path)) as trace:
+        report = record(hover(), trace, cycles=2)
+    with np.load(path) as read:
+        assert read["joints"].tolist() == [f"joint{i}" for i in range(1, 8)]
+        steps = round(report.simulated_s * 1000)
+        np.testing.assert_allclose(read["t"], np.arange(1, steps + 1) / 1000.0, atol=1e-9)
+        for name in ("q", "v", "q_ref", "v_ref", "a_ref", "tau"):
+            assert read[name].shape == (steps, 7)
+        # The columns belong together: velocity is the slope of position, reference and measured.
+        for q, v in (("q_ref", "v_ref"), ("q", "v")):
+            slope = np.diff(read[q], axis=0) / 1e-3
+            middle = 0.5 * (read[v][1:] + read[v][:-1])
+            np.testing.assert_allclose(slope, middle, atol=0.02)
+        error = np.abs(read["q"] - read["q_ref"]).max()
+    assert error == pytest.approx(max(c.max_tracking_error_rad for c in report.cycles))

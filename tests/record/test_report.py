@@ -1,0 +1,78 @@
+"""The report is JSON with the agreed names."""
+
+import json
+import math
+
+from bt_manip.record.report.run_report import (
+    CycleLimitUse,
+    CycleReport,
+    LeafTime,
+    LeafUse,
+    Phase,
+    RunReport,
+    versions,
+)
+
+PHASE = Phase("Grasp", "grasp it", "FAILURE", "the fingers met", 1.5, 0.25)
+CYCLE = CycleReport(
+    "FAILURE",
+    object="cube_1",
+    placed=False,
+    duration_s=1.75,
+    phases=(PHASE,),
+    grip_force_n=math.nan,
+    limits=CycleLimitUse(0.5, 0.6, 0.7, 0.8, 0.9),
+    unexpected_contacts=(("panda/hand", "table"),),
+)
+REPORT = RunReport("pick_place", 7, "FAILURE", (CYCLE,), 1.75, 0.5, 3.5, "ab", versions())
+
+
+def test_the_run_has_the_agreed_keys():
+    report = json.loads(REPORT.to_json())
+    assert {
+        "tree", "seed", "status", "cycles", "simulated_s", "wall_s", "real_time_factor",
+        "state_digest", "versions",
+    } <= set(report)  # fmt: skip
+    assert report["versions"]["mujoco"][0].isdigit()
+    assert "python" in report["versions"]
+
+
+def test_a_cycle_has_the_agreed_keys():
+    cycle = json.loads(REPORT.to_json())["cycles"][0]
+    assert {
+        "status", "object", "placed", "duration_s", "phases", "grip_force_n",
+        "max_tracking_error_rad", "limits", "saturated_steps", "unexpected_contacts",
+    } <= set(cycle)  # fmt: skip
+    assert cycle["limits"] == {
+        "position": 0.5, "velocity": 0.6, "acceleration": 0.7, "jerk": 0.8, "effort": 0.9,
+    }  # fmt: skip
+    assert cycle["unexpected_contacts"] == [["panda/hand", "table"]]
+    assert cycle["phases"] == [
+        {
+            "behaviour": "Grasp", "name": "grasp it", "status": "FAILURE",
+            "reason": "the fingers met", "start_s": 1.5, "duration_s": 0.25,
+        }
+    ]  # fmt: skip
+
+
+def test_what_is_no_number_is_null_so_that_every_reader_can_read_it():
+    cycle = json.loads(REPORT.to_json(), parse_constant=lambda name: 1 / 0)["cycles"][0]
+    assert cycle["grip_force_n"] is None
+
+
+def test_a_report_is_written_whole(tmp_path):
+    REPORT.write(tmp_path / "report.json")
+    assert json.loads((tmp_path / "report.json").read_text())["seed"] == 7
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_the_use_of_leaves_is_summed_over_cycles():
+    use = LeafUse()
+    use.add({"RunPolicy": LeafTime(0.5, ("pushed by 3.5 N",))}, 4.0)
+    use.add({"RunPolicy": LeafTime(0.0, ("not finite", "pushed by 4.5 N"))}, 2.0)
+    use.add({"RunPolicy": LeafTime(1.0)}, 2.0)
+    assert use.sentences("cycles") == [
+        "RunPolicy ran in 2 of 3 cycles, for 50.0% of the time: 2 x pushed by 3.5 N; "
+        "1 x not finite."
+    ]
+    assert LeafUse().sentences("cycles") == []

@@ -1,0 +1,360 @@
+"""A scene from a file is what the file says, or all that is wrong is said at once."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bt_manip import build_station
+from bt_manip.cell import CellError, extent
+from bt_manip.cell.objects import Bottle
+from bt_manip.models import bundled_root
+from bt_manip.record.report.recorder import Recorder
+from bt_manip.runner import RunRequest, find_tree, prepare
+from bt_manip.scenes.scene_file import SceneError, read_scene, seed_of
+from bt_manip.spatial import pose
+from bt_manip.toml_lines import line_numbers, line_of
+
+ROBOT = "[[robots]]\nposition = [-0.1, 0.0, 1.015]\n"
+TABLE = ROBOT + '[[objects]]\nmodel = "table"\n'
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(text: str) -> Path:
+        path = tmp_path / "scene.toml"
+        path.write_text(text)
+        return path
+
+    return write
+
+
+def test_a_file_says_what_stands_where(write, parts):
+    scene = read_scene(
+        write(
+            """
+            about = "two things"
+            seed = 5
+            [[robots]]
+            name = "left"
+            robot = "panda"
+            controller = "gravity_compensated_pd"
+            position = [-0.1, 0.0, 1.015]
+            rpy = [0.0, 0.0, 1.5707963267948966]
+            [[objects]]
+            model = "table"
+            [[objects]]
+            model = "bottle"
+            name = "drink"
+            on = "table"
+            position = [0.3, 0.1]
+            quat_wxyz = [0.0, 0.0, 0.0, 1.0]
+            mass = 0.3
+            [[objects]]
+            model = "cube"
+            on = "table"
+            free = false
+            position = [0.3, -0.2, 0.01]
+            [[cameras]]
+            name = "eye"
+            position = [1.0, 0.0, 2.0]
+            looking_at = [0.0, 0.0, 1.0]
+            width = 64
+            """
+        ),
+        parts,
+    )
+    assert (scene.about, scene.seed) == ("two things", 5)
+    station = build_station(parts, scene=scene)
+    cell = station.cell
+    assert list(station.robots) == ["left"]
+    assert station.controller.kind == "gravity_compensated_pd"
+    np.testing.assert_allclose(cell.pose("left").rotation[:2, :2], [[0, -1], [1, 0]], atol=1e-12)
+    drink = cell.find("drink")
+    assert isinstance(drink, Bottle)
+    assert drink.mass == 0.3
+    surface = cell.find("table").surface_height
+    np.testing.assert_allclose(
+        cell.pose("drink").translation, (0.3, 0.1, surface + drink.rest_height), atol=1e-12
+    )
+    np.testing.assert_allclose(cell.pose("drink").rotation, np.diag((-1, -1, 1)), atol=1e-12)
+    # The third number is a height above the surface; what is not free stays there.
+    cell.step(50)
+    assert cell.pose("cube").translation[2] == pytest.approx(surface + 0.025 + 0.01)
+    np.testing.assert_allclose(
+        cell.pose("eye").rotation @ (0, 0, -1), (-(0.5**0.5), 0, -(0.5**0.5)), atol=1e-12
+    )
+    assert cell.find("eye").width == 64
+
+
+def test_several_robots_stand_where_the_file_says_each_with_its_own_gains(write, parts):
+    text = """
+        [[robots]]
+        name = "left"
+        position = [-0.5, 0.0, 0.0]
+        [[robots]]
+        name = "right"
+        position = [0.5, 0.0, 0.0]
+        rpy = [0.0, 0.0, 3.141592653589793]
+        controller = "gravity_compensated_pd"
+        [randomization.robots.right]
+        gain = { uniform = [0.9, 0.95] }
+        """
+    station = build_station(parts, scene=read_scene(write(text), parts))
+    kinds = {name: robot.controller.kind for name, robot in station.robots.items()}
+    assert kinds == {"left": "computed_torque", "right": "gravity_compensated_pd"}
+    station.randomizer.begin(0)
+    station.cell.step()
+    left, right = station.robots.values()
+    np.testing.assert_array_equal(left.robot.tau, left.controller.tau)
+    share = right.robot.tau / right.controller.tau
+    assert ((0.9 <= share) & (share <= 0.95)).all()
+    np.testing.assert_allclose(left.robot.tool_pose.translation[0],
+                               -right.robot.tool_pose.translation[0], atol=1e-4)  # fmt: skip
+
+
+def test_a_free_place_in_a_region_is_drawn_from_the_seed(write, parts):
+    text = TABLE + "".join(
+        f'[[objects]]\nmodel = "cube"\nname = "{name}"\non = "table"\n'
+        "region = { x = [0.2, 0.34], y = [-0.07, 0.07] }\n"
+        for name in ("one", "two")
+    )
+    scene = read_scene(write(text), parts)
+
+    def places(seed: int) -> np.ndarray:
+        cell = build_station(parts, scene=scene, seed=seed).cell
+        return np.array([cell.pose(name).translation for name in ("one", "two")])
+
+    first = places(0)
+    assert (first == places(0)).all()
+    assert (first != places(1))[:, :2].all()
+    assert np.linalg.norm(first[0] - first[1]) > 0.05  # neither is inside the other
+
+
+def test_models_and_robots_are_found_beside_the_file(write, parts, tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "peg.xml").write_text(
+        '<mujoco><worldbody><body><geom size="0.02" mass="0.1"/></body></worldbody></mujoco>'
+    )
+    text = TABLE + '[[objects]]\nmodel = "parts/peg.xml"\nname = "peg"\nposition = [0, 0, 2]\n'
+    cell = build_station(parts, scene=read_scene(write(text), parts)).cell
+    assert cell.find("peg").mass == pytest.approx(0.1)
+    wrong = TABLE.replace("[[robots]]", '[[robots]]\nrobot = "none.toml"')
+    with pytest.raises(SceneError, match=re.escape(f"no robot description {tmp_path}/none.toml")):
+        read_scene(write(wrong), parts)
+
+
+def test_randomization_is_written_as_variations(write, parts):
+    text = (
+        TABLE
+        + """
+        [randomization.objects.cube]
+        mass = { uniform = [0.1, 0.2] }
+        [randomization.lights.key]
+        brightness = 0.5
+        """
+    )
+    station = build_station(parts, scene=read_scene(write(text), parts))
+    station.randomizer.begin(0)
+    assert station.randomizer.sampled == {"lights": {"key": {"brightness": 0.5}}}
+    name = station.cell.add(station.models.create("cube"), pose((0.3, 0.0, 2.0)))
+    assert 0.1 <= station.cell.overrides[name]["mass"] <= 0.2
+
+
+@pytest.mark.parametrize(
+    "path", sorted(bundled_root("scenes").glob("*.toml")), ids=lambda p: p.stem
+)
+def test_bundled_scenes_can_be_built_and_begun(path, parts):
+    station = build_station(parts, scene=read_scene(path, parts))
+    for cycle in range(3):
+        station.randomizer.begin(cycle)
+    assert station.randomizer.sampled
+    assert path.stem in parts.scenes
+
+
+def test_a_run_of_a_varied_scene_is_told_in_its_report_and_can_be_repeated(parts):
+    source = find_tree("pick_place", {n: parts.trees.get(n) for n in parts.trees})
+    digests, told = [], []
+    for _ in range(2):
+        recorder = Recorder("", 1)
+        prepare(RunRequest(source, scene="varied_pick", seed=1, cycles=2), parts).execute(
+            [recorder]
+        )
+        report = recorder.report()
+        assert report.status == "SUCCESS", [cycle.reason for cycle in report.cycles]
+        digests.append(report.state_digest)
+        told.append([cycle.randomized for cycle in report.cycles])
+    assert digests[0] == digests[1]
+    assert told[0] == told[1]
+    first, second = told[0]
+    assert first["objects"].keys() == {"cube", "basket"}
+    assert first["objects"]["cube"].keys() == {"mass", "friction", "size", "colour"}
+    assert first["objects"]["cube"]["mass"] != second["objects"]["cube"]["mass"]
+
+
+def test_a_file_may_say_which_seed(write, parts):
+    assert seed_of(str(write("seed = 9\n")), parts) == 9
+    assert seed_of(str(write("seed = 'x'\n")), parts) == 0
+    assert seed_of("table_and_basket", parts) == 0
+    assert seed_of("varied_pick", parts) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", r"scene.toml: key 'robots' is missing: at least one \[\[robots\]\] table"),
+        ("robots = 3\n", r":1: key 'robots' is an array of tables"),
+        ("seed = -1\n" + ROBOT, ":1: key 'seed' is 0 or a positive number, got -1"),
+        ("sed = 1\n" + ROBOT, ":1: key 'sed' means nothing; did you mean 'seed'"),
+        (ROBOT + "robt = 1\n", r":3: key 'robots\[1\].robt' means nothing; did you mean 'robot'"),
+        (ROBOT + 'robot = "pand"\n', r":3: key 'robots\[1\].robot' .* did you mean 'panda'"),
+        (ROBOT + 'controller = "x"\n', ":3: key .*controller' is wrong: unknown controller 'x'"),
+        (ROBOT + 'planner = "rrt"\n', ":3: .*planner' is wrong: unknown planner 'rrt'; known: rrt"),
+        (ROBOT + ROBOT, "where a scene has several robots, each needs a name"),
+        (ROBOT + "quat_wxyz = [0, 0, 0, 0]\n", ":3: key .*quat_wxyz' is no rotation"),
+        (ROBOT + "rpy = [0, 0]\n", ":3: key .*rpy' is a list of 3 numbers, got 2"),
+        (ROBOT + "rpy = [0, 0, 0]\nquat_wxyz = [1, 0, 0, 0]\n", "rpy' and 'quat_wxyz' say the"),
+        (TABLE + "[[objects]]\n", r":5: key 'objects\[2\].model' is missing: a text"),
+        (TABLE.replace('"table"', '"tabel"'), ":4: key .*model' .* did you mean 'table'"),
+        (TABLE.replace('"table"', '"a/b.xml"'), r":3: key 'objects\[1\].name' is missing"),
+        (TABLE.replace('"table"', '"a/b.xml"\nname = "x"'), ":4: key .*model' is wrong: .*a/b.xml"),
+        (TABLE.replace('"table"', '"fule:a/b"\nname = "x"'), ":4: key .*fule.*"),
+        (TABLE + 'name = "a b"\n', ":5: key .*name' is made of letters, digits"),
+        (TABLE + '[[objects]]\nmodel = "table"\n', ":5: .*name' is taken: there is already"),
+        (TABLE + "free = 1\n", ":5: key .*free' is true or false, got 1"),
+        (TABLE + 'on = "tabel"\nposition = [0, 0]\n', ":5: key .*on' is the name of an object"),
+        (TABLE + '[[objects]]\nmodel = "cube"\non = "table"\n', "position' is x and y in the"),
+        (TABLE + "mas = 3\n", ":5: key .*mas' means nothing"),
+        (
+            '[[objects]]\nmodel = "bundled:basket"\nname = "x"\ncategory = "contaner"\n',
+            ":4: .*category' is wrong: category 'contaner' is none; did you mean 'container'",
+        ),
+        (TABLE + '[[objects]]\nmodel = "cube"\nmass = 0\n', ":7: .*mass' is wrong: mass must be"),
+        (TABLE + '[[objects]]\nmodel = "cube"\nmass = -1\n', "positive number .kg., got -1"),
+        (TABLE + "region = { x = [0, 1] }\n", "region.y' is missing"),
+        (TABLE + "region = { x = [1, 0], y = [0, 1], z = [0, 0] }\n", "goes from low to high"),
+        (TABLE + "position = [0, 0, 0]\nregion = { }\n", "'region' both say where it is"),
+        (ROBOT + "[[cameras]]\nfovy = 200\n", ":4: key .*fovy' is wrong: fovy is between 0 and"),
+        (ROBOT + "[[cameras]]\nfov = 20\n", ":4: key .*fov' means nothing; did you mean 'fovy'"),
+        (ROBOT + "[[cameras]]\nlooking_at = [0, 0, 0]\n", "cannot look at the place where it is"),
+        (ROBOT + "[randomization.object.cube]\n", "'randomization.object' means nothing; .*s'"),
+        (ROBOT + "[randomization.lights]\nkey = 3\n", "'randomization.lights.key' is a table"),
+        (
+            ROBOT + "[randomization.lights.key]\nbright = 3\n",
+            ":4: key 'randomization.lights.key.bright' is wrong: .* did you mean 'brightness'",
+        ),
+        (
+            ROBOT + "[randomization.objects.cube]\nmass = { unifrom = [0, 1] }\n",
+            ":4: key 'randomization.objects.cube.mass' is wrong: .* did you mean 'uniform'",
+        ),
+        ("robots = ]", "not a TOML file: .*line 1"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_said_with_file_line_and_key(write, parts, text, message):
+    path = write(text)
+    with pytest.raises(SceneError, match=message) as raised:
+        read_scene(path, parts)
+    assert str(raised.value).startswith(str(path))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (TABLE + '[[objects]]\nmodel = "cube"\nposition = [0, 0, 1]\n', "'cube' .* inside 'table'"),
+        (
+            TABLE + '[[objects]]\nmodel = "cube"\nposition = [0.5, 0, 2]\n'
+            '[[objects]]\nmodel = "can"\non = "cube"\nposition = [0.5, 0]\n',
+            "'can' cannot be put there: 'cube' has no surface",
+        ),
+        (
+            TABLE + '[[objects]]\nmodel = "bin"\non = "table"\n'
+            "region = { x = [-0.1, -0.1], y = [0, 0] }\n",
+            "'bin' cannot be placed: no free place",
+        ),
+        (
+            TABLE + '[[objects]]\nmodel = "cube"\non = "table"\nposition = [10, 0]\n',
+            "'cube' is not on 'table' but 9.* m beside it, at 10.000 0.000; it extends from",
+        ),
+        (
+            TABLE + '[[objects]]\nmodel = "cube"\non = "table"\n'
+            "region = { x = [0, 0.1], y = [-4, -3] }\n",
+            "'cube' is not on 'table' but 2.* m beside it, at .* -3.000; it extends from",
+        ),
+        (TABLE + "[randomization.objects.cubee]\nmass = 1\n", "did you mean 'cube'"),
+        (TABLE + "[randomization.lights.kez]\nbrightness = 1\n", "did you mean 'key'"),
+        (TABLE + "[randomization.robots.pand]\ngain = 1\n", "'pand' is not there; did .*'panda'"),
+    ],
+)
+def test_what_cannot_stand_together_is_said_with_the_file(write, parts, text, message):
+    path = write(text)
+    scene = read_scene(path, parts)
+    with pytest.raises(CellError, match=message) as raised:
+        build_station(parts, scene=scene)
+    assert str(raised.value).startswith(str(path))
+
+
+def test_an_object_may_overhang_its_support_up_to_its_middle(write, parts):
+    text = TABLE + '[[objects]]\nmodel = "cube"\non = "table"\nposition = [{}, 0]\n'
+    upper = extent(build_station(parts, scene=read_scene(write(TABLE), parts)).cell, "table")[1]
+
+    build_station(parts, scene=read_scene(write(text.format(upper[0] - 1e-3)), parts))
+    with pytest.raises(CellError, match="but 0.001 m beside it"):
+        build_station(parts, scene=read_scene(write(text.format(upper[0] + 1e-3)), parts))
+
+
+@pytest.mark.parametrize(
+    ("kind", "count", "line", "most"),
+    [("objects", 10_000, 3, 250), ("objects", 251, 3, 250), ("robots", 10_000, 1, 16)],
+)
+def test_more_tables_than_a_scene_can_have_are_one_error(write, parts, kind, count, line, most):
+    tables = "".join(
+        f'[[{kind}]]\nname = "n{i}"\nmodel = "cube"\nposition = [0, 0, {i}]\n' for i in range(count)
+    )
+    path = write((ROBOT if kind == "objects" else "") + tables)
+    with pytest.raises(SceneError) as raised:
+        read_scene(path, parts)
+    assert str(raised.value) == (
+        f"{path}:{line}: key '{kind}' has {count} tables; a scene has at most {most}"
+    )
+
+
+def test_all_that_is_wrong_is_said_at_once(write, parts):
+    text = (
+        "seed = 'x'\n[[robots]]\nrobot = 'pand'\nposition = [0]\n"
+        "[[objects]]\nmodel = 'tabel'\n[[objects]]\nmodel = 'cube'\nmass = -1\nfree = 2\n"
+    )
+    with pytest.raises(SceneError) as raised:
+        read_scene(write(text), parts)
+    lines = [int(re.search(r"toml:(\d+):", problem)[1]) for problem in raised.value.problems]
+    assert sorted(lines) == [1, 3, 4, 6, 9, 10]
+
+
+def test_a_missing_file_is_one_error(tmp_path, parts):
+    with pytest.raises(SceneError, match="no scene .*none.toml: No such file"):
+        read_scene(tmp_path / "none.toml", parts)
+
+
+def test_lines_are_found_of_tables_arrays_dotted_and_quoted_keys():
+    text = """a = 1
+[b]
+c.d = 2
+[[e]]
+x = 1
+[[e]]
+[e.f]
+"g h" = 3
+[i."j/k"]
+l = [
+  1,
+]
+m = 2
+"""
+    lines = line_numbers(text)
+    assert [
+        line_of(place, lines)
+        for place in (
+            ("a",), ("b", "c", "d"), ("e", 1, "x"), ("e", 2, "f", "g h"), ("i", "j/k", "l"),
+            ("i", "j/k", "m"), ("e", 2, "none"), ("none",),
+        )
+    ] == [1, 3, 5, 8, 10, 13, 6, None]  # fmt: skip

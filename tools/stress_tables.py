@@ -1,0 +1,64 @@
+"""Stress trees with one seed, and write the whole tables to a page, one section for each tree.
+
+``python tools/stress_tables.py`` tests all trees of the project and its packages, which takes
+hours; ``python tools/stress_tables.py open_drawer press_button`` only these, and keeps the other
+sections. ``--workers N`` sets the number of processes, ``--policy FILE.onnx`` the policy of
+pick_place_policy, which is left out without one.
+"""
+
+import argparse
+import os
+import re
+from functools import partial
+from pathlib import Path
+
+os.environ.setdefault("MUJOCO_GL", "disable")
+
+from bt_manip.evaluation import StressTable, StressTester, plan_cases, run_episodes
+from bt_manip.plugins import load_plugins
+
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "stress_tables.md"
+HEADER = """# Stress tables of all trees
+
+Made by `make stress-tables`, a tree at a time; [faults and stress tests](stress.md) explains the
+letters, and why some faults are not recovered from.
+"""
+NEEDS_POLICY = "pick_place_policy"
+
+
+def table_of(tree: str, workers: int, settings: dict[str, str]) -> str:
+    """Return the section of a tree."""
+    tester = partial(StressTester, tree, settings=settings)
+    cases = plan_cases(tester(), 1)
+    done = {result.case: result for result in run_episodes(tester, cases, workers)}
+    table = StressTable([done[case] for case in cases])
+    print(f"{tree}: {table.summary()}", flush=True)
+    return table.markdown(f"bt-manip stress {tree}")
+
+
+def read_sections() -> dict[str, str]:
+    """Return the sections of the present page by tree."""
+    text = PAGE.read_text() if PAGE.exists() else ""
+    parts = re.split(r"^## (\w+)\n\n", text, flags=re.MULTILINE)
+    return dict(zip(parts[1::2], (part.strip() + "\n" for part in parts[2::2]), strict=True))
+
+
+def main() -> None:
+    """Write the page after each tree."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("trees", nargs="*")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--policy", default="")
+    given = parser.parse_args()
+    known = load_plugins().parts.trees.names()
+    chosen = given.trees or [name for name in known if given.policy or name != NEEDS_POLICY]
+    sections = read_sections()
+    for tree in chosen:
+        settings = {"policy": given.policy} if tree == NEEDS_POLICY else {}
+        sections[tree] = table_of(tree, given.workers, settings)
+        body = "".join(f"\n## {name}\n\n{sections[name]}" for name in sorted(sections))
+        PAGE.write_text(HEADER + body)
+
+
+if __name__ == "__main__":
+    main()
