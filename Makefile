@@ -2,6 +2,9 @@
 .DEFAULT_GOAL := help
 .PHONY: help setup run test test-packages test-clients lint types docs bench soak stress-tables
 
+# Compiled modules are kept: uv compiles none, and the tests start hundreds of processes.
+unexport PYTHONDONTWRITEBYTECODE
+
 READY := .venv/.ready
 BIN := .venv/bin
 WORKERS ?= 2
