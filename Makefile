@@ -1,4 +1,4 @@
-# Everything works on a fresh clone with git, make and Python 3.11 or 3.12.
+# Everything works on a fresh clone with git, make and Python 3.11 to 3.14.
 .DEFAULT_GOAL := help
 .PHONY: help setup run test test-packages test-clients lint types docs bench soak stress-tables
 

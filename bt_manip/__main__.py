@@ -7,9 +7,9 @@ def main() -> None:
     """Run the command line and leave with its exit code."""
     from bt_manip.cli.exit_codes import BAD_INPUT, INTERRUPTED
 
-    if sys.version_info[:2] not in ((3, 11), (3, 12)):
+    if not (3, 11) <= sys.version_info[:2] <= (3, 14):
         found = ".".join(str(part) for part in sys.version_info[:3])
-        print(f"bt-manip needs Python 3.11 or 3.12, this is {found}", file=sys.stderr)
+        print(f"bt-manip needs Python 3.11 to 3.14, this is {found}", file=sys.stderr)
         sys.exit(BAD_INPUT)
     try:
         # Importing takes a while, so whoever presses Ctrl-C during it is heard too.

@@ -1,17 +1,17 @@
 #!/bin/sh
 # Make .venv with the exact packages of constraints.txt and the project itself in it.
 #
-# PYTHON=/path/to/python3.12 chooses the interpreter; otherwise one is looked for.
+# PYTHON=/path/to/python3.13 chooses the interpreter; otherwise one is looked for.
 # INSTALLER=pip installs with pip; otherwise uv installs, where it runs.
 set -eu
 cd "$(dirname "$0")/.."
 
-WANTED="3.11 or 3.12 (dm-control's labmaze has wheels for these two only)"
+WANTED="3.11 to 3.14"
 
 # Whether a command is a Python that will do; shims of version managers may exist and not work.
 suits() {
     "$1" -c 'import sys, ensurepip, venv
-sys.exit(sys.version_info[:2] not in ((3, 11), (3, 12)))' >/dev/null 2>&1
+sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))' >/dev/null 2>&1
 }
 
 candidates() {
@@ -19,11 +19,13 @@ candidates() {
         echo "$PYTHON"
         return
     fi
-    printf '%s\n' python3.12 python3.11 python3 python
+    printf '%s\n' python3.12 python3.11 python3.13 python3.14 python3 python
     for root in "${PYENV_ROOT:-$HOME/.pyenv}/versions" "$HOME/.local/share/uv/python" \
         "$HOME/.asdf/installs/python" "$HOME/.local/share/mise/installs/python"; do
-        for found in "$root"/*3.12*/bin/python3 "$root"/*3.11*/bin/python3; do
-            [ -x "$found" ] && echo "$found"
+        for version in 3.12 3.11 3.13 3.14; do
+            for found in "$root"/*"$version"*/bin/python3; do
+                [ -x "$found" ] && echo "$found"
+            done
         done
     done
     return 0
@@ -45,7 +47,7 @@ fetch_python() {
         python3 -m venv --clear .venv &&
             .venv/bin/python -m pip install -q --disable-pip-version-check -c constraints.txt uv
     } >/dev/null 2>&1 || return
-    echo "No Python 3.11 or 3.12 found: uv fetches Python 3.12 into ~/.local/share/uv/python"
+    echo "No Python $WANTED found: uv fetches Python 3.12 into ~/.local/share/uv/python"
     "$uv" python install --install-dir "$HOME/.local/share/uv/python" 3.12
 }
 
@@ -66,7 +68,7 @@ if [ -z "$python" ]; then
                 echo "  $name is $version, without venv (on Debian: apt install python3-venv)"
             fi
         done
-        echo "Install one, or say where it is: make setup PYTHON=/path/to/python3.12"
+        echo "Install one, or say where it is: make setup PYTHON=/path/to/python3.13"
     } >&2
     exit 1
 fi
@@ -152,6 +154,19 @@ install() {
     }
 }
 
+# From 3.13 on, labmaze is left out as pyproject.toml tells uv. pip is told no such thing: it gets
+# the whole list without it.
+install_with_pip() {
+    case $(.venv/bin/python --version) in
+        "Python 3.11"* | "Python 3.12"*) install with_pip "$@" ;;
+        *)
+            grep -v '^labmaze==' constraints.txt >.venv/pinned.txt
+            with_pip --no-deps -r .venv/pinned.txt &&
+                with_pip --no-deps --no-build-isolation "$@"
+            ;;
+    esac
+}
+
 echo "Installing packages into .venv (log: $log)"
 if [ "${INSTALLER:-uv}" = uv ] && with_pip uv && run .venv/bin/uv --version; then
     configure_uv
@@ -162,7 +177,7 @@ if [ "${INSTALLER:-uv}" = uv ] && with_pip uv && run .venv/bin/uv --version; the
 else
     INSTALLER=pip
 fi
-if [ "${INSTALLER:-uv}" = pip ] && ! install with_pip "$@"; then
+if [ "${INSTALLER:-uv}" = pip ] && ! install_with_pip "$@"; then
     tail -n 5 "$log" >&2
     echo "Packages cannot be installed; pip's output is in $log" >&2
     exit 1

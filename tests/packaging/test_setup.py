@@ -54,11 +54,11 @@ def test_setup_says_which_python_it_needs(tmp_path):
     done = subprocess.run(
         ["sh", "tools/setup.sh"], cwd=REPOSITORY, capture_output=True, text=True,
         env={"PATH": "/usr/bin:/bin", "HOME": str(tmp_path),
-             "PYTHON": str(fake_python(tmp_path, "3.13.1"))},
+             "PYTHON": str(fake_python(tmp_path, "3.15.1"))},
     )  # fmt: skip
     assert done.returncode == 1
-    assert "3.11 or 3.12" in done.stderr
-    assert "3.13.1" in done.stderr
+    assert "3.11 to 3.14" in done.stderr
+    assert "3.15.1" in done.stderr
     assert "make setup PYTHON=" in done.stderr
 
 
@@ -168,7 +168,7 @@ def test_setup_lets_uv_fetch_a_python_where_none_suits_and_says_so(setup, tmp_pa
     commands = tmp_path / "commands"
     commands.mkdir()
     for name in ("python3.12", "python3.11", "python3", "python"):
-        fake_python(commands, "3.13.1").rename(commands / name)
+        fake_python(commands, "3.15.1").rename(commands / name)
     uv = commands / "uv"
     uv.write_text(
         '#!/bin/sh\n[ "$1 $2 $5" = "python install 3.12" ] && mkdir -p "$4/cpython-3.12/bin" && '
@@ -177,23 +177,23 @@ def test_setup_lets_uv_fetch_a_python_where_none_suits_and_says_so(setup, tmp_pa
     uv.chmod(0o755)
     done, _ = setup(PYTHON="", PATH=f"{commands}:/usr/bin:/bin")
     assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("No Python 3.11 or 3.12 found: uv fetches Python 3.12")
+    assert done.stdout.startswith("No Python 3.11 to 3.14 found: uv fetches Python 3.12")
     uv.write_text("#!/bin/sh\nexit 1\n")
     shutil.rmtree(tmp_path / "home" / ".local")
     shutil.rmtree(tmp_path / ".venv")
     done, _ = setup(PYTHON="", PATH=f"{commands}:/usr/bin:/bin")
     assert done.returncode == 1
-    assert "bt-manip needs Python 3.11 or 3.12" in done.stderr
+    assert "bt-manip needs Python 3.11 to 3.14" in done.stderr
 
 
-@pytest.mark.parametrize("version", [(3, 10, 2), (3, 13, 0)])
+@pytest.mark.parametrize("version", [(3, 10, 2), (3, 15, 0)])
 def test_a_start_on_another_python_says_so(version, monkeypatch, capsys):
     monkeypatch.setattr(sys, "version_info", version)
     with pytest.raises(SystemExit) as ended:
         main()
     assert ended.value.code == 2
     error = capsys.readouterr().err
-    assert "3.11 or 3.12" in error and ".".join(map(str, version)) in error
+    assert "3.11 to 3.14" in error and ".".join(map(str, version)) in error
 
 
 def makefile_targets() -> set[str]:
