@@ -42,6 +42,23 @@ def test_constraints_name_no_host():
     assert not re.search(r"://|--|@", CONSTRAINTS)
 
 
+@pytest.mark.parametrize("version", ["3.13", "3.14"])
+def test_each_package_has_a_wheel_for_a_newer_python(version):
+    uv = Path(sys.executable).with_name("uv")
+    if not uv.exists():
+        pytest.skip("make setup installed without uv")
+    done = subprocess.run(
+        [uv, "pip", "compile", "pyproject.toml", "--all-extras", "-c", "constraints.txt",
+         "--quiet", "--no-python-downloads", "--only-binary", ":all:",
+         "--python-version", version, "--python-platform", "x86_64-manylinux_2_28"],
+        cwd=REPOSITORY, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    if done.returncode == 2:
+        pytest.skip(f"no index of packages: {done.stderr.strip().splitlines()[0]}")
+    assert done.returncode == 0, done.stderr
+    assert "labmaze" not in re.findall(r"^([\w-]+)==", done.stdout, re.MULTILINE)
+
+
 def fake_python(folder: Path, version: str) -> Path:
     """Write something that says it is a Python."""
     path = folder / "python"
@@ -64,7 +81,7 @@ def test_setup_says_which_python_it_needs(tmp_path):
 
 PYTHON = """#!/bin/sh
 case "$*" in
-    --version) echo "Python 3.12.1" ;;
+    --version) echo "Python ${VERSION:-3.12.1}" ;;
     "-m venv --clear .venv") mkdir -p .venv/bin && cp "$0" .venv/bin/python ;;
     "-m pip config list") printf '%s\\n' "$SETTINGS" ;;
     "-m pip install"*" uv")
@@ -125,6 +142,16 @@ def test_setup_installs_with_pip_where_uv_cannot_or_where_it_is_told_to(setup, v
     assert ("uv cannot install" in done.stdout) is ("fails" in variables.values())
     calls = [line for line in log.splitlines() if line.startswith("pip install -m")]
     assert len(calls) == 2 and all("-c constraints.txt" in call for call in calls)
+
+
+def test_pip_leaves_labmaze_out_of_a_newer_python(setup, tmp_path):
+    (tmp_path / "constraints.txt").write_text("click==8\nlabmaze==1.0.6\n")
+    done, log = setup(INSTALLER="pip", VERSION="3.13.1")
+    assert (done.returncode, done.stderr) == (0, "")
+    calls = [line for line in log.splitlines() if line.startswith("pip install -m")]
+    assert len(calls) == 2 and all("--no-deps" in call for call in calls)
+    assert "-r .venv/pinned.txt" in calls[0]
+    assert (tmp_path / ".venv" / "pinned.txt").read_text() == "click==8\n"
 
 
 @pytest.mark.parametrize("uv", ["none", "fails"])
