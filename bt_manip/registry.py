@@ -230,6 +230,8 @@ class Parts:
         panels: Factories, ``factory(page) -> Panel``.
         faults: Classes of faults, ``cls(**parameters) -> Fault``.
         actions: Factories, ``factory(episodes) -> ActionKind``.
+        backends: Real robots, `bt_manip.robots.Backend`.
+        pose_sources: Factories, ``factory(expected) -> bt_manip.scenes.PoseSource``.
         surroundings: Required scene and controller of trees, by the name of the tree.
     """
 
@@ -254,6 +256,10 @@ class Parts:
     panels: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("panel"))
     faults: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("fault"))
     actions: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("action kind"))
+    backends: Registry[Any] = field(default_factory=lambda: Registry("backend"))
+    pose_sources: Registry[Callable[..., Any]] = field(
+        default_factory=lambda: Registry("pose source")
+    )
     surroundings: dict[str, Surroundings] = field(default_factory=dict)
 
     def by_kind(self) -> Mapping[str, Registry[Any]]:
@@ -274,4 +280,6 @@ class Parts:
             "panels": self.panels,
             "faults": self.faults,
             "actions": self.actions,
+            "backends": self.backends,
+            "pose_sources": self.pose_sources,
         }

@@ -113,7 +113,10 @@ EXPERIMENTAL = {
         "SuctionGripper suction_gripper GRIP_DEPTH Solid"
     ),
     "bt_manip.grasping": ("GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE"),
-    "bt_manip.robots": "GraspGenerator GraspCandidates FoundGripper effort_limit ensure_motors",
+    "bt_manip.robots": (
+        "GraspGenerator GraspCandidates FoundGripper effort_limit ensure_motors "
+        "ArmDevice GripperDevice DeviceState GripperState DeviceError Backend"
+    ),
     "bt_manip.evaluation": "StressTester StressCase plan_cases",
     "bt_manip.robot_setup": "describe_robot try_robot",
     "bt_manip.toml_fields": "Key documented read_part",

@@ -42,6 +42,8 @@ PARTS = {
     "recorders": "Recorders",
     "faults": "Faults",
     "actions": "Kinds of actions",
+    "backends": "Backends",
+    "pose_sources": "Pose sources",
     "model_sources": "Model sources",
     "model_formats": "Model formats",
     "model_caches": "Model caches",

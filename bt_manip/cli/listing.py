@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 LISTED = (
     "trees", "behaviours", "objects", "robots", "grippers", "controllers", "planners",
-    "scenes", "actions", "model_sources", "model_formats", "model_caches", "recorders", "panels",
-    "faults", "plugins",
+    "scenes", "actions", "backends", "pose_sources", "model_sources", "model_formats",
+    "model_caches", "recorders", "panels", "faults", "plugins",
 )  # fmt: skip
 
 

@@ -15,6 +15,12 @@ from .configurations import save_configuration as save_configuration
 from .description_file import description_text as description_text
 from .description_file import read_description as read_description
 from .description_file import read_gripper as read_gripper
+from .device import ArmDevice as ArmDevice
+from .device import Backend as Backend
+from .device import DeviceError as DeviceError
+from .device import DeviceState as DeviceState
+from .device import GripperDevice as GripperDevice
+from .device import GripperState as GripperState
 from .errors import GripperError as GripperError
 from .errors import RobotError as RobotError
 from .grasp_candidates import GraspCandidate as GraspCandidate
