@@ -159,6 +159,15 @@ def register_actions(register: Callable[[str, Callable[[Any], Any]], None]) -> N
 
 
 @hookimpl
+def register_pose_sources(register: Callable[[str, Callable[..., Any]], None]) -> None:
+    """Bring the poses that a scene describes, confirmed by an operator or not."""
+    from bt_manip.scenes import OperatorPoses, ScenePoses
+
+    register("scene", ScenePoses)
+    register("operator", OperatorPoses)
+
+
+@hookimpl
 def register_recorders(register: Callable[[str, Callable[[Path | None], Any]], None]) -> None:
     """Bring the trace of the joints, the recording of everything, videos, and logs for Groot2."""
     from bt_manip.groot import BtlogRecorder, SqliteRecorder

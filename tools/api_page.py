@@ -117,6 +117,7 @@ EXPERIMENTAL = {
         "GraspGenerator GraspCandidates FoundGripper effort_limit ensure_motors "
         "ArmDevice GripperDevice DeviceState GripperState DeviceError Backend"
     ),
+    "bt_manip.scenes": "PoseSource",
     "bt_manip.evaluation": "StressTester StressCase plan_cases",
     "bt_manip.robot_setup": "describe_robot try_robot",
     "bt_manip.toml_fields": "Key documented read_part",

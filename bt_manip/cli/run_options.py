@@ -94,6 +94,12 @@ class RunOptions(StationOptions):
         "--resume", type=click.Path(path_type=Path), metavar="FILE",
         help="Continue from a snapshot of a run with the same options.",
     )  # fmt: skip
+    poses: str = option(
+        "--poses", default="physics", show_default=True, metavar="P",
+        shell_complete=complete_part("pose_sources"),
+        help="Where objects are: physics spawns them; scene takes those that the scene expects, "
+        "operator asks for each of them (see: bt-manip list pose_sources).",
+    )  # fmt: skip
     watch: bool = option("--watch", is_flag=True, help="Reload the tree whenever its file changes.")
     quiet: bool = option("--quiet", is_flag=True, help="Print nothing but warnings and errors.")
     foreign: ForeignTrees = options_of(ForeignTrees)
@@ -139,6 +145,7 @@ def make_request(
         seed=options.seed,
         tick=options.tick_ms / 1e3,
         configurations=_configurations(options),
+        poses=options.poses,
         **watched,
     )
     if options.seed is not None:

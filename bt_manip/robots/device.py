@@ -150,7 +150,7 @@ class GripperDevice(abc.ABC):
         """Close and grip; return whether an object is gripped.
 
         Args:
-            width: Expected width of the object [m].
+            width: Expected width of the object [m]; 0 for any.
             speed: Speed of the width [m/s].
             force: Grip force [N].
         """

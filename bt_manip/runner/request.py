@@ -8,7 +8,7 @@ from typing import Any
 from bt_manip.exceptions import BtManipError
 from bt_manip.registry import Parts, Surroundings
 from bt_manip.robots import Configuration, RobotDescription
-from bt_manip.scenes import Scene
+from bt_manip.scenes import PHYSICS, Scene
 
 from .tree_source import TreeSource, find_tree
 
@@ -48,6 +48,8 @@ class RunRequest:
         real_time: Simulated seconds per second of wall time; None runs as fast as possible.
         configurations: Named configurations of the robots, besides those of their descriptions and
             of the scene.
+        poses: Name of a registered source of poses of the objects that the scene expects, or
+            `bt_manip.scenes.PHYSICS`.
         reading: Further options of `bt_manip.bt.read_tree`: ``stubs``, ``libraries``.
     """
 
@@ -65,6 +67,7 @@ class RunRequest:
     configurations: Mapping[str, Configuration] = field(
         default_factory=lambda: MappingProxyType({})
     )
+    poses: str = PHYSICS
     reading: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
@@ -94,7 +97,7 @@ class RunRequest:
         """The part of the request that a station is built from, as a key."""
         return (
             self.scene, self.robot, self.controller, self.planner, self.seed,
-            tuple(self.settings.items()),
+            tuple(self.settings.items()), self.poses,
         )  # fmt: skip
 
     @property

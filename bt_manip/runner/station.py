@@ -21,9 +21,11 @@ from bt_manip.notebook import html_image, html_table
 from bt_manip.registry import Parts
 from bt_manip.robots import Gripper, Robot
 from bt_manip.scenes import (
+    ExpectedObjects,
     Scene,
     add_fixture,
     check_supports,
+    expected_objects,
     find_scene,
     naming_file,
     place_again,
@@ -79,6 +81,7 @@ class Station:
         randomizer: Randomizes the cell at the beginning of a cycle.
         scene: The scene that it was built with.
         request: The request that it was built from.
+        poses: The objects that the scene expects; None where the physics decides the poses.
     """
 
     cell: Cell
@@ -89,6 +92,7 @@ class Station:
     randomizer: Randomizer
     scene: Scene
     request: RunRequest
+    poses: ExpectedObjects | None = None
 
     @property
     def first(self) -> CommandedRobot:
@@ -143,6 +147,7 @@ class Station:
             "rng": self.rng,
             "models": self.models,
             "planners": self.parts.planners,
+            "poses": self.poses,
         }
 
     def clock(self) -> float:
@@ -243,7 +248,8 @@ class Station:
 
     def get_state(self) -> dict[str, Any]:
         """Return the state of the station as plain data."""
-        return {
+        poses = {} if self.poses is None else {"poses": self.poses.get_state()}
+        return poses | {
             "cell": self.cell.snapshot(),
             "robots": {name: robot.get_state() for name, robot in self.robots.items()},
             "rng": self.rng.bit_generator.state,
@@ -266,6 +272,8 @@ class Station:
             robot.set_state(state["robots"][name])
         self.rng.bit_generator.state = state["rng"]
         self.randomizer.set_state(state["randomizer"])
+        if self.poses is not None:
+            self.poses.set_state(state.get("poses", ()))
 
 
 def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None = None) -> Station:
@@ -294,7 +302,8 @@ def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None 
         for one in scene.robots
     ]
     entities = [RobotEntities(one, parts) for one in chosen]
-    fixtures = [(f, catalogue.create(f.model, **f.parameters)) for f in scene.fixtures]
+    placed = [fixture for fixture in scene.fixtures if not fixture.expected]
+    fixtures = [(f, catalogue.create(f.model, **f.parameters)) for f in placed]
     cell = Cell()
     with naming_file(scene), cell.editing():
         later = sampled_fixtures(scene.fixtures)
@@ -310,15 +319,14 @@ def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None 
     robots = {name: one.commanded(name, cell) for name, one in zip(names, entities, strict=True)}
     for one in robots.values():
         one.robot.configurations |= scene.configurations
-    for fixture in scene.fixtures:
+    for fixture in placed:
         if fixture.within_reach:
             next(iter(robots.values())).reach.place_container(cell, fixture.name)
     if len(robots) > 1:
         MultiArmCoordinator({name: one.arm for name, one in robots.items()})
     rng = np.random.default_rng(seed)
     scene_objects = {
-        f.name: SceneObject(f.model, cell.pose(f.name), f.parameters, f.free)
-        for f in scene.fixtures
+        f.name: SceneObject(f.model, cell.pose(f.name), f.parameters, f.free) for f in placed
     }
     with naming_file(scene):
         randomizer = Randomizer(
@@ -329,4 +337,5 @@ def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None 
             scene_objects=scene_objects,
             robots=tuple(robots),
         )  # fmt: skip
-    return Station(cell, robots, rng, catalogue, parts, randomizer, scene, request)
+    poses = expected_objects(request.poses, parts.pose_sources, scene.fixtures, cell, catalogue)
+    return Station(cell, robots, rng, catalogue, parts, randomizer, scene, request, poses)

@@ -27,6 +27,8 @@ class Fixture:
         free: Whether it moves freely; None: as the object declares.
         on: Name of an earlier fixture whose surface it rests on.
         region: A free pose is sampled from it with the run's seed, in place of ``T_wo``.
+        expected: Whether it is not in the cell at first: a source of poses says when it is there
+            (`bt_manip.scenes.PoseSource`).
         within_reach: Whether it is moved towards the first robot where that cannot drop into it.
     """
 
@@ -38,6 +40,7 @@ class Fixture:
     on: str = ""
     region: Region | None = None
     within_reach: bool = False
+    expected: bool = False
 
 
 @dataclass(frozen=True)

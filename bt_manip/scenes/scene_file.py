@@ -25,7 +25,7 @@ from .scene import Fixture, Scene, SceneRobot, find_robot
 MAX_TABLES: Mapping[str, int] = {"robots": 16, "objects": 250, "cameras": 250}
 """Most tables of each kind: a scene of 250 free objects takes about 10 s to build."""
 
-_PLACE = ("model", "name", "on", "free", "position", "quat_wxyz", "rpy", "region")
+_PLACE = ("model", "name", "on", "free", "position", "quat_wxyz", "rpy", "region", "expected")
 _VARIED = ("objects", "robots", "lights", "cameras", "observations")
 
 
@@ -215,7 +215,10 @@ class _Reader:
         name = attempt(_name_in, table, default=model)
         on = attempt(table.text, "on")
         free = attempt(table.flag, "free")
+        expected = bool(attempt(table.flag, "expected"))
         region = attempt(self._region, table, on)
+        if expected and region is not None:
+            self._refuse(table, "region", "and 'expected' exclude each other: give a 'position'")
         T_wo = attempt(self._pose, table, on) if region is None else pin.SE3.Identity()
         parameters = {key: table.value(key) for key in table.keys() if key not in _PLACE}
         if model is None or name is None:
@@ -223,8 +226,9 @@ class _Reader:
         model = self._address(model)
         attempt(self._check_made, table, model, parameters)
         return Fixture(
-            model, name, T_wo or pin.SE3.Identity(), parameters, free, on=on or "", region=region
-        )
+            model, name, T_wo or pin.SE3.Identity(), parameters, free, on=on or "", region=region,
+            expected=expected,
+        )  # fmt: skip
 
     def _camera(self, table: TomlTable) -> Fixture | None:
         attempt = self._file.attempt
