@@ -1,6 +1,7 @@
 """Devices: what a real arm and its gripper can do, as plugins implement it for a vendor."""
 
 import abc
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -41,6 +42,8 @@ class DeviceState(NamedTuple):
         recoverable: Whether `ArmDevice.recover` clears the problem.
         q_held: Configuration that the vendor's controller holds [rad], from which references start;
             None: the measured one.  # (nq,)
+        time: The robot's own time [s]. Where it is not a period later than at the last reading,
+            cycles were lost, for which the vendor's controller extrapolates the reference.
     """
 
     q: np.ndarray
@@ -50,6 +53,7 @@ class DeviceState(NamedTuple):
     problem: str = ""
     recoverable: bool = False
     q_held: np.ndarray | None = None
+    time: float = 0.0
 
 
 class ArmDevice(abc.ABC):
@@ -65,6 +69,11 @@ class ArmDevice(abc.ABC):
     """
 
     period: float = 1e-3
+
+    @property
+    def properties(self) -> Mapping[str, str]:
+        """What a report says about the device and how it is connected."""
+        return {}
 
     @abc.abstractmethod
     def connect(self) -> None:
