@@ -60,9 +60,9 @@ class ArmDevice(abc.ABC):
     """A vendor's arm, whose own controller follows joint positions.
 
     It is made in a process of its own, by ``factory(address)``, and one thread calls it: `connect`,
-    then `read` in each cycle. A motion is `start`, then `write` after each `read`, then `finish`. All
-    methods raise `DeviceError`; a problem of the arm itself, such as a reflex, is in
-    ``DeviceState.problem` instead, and ends the motion.
+    then `read` in each cycle. A motion is `start`, then `write` after each `read`, then `finish`.
+    All methods raise `DeviceError`; a problem of the arm itself, such as a reflex or a lost
+    connection, is in ``DeviceState.problem`` instead, and ends the motion.
 
     Attributes:
         period: Time between two readings while references are written [s].
@@ -170,7 +170,7 @@ class GripperDevice(abc.ABC):
 
     @abc.abstractmethod
     def stop(self) -> None:
-        """Stop where it is; the only command that may be called while another one blocks."""
+        """Stop where it is; called between other commands."""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,222 @@
+"""A simulated robot for tests: a server of franka-sim on loopback, driven by lines of JSON.
+
+It runs in an environment that has franka-sim, whose models ``FR3_MJCF`` and ``FRANKA_HAND_MJCF``
+name: ``python simulated_robot.py HOST [--constraints]``. It prints ``ready``, then a line for each
+line ``{"do": NAME, ...}`` that it reads, whose names are methods below; it ends with its input.
+Free bodies of the model have weight.
+"""
+
+import argparse
+import json
+import logging
+import os
+import queue
+import sys
+import threading
+
+import mujoco
+import numpy as np
+from franka_sim.franka_protocol import ConnectStatus, MoveStatus, RobotMode
+from franka_sim.franka_sim_server import FrankaSimServer
+from franka_sim.mujoco_franka_sim import MujocoFrankaSim
+
+JOINT_REFLEX = 6  # position in research_interface::robot::Error
+
+
+class Cell(MujocoFrankaSim):
+    """The physics; functions of other threads run between two steps of it."""
+
+    def __init__(self):
+        super().__init__(enable_hand=True)
+        self.calls = queue.SimpleQueue()
+
+    def initialize_simulation(self):
+        """Give weight to what moves freely, which franka-sim takes from all bodies."""
+        super().initialize_simulation()
+        model = self.model
+        self.free = {
+            model.body(model.jnt_bodyid[joint]).name: joint
+            for joint in np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
+        }
+        for name in self.free:
+            model.body(name).gravcomp[:] = 0.0
+
+    def _apply_control(self):
+        super()._apply_control()
+        while not self.calls.empty():
+            self.calls.get()()
+
+    def in_physics(self, function):
+        """Run a function between two steps, and return its result."""
+        results = queue.SimpleQueue()
+        self.calls.put(lambda: results.put(function()))
+        return results.get(timeout=10.0)
+
+
+class Robot(FrankaSimServer):
+    """The controller, with faults."""
+
+    version, stopped, longest_gap, lost, cycles = 10, False, 0, 0, 0
+
+    def send_response(self, client_socket, command, command_id, status, version):
+        """Refuse clients when the version is another one."""
+        if self.version != version:
+            status = ConnectStatus.kIncompatibleLibraryVersion
+        super().send_response(client_socket, command, command_id, status, self.version)
+
+    def _account_for_communication_cycle(self):
+        super()._account_for_communication_cycle()
+        if self.stopped:
+            self.robot_state.state["robot_mode"] = RobotMode.kUserStopped
+        if self.comm.active:
+            gap = self.comm.consecutive_lost
+            self.cycles += 1
+            self.lost += bool(gap)
+            self.longest_gap = max(self.longest_gap, gap)
+
+    def _refuse_move_while_latched(self, client_socket, header):
+        if self.stopped:
+            self.robot_state.state["robot_mode"] = RobotMode.kReflex  # refused as in a reflex
+        return super()._refuse_move_while_latched(client_socket, header)
+
+    def handle_automatic_error_recovery_command(self, client_socket, header, payload):
+        """Forget which joint collided."""
+        super().handle_automatic_error_recovery_command(client_socket, header, payload)
+        self.robot_state.state["joint_collision"] = [0.0] * 7
+
+
+class Commands:
+    """What a line of JSON can ask for."""
+
+    def __init__(self, robot, cell):
+        self.robot, self.cell = robot, cell
+
+    def place(self, body, position, quat=(1.0, 0.0, 0.0, 0.0)):
+        """Put a free body somewhere, at rest."""
+
+        def put():
+            model, data, joint = self.cell.model, self.cell.data, self.cell.free[body]
+            at, dof = model.jnt_qposadr[joint], model.jnt_dofadr[joint]
+            data.qpos[at : at + 7] = [*position, *quat]
+            data.qvel[dof : dof + 6] = 0.0
+
+        return self.cell.in_physics(put)
+
+    def poses(self):
+        """Return the positions of the free bodies, and whether they are at rest."""
+
+        def read():
+            model, data = self.cell.model, self.cell.data
+            return {
+                name: {
+                    "position": data.qpos[model.jnt_qposadr[j] :][:3].tolist(),
+                    "speed": float(np.abs(data.qvel[model.jnt_dofadr[j] :][:6]).max()),
+                }
+                for name, j in self.cell.free.items()
+            }
+
+        return self.cell.in_physics(read)
+
+    def arm(self):
+        """Return the arm's positions, and the width of the hand."""
+
+        def read():
+            data, cell = self.cell.data, self.cell
+            return {
+                "q": data.qpos[cell.arm_qpos_adr].tolist(),
+                "v": data.qvel[cell.arm_dofs_idx].tolist(),
+                "width": float(data.qpos[cell.finger_qpos_adr].sum()),
+                "time": float(data.time),
+            }
+
+        return self.cell.in_physics(read)
+
+    def move_by_hand(self, q):
+        """Put the arm somewhere else, where its controller holds it."""
+
+        def put():
+            cell = self.cell
+            cell.data.qpos[cell.arm_qpos_adr] = q
+            cell.data.qvel[cell.arm_dofs_idx] = 0.0
+            cell.update_joint_positions(q)
+            cell.set_control_mode(cell.control_mode)
+
+        self.cell.in_physics(put)
+        self.robot.robot_state.state["q_d"] = list(q)
+
+    def reflex(self, joint):
+        """Stop the motion by a reflex of a joint."""
+        hit = [0.0] * 7
+        hit[joint - 1] = 1.0
+        self.robot.robot_state.state["joint_collision"] = hit
+        self.robot._abort_with_error(JOINT_REFLEX, f"injected reflex of joint {joint}")
+
+    def user_stop(self, pressed):
+        """Press or release the user stop."""
+        self.robot.stopped = pressed
+        state = self.robot.robot_state.state
+        if pressed:
+            with self.robot._motion_lock:
+                self.robot._abort_with_error((), "user stop")
+                pending = self.robot._pending_move_response
+                if pending:
+                    motion, _, after = pending
+                    aborted = MoveStatus.kEmergencyAborted
+                    self.robot._pending_move_response = motion, aborted, after
+        state["robot_mode"] = RobotMode.kUserStopped if pressed else RobotMode.kIdle
+
+    def cut(self):
+        """Break the connection of the client."""
+        self.robot.connection_running = False
+        self.robot.transmitting_state = False
+
+    def set_version(self, version):
+        """Let the robot have another version."""
+        self.robot.version = version
+
+    def communication(self):
+        """Return the cycles with a client in a motion, those lost, and the longest run of these."""
+        robot = self.robot
+        return {"cycles": robot.cycles, "lost": robot.lost, "longest_gap": robot.longest_gap}
+
+
+def serve(commands):
+    """Answer the lines of the input; end the process with it."""
+    for line in sys.stdin:
+        request = json.loads(line)
+        try:
+            answer = {"ok": getattr(commands, request.pop("do"))(**request)}
+        except Exception as error:
+            answer = {"error": repr(error)}
+        print(json.dumps(answer), flush=True)
+    os._exit(0)
+
+
+def main():
+    """Serve until the input ends."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("host")
+    parser.add_argument("--constraints", action="store_true", help="of communication")
+    options = parser.parse_args()
+    logging.basicConfig(level=logging.WARNING, stream=sys.stderr)
+    cell = Cell()
+    robot = Robot(
+        host=options.host,
+        physics_sim=cell,
+        gripper_physics=True,
+        enforce_motion_limits=True,
+        enforce_comm_constraints=options.constraints,
+    )
+
+    def announce():
+        while robot.server_socket is None or not cell.running:
+            threading.Event().wait(0.02)
+        print("ready", flush=True)
+        serve(Commands(robot, cell))
+
+    threading.Thread(target=announce, daemon=True).start()
+    robot.start()
+
+
+if __name__ == "__main__":
+    main()
