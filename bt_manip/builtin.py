@@ -71,7 +71,7 @@ def register_behaviours(register: Callable[..., None]) -> None:
         "OpenGripper", "CloseGripper",
         "MoveToPose", "MoveToConfiguration", "MoveHome", "MoveLinear", "MoveThrough", "MoveArc",
         "Approach", "Retreat", "BackOff",
-        "FollowTarget", "Stop", "SetSpeed", "SwitchController", "IsAt",
+        "FollowTarget", "Stop", "Recover", "SetSpeed", "SwitchController", "IsAt",
     ):  # fmt: skip
         register(getattr(behaviours, name))
 

@@ -32,7 +32,7 @@ STABLE = {
         "CellBehaviour ArmBehaviour MotionBehaviour RobotCondition "
         "SpawnObject RemoveObject ObjectExists IsIn IsOn Hover Reach Grasp Lift Drop PlaceOn "
         "PlaceAt IsHolding IsAt OpenGripper CloseGripper MoveToPose MoveToConfiguration MoveHome "
-        "MoveLinear MoveThrough MoveArc Approach Retreat BackOff FollowTarget Stop SetSpeed "
+        "MoveLinear MoveThrough MoveArc Approach Retreat BackOff FollowTarget Stop Recover SetSpeed "
         "SwitchController WaitUntilAtRest WaitUntilUndisturbed "
         "pose_to_text pose_from_text pose_input poses_input "
         "centre_pose bottom_pose top_grasp_poses downward_poses nearest_orientation yaw_of "
@@ -117,7 +117,6 @@ EXPERIMENTAL = {
         "GraspGenerator GraspCandidates FoundGripper effort_limit ensure_motors "
         "ArmDevice GripperDevice DeviceState GripperState DeviceError Backend"
     ),
-    "bt_manip.scenes": "PoseSource",
     "bt_manip.evaluation": "StressTester StressCase plan_cases",
     "bt_manip.robot_setup": "describe_robot try_robot",
     "bt_manip.toml_fields": "Key documented read_part",
@@ -130,7 +129,7 @@ EXPERIMENTAL = {
     ),
     "bt_manip.behaviours": "ObjectCondition default_force",
     "bt_manip.agents": "differential_ik command_gripper displaced end_velocity held_payload",
-    "bt_manip.scenes": "scene_of",
+    "bt_manip.scenes": "scene_of PoseSource",
     "bt_manip.runner": (
         "EventQueue RunEvent KINDS TreeSource Interventions RunLoop Actor RunModifier make_station"
     ),

@@ -40,6 +40,7 @@ from .poses import poses_input as poses_input
 from .poses import top_grasp_poses as top_grasp_poses
 from .poses import yaw_of as yaw_of
 from .reach import Reach as Reach
+from .recover import Recover as Recover
 from .remove_object import RemoveObject as RemoveObject
 from .resting import IsIn as IsIn
 from .resting import IsOn as IsOn

@@ -9,6 +9,7 @@ import click
 from bt_manip.cli.completion import complete_part
 from bt_manip.cli.foreign_trees import ForeignTrees
 from bt_manip.cli.options import StationOptions, option, options_of
+from bt_manip.exceptions import BtManipError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -17,6 +18,10 @@ if TYPE_CHECKING:
     from bt_manip.registry import Parts
     from bt_manip.robots import Configuration
     from bt_manip.runner import RunRequest
+
+
+REAL_SPEED = 0.1
+"""Default factor of all speeds on a real robot."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +99,15 @@ class RunOptions(StationOptions):
         "--resume", type=click.Path(path_type=Path), metavar="FILE",
         help="Continue from a snapshot of a run with the same options.",
     )  # fmt: skip
+    backend: str = option(
+        "--backend", default="", metavar="NAME=ADDRESS",
+        shell_complete=complete_part("backends"),
+        help="Run on a real robot (see: bt-manip list backends).  [default: simulate it]",
+    )  # fmt: skip
+    speed_factor: float | None = option(
+        "--speed", type=click.FloatRange(0.0, 1.0, min_open=True), metavar="X",
+        help="Factor of all speeds of the arm.  [default: 0.1 on a real robot, else 1]",
+    )  # fmt: skip
     poses: str = option(
         "--poses", default="physics", show_default=True, metavar="P",
         shell_complete=complete_part("pose_sources"),
@@ -129,6 +143,7 @@ def make_request(
     from bt_manip.runner import request_of
     from bt_manip.scenes import seed_of
 
+    _check_backend(options)
     watched: dict[str, Any] = {
         "real_time": None if options.view else options.speed or None,  # the page has a control
         "reading": options.foreign.reading(),
@@ -146,6 +161,8 @@ def make_request(
         tick=options.tick_ms / 1e3,
         configurations=_configurations(options),
         poses=options.poses,
+        backend=options.backend,
+        speed=_speed_factor(options),
         **watched,
     )
     if options.seed is not None:
@@ -153,6 +170,30 @@ def make_request(
     seed = seed_of(request.scene, parts)
     seed = seed if resumed is None else int(resumed["request"].get("seed", seed))
     return replace(request, seed=seed)
+
+
+def _speed_factor(options: RunOptions) -> float:
+    if options.speed_factor is not None:
+        return options.speed_factor
+    return REAL_SPEED if options.backend else 1.0
+
+
+def _check_backend(options: RunOptions) -> None:
+    """Check that a run on a real robot has no options that need a simulation.
+
+    Raises:
+        BtManipError: If it has one.
+    """
+    simulated = {
+        "--resume": options.resume is not None,
+        "--snapshot-at": bool(options.snapshots),
+        "--fault": bool(options.faults),
+        "--episode": options.episode is not None,
+        "--poses physics": options.poses == "physics",
+    }
+    for name, given in simulated.items():
+        if options.backend and given:
+            raise BtManipError(f"{name} needs a simulation, not --backend {options.backend}")
 
 
 def _configurations(options: RunOptions) -> "Mapping[str, Configuration]":

@@ -114,6 +114,13 @@ class Stage:
             raise BtManipError(f"a robot is a RobotDescription, got {description!r}")
         self._add("robots", description.name, description)
 
+    def _register_backends(self, name: str, backend: Any) -> None:
+        from bt_manip.robots import Backend
+
+        if not isinstance(backend, Backend):
+            raise BtManipError(f"backend '{name}' is no Backend: {backend!r}")
+        self._add("backends", name, backend)
+
     def _register_model_formats(self, name: str, format: Any) -> None:
         from bt_manip.models import ModelFormat
 

@@ -33,6 +33,10 @@ from .joint_limits import JointLimits as JointLimits
 from .joint_limits import VelocityNearLimits as VelocityNearLimits
 from .joint_limits import effort_limit as effort_limit
 from .joint_limits import sampling_bounds as sampling_bounds
+from .link import ArmLink as ArmLink
+from .link import GripperLink as GripperLink
+from .link import LateError as LateError
+from .link_worker import rows_problem as rows_problem
 from .model_address import MENAGERIE as MENAGERIE
 from .model_building import build_model as build_model
 from .motors import ensure_motors as ensure_motors

@@ -168,10 +168,6 @@ class GripperDevice(abc.ABC):
     def move(self, width: float, speed: float) -> bool:
         """Move to a width [m], with a speed of the width [m/s]; return whether it got there."""
 
-    @abc.abstractmethod
-    def stop(self) -> None:
-        """Stop where it is; called between other commands."""
-
 
 @dataclass(frozen=True)
 class Backend:

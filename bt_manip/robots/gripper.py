@@ -2,7 +2,7 @@
 
 import abc
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -30,6 +30,7 @@ from .grasp_candidates import GraspCandidates
 from .model_address import ModelAddress
 
 if TYPE_CHECKING:
+    from .link import GripperLink
     from .robot import Robot
 
 DEFAULT_KIND = "two_finger"
@@ -203,6 +204,18 @@ class Gripper(composer.Entity, abc.ABC):
         """
         return None
 
+    @classmethod
+    def on_device(cls, link: "GripperLink") -> "Callable[[Robot], Gripper]":
+        """Return a factory of grippers of this kind that command a real one.
+
+        Args:
+            link: Speaks to the real gripper.
+
+        Raises:
+            RobotError: If this kind has none; the default.
+        """
+        raise RobotError(f"grippers of kind '{cls.kind}' do not run on real robots")
+
     @property
     def mjcf_model(self) -> mjcf.RootElement:
         """An empty model, which composer attaches."""
@@ -321,6 +334,21 @@ class Gripper(composer.Entity, abc.ABC):
     @abc.abstractmethod
     def status(self) -> str:
         """Short description of its state: the forces or the opening."""
+
+    # A real gripper
+
+    def update(self) -> None:
+        """Read the state of a real gripper, before each tick; default: there is none."""
+
+    def close_link(self) -> None:
+        """End the connection to a real gripper; default: there is none."""
+
+    def follow_tool(self, T_wt: pin.SE3) -> None:
+        """Write what a real gripper has measured into the physics; default: there is none.
+
+        Args:
+            T_wt: Measured pose of the tool in the world.
+        """
 
     # Geometry
 

@@ -2,18 +2,20 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from bt_manip.arm import Arm, ExternalForceGuard
 from bt_manip.cell import Cell
 from bt_manip.collision import CollisionWorld, check_home
-from bt_manip.control import Controller, ControllerManager
+from bt_manip.control import Controller, ControllerManager, MeasuredArm
 from bt_manip.exceptions import BtManipError
 from bt_manip.grasping import GraspPlanner, ReachFromAbove
 from bt_manip.registry import Parts
-from bt_manip.robots import Gripper, Robot
+from bt_manip.robots import ArmLink, Gripper, Robot
 from bt_manip.scenes import SceneRobot, find_robot
+
+from .real_robot import BackendChoice
 
 
 @dataclass(frozen=True)
@@ -91,15 +93,19 @@ class NoOnlyRobot:
 class RobotEntities:
     """The composer entities of one robot of a scene, before the cell is compiled."""
 
-    def __init__(self, chosen: SceneRobot, parts: Parts) -> None:
+    def __init__(
+        self, chosen: SceneRobot, parts: Parts, backend: BackendChoice | None = None
+    ) -> None:
         """Make the robot with its gripper, and its controllers.
 
         Args:
             chosen: The robot, with all optional names filled in.
             parts: The registered parts.
+            backend: The real robot; None simulates it.
 
         Raises:
-            BtManipError: If a name is not registered or a model does not load.
+            BtManipError: If a name is not registered, a model does not load, or the real robot
+                cannot be reached.
         """
         assert chosen.description and chosen.controller and chosen.planner
         self._chosen = chosen
@@ -108,12 +114,24 @@ class RobotEntities:
         make_gripper = None
         if description.gripper is not None:
             make_gripper = parts.grippers.maker(description.gripper.kind, "close", "held_root")
+        if backend is not None:
+            backend.check_controller(chosen.controller)
+        if backend is not None and description.gripper is not None:
+            kind: Any = parts.grippers.get(description.gripper.kind)
+            make_gripper = kind.on_device(backend.link_gripper())
         self._robot = Robot(description, gripper=make_gripper)
         controllers = parts.controllers
-        controllers.get(chosen.controller)  # raises if there is none
-        factories = {
-            name: controllers.maker(name, "compute", "mjcf_model") for name in controllers.names()
-        }
+        self.link: ArmLink | None = None
+        if backend is not None:
+            self.link = backend.link_arm(self._robot.limits)
+            make = partial(MeasuredArm, link=self.link)
+            factories = dict.fromkeys(backend.backend.controllers, make)
+        else:
+            controllers.get(chosen.controller)  # raises if there is none
+            factories = {
+                name: controllers.maker(name, "compute", "mjcf_model")
+                for name in controllers.names()
+            }
         self._controllers = ControllerManager(self._robot, factories, chosen.controller)
         self._robot.attach(self._controllers)
 

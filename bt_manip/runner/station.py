@@ -35,6 +35,7 @@ from bt_manip.scenes import (
 from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities
 from .loop import RunLoop
 from .observer import recorder_for
+from .real_robot import RealRobot, check_real, find_backend
 from .request import RunRequest
 from .run import Run
 from .tree_source import TreeSource
@@ -82,6 +83,7 @@ class Station:
         scene: The scene that it was built with.
         request: The request that it was built from.
         poses: The objects that the scene expects; None where the physics decides the poses.
+        real: The real robot that the cell follows; None in simulation.
     """
 
     cell: Cell
@@ -93,6 +95,7 @@ class Station:
     scene: Scene
     request: RunRequest
     poses: ExpectedObjects | None = None
+    real: RealRobot | None = None
 
     @property
     def first(self) -> CommandedRobot:
@@ -301,7 +304,10 @@ def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None 
         )
         for one in scene.robots
     ]
-    entities = [RobotEntities(one, parts) for one in chosen]
+    backend = find_backend(request.backend, parts) if request.backend else None
+    if backend is not None:
+        check_real(scene, backend)
+    entities = [RobotEntities(one, parts, backend) for one in chosen]
     placed = [fixture for fixture in scene.fixtures if not fixture.expected]
     fixtures = [(f, catalogue.create(f.model, **f.parameters)) for f in placed]
     cell = Cell()
@@ -338,4 +344,11 @@ def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None 
             robots=tuple(robots),
         )  # fmt: skip
     poses = expected_objects(request.poses, parts.pose_sources, scene.fixtures, cell, catalogue)
-    return Station(cell, robots, rng, catalogue, parts, randomizer, scene, request, poses)
+    real = None
+    if backend is not None and (link := entities[0].link) is not None:
+        only = next(iter(robots.values()))
+        real = RealRobot(backend, link, only.arm, only.gripper)
+    for one in robots.values():
+        one.arm.speed_factor = request.speed
+        one.arm.follower.speed_scale *= request.speed
+    return Station(cell, robots, rng, catalogue, parts, randomizer, scene, request, poses, real)
