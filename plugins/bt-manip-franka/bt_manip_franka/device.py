@@ -1,5 +1,7 @@
 """The arm: joint positions for Franka's own joint impedance controller."""
 
+import contextlib
+import os
 import time
 from collections.abc import Callable
 from typing import Any
@@ -12,6 +14,8 @@ from .address import Address, realtime_kernel
 from .errors import device_error, libfranka, problem
 
 JOINTS = 7
+FIFO = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+PRIORITY = 50  # of 1 to 99
 MAX_MISS = 1e-3  # [rad] of the first reference from what the controller holds
 MAX_LOAD = 3.0  # [kg] of the FR3's data sheet
 
@@ -33,6 +37,7 @@ class FrankaArm(ArmDevice):
         self._control: Any = None
         self._state: Any = None
         self._aborted = ""  # the motion, for a reason that the state no longer shows
+        self._scheduler: tuple[int, os.sched_param] | None = None  # before connecting
         self._last: np.ndarray | None = None  # reference of this motion
 
     @property
@@ -43,14 +48,23 @@ class FrankaArm(ArmDevice):
             "controller": "joint_impedance, by joint positions",
             "realtime_config": "kEnforce" if address.enforces_realtime else "kIgnore",
             "realtime_kernel": "yes" if realtime_kernel() else "no",
+            "scheduling": "SCHED_FIFO" if self._scheduler else "normal",
             "collision_thresholds": (
                 f"{address.collision_torque:g} N m, {address.collision_force:g} N"
             ),
         }
 
     def connect(self) -> None:
-        """Connect, and set the collision thresholds."""
+        """Connect, and set the collision thresholds.
+
+        The process gets a real-time priority where that is permitted, on any kernel.
+        """
         pf, address = libfranka(), self._address
+        if address.realtime != "ignore" and self._scheduler is None:
+            before = os.sched_getscheduler(0), os.sched_getparam(0)
+            with contextlib.suppress(OSError):
+                os.sched_setscheduler(0, FIFO, os.sched_param(PRIORITY))
+                self._scheduler = before
         realtime = pf.RealtimeConfig
         config = realtime.kEnforce if address.enforces_realtime else realtime.kIgnore
         torques, forces = [address.collision_torque] * JOINTS, [address.collision_force] * 6
@@ -62,6 +76,9 @@ class FrankaArm(ArmDevice):
     def close(self) -> None:
         """Disconnect; a motion ends as when the connection breaks."""
         self._control = self._robot = None
+        if self._scheduler is not None:
+            os.sched_setscheduler(0, *self._scheduler)
+            self._scheduler = None
 
     def read(self) -> DeviceState:
         """Return the next state that the controller sends; the last one when not connected."""

@@ -13,10 +13,7 @@ THINNEST, WIDEST = 0.001, 0.08  # [m] where any width is expected
 
 
 class FrankaHand(GripperDevice):
-    """A Franka hand by libfranka.
-
-    Commands hold Python's lock while they block, so `stop` waits for them, too.
-    """
+    """A Franka hand by libfranka, whose commands hold Python's lock while they block."""
 
     def __init__(self, address: str) -> None:
         """Parse the address; `connect` connects."""
@@ -55,10 +52,6 @@ class FrankaHand(GripperDevice):
     def move(self, width: float, speed: float) -> bool:
         """Move to a width."""
         return self._call(self._connected().move, width, speed)
-
-    def stop(self) -> None:
-        """Stop where it is."""
-        self._call(self._connected().stop)
 
     def _connected(self) -> Any:
         if self._gripper is None:
