@@ -5,7 +5,7 @@ from typing import Any
 from bt_manip.bt import Input, Status
 
 from .arm_behaviour import CellBehaviour
-from .expected_objects import ExpectedObjects
+from .awaited_objects import AwaitedObjects
 
 
 class RemoveObject(CellBehaviour):
@@ -24,7 +24,7 @@ class RemoveObject(CellBehaviour):
     def setup(self, **infrastructure: Any) -> None:
         """Keep the expected objects of the scene."""
         super().setup(**infrastructure)
-        self._poses: ExpectedObjects | None = infrastructure.get("poses")
+        self._poses: AwaitedObjects | None = infrastructure.get("poses")
 
     def start(self) -> None:
         """Check that the object exists."""

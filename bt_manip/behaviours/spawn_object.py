@@ -17,7 +17,7 @@ from bt_manip.models import is_address
 
 from .arm_behaviour import CellBehaviour
 from .automatic import AUTO, numbers_or_auto
-from .expected_objects import ExpectedObjects
+from .awaited_objects import AwaitedObjects
 from .poses import centre_pose, pose_output
 from .robot_port import ENTRY, StationRobot
 
@@ -79,7 +79,7 @@ class SpawnObject(CellBehaviour):
         self.rng: np.random.Generator = infrastructure["rng"]
         self.models: Catalogue = infrastructure["models"]
         self._robots: Mapping[str, StationRobot] = infrastructure.get("robots", {})
-        self._expected: ExpectedObjects | None = infrastructure.get("poses")
+        self._expected: AwaitedObjects | None = infrastructure.get("poses")
         self._made: dict[tuple[Any, ...], composer.Entity] = {}
         with contextlib.suppress(PortError):  # the entry is written later
             if self.model != AUTO:

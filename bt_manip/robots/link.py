@@ -18,7 +18,7 @@ import numpy as np
 
 from .device import DeviceError, GripperState
 from .joint_limits import JointLimits
-from .link_worker import KEPT, Field, Reading, SharedReadings
+from .link_worker import ArmReading, Field, SharedReadings
 from .payload import Payload
 
 START_TIME = 60.0
@@ -141,6 +141,11 @@ class ArmLink:
         self.rows += self.wait(1)
         self.last = self.latest
 
+    @property
+    def process_id(self) -> int:
+        """Id of the process that speaks to the arm."""
+        return self._process.process.pid
+
     # Readings
 
     @property
@@ -194,15 +199,14 @@ class ArmLink:
                 raise self._process.error(f"it has stopped reading for {ANSWER_TIME:g} s")
         return passed
 
-    def take(self) -> Reading:
+    def take(self) -> ArmReading:
         """Take the reading of the next row."""
-        behind = self.behind
-        self.rows += behind if behind > KEPT // 2 else min(behind, 1)  # older ones are overwritten
+        self.rows += min(self.behind, 1)
         self.last = self._shared.read(self.rows)
         return self.last
 
     @property
-    def latest(self) -> Reading:
+    def latest(self) -> ArmReading:
         """The latest reading."""
         return self._shared.read(int(self._shared.header[Field.ROWS]))
 

@@ -50,7 +50,7 @@ class Field:
     ROWS, STREAMING, LONGEST, LOST, PROBLEM, RECOVERABLE = range(6)
 
 
-class Reading(NamedTuple):
+class ArmReading(NamedTuple):
     """A reading of the arm.
 
     Attributes:
@@ -89,9 +89,9 @@ class SharedReadings:
         reading[0], reading[1], reading[2] = state.q, state.v, state.tau
         reading[3], reading[4] = state.tau_external, q_ref
 
-    def read(self, number: int) -> Reading:
+    def read(self, number: int) -> ArmReading:
         """Return the reading of a row, a copy."""
-        return Reading(*self._readings[number % KEPT].copy())
+        return ArmReading(*self._readings[number % KEPT].copy())
 
     def set_problem(self, text: str, recoverable: bool) -> None:
         """Write why the arm does not move; empty if it does."""

@@ -20,6 +20,7 @@ from bt_manip.robots import (
     LateError,
 )
 from bt_manip.scenes import Scene
+from bt_manip.trajectories import CONTROL_STEP
 
 REFRESH = 100
 """Control steps between two messages with the next part of a motion."""
@@ -29,6 +30,9 @@ LEAD = 25
 
 LATE = 5
 """Control steps by which a tick may be late without being counted."""
+
+MOST = 500
+"""Control steps that are simulated in a tick; of a longer pause only the time passes."""
 
 ASTRAY = 1e-3
 """Difference of the references here and of the arm from which it goes another way [rad]."""
@@ -151,7 +155,11 @@ class RealRobot:
         passed = self._link.wait(steps)
         self._moved = self._arm.moving
         self.late_ticks += passed > steps + LATE
-        return passed
+        for _ in range(passed - MOST):  # to catch up
+            self._link.rows += 1
+            self._arm.advance(CONTROL_STEP)
+            self._arm.robot.mj_data.time += CONTROL_STEP
+        return min(passed, MOST)
 
     def update(self) -> None:
         """Follow the robot after the control steps of a tick.

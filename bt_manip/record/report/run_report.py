@@ -147,8 +147,9 @@ class CycleReport:
         goal: Whether the goal that the tree declares holds in the physics; None if it declares
             none. A cycle whose goal does not hold has failed.
         goal_reason: Why the goal does not hold.
-        judged_by: ``"physics"``, ``"gripper and assumption"`` on a real robot, or ``"tree"`` where no condition of a goal reads the cell, so that
-            the tree alone decides whether the cycle succeeded.
+        judged_by: ``"physics"``, ``"gripper and assumption"`` on a real robot, or ``"tree"`` where
+            no condition of a goal reads the cell, so that the tree alone decides whether the cycle
+            succeeded.
         object: Name of the object that was gripped, or None if none or several were.
         placed: Whether all `objects` that the goal names are placed; None if there are none.
         objects: The objects that were gripped, in this order.

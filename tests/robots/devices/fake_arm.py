@@ -1,7 +1,8 @@
 """A plugin with an arm and a gripper that follow perfectly, for tests.
 
-The address is the speed of its clock, and a file to which the arm writes each reference:
-``fake=4,rows.npy``. A file ``...problem`` beside it is a problem of the arm, while it exists.
+The address is the speed of its clock, and a file for all references: ``fake=4,rows.npy``. A file
+``rows.npy.problem`` is a problem of the arm while it exists, ``rows.npy.pushed`` moves the arm,
+``rows.npy.force`` is an external torque, and the arm writes ``rows.npy.moving`` when it sets off.
 """
 
 import time
@@ -22,23 +23,32 @@ class FakeArm(ArmDevice):
         self.file = Path(file) if file else None
         self.q, self.before, self.written = HOME.copy(), HOME.copy(), []
 
+    def beside(self, suffix):
+        return self.file.with_name(f"{self.file.name}.{suffix}") if self.file else Path("none")
+
     def connect(self):
         self.due = time.perf_counter()
 
     def close(self):
         if self.file is not None:
-            np.save(self.file, np.array(self.written))
+            part = self.file.with_suffix(".part.npy")
+            np.save(part, np.array(self.written))
+            part.rename(self.file)
 
     def read(self):
         self.due = max(self.due + self.pause, time.perf_counter() - 0.02)
         time.sleep(max(0.0, self.due - time.perf_counter()))
-        problem = self.file is not None and Path(f"{self.file}.problem")
-        text = problem.read_text() if problem and problem.exists() else ""
+        if self.beside("pushed").exists():
+            self.beside("pushed").unlink()
+            self.q = self.q + np.array([0.0, 0.1, 0, 0, 0, 0, 0])
+        text = self.beside("problem").read_text() if self.beside("problem").exists() else ""
+        force = np.full(7, 30.0 if self.beside("force").exists() else 0.0)
         v, self.before = (self.q - self.before) / self.period, self.q.copy()
-        return DeviceState(self.q, v, np.zeros(7), np.zeros(7), text, recoverable=bool(text))
+        return DeviceState(self.q, v, np.zeros(7), force, text, recoverable=bool(text))
 
     def start(self):
-        pass
+        if self.file is not None:
+            self.beside("moving").touch()
 
     def write(self, q):
         self.q = q.copy()
@@ -51,7 +61,7 @@ class FakeArm(ArmDevice):
         pass
 
     def recover(self):
-        Path(f"{self.file}.problem").unlink()
+        self.beside("problem").unlink()
 
 
 class FakeGripper(GripperDevice):

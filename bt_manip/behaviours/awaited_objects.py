@@ -3,7 +3,7 @@
 from typing import Any, Protocol
 
 
-class ExpectedObjects(Protocol):
+class AwaitedObjects(Protocol):
     """Objects whose poses no simulation decides; `bt_manip.scenes.ExpectedObjects` is one."""
 
     def next(self, model: str = "") -> Any:
