@@ -17,7 +17,7 @@ class MeasuredArm(Controller):
 
     kind = "measured_arm"
 
-    def _build(self, robot: Robot, link: ArmLink) -> None:
+    def _build(self, robot: Robot, link: ArmLink) -> None:  # type: ignore[override]
         """Take readings from a link."""
         super()._build(robot)
         self._link = link

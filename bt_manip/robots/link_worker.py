@@ -144,16 +144,15 @@ class ArmWorker:
             if problem and self._streaming:
                 self._end()
             held = state.q if state.q_held is None else state.q_held
-            q_ref = self._reference() if self._streaming else held
-            for row in range(max(before, self._row - KEPT), self._row):
-                shared.write(row + 1, state, q_ref)
+            for row in range(max(before, self._row - KEPT) + 1, self._row + 1):
+                shared.write(row, state, self._reference(row) if self._streaming else held)
             if problem != shared.problem:
                 shared.set_problem(problem, state.recoverable or not state.problem)
             header[Field.STREAMING] = self._streaming
             header[Field.ROWS] = self._row
             self._take_messages(state)
             if self._streaming:
-                self._device.write(self._reference())
+                self._device.write(self._reference(self._row))
                 self._rested = self._rested + 1 if self._row >= self._end_row else 0
                 if self._rested * self._device.period > REST:
                     self._end()
@@ -164,10 +163,10 @@ class ArmWorker:
     def _end_row(self) -> int:
         return self._first + len(self._table) - 1
 
-    def _reference(self) -> np.ndarray:
-        """Return the reference of the present row."""
-        row = self._row - self._first
-        return np.asarray(self._table[min(max(row, 0), len(self._table) - 1)])
+    def _reference(self, row: int) -> np.ndarray:
+        """Return the reference of a row."""
+        row = min(max(row - self._first, 0), len(self._table) - 1)
+        return np.asarray(self._table[row])
 
     def _end(self) -> None:
         """End the motion."""

@@ -124,7 +124,7 @@ class RobotEntities:
         self.link: ArmLink | None = None
         if backend is not None:
             self.link = backend.link_arm(self._robot.limits)
-            make = partial(MeasuredArm, link=self.link)
+            make: Any = partial(MeasuredArm, link=self.link)
             factories = dict.fromkeys(backend.backend.controllers, make)
         else:
             controllers.get(chosen.controller)  # raises if there is none

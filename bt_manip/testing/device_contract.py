@@ -5,6 +5,7 @@ first joint by 0.5 rad, and leaves the arm at rest.
 """
 
 import time
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -119,10 +120,10 @@ def _begun(station: Station) -> RunLoop:
     return loop
 
 
-def _ticks(station: Station):  # type: ignore[no-untyped-def]
+def _ticks(station: Station) -> Iterator[None]:
     """Advance tick by tick until the arm is at rest."""
     loop, arm, end = RunLoop(station.resting()), station.arm, station.cell.time + LONGEST
-    while arm.busy or not arm.at_rest or arm.link.streaming:
+    while arm.busy or not arm.at_rest or (arm.link is not None and arm.link.streaming):
         assert station.cell.time < end, f"the arm moves for more than {LONGEST:g} s"
         loop.step()
         yield

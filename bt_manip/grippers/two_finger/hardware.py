@@ -38,7 +38,7 @@ class RealTwoFingerGripper(DrivenFingers):
         assumed: Names of objects whose poses are assumed: they were released.
     """
 
-    def _build(self, robot: Robot, link: GripperLink) -> None:
+    def _build(self, robot: Robot, link: GripperLink) -> None:  # type: ignore[override]
         """Command a gripper through a link."""
         self._link, self._closing, self._busy = link, False, False
         self._grasp_width = 0.0
