@@ -26,7 +26,7 @@ def fr3(models):
 @pytest.fixture(scope="module")
 def robot(start_robot):
     """A robot whose links pass through each other, as motions of an arm alone let them."""
-    return start_robot(ARM, "--commands-only")
+    return start_robot(ARM, "--patient", "--no-collisions")
 
 
 @pytest.fixture(scope="module")

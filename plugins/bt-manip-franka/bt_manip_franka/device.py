@@ -17,6 +17,10 @@ JOINTS = 7
 FIFO = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
 PRIORITY = 50  # of 1 to 99
 MAX_MISS = 1e-3  # [rad] of the first reference from what the controller holds
+
+# That difference is reduced with velocity and acceleration 0 at both ends: 10 s^3 - 15 s^4 + 6 s^5
+_S = np.linspace(0.0, 1.0, 501)
+REDUCED = _S**3 * (10.0 - 15.0 * _S + 6.0 * _S**2)
 MAX_LOAD = 3.0  # [kg] of the FR3's data sheet
 
 # Tool frame of the Franka hand in the flange: turned by -45 degrees, 0.1034 m along z
@@ -39,6 +43,8 @@ class FrankaArm(ArmDevice):
         self._aborted = ""  # the motion, for a reason that the state no longer shows
         self._scheduler: tuple[int, os.sched_param] | None = None  # before connecting
         self._last: np.ndarray | None = None  # reference of this motion
+        self._missing = np.zeros(JOINTS)  # what the controller held minus the first reference
+        self._cycle = 0  # of this motion
 
     @property
     def properties(self) -> dict[str, str]:
@@ -121,15 +127,19 @@ class FrankaArm(ArmDevice):
         if self._control is None:
             return
         if self._last is None:
-            misses = np.abs(q - self._state.q_d)
-            if misses.max() > MAX_MISS:
+            self._missing = self._state.q_d - q
+            self._cycle = 0
+            miss, joint = np.abs(self._missing).max(), int(np.abs(self._missing).argmax())
+            if miss > MAX_MISS:
                 self._aborted = (
-                    f"the first reference of joint {int(misses.argmax()) + 1} is "
-                    f"{misses.max():.4f} rad from what the controller holds"
+                    f"the first reference of joint {joint + 1} is {miss:.4f} rad from what the "
+                    "controller holds"
                 )
                 self.finish()
                 return
-        self._send(q)
+        left = 1.0 - REDUCED[min(self._cycle, len(REDUCED) - 1)]
+        self._cycle += 1
+        self._send(q + left * self._missing)
 
     def finish(self) -> None:
         """End the motion where the last reference was."""
@@ -149,14 +159,11 @@ class FrankaArm(ArmDevice):
         self._call(self._connected().set_load, mass, centre.tolist(), inertia.flatten("F").tolist())
 
     def recover(self) -> None:
-        """Clear errors; reconnect where the connection is lost."""
+        """Clear errors that a person need not; reconnect where the connection is lost."""
         self.read()
         if self._robot is None:
             self.connect()
-        text, recoverable = problem(self._state)
-        if text and not recoverable:
-            raise DeviceError(text, self._address.host)
-        if text:
+        if problem(self._state)[1]:
             self._call(self._robot.automatic_error_recovery)
         self._aborted = ""
 
