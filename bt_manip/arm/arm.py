@@ -554,7 +554,7 @@ class Arm:
         ):
             self._hold_compliantly()  # it is blocked: to go on would only press
         if follower.lagging and not follower.step % RETRY_INTERVAL:
-            self.speed_scale = follower.speed_scale
+            self.speed_scale = follower.speed_scale / self.speed_factor
         if self._guarded:
             self._unchecked += 1
             if self._unchecked >= CHECK_INTERVAL and self.moving and not self.fault:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bt_manip.arm import Arm
+from bt_manip.arm import SENT_AHEAD, Arm
 from bt_manip.cell.randomization import Randomization
 from bt_manip.exceptions import BtManipError, did_you_mean
 from bt_manip.registry import Parts
@@ -31,8 +31,10 @@ LEAD = 25
 LATE = 5
 """Control steps by which a tick may be late without being counted."""
 
-MOST = 500
+MOST = 100
 """Control steps that are simulated in a tick; of a longer pause only the time passes."""
+
+SILENT = "the arm has stopped on its path: no motion arrived in time"
 
 ASTRAY = 1e-3
 """Difference of the references here and of the arm from which it goes another way [rad]."""
@@ -134,7 +136,7 @@ class RealRobot:
             gripper: Its gripper.
         """
         self.choice, self._link, self._arm, self._gripper = choice, link, arm, gripper
-        self.late_ticks = self._sent_at = 0
+        self.late_ticks = self._sent_at = self._known_until = 0
         self._moved = False  # whether it was to move in the present tick
         self._more = False  # whether the motion goes on beyond what was sent
         link.rows += link.behind
@@ -174,7 +176,7 @@ class RealRobot:
         if self._moved and link.problem:
             arm.give_up(f"the arm has stopped: {link.problem}")
         elif self._moved and astray:
-            arm.give_up("the arm has stopped on its path: no motion arrived in time")
+            arm.give_up(SILENT)
         elif arm.moving:
             self._send_on()
         if not arm.moving and not link.streaming:
@@ -202,15 +204,20 @@ class RealRobot:
     def _send(self, lead: int, rows: np.ndarray) -> None:
         self._link.send(lead, rows)
         self._more, self._sent_at = True, self._link.rows
+        self._known_until = self._link.rows + lead + SENT_AHEAD
 
     def _send_on(self) -> None:
         """Send the next part of the motion; without it the arm stops on its path."""
         arm, link = self._arm, self._link
         if not self._more or link.rows - self._sent_at < REFRESH:
             return
+        lead = link.behind + LEAD
+        if link.rows + lead > self._known_until:  # the arm stops by then
+            arm.give_up(SILENT)
+            return
         with suppress(LateError):
             try:
-                self._more = arm.follower.send_on(link.behind + LEAD, arm.model)
+                self._more = arm.follower.send_on(lead, arm.model)
             except DeviceError as error:
                 arm.give_up(str(error))
 

@@ -23,6 +23,7 @@ from bt_manip.runner import RunLoop
 from bt_manip.testing import DEVICE_CONTRACT
 
 HERE = Path(__file__).parent
+FAKE = "fake=0.5"  # half of real time: a busy machine must not be taken for silence
 SCENE = """
 robots = [{name = "arm", position = [-0.1, 0.0, 1.015]}]
 [[objects]]
@@ -56,7 +57,7 @@ def file(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def station(parts, file):
-    station = build_station(parts, backend=f"fake=2,{file}", controller="joint_impedance")
+    station = build_station(parts, backend=f"{FAKE},{file}", controller="joint_impedance")
     yield station
     station.real.close()
 
@@ -74,6 +75,24 @@ def steps(station, ticks):
     loop = RunLoop(station.resting())
     for _ in range(ticks):
         loop.step()
+
+
+def set_off(station):
+    """Move the first joint for some seconds; return its goal once it has moved by 0.1 rad."""
+    arm = station.arm
+    start = arm.q_ref
+    goal = start + np.array([1.2 if start[0] < 0.5 else -1.2, 0, 0, 0, 0, 0, 0])
+    arm.move_to_configuration(goal, speed=0.25)
+    until(station, lambda: abs(arm.q[0] - start[0]) > 0.1)
+    return goal
+
+
+def until(station, condition):
+    for _ in range(1000):
+        if condition():
+            return
+        steps(station, 1)
+    raise TimeoutError
 
 
 def ended(station, node):
@@ -95,11 +114,9 @@ def test_the_fake_arm_keeps_the_contract(station, check):
 
 def test_a_reflex_in_a_motion_is_named_and_waiting_recovers_from_it(station, reflex):
     arm = station.arm
-    arm.move_to_configuration(arm.q_ref + np.array([0.5, 0, 0, 0, 0, 0, 0]))
-    steps(station, 20)
-    assert arm.moving
+    set_off(station)
     reflex()
-    steps(station, 10)
+    until(station, lambda: not arm.moving)
     assert arm.fault == "the arm has stopped: joint_reflex, joint 4" and not arm.moving
     with pytest.raises(MotionError, match="does not move: joint_reflex, joint 4"):
         arm.move_to_configuration(arm.q_ref + 0.05)
@@ -113,39 +130,31 @@ def test_a_reflex_in_a_motion_is_named_and_waiting_recovers_from_it(station, ref
 def test_recover_clears_an_error_and_does_nothing_without_one(station, reflex):
     assert ended(station, Recover()) == (SUCCESS, "")
     reflex()
-    steps(station, 10)
-    assert not station.arm.undisturbed
+    until(station, lambda: not station.arm.undisturbed)
     assert ended(station, Recover()) == (SUCCESS, "")
     assert station.arm.undisturbed
 
 
 def test_a_paused_arm_goes_on_and_half_speed_takes_effect(station):
     arm = station.arm
-    goal = arm.q_ref
-    goal[0] += 1.2 if goal[0] < 0.5 else -1.2
-    arm.move_to_configuration(goal)
-    steps(station, 20)
+    goal = set_off(station)
     arm.pause()
-    steps(station, 60)
-    assert arm.paused and arm.at_rest and abs(arm.q[0] - goal[0]) > 0.1
+    until(station, lambda: not arm.moving and arm.at_rest)
+    rests = arm.q_ref[0]
+    assert arm.paused and abs(rests - goal[0]) > 0.1
     arm.speed_scale = 0.5
-    steps(station, 30)
+    until(station, lambda: abs(arm.q[0] - rests) > 0.1)
     arm.speed_scale = 1.0
-    while arm.busy:
-        steps(station, 1)
-    steps(station, 5)
+    until(station, lambda: not arm.busy and arm.at_rest)
     np.testing.assert_allclose(station.robot.q, goal, atol=1e-3)
     assert not arm.fault
 
 
 def test_an_external_force_stops_the_arm_without_making_it_compliant(station, file):
     arm, force = station.arm, Path(f"{file}.force")
-    goal = arm.q_ref
-    goal[0] += 1.2 if goal[0] < 0.5 else -1.2
-    arm.move_to_configuration(goal, speed=0.5)
-    steps(station, 20)
+    goal = set_off(station)
     force.touch()
-    steps(station, 60)
+    until(station, lambda: not arm.moving and arm.at_rest)
     force.unlink()
     assert arm.fault.startswith("external force on the arm: a torque of 30.0 N m")
     assert arm.at_rest and not arm.compliant and abs(arm.q[0] - goal[0]) > 0.1
@@ -155,7 +164,7 @@ def test_an_external_force_stops_the_arm_without_making_it_compliant(station, fi
 def test_an_arm_that_is_moved_by_hand_is_named(station, file):
     station.arm.fault = ""
     Path(f"{file}.pushed").touch()
-    steps(station, 20)
+    until(station, lambda: station.arm.fault)
     assert station.arm.fault.startswith("the arm was moved: joint 2 by 0.1")
     np.testing.assert_allclose(station.arm.q, station.robot.q, atol=1e-6)
 
@@ -205,9 +214,9 @@ def run(tmp_path):
     scene.write_text(SCENE)
     started = []
 
-    def start(*options, clock=2):
+    def start(*options):
         command = [sys.executable, "-m", "bt_manip", "run", "pick_place", "--scene", scene]
-        command += ["--plugins-dir", HERE, "--poses", "scene", "--backend", f"fake={clock},{rows}"]
+        command += ["--plugins-dir", HERE, "--poses", "scene", "--backend", f"{FAKE},{rows}"]
         environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(HERE), *sys.path])}
         started.append(
             subprocess.Popen(
@@ -247,7 +256,7 @@ def moving_rows(rows, limits):
     "sign", [signal.SIGKILL, pytest.param(signal.SIGINT, marks=pytest.mark.soak)]
 )
 def test_the_arm_rests_on_its_path_when_the_run_is_killed_or_interrupted(run, station, sign):
-    process, file = run("--speed", 0.3, clock=1)
+    process, file = run("--speed", 0.3)
     progress = Path(f"{file}.moving")
     for _ in range(600):
         time.sleep(0.05)
