@@ -108,11 +108,11 @@ class RunOptions(StationOptions):
         "--speed", type=click.FloatRange(0.0, 1.0, min_open=True), metavar="X",
         help="Factor of all speeds of the arm.  [default: 0.1 on a real robot, else 1]",
     )  # fmt: skip
-    poses: str = option(
-        "--poses", default="physics", show_default=True, metavar="P",
-        shell_complete=complete_part("pose_sources"),
+    poses: str | None = option(
+        "--poses", metavar="P", shell_complete=complete_part("pose_sources"),
         help="Where objects are: physics spawns them; scene takes those that the scene expects, "
-        "operator asks for each of them (see: bt-manip list pose_sources).",
+        "operator asks for each of them (see: bt-manip list pose_sources).  [default: operator on "
+        "a real robot, else physics]",
     )  # fmt: skip
     watch: bool = option("--watch", is_flag=True, help="Reload the tree whenever its file changes.")
     quiet: bool = option("--quiet", is_flag=True, help="Print nothing but warnings and errors.")
@@ -143,7 +143,6 @@ def make_request(
     from bt_manip.runner import request_of
     from bt_manip.scenes import seed_of
 
-    _check_backend(options)
     watched: dict[str, Any] = {
         "real_time": None if options.view else options.speed or None,  # the page has a control
         "reading": options.foreign.reading(),
@@ -160,7 +159,7 @@ def make_request(
         seed=options.seed,
         tick=options.tick_ms / 1e3,
         configurations=_configurations(options),
-        poses=options.poses,
+        poses=options.poses or ("operator" if options.backend else None),
         backend=options.backend,
         speed=_speed_factor(options),
         **watched,
@@ -178,8 +177,11 @@ def _speed_factor(options: RunOptions) -> float:
     return REAL_SPEED if options.backend else 1.0
 
 
-def _check_backend(options: RunOptions) -> None:
+def check_backend(options: RunOptions) -> None:
     """Check that a run on a real robot has no options that need a simulation.
+
+    Args:
+        options: The options.
 
     Raises:
         BtManipError: If it has one.

@@ -25,8 +25,8 @@ from bt_manip.scenes import (
     Scene,
     add_fixture,
     check_supports,
-    expected_objects,
     find_scene,
+    make_pose_source,
     naming_file,
     place_again,
     sampled_fixtures,
@@ -304,6 +304,7 @@ def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None 
         )
         for one in scene.robots
     ]
+    source = make_pose_source(request.poses, parts.pose_sources, scene.fixtures)
     backend = find_backend(request.backend, parts) if request.backend else None
     if backend is not None:
         check_real(scene, backend)
@@ -343,7 +344,7 @@ def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None 
             scene_objects=scene_objects,
             robots=tuple(robots),
         )  # fmt: skip
-    poses = expected_objects(request.poses, parts.pose_sources, scene.fixtures, cell, catalogue)
+    poses = None if source is None else ExpectedObjects(source, cell, catalogue)
     real = None
     if backend is not None and (link := entities[0].link) is not None:
         only = next(iter(robots.values()))

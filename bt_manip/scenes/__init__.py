@@ -12,7 +12,7 @@ from .poses import ExpectedObjects as ExpectedObjects
 from .poses import OperatorPoses as OperatorPoses
 from .poses import PoseSource as PoseSource
 from .poses import ScenePoses as ScenePoses
-from .poses import expected_objects as expected_objects
+from .poses import make_pose_source as make_pose_source
 from .scene import Fixture as Fixture
 from .scene import Scene as Scene
 from .scene import SceneRobot as SceneRobot

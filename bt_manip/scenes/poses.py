@@ -167,17 +167,15 @@ class ExpectedObjects:
         self._used, self._made = list(state), {}
 
 
-def expected_objects(
-    name: str, sources: Registry[Any], fixtures: Sequence[Fixture], cell: Cell, models: Catalogue
-) -> ExpectedObjects | None:
-    """Return the expected objects of a scene; None where the physics decides the poses.
+def make_pose_source(
+    name: str, sources: Registry[Any], fixtures: Sequence[Fixture]
+) -> PoseSource | None:
+    """Return the source of poses of a scene's expected objects; None where it is the physics.
 
     Args:
         name: Registered name of the source of poses, or `PHYSICS`.
         sources: The registered sources.
         fixtures: The objects of the scene.
-        cell: The cell.
-        models: Makes the objects.
 
     Raises:
         BtManipError: If there is no such source, or the scene expects nothing.
@@ -191,7 +189,8 @@ def expected_objects(
     expected = [fixture for fixture in fixtures if fixture.expected]
     if not expected:
         raise BtManipError(
-            f"--poses {name} needs a scene that expects objects: a scene file, in which objects "
-            "have 'expected = true'"
+            f"--poses {name} needs a scene that expects objects: a scene file with "
+            "'expected = true' in some of its objects"
         )
-    return ExpectedObjects(make(expected), cell, models)
+    made: PoseSource = make(expected)
+    return made
