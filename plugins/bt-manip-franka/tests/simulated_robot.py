@@ -201,6 +201,10 @@ class Commands:
         """Let the robot have another version."""
         self.robot.version = version
 
+    def errors(self):
+        """Return the numbers of the present errors."""
+        return [n for n, error in enumerate(self.robot.robot_state.state["errors"]) if error]
+
     def communication(self):
         """Return the cycles with a client in a motion, those lost, and the longest run of these."""
         robot = self.robot
