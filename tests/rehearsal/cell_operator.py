@@ -17,11 +17,19 @@ from simulation import SimulatedRobot
 from bt_manip import spatial
 
 SPEED = 0.5
-LINE = re.compile(r"Put '(\w+)'")
+SETTLE = 2.0  # [s] of wall time in which an object in the basket comes to rest
+ASKED = re.compile(r"(Put|Take) '(\w+)'")
 
 
 class Operator:
-    """Runs ``bt-manip run`` on a simulated robot, and answers what it asks."""
+    """Runs ``bt-manip run`` on a simulated robot, and does what it asks for.
+
+    Attributes:
+        output: What it has printed.
+        before_answer: Called when an object is where it was asked for.
+        placed: Objects that lay in the basket when they were to be taken away, by the state of the
+            simulated robot.
+    """
 
     def __init__(
         self, robot: SimulatedRobot, scene: Path, cell: RealCell, *options: str, cycles: int = 1
@@ -29,6 +37,7 @@ class Operator:
         """Start the process."""
         self._robot, self._cell = robot, cell
         self.before_answer: Callable[[], object] = lambda: None
+        self.placed: list[str] = []
         self.output = ""
         command = [
             sys.executable, "-m", "bt_manip", "run", "pick_place", "--robot", "fr3",
@@ -51,8 +60,8 @@ class Operator:
             if not line:
                 break
             self.output += line
-            if asked := LINE.match(line):
-                self._put(asked[1])
+            if asked := ASKED.match(line):
+                (self.put if asked[1] == "Put" else self.take)(asked[2])
         return self.output
 
     def end(self, seconds: float = 120.0) -> int:
@@ -60,7 +69,14 @@ class Operator:
         self.until("", seconds)
         return self.process.wait(20.0)
 
-    def _put(self, name: str) -> None:
+    def take(self, name: str) -> None:
+        """Take an object away, and note whether it lay in the basket."""
+        if in_basket(self._robot, self._cell, name):
+            self.placed.append(name)
+        self._robot.ask("take", body=name)
+
+    def put(self, name: str) -> None:
+        """Put an object where the scene says, and confirm it."""
         pose = self._cell.objects[name]
         quat = spatial.quat_wxyz(pose).tolist()
         self._robot.ask("place", body=name, position=pose.translation.tolist(), quat=quat)
@@ -70,11 +86,10 @@ class Operator:
             self.process.stdin.flush()
 
 
-def in_basket(robot: SimulatedRobot, cell: RealCell) -> list[str]:
-    """Judge by the simulated robot's own state which objects lie in the basket."""
-    inside = []
-    for name, found in robot.ask("poses").items():
-        x, y, z = cell.basket.actInv(np.array(found["position"]))
-        if abs(x) < 0.105 and abs(y) < 0.067 and 0.0 < z < 0.16:
-            inside.append(name)
-    return inside
+def in_basket(robot: SimulatedRobot, cell: RealCell, name: str) -> bool:
+    """Judge by the simulated robot's own state whether an object lies in the basket."""
+    end = time.monotonic() + SETTLE
+    while (found := robot.ask("poses")[name])["speed"] > 0.1 and time.monotonic() < end:
+        time.sleep(0.05)
+    x, y, z = cell.basket.actInv(np.array(found["position"]))
+    return bool(abs(x) < 0.105 and abs(y) < 0.067 and 0.0 < z < 0.1 and found["speed"] <= 0.1)

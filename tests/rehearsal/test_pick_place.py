@@ -2,7 +2,7 @@
 
 import json
 
-from cell_operator import SPEED, Operator, in_basket
+from cell_operator import SPEED, Operator
 
 
 def test_the_cubes_of_the_scene_end_in_the_real_basket(start_robot, scene, real, tmp_path):
@@ -14,5 +14,5 @@ def test_the_cubes_of_the_scene_end_in_the_real_basket(start_robot, scene, real,
     found = json.loads(report.read_text())
     print(f"{cubes} cubes at speed {SPEED:g}; {found['real']}, {robot.ask('communication')}")
     assert code == 0, run.output
-    assert sorted(in_basket(robot, cell)) == sorted(cell.objects)
+    assert sorted(run.placed) == sorted(cell.objects)
     assert {cycle["judged_by"] for cycle in found["cycles"]} == {"gripper and assumption"}

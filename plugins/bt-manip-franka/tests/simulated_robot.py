@@ -119,15 +119,21 @@ class Commands:
 
     def place(self, body, position, quat=(1.0, 0.0, 0.0, 0.0)):
         """Put a free body somewhere, at rest, and give it the weight that franka-sim takes away."""
+        self._set(body, [*position, *quat], weightless=0.0)
 
+    def take(self, body):
+        """Take a free body away: let it float where it was at first."""
+        self._set(body, None, weightless=1.0)
+
+    def _set(self, body, pose, weightless):
         def put():
             model, data, joint = self.cell.model, self.cell.data, self.cell.free[body]
             at, dof = model.jnt_qposadr[joint], model.jnt_dofadr[joint]
-            data.qpos[at : at + 7] = [*position, *quat]
+            data.qpos[at : at + 7] = model.qpos0[at : at + 7] if pose is None else pose
             data.qvel[dof : dof + 6] = 0.0
-            model.body_gravcomp[model.jnt_bodyid[joint]] = 0.0
+            model.body_gravcomp[model.jnt_bodyid[joint]] = weightless
 
-        return self.cell.in_physics(put)
+        self.cell.in_physics(put)
 
     def poses(self):
         """Return the positions of the free bodies, and whether they are at rest."""
