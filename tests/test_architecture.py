@@ -19,9 +19,9 @@ PACKAGE = REPOSITORY / "bt_manip"
 LAYERS = (
     {
         "bt", "models",
-        "checks", "exceptions", "extras", "hookspecs", "input_files", "installed", "key_values",
-        "lazy_exports", "notebook", "png", "registry", "spatial", "toml_fields", "toml_lines",
-        "toml_tables", "toml_text", "version",
+        "cache_folder", "checks", "exceptions", "extras", "hookspecs", "input_files", "installed",
+        "key_values", "lazy_exports", "notebook", "png", "registry", "spatial", "toml_fields",
+        "toml_lines", "toml_tables", "toml_text", "version",
     },
     {"robots", "cell"},
     {"kinematics", "collision", "trajectories"},
@@ -39,6 +39,7 @@ LAYERS = (
 WITHIN_LAYER = {
     ("bt", "exceptions"),
     ("models", "exceptions"),
+    ("models", "cache_folder"),
     ("models", "spatial"),
     ("models", "installed"),
     ("checks", "exceptions"),
