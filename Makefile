@@ -43,11 +43,11 @@ docs: setup .venv/.docs  ## Build the documentation in docs/_build/html
 	@echo "docs/_build/html/index.html"
 
 .venv/.docs: pyproject.toml constraints.txt
-	@$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -e ".[docs]"
+	@PYTHON="$(PYTHON)" INSTALLER="$(INSTALLER)" sh tools/setup.sh docs
 	@touch .venv/.docs
 
 bench: setup  ## Measure, and print tables, beside other packages where they install
-	-@$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -e ".[peers]"
+	-@PYTHON="$(PYTHON)" INSTALLER="$(INSTALLER)" sh tools/setup.sh peers
 	$(BIN)/python -m benchmarks
 
 soak: setup  ## Run the tests that take minutes, and CYCLES cycles of pick_place with SEED
