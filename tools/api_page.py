@@ -1,13 +1,10 @@
-"""Write docs/api.md: what users and plugin authors may import, with the first lines of docstrings.
+"""Public API: the names that users and plugin authors may import, and which of them are stable.
 
-``python tools/api_page.py`` writes the page; a test fails where it is out of date.
+``python tools/api_page.py`` prints them with the first lines of their docstrings, as on the site.
 """
 
 import importlib
 import inspect
-from pathlib import Path
-
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "api.md"
 
 STABLE = {
     "bt_manip": "__version__ build_station hookimpl load_plugins load_tree",
@@ -140,10 +137,9 @@ HEAD = """# Public API
 What is on this page may be imported by users and plugins. *Stable* names keep their meaning until
 the next major version; *experimental* ones may change in a minor version, and the changelog says
 so. Everything else in `bt_manip` is internal, even where Python lets you import it. The hooks of
-plugins are on [a page of their own](plugins/README.md).
+plugins are on [a page of their own](../hooks.md).
 
-The text is the first line of each docstring; `help(name)` gives arguments, shapes, units, frames
-and errors.
+The page of each package has arguments, shapes, units, frames and errors, as `help(name)` does.
 """
 
 
@@ -180,4 +176,4 @@ def first_line(thing: object) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page())
+    print(page())

@@ -33,7 +33,10 @@ def example(tmp_path):
     folder.mkdir()
 
     def put(hook: str, extra: str = "") -> Path:
-        (code,) = re.findall(r"```python\n(.*?)```", (PAGES / f"{hook}.md").read_text(), re.DOTALL)
+        page = PAGES / f"{hook}.md"
+        text = (page if page.exists() else PAGES / "observers.md").read_text()
+        section = text[text.index(f"# `{hook}(") :]
+        code = re.findall(r"```python\n(.*?)```", section, re.DOTALL)[0]
         (folder / f"of_{hook}.py").write_text(code + extra)
         return folder
 
