@@ -59,9 +59,9 @@ def test_of_an_unknown_tree_no_keys_are_offered(tree):
     assert completed("run", tree, "--set", "") == []
 
 
-def test_the_command_of_the_readme_gives_the_shell_its_script():
-    readme = (Path(__file__).resolve().parents[2] / "README.md").read_text()
-    (variable, value) = re.findall(r"\$\((\w+)=(\w+) bt-manip\)", readme)[0]
+def test_the_command_of_the_guide_gives_the_shell_its_script():
+    page = (Path(__file__).resolve().parents[2] / "docs" / "start.md").read_text()
+    (variable, value) = re.findall(r"\$\((\w+)=(\w+) bt-manip\)", page)[0]
     done = subprocess.run(
         [sys.executable, "-m", "bt_manip"], env={**os.environ, variable: value},
         capture_output=True, text=True,
