@@ -24,6 +24,7 @@ COPIED = {
     "examples/README.md": "project/examples.md",
     "CONTRIBUTING.md": "project/contributing.md",
     "CHANGELOG.md": "project/changelog.md",
+    "benchmarks/README.md": "project/benchmarks.md",
     **{
         path.relative_to(ROOT).as_posix(): f"project/{path.parent.name}.md"
         for path in sorted((ROOT / "plugins").glob("*/README.md"))
