@@ -84,8 +84,8 @@ def _files(choice: Choice) -> Iterator[Path]:
             elif spec is not None and spec.origin:
                 yield Path(spec.origin)
     checkout = Path(__file__).resolve().parents[2]
-    for folder in ("trees", "scenes", "models"):  # of an installation that can be edited
-        yield from _below(checkout / folder)
+    for name in ("trees", "scenes", "models"):  # of an installation that can be edited
+        yield from _below(checkout / name)
     for folder in choice.folders:
         if not folder.is_dir():
             raise BtManipError(f"no folder '{folder}' to take plugins from")
