@@ -1,4 +1,4 @@
-"""The errors that bt-manip raises for what a user can put right."""
+"""The errors that bt-manip raises for mistakes that a user can correct."""
 
 from collections.abc import Iterable
 from typing import Any

@@ -149,7 +149,7 @@ def entries_of(cls: Any) -> tuple[KeyField, ...]:
 
 
 def read_fields(cls: type, table: TomlTable) -> dict[str, Any]:
-    """Return the values of the fields of a dataclass that a table has; reject what is wrong.
+    """Return the values of a dataclass's fields that a table has; reject wrong keys.
 
     Args:
         cls: The dataclass.

@@ -206,7 +206,7 @@ class PageSession:
             click.echo(message)
 
     def _obey(self, action: str, choice: "RunChoice") -> None:
-        """Do what was asked for on the page; errors are shown there."""
+        """Execute the request of the page; errors are shown there."""
         assert self._plugins is not None and self._page is not None
         options = self._options_of(choice)
         try:

@@ -1,4 +1,4 @@
-"""Recording what the expert of a tree does, at the rate of an environment."""
+"""Recording of a tree's expert, at the rate of an environment."""
 
 from collections import defaultdict
 from collections.abc import Sequence
@@ -77,7 +77,7 @@ class DemonstrationRecorder:
         self._leaves = {i: node.path for i, node in enumerate(nodes) if not node.links}
 
     def identity(self) -> dict[str, Any]:
-        """Return what the demonstrations consist of, as plain data.
+        """Return the specification of the demonstrations, as plain data.
 
         Raises:
             BtManipError: If the first episode does not start.

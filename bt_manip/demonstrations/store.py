@@ -93,7 +93,7 @@ class DemonstrationStore:
 
     @classmethod
     def create(cls, folder: Path | str, identity: Mapping[str, Any]) -> "DemonstrationStore":
-        """Make a folder, or open one that holds demonstrations of the same identity.
+        """Make a folder, or open a folder with demonstrations of the same identity.
 
         Args:
             folder: The folder.

@@ -55,7 +55,7 @@ HEARTBEAT = 5.0
 
 @dataclass(frozen=True)
 class TreeImage:
-    """What does not change while a tree runs.
+    """Data that do not change while a tree runs.
 
     Attributes:
         uuid: Sent with each reply; Groot2 reads the tree again when it is another one.
@@ -293,7 +293,7 @@ class GrootPublisher(RunObserver):
         return None
 
     def _blackboard(self, names: str, image: TreeImage) -> bytes:
-        """Return the entries of some sub-trees, and those of the root where they can be read."""
+        """Return the entries of some sub-trees and of the root, as far as they can be read."""
         found: dict[str, Any] = {}
         for name in names.split(";", MOST_NAMES):
             path = image.scopes.get(name)

@@ -132,7 +132,7 @@ class EventStream:
         self.emit("cycle", {"cycle": cycle, "status": "RUNNING", "reason": ""})
 
     def end_tick(self) -> None:
-        """Report what has changed since the last tick."""
+        """Emit all changes since the last tick."""
         if self._kinds:
             self._compare()
             self.emit("tick", {"tick": self._tick})
@@ -179,7 +179,7 @@ class EventStream:
             self.emit("message", {"uid": node.uid, "path": node.path, "text": text})
 
     def _compare(self) -> None:
-        """Report all changes but those of statuses."""
+        """Emit all changes except those of statuses."""
         self._compare_tree()
         self._compare_entities()
         if self._wanted("message"):

@@ -229,7 +229,7 @@ def _variation(table: TomlTable, kind: str, thing: str, quantity: str) -> Any:
 
 
 def check_object(table: TomlTable, model: str, parameters: Mapping[str, Any], cls: type) -> None:
-    """Make an object to check its model and parameters; reject what is wrong.
+    """Make an object to check its model and parameters; reject wrong keys.
 
     Args:
         table: Its table.

@@ -43,7 +43,7 @@ class LimitedPath(NamedTuple):
 
 
 class JerkBounds(NamedTuple):
-    """What jerk limits allow at n nodes.
+    """Bounds from jerk limits at n nodes.
 
     Attributes:
         lowest: Lowest path jerk.
@@ -162,7 +162,7 @@ class DecelerationLimits:
         return np.asarray(low.max(axis=1))
 
     def jerk_bounds(self, rows: np.ndarray, s_dot: np.ndarray, s_ddot: np.ndarray) -> JerkBounds:
-        """Return what jerk limits allow at n path parameters, velocities and accelerations."""
+        """Return the bounds from jerk limits at n path parameters, velocities and accelerations."""
         m = self._m
         s_dot, s_ddot = s_dot[:, np.newaxis], s_ddot[:, np.newaxis]
         d1, cubed = rows[:, :m], s_dot**3

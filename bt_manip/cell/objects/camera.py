@@ -149,7 +149,7 @@ class CameraObservables(composer.Observables):
 
     @composer.observable
     def segmentation(self) -> observable.Observable:
-        """Id and type of what each pixel shows, -1 where nothing is seen."""
+        """Id and type of the object that each pixel shows, -1 where there is none."""
         return self._camera(segmentation=True)
 
     def _camera(self, **options: bool) -> observable.Observable:

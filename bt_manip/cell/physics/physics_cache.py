@@ -15,7 +15,7 @@ KEPT = 8
 
 
 class CacheKey(NamedTuple):
-    """What an arena is compiled from: equal keys give equal models."""
+    """Key of a compiled arena: equal keys give equal models."""
 
     arena_edits: int
     attachments: tuple[tuple[str, composer.Entity, bool], ...]

@@ -39,7 +39,7 @@ _TIP_DISTANCE = 0.015  # [m] of the tool from the ends of the pads, at most
 
 @dataclass(frozen=True, eq=False)
 class FoundFingers:
-    """Two fingers found in a model, and what was measured of them; all names are full ones.
+    """Two fingers found in a model, and their measures; all names are full ones.
 
     Attributes:
         joints: Joints that the fingers follow: one for each, or one for both.

@@ -88,7 +88,7 @@ class RecordedScene:
 
     @property
     def time(self) -> float:
-        """The time of what is shown [s]."""
+        """The time of the shown frame [s]."""
         return float(self.times[self.index])
 
     def seek(self, time: float) -> None:
@@ -128,7 +128,7 @@ class RecordedScene:
         return self._shapes[key]
 
     def poses(self) -> np.ndarray:
-        """Return the poses of all frames; those that are not there have an old pose, or none."""
+        """Return the poses of all frames; absent frames have an old pose, or none."""
         with self._recording.decoding():
             message = FrameTransforms.FromString(self._poses[self.index])
         return self._place(message, self._latest(self._fixed).copy())

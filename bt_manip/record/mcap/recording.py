@@ -62,7 +62,7 @@ class Recording:
     """
 
     def __init__(self, path: Path | str) -> None:
-        """Read what the file holds.
+        """Read the content of the file.
 
         Raises:
             BtManipError: If there is no such file, or it is no recording.
@@ -95,7 +95,7 @@ class Recording:
                     self.end = max(self.end, record.message_end_time / 1e9)
 
     def _repr_html_(self) -> str:
-        """Show what identifies the run in a notebook."""
+        """Show the identity of the run in a notebook."""
         rows = {key: self.identity.get(key) for key in ("tree", "robot", "scene", "seed")}
         rows["date"] = self.date
         end = f"{self.end:.2f} s" + ("" if self.complete else ", not closed")

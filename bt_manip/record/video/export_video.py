@@ -144,7 +144,7 @@ def write_video(
 
 
 def frame_times(times: np.ndarray, fps: float) -> np.ndarray:
-    """Return those of the times of ticks that are shown: the last one before each frame is due.
+    """Return the times of the shown ticks: the last tick before each frame is due.
 
     Args:
         times: Times of the ticks [s].  # (n,)

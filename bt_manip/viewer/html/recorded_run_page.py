@@ -195,7 +195,7 @@ def _identity(recording: Recording) -> str:
 
 
 def _resolution(run: RecordedRun, rate: float, gap: float) -> str:
-    """Return what was left out to keep the file small."""
+    """Return the parts left out to keep the file small."""
     steps = max((len(robot.t) for robot in run.robots.values()), default=0)
     parts = [f"The replay has {rate:.3g} poses per second."]
     if steps > LINE_SAMPLES:

@@ -160,7 +160,7 @@ class _RobotJog:
             one.visible = active
 
     def follow(self) -> None:
-        """Show the present configuration, except on what is being edited."""
+        """Show the present configuration, except in edited fields."""
         idle = time.monotonic() - self._edited > EDITING
         if self._arm.busy:
             idle &= np.isneginf(self._edited)

@@ -64,7 +64,7 @@ class Page(ScenePage, RunObserver):
         self._source = None
 
     def cycle_started(self, cycle: int) -> None:
-        """Let the next update show what was randomized."""
+        """Let the next update show the randomized values."""
         self._source = None
 
     def before_tick(self) -> None:

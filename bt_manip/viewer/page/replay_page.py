@@ -131,7 +131,7 @@ class ReplayPage(ScenePage):
     # Internal
 
     def _act(self, position: float, elapsed: float) -> float:
-        """Do what the controls ask for, or play on; return the simulated time to play on from.
+        """Execute commands of the controls, or play on; return the simulated time to play on from.
 
         Args:
             position: The simulated time up to which has been played [s].

@@ -1,4 +1,4 @@
-"""What the page of a run and that of a recording share."""
+"""Common base of the page of a run and the page of a recording."""
 
 import time
 from collections.abc import Callable, Iterator, Mapping
