@@ -24,9 +24,6 @@ if TYPE_CHECKING:
     from bt_manip.viewer import Page
     from bt_manip.viewer.page import RunChoice
 
-TICK = 0.010
-"""Time between two ticks while no tree runs [s]."""
-
 SAVED = Path("configurations.toml")
 """File of the configurations that are saved on the page, unless an option names one."""
 
@@ -133,7 +130,7 @@ class PageSession:
         Raises:
             KeyboardInterrupt: When interrupted while a cell is built, or for the second time.
         """
-        from bt_manip.runner import Pacing
+        from bt_manip.runner import TICK, Pacing
 
         assert self._page is not None
         self._tell(f"The page stays up at {self._page.url}; press Ctrl-C to leave.")

@@ -1,10 +1,11 @@
 """The table of a stress test: phase by fault, and the reasons."""
 
-import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
+
+from bt_manip.exceptions import without_numbers
 
 from .stress import Outcome, StressCase, StressResult
 
@@ -27,8 +28,6 @@ LEGEND = (
     "D: dishonest (SUCCESS, but the goal does not hold). H: hung (no end within 60 s simulated). "
     "N: the undisturbed cycle after it failed. -: the fault cannot happen there."
 )
-
-_NUMBER = re.compile(r"-?\d+(\.\d+)?")
 
 
 @dataclass(frozen=True)
@@ -132,6 +131,6 @@ class StressTable:
         reason: str,
     ) -> None:
         """Count a reason; those that differ in numbers only are one."""
-        key = one.case.fault, letter, _NUMBER.sub("", reason)
+        key = one.case.fault, letter, without_numbers(reason)
         _, phases = found.setdefault(key, (reason, Counter()))
         phases[one.case.phase.name] += 1

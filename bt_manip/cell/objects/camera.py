@@ -13,7 +13,7 @@ from ..naming import BodyNames, entity_of
 from ..rendering import FrameRenderer
 from .prop import ParametricEntity
 
-NOTHING = -1
+BACKGROUND = -1
 
 
 class Segmentation(NamedTuple):
@@ -24,7 +24,7 @@ class Segmentation(NamedTuple):
 
     def mask(self, name: str) -> np.ndarray:
         """Mark the pixels that show an entity."""  # (height, width) bool
-        wanted = self.names.index(name) if name in self.names else NOTHING - 1
+        wanted = self.names.index(name) if name in self.names else BACKGROUND - 1
         return self.indices == wanted
 
 
@@ -103,8 +103,8 @@ class Camera(ParametricEntity):
         assert self._model is not None
         owners = [entity_of(label) for label in BodyNames(self._model).of_geom]
         names = tuple(dict.fromkeys(owners))
-        table = np.array([names.index(owner) for owner in owners] + [NOTHING])
-        geoms = np.where(seen[..., 1] == int(mujoco.mjtObj.mjOBJ_GEOM), seen[..., 0], NOTHING)
+        table = np.array([names.index(owner) for owner in owners] + [BACKGROUND])
+        geoms = np.where(seen[..., 1] == int(mujoco.mjtObj.mjOBJ_GEOM), seen[..., 0], BACKGROUND)
         return Segmentation(table[geoms], names)
 
     def close(self) -> None:
