@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bt_manip.cli.exit_codes import INTERRUPTED
+from bt_manip.cli.exit_codes import INTERRUPTED, SUCCESS
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.plugin_options import load_chosen_plugins
 from bt_manip.cli.run_job import RunJob
@@ -68,7 +68,7 @@ def execute_on_page(options: RunOptions, interrupt: Interrupt, *, run: bool) -> 
                     session.serve()
                 finally:
                     if run:
-                        interrupt.exit_code = 0  # the run itself was over
+                        interrupt.exit_code = SUCCESS  # the run itself was over
         return code
 
 

@@ -271,7 +271,7 @@ class RunJob:
         if self._window.is_open and not self._interrupt.requested:
             self._tell("The window stays open; close it or press Ctrl-C to leave.")
             self._window.wait_until_closed(lambda: self._interrupt.requested)
-            self._interrupt.exit_code = 0  # the run itself was over
+            self._interrupt.exit_code = SUCCESS  # the run itself was over
         self._window.close()
 
     def _report(self, status: str | None) -> "RunReport":

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from bt_manip.cli.completion import complete_part
-from bt_manip.cli.exit_codes import FAILED, INTERRUPTED, SUCCESS
+from bt_manip.cli.exit_codes import COMMON, FAILED, INTERRUPTED, SUCCESS, exit_code_help
 from bt_manip.cli.options import StationOptions, takes, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 
@@ -20,8 +20,13 @@ BEGIN, END = "<!-- stress -->", "<!-- /stress -->"
 
 
 @click.command(
-    epilog="Exit codes: 0 every cycle ended honestly and the next one reached its goal, 1 one did "
-    "not, 2 bad input, 130 interrupted."
+    epilog=exit_code_help(
+        {
+            SUCCESS: "every cycle ended honestly and the next one reached its goal",
+            FAILED: "one did not",
+            **COMMON,
+        }
+    )  # fmt: skip
 )
 @click.argument("tree", shell_complete=complete_part("trees"))
 @click.option(

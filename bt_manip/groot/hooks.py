@@ -180,7 +180,7 @@ class HookTable:
 
         Args:
             nodes: The nodes by their uid.
-            interventions: Those of the run, which report the statuses that hooks set.
+            interventions: Those of the run, which emit the statuses that hooks set.
         """
         if not self._changed:
             return
