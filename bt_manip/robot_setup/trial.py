@@ -1,4 +1,4 @@
-"""Trial of a described robot: it picks, lifts and places the cube of the pick and place task."""
+"""Cycles of a described robot that is tried: it picks, lifts and places the cube of the pick and place task."""
 
 from collections import Counter
 from collections.abc import Iterator
