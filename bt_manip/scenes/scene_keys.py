@@ -51,9 +51,13 @@ class SceneFile(TomlFile):
             )
 
     def joined(self, problems: Any) -> BtManipError:
-        """Return one error with all problems."""
-        texts = tuple(map(str, problems))
+        """Return one error with all problems, by line."""
+        texts = tuple(sorted(map(str, problems), key=self._line))
         return SceneError("\n".join(texts), texts)
+
+    def _line(self, problem: str) -> int:
+        line = problem.removeprefix(f"{self.path}:").partition(":")[0]
+        return int(line) if line.isdigit() else 0
 
 
 def find_robot(
