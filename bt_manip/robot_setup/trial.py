@@ -1,4 +1,4 @@
-"""Cycles of a described robot that is tried: it picks, lifts and places the cube of the pick and place task."""
+"""Pick, lift and place cycles of a described robot, which is tried in the task's station."""
 
 from collections import Counter
 from collections.abc import Iterator
