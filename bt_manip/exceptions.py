@@ -1,5 +1,6 @@
-"""The errors that bt-manip raises for what a user can put right."""
+"""The errors that bt-manip raises for mistakes that a user can correct."""
 
+import re
 from collections.abc import Iterable
 from typing import Any
 
@@ -51,6 +52,16 @@ def shortened(text: str) -> str:
 def one_line(text: object) -> str:
     """Return a text, such as the message of a library's error, in one line."""
     return " ".join(str(text).split())
+
+
+def without_numbers(text: str, place: str = "") -> str:
+    """Return a message without its numbers, to count messages that differ in these only.
+
+    Args:
+        text: The message.
+        place: Text in place of each number.
+    """
+    return re.sub(r"-?\d+(\.\d+)?", place, text)
 
 
 def reason_of(error: BaseException) -> str:

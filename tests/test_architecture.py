@@ -45,7 +45,6 @@ WITHIN_LAYER = {
     ("checks", "exceptions"),
     ("extras", "exceptions"),
     ("key_values", "exceptions"),
-    ("exceptions"),
     ("registry", "exceptions"),
     ("bt", "input_files"),
     ("models", "input_files"),
@@ -310,15 +309,17 @@ def test_no_class_name_is_defined_twice():
     assert not twice
 
 
-def test_a_constant_has_one_meaning_in_a_package():
+def test_public_constants_of_one_name_have_one_value():
     values = defaultdict(set)
-    for name, path in modules().items():
+    for path in modules().values():
         for statement in ast.parse(path.read_text()).body:
-            if isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Name):
-                constant = statement.targets[0].id
-                if constant.isupper() and not constant.startswith("_"):
-                    values[top_of(name), constant].add(ast.unparse(statement.value))
-    assert not {key: found for key, found in values.items() if len(found) > 1}
+            if not isinstance(statement, ast.Assign | ast.AnnAssign) or statement.value is None:
+                continue
+            target = getattr(statement, "target", None) or statement.targets[0]
+            if isinstance(target, ast.Name) and target.id.isupper() and target.id[0] != "_":
+                values[target.id].add(ast.unparse(statement.value))
+    del values["SUCCESS"]  # the usual name of a status and of an exit code
+    assert not {name: found for name, found in values.items() if len(found) > 1}
 
 
 LAZY = (

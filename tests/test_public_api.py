@@ -42,8 +42,9 @@ def test_every_documented_name_is_on_the_page_with_its_summary(package):
         assert f"| `{name}` | {stability} | " in text
 
 
-def test_the_page_of_a_robots_keys_is_up_to_date():
-    assert key_page.PAGE.read_text() == key_page.page(), "run python tools/key_page.py"
+@pytest.mark.parametrize("path", key_page.PAGES, ids=lambda path: path.stem)
+def test_the_pages_of_keys_are_up_to_date(path):
+    assert path.read_text() == key_page.PAGES[path](), "run python tools/key_page.py"
 
 
 def shown_code() -> list[tuple[str, str]]:

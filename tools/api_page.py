@@ -111,7 +111,7 @@ EXPERIMENTAL = {
     ),
     "bt_manip.grasping": ("GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE"),
     "bt_manip.robots": "GraspGenerator GraspCandidates FoundGripper effort_limit ensure_motors",
-    "bt_manip.evaluation": "StressTester StressCase plan_cases",
+    "bt_manip.evaluation": "StressTester StressEpisode plan_episodes",
     "bt_manip.robot_setup": "describe_robot try_robot",
     "bt_manip.toml_fields": "Key documented read_part",
     "bt_manip.toml_tables": "TomlTable",

@@ -90,7 +90,7 @@ What bt-manip reads and writes, with the keys of each file.
 | file | written or read by | keys |
 |---|---|---|
 | tree (`.xml`) | `bt-manip run`, `tree` | [tree language](../tree-language.md), `tree schema` |
-| scene (`.toml`) | `--scene`, `bt-manip scene` | [scenes](../scenes.md#a-file) |
+| scene (`.toml`) | `--scene`, `bt-manip scene` | [keys](../scene-keys.md) |
 | robot (`.toml`) | `--robot`, `robot` in a scene | [keys](../robot-keys.md) |
 | report (`.json`, `.jsonl`) | `--report` | [below](#report) |
 | trace (`.npz`) | `--trace` | [below](#trace) |

@@ -97,7 +97,7 @@ class Observations:
         return found | self.images() if self._wanted.kinds else found
 
     def close(self) -> None:
-        """Free what renders the images."""
+        """Free the renderers of the images."""
         if self._renderer is not None:
             self._renderer.close()
             self._renderer = None

@@ -1,6 +1,5 @@
 """Set down the held object."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,10 +9,9 @@ from bt_manip.bt import Input, Status
 from bt_manip.cell import CellError, extent, why_not_on
 from bt_manip.grasping import GripperClearance, with_clearance
 
-from .poses import nearest_orientation, pose_input, yaw_of
+from .poses import QUARTER_TURN, nearest_orientation, pose_input, yaw_of
 from .releasing import ReleasingBehaviour
 
-_QUARTER_TURN = math.pi / 2
 OVER, DOWN = "over", "down"
 
 
@@ -84,7 +82,7 @@ class PlacingBehaviour(ReleasingBehaviour):
         T_wt = self.T_wt
         found = []
         for quarter in range(4):
-            turn = pin.utils.rotate("z", yaw - yaw_of(T_wo) + quarter * _QUARTER_TURN)
+            turn = pin.utils.rotate("z", yaw - yaw_of(T_wo) + quarter * QUARTER_TURN)
             T = pin.SE3(turn, bottom + np.array([0.0, 0.0, self.gap]) - turn @ below)
             found.append(T * T_wt)
         return found

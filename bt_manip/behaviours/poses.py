@@ -10,7 +10,7 @@ from bt_manip import spatial
 from bt_manip.bt import Input, Output
 from bt_manip.cell import Cell, as_object, bottom_of
 
-_QUARTER_TURN = math.pi / 2
+QUARTER_TURN = math.pi / 2
 
 
 def pose_from_text(text: str) -> pin.SE3:
@@ -133,7 +133,7 @@ def top_grasp_poses(T_wo: pin.SE3, height: float) -> list[pin.SE3]:
     """
     position = T_wo.translation + np.array([0.0, 0.0, height])
     yaw = yaw_of(T_wo)
-    return [spatial.pointing_down(position, yaw + k * _QUARTER_TURN) for k in range(4)]
+    return [spatial.pointing_down(position, yaw + k * QUARTER_TURN) for k in range(4)]
 
 
 def downward_poses(position: Sequence[float], yaws: int = 8) -> list[pin.SE3]:

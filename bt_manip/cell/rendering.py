@@ -117,7 +117,7 @@ class FrameRenderer(mujoco.Renderer):
         return pixels
 
     def close(self) -> None:
-        """Free the context; the base class frees objects of the one that is current."""
+        """Free the context; the base class frees objects of the current context."""
         if self._gl_context is not None:
             with suppress(Exception):  # at the end of Python, or current in another thread
                 self._gl_context.make_current()

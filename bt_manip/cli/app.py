@@ -148,7 +148,7 @@ def _run_app(interrupt: Interrupt, arguments: list[str] | None) -> int:
 
 
 def _drop_output() -> None:
-    """Discard what is not written yet, so that Python's flush at exit does not fail again."""
+    """Discard unwritten output, so that Python's flush at exit does not fail again."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 

@@ -3,15 +3,37 @@
 import os
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import click
 
 from bt_manip.cli.completion import complete_part
-from bt_manip.cli.exit_codes import FAILED, INTERRUPTED, SUCCESS
+from bt_manip.cli.exit_codes import COMMON, FAILED, INTERRUPTED, SUCCESS, exit_code_help
 from bt_manip.cli.options import StationOptions, takes, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 
-DEMONSTRATION_FORMATS = ("robomimic", "parquet", "lerobot")
+
+class DemonstrationFormat(NamedTuple):
+    """A format of ``bt-manip demos export``.
+
+    Attributes:
+        write: Function of `bt_manip.demonstrations`, called with the demonstrations, the path and
+            its options.
+        options: Its options.
+        folder: Whether it writes a folder, not a file.
+    """
+
+    write: str
+    options: tuple[str, ...] = ()
+    folder: bool = False
+
+
+DEMONSTRATION_FORMATS = {
+    "robomimic": DemonstrationFormat("write_robomimic", ("actions",)),
+    "parquet": DemonstrationFormat("write_demonstration_table"),
+    "lerobot": DemonstrationFormat("write_lerobot", ("actions", "python"), folder=True),
+}
+"""All formats by name; a new one is a line here."""
 
 
 class _RecordByDefault(click.Group):
@@ -36,8 +58,9 @@ def demos() -> None:
     """
 
 
-@demos.command(epilog="Exit codes: 0 every episode succeeded, 1 one failed, 2 bad input, 130 "
-               "interrupted.")  # fmt: skip
+@demos.command(
+    epilog=exit_code_help({SUCCESS: "every episode succeeded", FAILED: "one failed", **COMMON})
+)
 @click.argument("tree", shell_complete=complete_part("trees"))
 @click.option(
     "--episodes", type=click.IntRange(min=1), default=10, show_default=True, metavar="N",
@@ -144,18 +167,16 @@ def export(folder: Path, form: str, out: Path, actions: str, python: str | None)
     robomimic is one HDF5 file for robomimic, parquet a table with a row for each step, lerobot a
     LeRobotDataset, which LeRobot itself writes.
     """
-    if (python is not None) != (form == "lerobot"):
+    chosen_format = DEMONSTRATION_FORMATS[form]
+    if (python is not None) != ("python" in chosen_format.options):
         raise click.UsageError("--python belongs to --format lerobot, which needs it")
-    from bt_manip import demonstrations as formats
+    from bt_manip import demonstrations
     from bt_manip.record import check_writable
 
-    store = formats.read_demonstrations(folder)
-    if python is not None:
-        n = formats.write_lerobot(store, out, actions, python)
-    else:
+    store = demonstrations.read_demonstrations(folder)
+    if not chosen_format.folder:
         check_writable(out, "export")
-        if form == "robomimic":
-            n = formats.write_robomimic(store, out, actions)
-        else:
-            n = formats.write_demonstration_table(store, out)
+    given = {"actions": actions, "python": python}
+    options = {name: given[name] for name in chosen_format.options}
+    n = getattr(demonstrations, chosen_format.write)(store, out, **options)
     click.echo(f"{out}: {n} demonstrations")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from bt_manip.cli.completion import complete_part
-from bt_manip.cli.exit_codes import FAILED, INTERRUPTED, SUCCESS
+from bt_manip.cli.exit_codes import COMMON, FAILED, INTERRUPTED, SUCCESS, exit_code_help
 from bt_manip.cli.options import Function, StationOptions, takes, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 from bt_manip.extras import require_extra
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 SHOWN = 10
 """Number of episodes that are listed in which two trees differ."""
 
-_EPILOG = "Exit codes: 0 every episode succeeded, 1 one did not, 2 bad input, 130 interrupted."
+_EPILOG = exit_code_help({SUCCESS: "every episode succeeded", FAILED: "one did not", **COMMON})
 
 _OPTIONS: tuple[Callable[[Function], Function], ...] = (
     click.option(

@@ -99,7 +99,7 @@ class RunJob:
             return self._finish(INTERRUPTED if self._interrupt.requested else code)
 
     def _execute(self) -> int:
-        """Prepare and execute the run; return the exit code of one that was not interrupted."""
+        """Prepare and execute the run; return its exit code if it was not interrupted."""
         with self._interrupt.raised(), _garbage_collection_off():
             self.run, observers = self._prepare()
         self._started = True
@@ -193,7 +193,7 @@ class RunJob:
     def _continue(
         continued: "Continuation", run: "Run", recorder: "Recorder"
     ) -> list["RunObserver"]:
-        """Restore the moment of a recorded run; return what repeats its interventions.
+        """Restore the moment of a recorded run; return the repetition of its interventions.
 
         Raises:
             BtManipError: If the run is not the recorded one.
@@ -271,7 +271,7 @@ class RunJob:
         if self._window.is_open and not self._interrupt.requested:
             self._tell("The window stays open; close it or press Ctrl-C to leave.")
             self._window.wait_until_closed(lambda: self._interrupt.requested)
-            self._interrupt.exit_code = 0  # the run itself was over
+            self._interrupt.exit_code = SUCCESS  # the run itself was over
         self._window.close()
 
     def _report(self, status: str | None) -> "RunReport":
@@ -308,7 +308,7 @@ class RunJob:
             self._tell(next_step)
 
     def _next_step(self, report: "RunReport") -> str:
-        """Return a line that says what to do next, or an empty text."""
+        """Return a line with the next step for the user, or an empty text."""
         options = self._options
         files = [record_target(text)[1] for text in options.records]
         recordings = [file for file in files if file.endswith(".mcap") and Path(file).exists()]

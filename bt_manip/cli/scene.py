@@ -141,7 +141,7 @@ def _place(cell: "Cell", name: str) -> str:
 
 
 def _varied(found: "Scene", station: "Station") -> Iterator[str]:
-    """Yield what varies, with the values of the first cycle if they are known."""
+    """Yield the variations, with the values of the first cycle if they are known."""
     from bt_manip.scenes import naming_file
 
     with naming_file(found):

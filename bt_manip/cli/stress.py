@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from bt_manip.cli.completion import complete_part
-from bt_manip.cli.exit_codes import FAILED, INTERRUPTED, SUCCESS
+from bt_manip.cli.exit_codes import COMMON, FAILED, INTERRUPTED, SUCCESS, exit_code_help
 from bt_manip.cli.options import StationOptions, takes, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 
@@ -20,8 +20,13 @@ BEGIN, END = "<!-- stress -->", "<!-- /stress -->"
 
 
 @click.command(
-    epilog="Exit codes: 0 every cycle ended honestly and the next one reached its goal, 1 one did "
-    "not, 2 bad input, 130 interrupted."
+    epilog=exit_code_help(
+        {
+            SUCCESS: "every cycle ended honestly and the next one reached its goal",
+            FAILED: "one did not",
+            **COMMON,
+        }
+    )  # fmt: skip
 )
 @click.argument("tree", shell_complete=complete_part("trees"))
 @click.option(
@@ -41,7 +46,7 @@ BEGIN, END = "<!-- stress -->", "<!-- /stress -->"
 )  # fmt: skip
 @click.option(
     "--json", "json_file", type=click.Path(path_type=Path), metavar="FILE",
-    help="Write each case.",
+    help="Write each episode.",
 )  # fmt: skip
 @takes(StationOptions)
 def stress(
@@ -64,7 +69,7 @@ def stress(
     from rich.console import Console
     from rich.progress import track
 
-    from bt_manip.evaluation import StressTable, StressTester, plan_cases, run_episodes
+    from bt_manip.evaluation import StressTable, StressTester, plan_episodes, run_episodes
     from bt_manip.record import check_writable
 
     for file in (markdown, json_file):
@@ -72,21 +77,21 @@ def stress(
             check_writable(file, "table")
     load_chosen_plugins()  # warns of broken ones
     tester = partial(StressTester, tree, choice=chosen(), **options.request_fields)
-    cases = plan_cases(tester(), seeds, _names(faults), _names(phases))
-    place = {case: number for number, case in enumerate(cases)}
+    episodes = plan_episodes(tester(), seeds, _names(faults), _names(phases))
+    place = {episode: number for number, episode in enumerate(episodes)}
     results, code = [], SUCCESS
     console = Console(stderr=True)
     try:
-        done = run_episodes(tester, cases, workers or os.cpu_count() or 1)
+        done = run_episodes(tester, episodes, workers or os.cpu_count() or 1)
         for result in track(
-            done, "stress", len(cases), console=console, transient=True,
+            done, "stress", len(episodes), console=console, transient=True,
             disable=not console.is_terminal,
         ):  # fmt: skip
             results.append(result)
     except KeyboardInterrupt:
         code = INTERRUPTED
-    results.sort(key=lambda one: place[one.case])
-    table = StressTable(results, cases)
+    results.sort(key=lambda one: place[one.episode])
+    table = StressTable(results, episodes)
     _print(table)
     if markdown is not None and not code:
         given = {"seeds": seeds, "faults": faults, "phases": phases, "markdown": markdown}

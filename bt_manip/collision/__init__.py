@@ -3,6 +3,7 @@
 from .collision_world import PADDING as PADDING
 from .collision_world import CollisionPair as CollisionPair
 from .collision_world import CollisionWorld as CollisionWorld
+from .free_space import DISTANCE_TOLERANCE as DISTANCE_TOLERANCE
 from .free_space import PATH_STEP as PATH_STEP
 from .free_space import FreeSpace as FreeSpace
 from .inter_robot_distance import INTER_ROBOT_CLEARANCE as INTER_ROBOT_CLEARANCE

@@ -15,8 +15,8 @@ from bt_manip.extras import require_extra
 from bt_manip.input_files import read_text
 from bt_manip.record import identity_differences, reading, whole_file, writing
 
-FORMAT = "bt-manip demonstrations"
-VERSION = 1
+MANIFEST_FORMAT = "bt-manip demonstrations"
+MANIFEST_VERSION = 1
 MANIFEST = "manifest.json"
 
 _MAX_MANIFEST_BYTES = 2**26  # 64 MiB; an episode takes 200 bytes
@@ -88,12 +88,14 @@ class DemonstrationStore:
         with reading(path, "manifest of demonstrations"):
             self.manifest: dict[str, Any] = json.loads(read_text(path, _MAX_MANIFEST_BYTES))
             found = self.manifest["format"], self.manifest["version"]
-        if found != (FORMAT, VERSION):
-            raise BtManipError(f"'{path}' is of {found[0]} {found[1]}, not {FORMAT} {VERSION}")
+        if found != (MANIFEST_FORMAT, MANIFEST_VERSION):
+            raise BtManipError(
+                f"'{path}' is of {found[0]} {found[1]}, not {MANIFEST_FORMAT} {MANIFEST_VERSION}"
+            )
 
     @classmethod
     def create(cls, folder: Path | str, identity: Mapping[str, Any]) -> "DemonstrationStore":
-        """Make a folder, or open one that holds demonstrations of the same identity.
+        """Make a folder, or open a folder with demonstrations of the same identity.
 
         Args:
             folder: The folder.
@@ -108,7 +110,9 @@ class DemonstrationStore:
                 folder.mkdir(parents=True, exist_ok=True)
                 if any(folder.iterdir()):
                     raise BtManipError(f"'{folder}' holds other files: choose an empty folder")
-            _write_manifest(folder, {"format": FORMAT, "version": VERSION, **identity})
+            _write_manifest(
+                folder, {"format": MANIFEST_FORMAT, "version": MANIFEST_VERSION, **identity}
+            )
         store = cls(folder)
         there, here = store.manifest, json.loads(json.dumps(identity))
         other = identity_differences({key: there.get(key) for key in here}, here)

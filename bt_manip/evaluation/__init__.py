@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from bt_manip.evaluation.results import ResultFolder as ResultFolder
     from bt_manip.evaluation.results import read_results as read_results
     from bt_manip.evaluation.scheduling import evaluate as evaluate
-    from bt_manip.evaluation.stress import StressCase as StressCase
+    from bt_manip.evaluation.stress import StressEpisode as StressEpisode
     from bt_manip.evaluation.stress import StressPhase as StressPhase
     from bt_manip.evaluation.stress import StressResult as StressResult
     from bt_manip.evaluation.stress import StressTester as StressTester
-    from bt_manip.evaluation.stress import plan_cases as plan_cases
+    from bt_manip.evaluation.stress import plan_episodes as plan_episodes
     from bt_manip.evaluation.stress_table import LEGEND as LEGEND
     from bt_manip.evaluation.stress_table import StressTable as StressTable
     from bt_manip.evaluation.success import Failure as Failure
@@ -49,7 +49,9 @@ __getattr__ = lazy_exports(
         "bt_manip.evaluation.ray_pool": "RayPool",
         "bt_manip.evaluation.results": "ResultFolder read_results",
         "bt_manip.evaluation.scheduling": "evaluate",
-        "bt_manip.evaluation.stress": "StressCase StressPhase StressResult StressTester plan_cases",
+        "bt_manip.evaluation.stress": (
+            "StressEpisode StressPhase StressResult StressTester plan_episodes"
+        ),
         "bt_manip.evaluation.stress_table": "LEGEND StressTable",
         "bt_manip.evaluation.success": "Failure SuccessRate wilson_interval",
         "bt_manip.evaluation.success_page": "results_page",

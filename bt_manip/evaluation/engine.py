@@ -18,7 +18,7 @@ Result = TypeVar("Result")
 E_contra = TypeVar("E_contra", contravariant=True)
 R_co = TypeVar("R_co", covariant=True)
 
-ATTEMPTS = 3
+EPISODE_ATTEMPTS = 3
 """Number of processes that may die with an episode before it counts as lost."""
 
 BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
@@ -61,7 +61,9 @@ class Pool(Protocol):
 
 def raise_lost(episode: object, error: WorkerDiedError) -> NoReturn:
     """Raise the error of an episode whose processes died."""
-    raise WorkerDiedError(f"episode {episode} was given up after {ATTEMPTS} attempts: {error}")
+    raise WorkerDiedError(
+        f"episode {episode} was given up after {EPISODE_ATTEMPTS} attempts: {error}"
+    )
 
 
 def run_episodes(
@@ -74,7 +76,7 @@ def run_episodes(
 ) -> Iterator[Result]:
     """Run episodes in parallel processes and yield their results in the order of their ends.
 
-    An episode whose process died runs again in a new one, up to `ATTEMPTS` times. When the
+    An episode whose process died runs again in a new one, up to `EPISODE_ATTEMPTS` times. When the
     iteration ends early, by Ctrl-C, an exception or ``close()``, the processes are ended at once.
     A worker's process ends when this one does.
 
@@ -121,7 +123,7 @@ def run_episodes(
                     results.append(worker.receive())
                     idle.append(worker)
                 except WorkerDiedError as error:
-                    if attempt < ATTEMPTS:
+                    if attempt < EPISODE_ATTEMPTS:
                         again.append((episode, attempt + 1))
                     else:
                         results.append(lost(episode, error))
@@ -133,7 +135,7 @@ class ProcessPool:
     """Processes of this machine, each with a pipe of its own, so that one may die alone."""
 
     def __init__(self, make_worker: Callable[[], Worker[Any, Any]]) -> None:
-        """Keep what makes the worker of a process."""
+        """Keep the factory of a process's worker."""
         self._make_worker = make_worker
         self._processes: list[_Process] = []
 

@@ -40,7 +40,7 @@ class EpisodeId(NamedTuple):
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What is evaluated; it can be pickled.
+    """Specification of an evaluation; it can be pickled.
 
     Attributes:
         tree: The tree as the user names it.

@@ -2,20 +2,18 @@
 
 import json
 import math
-import re
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from bt_manip.exceptions import without_numbers
 from bt_manip.record import LeafTime, LeafUse
 
 from .episode import EpisodeResult
 
 Z95 = 1.959963984540054
 """Quantile of the normal distribution for intervals of 95 %."""
-
-_NUMBER = re.compile(r"-?\d+(\.\d+)?")
 
 
 class Interval95(NamedTuple):
@@ -88,7 +86,7 @@ class SuccessRate:
         times = json.loads(result.leaf_times)
         self.use.add({name: LeafTime(**one) for name, one in times.items()}, result.duration_s)
         if not result.success:
-            key = result.node, _NUMBER.sub("", result.reason)
+            key = result.node, without_numbers(result.reason)
             known = self._first.setdefault(key, (result.reason, result.episode))
             if result.episode < known[1]:
                 self._first[key] = result.reason, result.episode

@@ -1,4 +1,4 @@
-"""Checks of a robot's description, each finding with the key and what to change."""
+"""Checks of a robot's description, each finding with the key and the change to make."""
 
 import contextlib
 from collections.abc import Iterator
@@ -193,7 +193,7 @@ def _home_findings(robot: Robot) -> Iterator[str]:
 
 
 def _tool_findings(description: RobotDescription) -> Iterator[str]:
-    """Yield what differs from the fingers measured on the model."""
+    """Yield differences from the fingers measured on the model."""
     if description.gripper is not None:
         with contextlib.suppress(BtManipError):  # other kinds of grippers
             yield from _finger_findings(description)

@@ -19,7 +19,7 @@ _RADII = np.linspace(0.05, 1.0, 20)  # of the farthest position
 _HEIGHTS = np.linspace(-0.5, 0.8, 14)  # of the farthest position
 _FEW, _MANY = 20, 60  # initial guesses of a search, besides the last solution or the middle
 _ROUNDING = 1e-3  # [m] of the height of a joint
-_CLEARANCE = 5e-3  # [m] of the arm from itself at home
+_SELF_CLEARANCE = 5e-3  # [m] of the arm from itself at home
 
 
 class RadialReach(NamedTuple):
@@ -92,7 +92,7 @@ class DownwardReach:
         best, least = None, np.inf
         for result in self._ik.solutions(_down(self._ik, position), self._middle, restarts=_MANY):
             q = np.array(result.q)
-            if self._lowest(q) > -_ROUNDING and self._is_free(q, _CLEARANCE):
+            if self._lowest(q) > -_ROUNDING and self._is_free(q, _SELF_CLEARANCE):
                 off = (q - self._middle) / self._half
                 volume = manipulability(self._model.jacobian(q))
                 cost = float(np.sum(2.0 * off**2 + off**8) - 0.3 * np.log(volume + 1e-9))

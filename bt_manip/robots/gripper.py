@@ -17,9 +17,9 @@ from bt_manip.cell import BodyNames
 from bt_manip.toml_fields import (
     Key,
     KeyField,
+    OtherKeys,
     documented,
     entries_of,
-    plain,
     read_fields,
     write_fields,
 )
@@ -34,21 +34,6 @@ if TYPE_CHECKING:
 
 DEFAULT_KIND = "two_finger"
 """Kind of gripper if the description names none."""
-
-
-class Parameters:
-    """The keys of ``[gripper]`` that belong to its kind, which checks them."""
-
-    type = "keys of the kind of gripper"
-    names = "..."
-
-    def read(self, table: TomlTable, entry: KeyField, size: Any) -> dict[str, Any]:
-        """Return the keys that are not common to all kinds."""
-        return {key: table.value(key) for key in table.rest()}
-
-    def write(self, value: Any, entry: KeyField, folder: Path | None) -> dict[str, Any]:
-        """Return the keys."""
-        return dict(plain(value))
 
 
 @documented
@@ -76,7 +61,10 @@ class GripperDescription:
     )
     parameters: Annotated[
         Mapping[str, Any],
-        Key("Parameters of the kind, as plain data; `read` gives a table", values=Parameters()),
+        Key(
+            "Parameters of the kind, as plain data; `read` gives a table",
+            values=OtherKeys("keys of the kind"),
+        ),
     ] = field(default_factory=dict)
     file: TomlFile | PythonSource | None = field(default=None, compare=False, repr=False)
 
@@ -89,7 +77,7 @@ class GripperDescription:
         source = self.file or PythonSource(f"robot '{robot}'", RobotError)
         table = TomlTable(source, self.parameters, ("gripper",))
         for entry in entries_of(type(self)):  # known, to be suggested for mistyped keys
-            if not isinstance(entry.values, Parameters):
+            if not isinstance(entry.values, OtherKeys):
                 entry.values.read(table, entry, None)
         return table
 

@@ -37,7 +37,7 @@ def make_tree(source: TreeSource, settings: Mapping[str, str], clock: Clock) -> 
 
 
 def as_tree(made: Any, source: TreeSource, clock: Clock) -> Tree:
-    """Return a tree around what a Python name stands for.
+    """Return a tree around the object that a Python name refers to.
 
     Args:
         made: A behaviour, a tree, or a document whose main tree is meant.
@@ -168,7 +168,7 @@ def _read(key: str, text: str, parameter: inspect.Parameter) -> Any:
 
 
 def _raised(error: Exception) -> str:
-    """Say what a user's code raised, and where."""
+    """Describe an exception of a user's code, with its location."""
     if isinstance(error, SyntaxError) and error.filename:
         return f"is no Python: {Path(error.filename).name}:{error.lineno}: {error.msg}"
     if isinstance(error, BtManipError):

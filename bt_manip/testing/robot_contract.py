@@ -12,9 +12,9 @@ from bt_manip.kinematics import InverseKinematics
 from bt_manip.robots import Gripper, Robot, RobotDescription, verify
 
 AGREEMENT = 1e-9
-POSES = 50
+RANDOM_POSES = 50
 REACHED = 0.95  # of random reachable poses
-MAX_SAG = 2e-3  # [rad]
+MAX_TOOL_SAG = 2e-3  # [rad]
 
 
 @dataclass(frozen=True)
@@ -55,9 +55,13 @@ def it_reaches_what_it_can_reach(case: RobotCase) -> None:
     model = robot.make_model()
     ik, rng = InverseKinematics(model), np.random.default_rng(1)
     lower, upper = model.limits.sampling_bounds()
-    found = [ik.solve(model.pose(rng.uniform(lower, upper)), model.home) for _ in range(POSES)]
+    found = [
+        ik.solve(model.pose(rng.uniform(lower, upper)), model.home) for _ in range(RANDOM_POSES)
+    ]
     reached = sum(result.solved for result in found)
-    assert reached >= REACHED * POSES, f"'{case.name}' reaches {reached} of {POSES} poses"
+    assert reached >= REACHED * RANDOM_POSES, (
+        f"'{case.name}' reaches {reached} of {RANDOM_POSES} poses"
+    )
     for result in found:
         assert not result.solved or model.limits.contain(result.q, 1e-9)
 
@@ -68,7 +72,7 @@ def it_stands_still_at_home(case: RobotCase) -> None:
     home = robot.q
     cell.step(500)
     sag = float(np.abs(robot.q - home).max())
-    assert sag < MAX_SAG, f"'{case.name}' sags by {sag:.4f} rad at home"
+    assert sag < MAX_TOOL_SAG, f"'{case.name}' sags by {sag:.4f} rad at home"
     unexpected = cell.contact_monitor.summary().unexpected
     assert not unexpected, f"'{case.name}' touches itself at home: {unexpected}"
 

@@ -10,7 +10,7 @@ import numpy as np
 from bt_manip.exceptions import MotionError
 from bt_manip.robots import GraspCandidates
 
-from ..solids import Solid, contact_friction, least_width
+from ..solids import SIDEWAYS, Solid, contact_friction, least_width
 from .antipodal_sampling import (
     FINGER_CLEARANCE,
     AntipodalPairs,
@@ -59,7 +59,6 @@ _LINE_CONTACT = 0.8  # along a generatrix of a cylinder
 _POINT_CONTACT = 0.6  # on a sphere
 _DIAGONAL = np.sqrt(0.5)
 _EIGHTHS = tuple(2 * math.pi * k / 8 for k in range(8))  # [rad] of a turn
-_SIDEWAYS = (0.0, math.pi / 4, -math.pi / 4, math.pi / 2, -math.pi / 2)  # [rad] from downwards
 
 
 class AntipodalGrasp(NamedTuple):
@@ -160,7 +159,7 @@ def cylinder_grasps(solid: Solid, hand: Hand, down: np.ndarray) -> Iterator[Anti
         flat = solid.kind == "cylinder"
         contact = min(1.0, radius / hand.pad) if flat else _POINT_CONTACT
         extent = 0.5 * radius if flat else 0.0
-        for a in _orthogonal(axis, down, _SIDEWAYS):
+        for a in _orthogonal(axis, down, SIDEWAYS):
             if a @ down >= _BELOW:
                 yield AntipodalGrasp(centre, axis, a, length, extent, contact)
                 yield AntipodalGrasp(centre, -axis, a, length, extent, contact)
@@ -201,7 +200,7 @@ def sampled_grasps(
     """
     widths = [float(np.linalg.norm(b - a)) for a, b in zip(pairs.first, pairs.second, strict=True)]
     lines = (pairs.second - pairs.first) / np.maximum(widths, 1e-9)[:, None]
-    approaches = [_orthogonal(line, down, _SIDEWAYS) for line in lines]
+    approaches = [_orthogonal(line, down, SIDEWAYS) for line in lines]
     extents = face_extents(solids, pairs, [a[0] for a in approaches])
     for i, line in enumerate(lines):
         centre = 0.5 * (pairs.first[i] + pairs.second[i])

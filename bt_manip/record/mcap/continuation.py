@@ -28,7 +28,7 @@ class RecordedInterventions(RunModifier):
         self._left = [one for one in reversed(self._recorded) if one[0] > start]
 
     def before_tick(self) -> None:
-        """Request those of this tick."""
+        """Request the interventions of this tick."""
         while self._left and self._left[-1][0] < self._cell.time + 0.5 * self._cell.dt:
             with self._decoding():
                 self._run.interventions.request(self._left.pop()[1])
@@ -87,7 +87,7 @@ class Continuation:
         return RunRequest(find_tree(fields.pop("tree"), trees), **fields, **others)
 
     def differences(self, run: Run) -> list[str]:
-        """Return what is different from when a run was recorded, for warnings.
+        """Return differences from the time when a run was recorded, for warnings.
 
         Args:
             run: The run, prepared by the same request.

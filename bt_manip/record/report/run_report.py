@@ -4,7 +4,6 @@ import importlib.metadata
 import json
 import math
 import platform
-import re
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, is_dataclass, replace
@@ -12,6 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from bt_manip.exceptions import without_numbers
 from bt_manip.record.files import whole_file
 
 REPORTED_PACKAGES = (
@@ -278,9 +278,6 @@ def plain_cycle(cycle: CycleReport) -> dict[str, Any]:
     return content
 
 
-_NUMBER = re.compile(r"-?\d+(\.\d+)?")
-
-
 class LeafUse:
     """In how many cycles or episodes leaves ran, for which share of the time, and why not."""
 
@@ -302,7 +299,7 @@ class LeafUse:
             counted[:] = map(sum, zip(counted, added, strict=True))
             known = self._reasons.setdefault(name, {})
             for reason in one.reasons:
-                key = _NUMBER.sub("", reason)
+                key = without_numbers(reason)
                 text, count = known.get(key, (reason, 0))
                 known[key] = text, count + 1
 

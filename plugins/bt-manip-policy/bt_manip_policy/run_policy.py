@@ -117,7 +117,7 @@ class RunPolicy(ArmBehaviour):
         return self._policy
 
     def _check(self, policy: LoadedPolicy) -> None:
-        """Let the policy act once; what it observes of objects that are not there yet is zero.
+        """Let the policy act once; observations of objects that are not there yet are zero.
 
         Raises:
             PolicyError: If it does not fit the station, or does not act.
