@@ -43,6 +43,7 @@ PARTS = {
     "recorders": "Recorders",
     "faults": "Faults",
     "actions": "Kinds of actions",
+    "policies": "Kinds of policies",
     "model_sources": "Model sources",
     "model_formats": "Model formats",
     "model_caches": "Model caches",
@@ -275,7 +276,7 @@ def _summary(part: Any) -> str:
     if isinstance(part, str):  # a tree, or a model
         return f"`{part.replace(str(ROOT) + '/', '')}`"
     if not callable(part):
-        model = str(getattr(part, "model", "")).replace(str(ROOT) + "/", "")
+        model = str(getattr(part, "model", "") or getattr(part, "make", "")).replace(str(ROOT) + "/", "")
         return f"`{model}`" if model else ""
     return _plain(inspect.cleandoc(part.__doc__ or "").partition("\n\n")[0])
 

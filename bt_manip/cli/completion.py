@@ -23,7 +23,7 @@ Complete = Callable[[click.Context, click.Parameter, str], Items]
 LISTED = (
     "trees", "behaviours", "objects", "robots", "grippers", "controllers", "planners",
     "scenes", "actions", "model_sources", "model_formats", "model_caches", "recorders", "panels",
-    "faults", "plugins",
+    "faults", "policies", "plugins",
 )  # fmt: skip
 """Kinds of parts that can be listed."""
 

@@ -29,7 +29,7 @@ def list_parts(kind: str | None, name: str | None) -> None:
     \b
     Kinds: trees, behaviours, objects, robots, grippers, controllers, planners,
     scenes, actions, model_sources, model_formats, model_caches, recorders,
-    panels, faults, plugins.
+    panels, faults, policies, plugins.
     """
     os.environ.setdefault("MUJOCO_GL", "disable")
     plugins = load_chosen_plugins()
@@ -132,8 +132,8 @@ def _summary(part: Any) -> str:
         return part
     if suffixes := getattr(part, "suffixes", ()):  # a model format
         return ", ".join(suffixes)
-    if not callable(part):  # a robot's description
-        return str(getattr(part, "model", ""))
+    if not callable(part):  # a robot's description, or a kind of policies
+        return str(getattr(part, "model", "") or getattr(part, "make", ""))
     # Not that of a base class, which getdoc() would give.
     return inspect.cleandoc(part.__doc__ or "").partition("\n")[0]
 

@@ -143,6 +143,7 @@ class Station:
             "rng": self.rng,
             "models": self.models,
             "planners": self.parts.planners,
+            "policies": self.parts.policies,
         }
 
     def clock(self) -> float:

@@ -241,6 +241,11 @@ def after_tick(station):
     assert "it moves" not in run("register_faults", body=body, extra=extra)
 
 
+def test_register_policies_lets_leaves_run_policies_of_a_kind(parts_of):
+    kind = parts_of("register_policies").policies.get("act")
+    assert (kind.make, kind.load_time) == ("my_policies.act:ActPolicy", 20.0)
+
+
 def test_register_actions_makes_kinds_by_which_agents_act(parts_of):
     task = LearningTask("pick_place", action="joint_velocities", parts=parts_of("register_actions"))
     task.reset(0)
