@@ -1,8 +1,10 @@
 """``bt-manip demos``: record demonstrations of a tree, and export them."""
 
 import os
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -10,6 +12,9 @@ from bt_manip.cli.completion import complete_part
 from bt_manip.cli.exit_codes import FAILED, INTERRUPTED, SUCCESS
 from bt_manip.cli.options import StationOptions, takes, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
+
+if TYPE_CHECKING:
+    from bt_manip.demonstrations import DemonstrationRecorder
 
 DEMONSTRATION_FORMATS = ("robomimic", "parquet", "lerobot")
 
@@ -84,7 +89,7 @@ def record(
     from rich.progress import track
 
     from bt_manip.demonstrations import DemonstrationRecorder, DemonstrationStore
-    from bt_manip.evaluation import run_episodes
+    from bt_manip.evaluation import ProcessPool, call_in_process, run_episodes
     from bt_manip.record import parse_size
 
     load_chosen_plugins()  # warns of broken ones
@@ -99,13 +104,15 @@ def record(
         seed=seed,
         **options.request_fields,
     )
-    store = DemonstrationStore.create(folder, make_recorder().identity())
+    identity = call_in_process("the first episode", partial(_identify, make_recorder))
+    store = DemonstrationStore.create(folder, identity)
     done = set(store.episodes())
     left = [episode for episode in range(episodes) if episode not in done]
     console, code = Console(stderr=True), SUCCESS
     try:
         workers = min(workers or os.cpu_count() or 1, len(left))
-        results = run_episodes(make_recorder, left, workers, lost=store.write_lost)
+        pool = ProcessPool(make_recorder)
+        results = run_episodes(make_recorder, left, workers, pool=pool, lost=store.write_lost)
         for _ in track(
             results, "demos", len(left), console=console, transient=True,
             disable=not console.is_terminal,
@@ -122,6 +129,10 @@ def record(
         f"{folder}: {len(outcomes) - len(failed)} of {len(outcomes)} succeeded, {steps} steps"
     )
     return code or (FAILED if failed else SUCCESS)
+
+
+def _identify(make_recorder: "Callable[[], DemonstrationRecorder]") -> dict[str, Any]:
+    return make_recorder().identity()
 
 
 @demos.command()

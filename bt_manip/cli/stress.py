@@ -1,9 +1,10 @@
 """``bt-manip stress``: test how a tree copes with faults."""
 
 import os
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -13,7 +14,7 @@ from bt_manip.cli.options import StationOptions, takes, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 
 if TYPE_CHECKING:
-    from bt_manip.evaluation import StressTable
+    from bt_manip.evaluation import StressCase, StressTable, StressTester
 
 BEGIN, END = "<!-- stress -->", "<!-- /stress -->"
 """Lines of a page between which its table is."""
@@ -64,7 +65,14 @@ def stress(
     from rich.console import Console
     from rich.progress import track
 
-    from bt_manip.evaluation import StressTable, StressTester, plan_cases, run_episodes
+    from bt_manip.evaluation import (
+        ProcessPool,
+        StressTable,
+        StressTester,
+        call_in_process,
+        lost_case,
+        run_episodes,
+    )
     from bt_manip.record import check_writable
 
     for file in (markdown, json_file):
@@ -72,12 +80,15 @@ def stress(
             check_writable(file, "table")
     load_chosen_plugins()  # warns of broken ones
     tester = partial(StressTester, tree, choice=chosen(), **options.request_fields)
-    cases = plan_cases(tester(), seeds, _names(faults), _names(phases))
+    plan = partial(_plan, tester, seeds, _names(faults), _names(phases))
+    cases = call_in_process("the undisturbed cycle", plan)
     place = {case: number for number, case in enumerate(cases)}
     results, code = [], SUCCESS
     console = Console(stderr=True)
     try:
-        done = run_episodes(tester, cases, workers or os.cpu_count() or 1)
+        workers = workers or os.cpu_count() or 1
+        pool = ProcessPool(tester)
+        done = run_episodes(tester, cases, workers, pool=pool, lost=lost_case)
         for result in track(
             done, "stress", len(cases), console=console, transient=True,
             disable=not console.is_terminal,
@@ -97,6 +108,12 @@ def stress(
 
         json_file.write_text(json.dumps(table.plain(), indent=1) + "\n")
     return code or (SUCCESS if all(one.acceptable for one in results) else FAILED)
+
+
+def _plan(make_tester: "Callable[[], StressTester]", *choice: Any) -> "list[StressCase]":
+    from bt_manip.evaluation import plan_cases
+
+    return plan_cases(make_tester(), *choice)
 
 
 def _names(text: str) -> list[str]:
