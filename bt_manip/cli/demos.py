@@ -1,7 +1,7 @@
 """``bt-manip demos``: record demonstrations of a tree, and export them."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ from bt_manip.cli.options import StationOptions, takes, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
 
 if TYPE_CHECKING:
-    from bt_manip.demonstrations import DemonstrationRecorder
+    from bt_manip.demonstrations import DemonstrationRecorder, DemonstrationStore
 
 DEMONSTRATION_FORMATS = ("robomimic", "parquet", "lerobot")
 
@@ -85,12 +85,9 @@ def record(
         use_offscreen_opengl()
     else:
         os.environ.setdefault("MUJOCO_GL", "disable")
-    from rich.console import Console
-    from rich.progress import track
-
     from bt_manip.demonstrations import DemonstrationRecorder, DemonstrationStore
-    from bt_manip.evaluation import ProcessPool, call_in_process, run_episodes
-    from bt_manip.record import parse_size
+    from bt_manip.evaluation import call_in_process
+    from bt_manip.record import RecordingError, parse_size
 
     load_chosen_plugins()  # warns of broken ones
     make_recorder = partial(
@@ -106,21 +103,13 @@ def record(
     )
     identity = call_in_process("the first episode", partial(_identify, make_recorder))
     store = DemonstrationStore.create(folder, identity)
-    done = set(store.episodes())
-    left = [episode for episode in range(episodes) if episode not in done]
-    console, code = Console(stderr=True), SUCCESS
-    try:
-        workers = min(workers or os.cpu_count() or 1, len(left))
-        pool = ProcessPool(make_recorder)
-        results = run_episodes(make_recorder, left, workers, pool=pool, lost=store.write_lost)
-        for _ in track(
-            results, "demos", len(left), console=console, transient=True,
-            disable=not console.is_terminal,
-        ):  # fmt: skip
-            pass
-    except KeyboardInterrupt:
-        code = INTERRUPTED
-    outcomes = store.write_outcomes()
+    with store.recording():
+        left = sorted({*range(episodes)}.difference(store.episodes()))
+        code = _record(make_recorder, store, left, workers or os.cpu_count() or 1)
+        outcomes = store.write_outcomes()
+    missing = len({*left}.difference(one["episode"] for one in outcomes))
+    if missing and not code:
+        raise RecordingError(f"{missing} episodes in '{folder}' were deleted during the recording")
     failed = [one for one in outcomes if not one["success"]]
     for one in failed:
         click.echo(f"episode {one['episode']} failed: {one['reason']}")
@@ -129,6 +118,32 @@ def record(
         f"{folder}: {len(outcomes) - len(failed)} of {len(outcomes)} succeeded, {steps} steps"
     )
     return code or (FAILED if failed else SUCCESS)
+
+
+def _record(
+    make_recorder: "Callable[[], DemonstrationRecorder]",
+    store: "DemonstrationStore",
+    episodes: Sequence[int],
+    workers: int,
+) -> int:
+    """Record episodes and show the progress; return the exit code, SUCCESS or INTERRUPTED."""
+    from rich.console import Console
+    from rich.progress import track
+
+    from bt_manip.evaluation import ProcessPool, run_episodes
+
+    console, pool = Console(stderr=True), ProcessPool(make_recorder)
+    workers = min(workers, len(episodes))
+    results = run_episodes(make_recorder, episodes, workers, pool=pool, lost=store.write_lost)
+    try:
+        for _ in track(
+            results, "demos", len(episodes), console=console, transient=True,
+            disable=not console.is_terminal,
+        ):  # fmt: skip
+            pass
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return SUCCESS
 
 
 def _identify(make_recorder: "Callable[[], DemonstrationRecorder]") -> dict[str, Any]:

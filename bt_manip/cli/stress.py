@@ -73,7 +73,7 @@ def stress(
         lost_case,
         run_episodes,
     )
-    from bt_manip.record import check_writable
+    from bt_manip.record import check_writable, whole_file, writing
 
     for file in (markdown, json_file):
         if file is not None:
@@ -106,7 +106,8 @@ def stress(
     if json_file is not None:
         import json
 
-        json_file.write_text(json.dumps(table.plain(), indent=1) + "\n")
+        with writing(json_file, "table"), whole_file(json_file) as file:
+            file.write(json.dumps(table.plain(), indent=1).encode() + b"\n")
     return code or (SUCCESS if all(one.acceptable for one in results) else FAILED)
 
 
@@ -144,9 +145,12 @@ def _print(table: "StressTable") -> None:
 
 def _write_page(path: Path, text: str) -> None:
     """Write the table to a file, or between the marks of a page."""
+    from bt_manip.record import whole_file, writing
+
     if path.exists():
         before, begin, rest = path.read_text().partition(BEGIN)
         _, end, after = rest.partition(END)
         if begin and end:
             text = f"{before}{BEGIN}\n{text}{END}{after}"
-    path.write_text(text)
+    with writing(path, "table"), whole_file(path) as file:
+        file.write(text.encode())

@@ -85,6 +85,17 @@ def test_the_same_command_continues_and_others_are_refused(record, tmp_path):
     assert code == 2 and "holds demonstrations that differ in seed: choose" in err
 
 
+def test_a_folder_is_recorded_by_one_process_at_a_time(record, tmp_path):
+    assert record("--episodes", 1).code == 0
+    store = read_demonstrations(tmp_path / "demos")
+    with store.recording():
+        code, out, err = record("--episodes", 2)
+        assert (code, out) == (2, "") and store.episodes() == [0]
+        assert err == f"Error: '{store.folder}' is being recorded by another process\n"
+        assert [one.episode for one in store] == [0]
+    assert {path.name for path in store.folder.iterdir()} == {"manifest.json", "episode_000000.h5"}
+
+
 def test_failed_episodes_are_named_with_the_reason(record):
     code, out, _ = record("--episodes", 1, name="aimless")
     assert code == 1
