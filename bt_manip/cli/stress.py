@@ -1,7 +1,7 @@
 """``bt-manip stress``: test how a tree copes with faults."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -98,7 +98,7 @@ def stress(
         code = INTERRUPTED
     results.sort(key=lambda one: place[one.case])
     table = StressTable(results, cases)
-    _print(table)
+    print_table(table)
     if markdown is not None and not code:
         given = {"seeds": seeds, "faults": faults, "phases": phases, "markdown": markdown}
         shown = " ".join(f"--{key} {value}" for key, value in given.items() if value)
@@ -121,7 +121,7 @@ def _names(text: str) -> list[str]:
     return [name.strip() for name in text.split(",") if name.strip()]
 
 
-def _print(table: "StressTable") -> None:
+def print_table(table: "StressTable") -> None:
     """Print the table, the legend and the reasons."""
     from rich import box
     from rich.console import Console
@@ -132,15 +132,31 @@ def _print(table: "StressTable") -> None:
     from bt_manip.viewer import print_wrapped
 
     console = Console()
-    drawn = Table(box=box.SIMPLE_HEAD if console.is_terminal else None)
-    for column in ("fault", *table.phases):
-        drawn.add_column(Text(column), overflow="fold")
-    for row in table.rows():
-        bad = any(letter in " ".join(row[1:]) for letter in "DHN")
-        drawn.add_row(*map(Text, row), style="red" if bad else "")
-    console.print(drawn)
+    rows = [["fault", *table.phases], *table.rows()]
+    if len(rows[0]) > len(rows):
+        rows = [["phase", *table.faults], *map(list, list(zip(*rows, strict=True))[1:])]
+    for header, *body in _blocks(rows, console.width):
+        drawn = Table(box=box.SIMPLE_HEAD if console.is_terminal else None)
+        for column in header:
+            drawn.add_column(Text(column), overflow="fold")
+        for row in body:
+            bad = any(letter in " ".join(row[1:]) for letter in "DHN")
+            drawn.add_row(*map(Text, row), style="red" if bad else "")
+        console.print(drawn)
     for line in (table.summary(), LEGEND, *table.reasons()):
         print_wrapped(console, line)
+
+
+def _blocks(rows: list[list[str]], width: int) -> Iterator[list[list[str]]]:
+    """Split a table into tables that are as wide as the screen, each with the first column."""
+    widths = [2 + max(map(len, column)) for column in zip(*rows, strict=True)]
+    start = 1
+    while start < len(widths):
+        end = start + 1
+        while end < len(widths) and widths[0] + sum(widths[start : end + 1]) <= width:
+            end += 1
+        yield [[row[0], *row[start:end]] for row in rows]
+        start = end
 
 
 def _write_page(path: Path, text: str) -> None:

@@ -4,6 +4,9 @@ import json
 
 import pytest
 
+from bt_manip.cli.stress import print_table
+from bt_manip.evaluation import StressCase, StressPhase, StressResult, StressTable
+
 TREE = """
 import os
 
@@ -97,6 +100,21 @@ def test_a_tree_that_ends_its_process_is_refused(stress):
     code, out, err = stress("--faults", "push", name="leaving")
     assert (code, out) == (2, "")
     assert err == "Error: the undisturbed cycle: its process ended with exit code 0\n"
+
+
+def test_wide_tables_are_split_and_many_phases_are_rows(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    phases = [StressPhase(f"phase {i}", f"a/phase {i}", 1.0) for i in range(5)]
+
+    def lines(faults):
+        cases = [StressCase(fault, phase, 0) for fault in faults for phase in phases]
+        print_table(StressTable([StressResult(case, "recovered") for case in cases]))
+        return [line.split() for line in capsys.readouterr().out.splitlines()]
+
+    assert lines(["push", "heavy"])[:2] == [["phase", "push", "heavy"], ["phase", "0", "R1", "R1"]]
+    shown = lines([f"f{i}" for i in range(9)])
+    assert shown[0] == ["fault", "phase", "0", "phase", "1", "phase", "2"]
+    assert shown[10] == ["fault", "phase", "3", "phase", "4"]
 
 
 def test_ctrl_c_ends_at_once_with_the_table_so_far(terminal, tmp_path):
