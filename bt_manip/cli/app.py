@@ -128,7 +128,7 @@ def _run_app(interrupt: Interrupt, arguments: list[str] | None) -> int:
     except (KeyboardInterrupt, click.Abort):
         return INTERRUPTED
     except click.ClickException as error:
-        error.message = with_short_values(error.message)
+        error.message = with_short_values(error.message)  # type: ignore[misc]  # Final in Click
         error.show()
         return BAD_INPUT
     except BtManipError as error:

@@ -106,8 +106,8 @@ def stress(
     if json_file is not None:
         import json
 
-        with writing(json_file, "table"), whole_file(json_file) as file:
-            file.write(json.dumps(table.plain(), indent=1).encode() + b"\n")
+        with writing(json_file, "table"), whole_file(json_file) as out:
+            out.write(json.dumps(table.plain(), indent=1).encode() + b"\n")
     return code or (SUCCESS if all(one.acceptable for one in results) else FAILED)
 
 
