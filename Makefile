@@ -1,6 +1,6 @@
 # Everything works on a fresh clone with git, make and Python 3.11 to 3.14.
 .DEFAULT_GOAL := help
-.PHONY: help setup run test test-packages test-clients lint types docs bench soak stress-tables
+.PHONY: help setup run test test-packages test-clients lint types docs bench soak soak-memory stress-tables
 
 # Compiled modules are kept: uv compiles none, and the tests start hundreds of processes.
 unexport PYTHONDONTWRITEBYTECODE
@@ -9,6 +9,7 @@ READY := .venv/.ready
 BIN := .venv/bin
 WORKERS ?= 2
 CYCLES ?= 1000
+MINUTES ?= 30
 SEED ?= 0
 
 help:  ## Show what there is
@@ -53,6 +54,9 @@ bench: setup  ## Measure, and print tables, beside other packages where they ins
 soak: setup  ## Run the tests that take minutes, and CYCLES cycles of pick_place with SEED
 	$(BIN)/python -m pytest -m soak
 	$(BIN)/bt-manip run pick_place --cycles $(CYCLES) --seed $(SEED) --quiet --report soak.json
+
+soak-memory: setup  ## Print the memory of a run with page, recording and Groot2 for MINUTES
+	$(BIN)/python tools/soak_memory.py --minutes $(MINUTES)
 
 stress-tables: setup  ## Stress all trees, and write the tables to docs/stress_tables.md; takes hours
 	$(BIN)/python tools/stress_tables.py --workers $(WORKERS)

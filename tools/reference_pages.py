@@ -276,7 +276,9 @@ def _summary(part: Any) -> str:
     if isinstance(part, str):  # a tree, or a model
         return f"`{part.replace(str(ROOT) + '/', '')}`"
     if not callable(part):
-        model = str(getattr(part, "model", "") or getattr(part, "make", "")).replace(str(ROOT) + "/", "")
+        model = str(getattr(part, "model", "") or getattr(part, "make", "")).replace(
+            str(ROOT) + "/", ""
+        )
         return f"`{model}`" if model else ""
     return _plain(inspect.cleandoc(part.__doc__ or "").partition("\n\n")[0])
 

@@ -1,9 +1,10 @@
 """``bt-manip demos``: record demonstrations of a tree, and export them."""
 
 import os
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -11,6 +12,9 @@ from bt_manip.cli.completion import complete_part
 from bt_manip.cli.exit_codes import COMMON, FAILED, INTERRUPTED, SUCCESS, exit_code_help
 from bt_manip.cli.options import StationOptions, takes, workers_option
 from bt_manip.cli.plugin_options import chosen, load_chosen_plugins
+
+if TYPE_CHECKING:
+    from bt_manip.demonstrations import DemonstrationRecorder, DemonstrationStore
 
 
 class DemonstrationFormat(NamedTuple):
@@ -103,12 +107,9 @@ def record(
         use_offscreen_opengl()
     else:
         os.environ.setdefault("MUJOCO_GL", "disable")
-    from rich.console import Console
-    from rich.progress import track
-
     from bt_manip.demonstrations import DemonstrationRecorder, DemonstrationStore
-    from bt_manip.evaluation import run_episodes
-    from bt_manip.record import parse_size
+    from bt_manip.evaluation import call_in_process
+    from bt_manip.record import RecordingError, parse_size
 
     load_chosen_plugins()  # warns of broken ones
     make_recorder = partial(
@@ -122,21 +123,15 @@ def record(
         seed=seed,
         **options.request_fields,
     )
-    store = DemonstrationStore.create(folder, make_recorder().identity())
-    done = set(store.episodes())
-    left = [episode for episode in range(episodes) if episode not in done]
-    console, code = Console(stderr=True), SUCCESS
-    try:
-        workers = min(workers or os.cpu_count() or 1, len(left))
-        results = run_episodes(make_recorder, left, workers, lost=store.write_lost)
-        for _ in track(
-            results, "demos", len(left), console=console, transient=True,
-            disable=not console.is_terminal,
-        ):  # fmt: skip
-            pass
-    except KeyboardInterrupt:
-        code = INTERRUPTED
-    outcomes = store.write_outcomes()
+    identity = call_in_process("the first episode", partial(_identify, make_recorder))
+    store = DemonstrationStore.create(folder, identity)
+    with store.recording():
+        left = sorted({*range(episodes)}.difference(store.episodes()))
+        code = _record(make_recorder, store, left, workers or os.cpu_count() or 1)
+        outcomes = store.write_outcomes()
+    missing = len({*left}.difference(one["episode"] for one in outcomes))
+    if missing and not code:
+        raise RecordingError(f"{missing} episodes in '{folder}' were deleted during the recording")
     failed = [one for one in outcomes if not one["success"]]
     for one in failed:
         click.echo(f"episode {one['episode']} failed: {one['reason']}")
@@ -145,6 +140,36 @@ def record(
         f"{folder}: {len(outcomes) - len(failed)} of {len(outcomes)} succeeded, {steps} steps"
     )
     return code or (FAILED if failed else SUCCESS)
+
+
+def _record(
+    make_recorder: "Callable[[], DemonstrationRecorder]",
+    store: "DemonstrationStore",
+    episodes: Sequence[int],
+    workers: int,
+) -> int:
+    """Record episodes and show the progress; return the exit code, SUCCESS or INTERRUPTED."""
+    from rich.console import Console
+    from rich.progress import track
+
+    from bt_manip.evaluation import ProcessPool, run_episodes
+
+    console, pool = Console(stderr=True), ProcessPool(make_recorder)
+    workers = min(workers, len(episodes))
+    results = run_episodes(make_recorder, episodes, workers, pool=pool, lost=store.write_lost)
+    try:
+        for _ in track(
+            results, "demos", len(episodes), console=console, transient=True,
+            disable=not console.is_terminal,
+        ):  # fmt: skip
+            pass
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return SUCCESS
+
+
+def _identify(make_recorder: "Callable[[], DemonstrationRecorder]") -> dict[str, Any]:
+    return make_recorder().identity()
 
 
 @demos.command()

@@ -188,7 +188,7 @@ def _measure(
     from functools import partial
 
     from bt_manip.cli.evaluation_view import EvaluationView
-    from bt_manip.evaluation import EpisodeWorker, RayPool, ResultFolder
+    from bt_manip.evaluation import EpisodeWorker, ProcessPool, RayPool, ResultFolder
     from bt_manip.evaluation import evaluate as run_evaluation
 
     evaluation = replace(evaluation, identity=worker.identity)
@@ -200,14 +200,14 @@ def _measure(
             results = ResultFolder(folder, worker.identity, evaluation.points)
             known += results.results
             stack.enter_context(results)
-        pool = None
-        if ray is not None:
-            pool = RayPool(partial(EpisodeWorker, evaluation), ray, workers or 0)
-        workers = workers or (pool.cpus if pool is not None else os.cpu_count() or 1)
+        make = partial(EpisodeWorker, evaluation)
+        pool = ProcessPool(make) if ray is None else RayPool(make, ray, workers or 0)
+        cpus = pool.cpus if isinstance(pool, RayPool) else os.cpu_count() or 1
+        workers = workers or cpus
         view = stack.enter_context(EvaluationView(evaluation, episodes, workers, known))
         try:
             found = run_evaluation(
-                evaluation, episodes, workers, pool=pool, worker=worker, before=[*known],
+                evaluation, episodes, workers, pool=pool, before=[*known],
                 until_width=until_interval,
             )  # fmt: skip
             for result in stack.enter_context(closing(found)):

@@ -9,7 +9,7 @@ import click
 from bt_manip.cli.completion import complete_part
 from bt_manip.cli.exit_codes import FAILED, SUCCESS
 from bt_manip.cli.plugin_options import load_chosen_plugins
-from bt_manip.exceptions import BtManipError
+from bt_manip.exceptions import BtManipError, with_short_values
 
 if TYPE_CHECKING:
     from bt_manip.robots import Robot
@@ -127,7 +127,8 @@ def check(file: Path, cycles: int, picture: Path | None) -> int:
     if checked.robot is not None:
         _draw(checked.robot, picture or file.with_suffix(".png"))
     findings = len(checked.findings)
-    click.echo(f"{file}: {findings} finding{'s' if findings != 1 else ''}", err=True)
+    what = f"{findings} finding{'s' if findings != 1 else ''}"
+    click.echo(with_short_values(f"{file}: {what}"), err=True)
     return FAILED if findings else SUCCESS
 
 

@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -13,11 +14,19 @@ import numpy as np
 from bt_manip.exceptions import BtManipError
 from bt_manip.extras import require_extra
 from bt_manip.input_files import read_text
-from bt_manip.record import identity_differences, reading, whole_file, writing
+from bt_manip.record import (
+    FileInUseError,
+    identity_differences,
+    open_output,
+    reading,
+    whole_file,
+    writing,
+)
 
 MANIFEST_FORMAT = "bt-manip demonstrations"
 MANIFEST_VERSION = 1
 MANIFEST = "manifest.json"
+LOCK = "recording.lock"
 
 _MAX_MANIFEST_BYTES = 2**26  # 64 MiB; an episode takes 200 bytes
 _EPISODE = re.compile(r"episode_(\d{6,})\.h5")
@@ -122,6 +131,26 @@ class DemonstrationStore:
                 "another folder, or the same options and versions"
             )
         return store
+
+    @contextmanager
+    def recording(self) -> Iterator[None]:
+        """Keep other processes from recording into the folder; they may read it.
+
+        Raises:
+            FileInUseError: If another process records into it.
+        """
+        path = self.folder / LOCK
+        try:
+            with writing(path, "lock"):
+                file = open_output(path)
+        except FileInUseError:
+            raise FileInUseError(f"'{self.folder}' is being recorded by another process") from None
+        with file:
+            try:
+                yield
+            finally:
+                with suppress(OSError):
+                    path.unlink()
 
     def check_actions(self, kind: str) -> None:
         """Check that actions of a kind were recorded.

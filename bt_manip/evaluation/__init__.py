@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from bt_manip.evaluation.engine import ProcessPool as ProcessPool
     from bt_manip.evaluation.engine import Worker as Worker
     from bt_manip.evaluation.engine import WorkerDiedError as WorkerDiedError
+    from bt_manip.evaluation.engine import call_in_process as call_in_process
     from bt_manip.evaluation.engine import run_episodes as run_episodes
     from bt_manip.evaluation.episode import EpisodeId as EpisodeId
     from bt_manip.evaluation.episode import EpisodeResult as EpisodeResult
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from bt_manip.evaluation.stress import StressPhase as StressPhase
     from bt_manip.evaluation.stress import StressResult as StressResult
     from bt_manip.evaluation.stress import StressTester as StressTester
+    from bt_manip.evaluation.stress import lost_stress as lost_stress
     from bt_manip.evaluation.stress import plan_episodes as plan_episodes
     from bt_manip.evaluation.stress_table import LEGEND as LEGEND
     from bt_manip.evaluation.stress_table import StressTable as StressTable
@@ -43,14 +45,16 @@ if TYPE_CHECKING:
 __getattr__ = lazy_exports(
     __name__,
     {
-        "bt_manip.evaluation.engine": "Pool ProcessPool Worker WorkerDiedError run_episodes",
+        "bt_manip.evaluation.engine": (
+            "Pool ProcessPool Worker WorkerDiedError call_in_process run_episodes"
+        ),
         "bt_manip.evaluation.episode": "EpisodeId EpisodeResult EpisodeWorker Evaluation",
         "bt_manip.evaluation.paired": "PairedTable mcnemar_p_value newcombe_interval",
         "bt_manip.evaluation.ray_pool": "RayPool",
         "bt_manip.evaluation.results": "ResultFolder read_results",
         "bt_manip.evaluation.scheduling": "evaluate",
         "bt_manip.evaluation.stress": (
-            "StressEpisode StressPhase StressResult StressTester plan_episodes"
+            "StressEpisode StressPhase StressResult StressTester lost_stress plan_episodes"
         ),
         "bt_manip.evaluation.stress_table": "LEGEND StressTable",
         "bt_manip.evaluation.success": "Failure SuccessRate wilson_interval",

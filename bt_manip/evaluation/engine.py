@@ -131,6 +131,35 @@ def run_episodes(
         pool.close()
 
 
+def call_in_process(what: str, function: Callable[[], Result]) -> Result:
+    """Call a function in another process, which it may end.
+
+    Args:
+        what: What it does, the first words of the error: ``"the first episode"``.
+        function: The function; it and its result can be pickled.
+
+    Raises:
+        WorkerDiedError: If the process ended.
+        Exception: What the function raised.
+    """
+    process = _Process(_Caller)
+    try:
+        process.send(function)
+        result: Result = process.receive()
+        return result
+    except WorkerDiedError as error:
+        raise WorkerDiedError(f"{what}: {error}") from None
+    finally:
+        process.kill()
+
+
+class _Caller:
+    """A worker whose episodes are functions."""
+
+    def run(self, function: Callable[[], Any]) -> Any:
+        return function()
+
+
 class ProcessPool:
     """Processes of this machine, each with a pipe of its own, so that one may die alone."""
 
@@ -231,7 +260,10 @@ def portable(error: Exception) -> Exception:
     try:
         found = pickle.loads(pickle.dumps(error))
     except Exception:
-        found = RuntimeError(f"{type(error).__name__}: {error}")
+        if isinstance(error, BtManipError):
+            found = BtManipError(str(error))
+        else:
+            found = RuntimeError(f"{type(error).__name__}: {error}")
     assert isinstance(found, Exception)
     found.add_note("".join(traceback.format_exception(error)))
     return found

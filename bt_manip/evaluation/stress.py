@@ -13,6 +13,8 @@ from bt_manip.faults import FaultError, FaultInjector, PlannedFault
 from bt_manip.plugins import load_plugins
 from bt_manip.runner import Run, RunObserver, prepare, request_of
 
+from .engine import WorkerDiedError
+
 if TYPE_CHECKING:
     from bt_manip.bt.nodes import Link
 
@@ -244,3 +246,8 @@ def plan_episodes(
         if not faults or fault in faults
         for phase in chosen
     ]
+
+
+def lost_stress(episode: StressEpisode, error: WorkerDiedError) -> StressResult:
+    """Return the result of an episode whose processes died."""
+    return StressResult(episode, "failed", str(error))

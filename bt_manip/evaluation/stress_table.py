@@ -52,10 +52,16 @@ class StressTable:
         """Names of the phases: the columns."""
         return list(dict.fromkeys(one.phase.name for one in self.episodes))
 
+    @property
+    def faults(self) -> list[str]:
+        """Names of the faults: the rows."""
+        return list(dict.fromkeys(one.fault for one in self.episodes))
+
     def rows(self) -> list[list[str]]:
         """Return a row for each fault: its name and a cell for each phase."""
-        faults = dict.fromkeys(one.fault for one in self.episodes)
-        return [[fault, *(self._cell(fault, phase) for phase in self.phases)] for fault in faults]
+        return [
+            [fault, *(self._cell(fault, phase) for phase in self.phases)] for fault in self.faults
+        ]
 
     def summary(self) -> str:
         """Return how many episodes ended how."""

@@ -31,6 +31,11 @@ def test_the_rate_the_reasons_and_what_to_look_at_are_printed(evaluate, bt_manip
     assert "kg is heavy" in json.loads(report.read_text())["cycles"][0]["reason"]
 
 
+def test_episodes_that_end_their_process_are_failed_rows(evaluate):
+    code, out, _ = evaluate("--episodes", 1, tree="leaving")
+    assert code == 1 and "its process ended with exit code 0" in out
+
+
 def test_results_are_continued_and_others_refused(evaluate, tmp_path):
     pytest.importorskip("pyarrow")
     folder = tmp_path / "out"

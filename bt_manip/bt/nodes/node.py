@@ -23,7 +23,7 @@ from bt_manip.bt.status import (
     NodeStatus,
     Status,
 )
-from bt_manip.exceptions import NodeError, PortError, did_you_mean
+from bt_manip.exceptions import NodeError, PortError, did_you_mean, with_short_values
 
 RESERVED: Final = frozenset({"name", "ID", "_autoremap", *CONDITIONS.values()})
 """Attributes in a document that are never ports."""
@@ -267,7 +267,7 @@ class Node(PortAccess):
 
     def _because(self, reason: str) -> None:
         """Set the reason why this node fails."""
-        self.feedback_message = reason
+        self.feedback_message = with_short_values(reason)
         if self._node_runtime is not None:
             self._node_runtime.failed(self.path or self.name, reason)
 

@@ -203,7 +203,7 @@ class Recording:
                     raise BtManipError(f"{self.path} is no MCAP file")
                 yield from self._scan(file, emit_chunks)
         except OSError as error:
-            raise BtManipError(f"cannot read {self.path}: {error.strerror}") from error
+            raise BtManipError(f"cannot read '{self.path}': {error.strerror}") from error
 
     def _scan(self, file: BinaryIO, emit_chunks: bool) -> Iterator[McapRecord]:
         size = os.fstat(file.fileno()).st_size
