@@ -93,9 +93,19 @@ def _env_args(manifest: Mapping[str, Any], actions: str) -> dict[str, Any]:
 
     ``GymnasiumEnvironment(**env_kwargs)`` makes it.
     """
-    given = {key: manifest[key] for key in ("tree", "robot", "scene", "settings", "images")}
-    kwargs = {**given, "tick": manifest["tick_s"], "action": actions}
+    given = {key: manifest[key] for key in ("tree", "scene", "settings", "images")}
+    kwargs = {**given, **_parts(manifest), "tick": manifest["tick_s"], "action": actions}
     return {"env_name": manifest["tree"], "type": GYM_TYPE, "env_kwargs": kwargs}
+
+
+def _parts(manifest: Mapping[str, Any]) -> Mapping[str, str]:
+    """Return the robot, controller and planner that were asked for.
+
+    Of older manifests, those that the robots have; where they differ, the scene names them.
+    """
+    found = {key: str(manifest[key]) for key in ("robot", "controller", "planner")}
+    asked = {key: text for key, text in found.items() if ", " not in text}
+    return {**asked, **manifest.get("request", {})}
 
 
 def split(demos: list[str]) -> dict[str, list[str]]:

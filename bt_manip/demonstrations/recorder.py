@@ -28,6 +28,9 @@ MAX_STEPS = 1200
 KINDS = ("joint_targets", "cartesian_deltas")
 """Kinds of actions that are recorded."""
 
+PARTS = ("robot", "controller", "planner")
+"""Parts of the request; those of the robots may differ, where the scene names them."""
+
 
 class DemonstrationRecorder:
     """Records episodes of a tree in this process.
@@ -89,6 +92,7 @@ class DemonstrationRecorder:
             "tree": request.tree.name,
             "seed": request.seed,
             **identify(self._run),
+            "request": {key: str(getattr(request, key)) for key in PARTS},
             "versions": versions(),
             "cpu": cpu_name(),
             "failures": self.failures,

@@ -17,7 +17,10 @@ def described(names, bound):
 IDENTITY = {
     "tree": "pick",
     "step_s": 0.05,
-    "robot": "panda",
+    "robot": "panda, ur5e",  # those of the robots: the scene names one of them
+    "controller": "computed_torque",
+    "planner": "lazy",
+    "request": {"robot": "panda", "controller": "computed_torque", "planner": "lazy"},
     "scene": "table_and_basket",
     "settings": {"cube": "auto"},
     "images": {"kinds": []},
