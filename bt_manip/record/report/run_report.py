@@ -168,6 +168,10 @@ class CycleReport:
         randomized: Sampled values, by kind, name and quantity.
         leaf_times: How long leaves ran that declare `reports_time`, such as learned policies, by
             registered name.
+        drawn: Values that nodes drew, by path and output; of each, those of the last time it
+            succeeded. Poses are positions and rotation vectors, by axis.
+        retries: How often the child of a `RetryUntilSuccessful` was started again, by path.
+        rescues: How often a fallback succeeded after an action in an earlier child failed, by path.
         robots: With several robots, the figures of each by name; the figures above are then
             maxima or sums.
     """
@@ -193,6 +197,9 @@ class CycleReport:
     max_tool_speed_m_s: float = 0.0
     randomized: dict[str, dict[str, dict[str, Any]]] = field(default_factory=dict)
     leaf_times: dict[str, LeafTime] = field(default_factory=dict)
+    drawn: dict[str, dict[str, Any]] = field(default_factory=dict)
+    retries: dict[str, int] = field(default_factory=dict)
+    rescues: dict[str, int] = field(default_factory=dict)
     robots: dict[str, RobotCycle] = field(default_factory=dict)
 
 
