@@ -230,6 +230,7 @@ class RunReport:
         faults: Injected faults, as given after ``--fault``.
         plugins: Version of each loaded plugin, by name.
         foreign: Options for trees of others, where any were given.
+        varied: Parameters that were set as a sweep varies them, by name.
         agent: Kind of the actions of an agent that acted in place of the tree; empty without one.
         sha256: SHA-256 of the files of the ``tree`` (one after the other, if it includes others),
             and of ``scene`` and ``robot`` where these are files.
@@ -255,6 +256,7 @@ class RunReport:
     faults: tuple[str, ...] = ()
     plugins: dict[str, str] = field(default_factory=dict)
     foreign: dict[str, Any] = field(default_factory=dict)
+    varied: dict[str, Any] = field(default_factory=dict)
     agent: str = ""
     sha256: dict[str, str] = field(default_factory=dict)
 
