@@ -136,9 +136,21 @@ def record(
     help="Actions that robomimic or lerobot learns.",
 )  # fmt: skip
 @click.option(
+    "--observations", type=click.Choice(["robot", "all"]), metavar="GROUP",
+    help="robot: those that a robot can measure; all: also those that only a simulator knows.  "
+    "[default: robot for lerobot, else all]",
+)  # fmt: skip
+@click.option(
     "--python", metavar="PYTHON", help="Python of an environment with lerobot, for lerobot."
 )
-def export(folder: Path, form: str, out: Path, actions: str, python: str | None) -> None:
+def export(
+    folder: Path,
+    form: str,
+    out: Path,
+    actions: str,
+    observations: str | None,
+    python: str | None,
+) -> None:
     """Export the demonstrations in DIR.
 
     robomimic is one HDF5 file for robomimic, parquet a table with a row for each step, lerobot a
@@ -151,11 +163,12 @@ def export(folder: Path, form: str, out: Path, actions: str, python: str | None)
 
     store = formats.read_demonstrations(folder)
     if python is not None:
-        n = formats.write_lerobot(store, out, actions, python)
+        n = formats.write_lerobot(store, out, actions, python, observations or "robot")
     else:
         check_writable(out, "export")
+        observations = observations or "all"
         if form == "robomimic":
-            n = formats.write_robomimic(store, out, actions)
+            n = formats.write_robomimic(store, out, actions, observations)
         else:
-            n = formats.write_demonstration_table(store, out)
+            n = formats.write_demonstration_table(store, out, observations)
     click.echo(f"{out}: {n} demonstrations")

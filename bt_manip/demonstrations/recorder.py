@@ -90,6 +90,7 @@ class DemonstrationRecorder:
         observations = self._observations()
         return {
             "tree": request.tree.name,
+            "task": self._run.tree.task,
             "seed": request.seed,
             **identify(self._run),
             "request": {key: str(getattr(request, key)) for key in PARTS},

@@ -16,6 +16,7 @@ def described(names, bound):
 
 IDENTITY = {
     "tree": "pick",
+    "task": "pick the cube up",
     "step_s": 0.05,
     "robot": "panda, ur5e",  # those of the robots: the scene names one of them
     "controller": "computed_torque",
@@ -25,6 +26,11 @@ IDENTITY = {
     "settings": {"cube": "auto"},
     "images": {"kinds": []},
     "tick_s": 0.05,
+    "observations": {
+        "joint_positions": {"group": "robot"},
+        "overview_rgb": {"group": "robot"},
+        "cube_position": {"group": "simulator"},
+    },
     "actions": {
         "joint_targets": described("abc", 4.0),
         "cartesian_deltas": described("abcdefg", 2.0),
@@ -43,6 +49,7 @@ def make_demonstration():
             f"{episode:064}",
             {
                 "joint_positions": rng.normal(size=(steps + 1, 2)),
+                "cube_position": rng.normal(size=(steps + 1, 3)),
                 "overview_rgb": rng.integers(0, 256, (steps + 1, 8, 12, 3), dtype=np.uint8),
             },
             {

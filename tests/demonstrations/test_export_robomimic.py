@@ -54,6 +54,16 @@ def test_parts_that_differ_between_robots_are_left_to_the_scene(store, tmp_path)
     assert "robot" not in kwargs and kwargs["planner"] == "lazy"
 
 
+def test_observations_that_only_a_simulator_knows_can_be_left_out(store, tmp_path):
+    path = tmp_path / "demos.hdf5"
+    write_robomimic(store, path, "joint_targets", "robot")
+    with h5py.File(path) as file:
+        assert sorted(file["data/demo_0/obs"]) == ["joint_positions", "overview_rgb"]
+    del store.manifest["observations"]["cube_position"]["group"]  # as in older manifests
+    assert "cube_position" in store.observed(store.read(0), "robot")
+    assert "cube_position" in store.observed(store.read(0), "all")
+
+
 def test_labels_and_all_kinds_of_actions_are_kept(store, tmp_path):
     path = tmp_path / "demos.hdf5"
     write_robomimic(store, path, "joint_targets")
