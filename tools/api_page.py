@@ -31,7 +31,7 @@ STABLE = {
         "PlaceAt IsHolding IsAt OpenGripper CloseGripper MoveToPose MoveToConfiguration MoveHome "
         "MoveLinear MoveThrough MoveArc Approach Retreat BackOff FollowTarget Stop SetSpeed "
         "SwitchController WaitUntilAtRest WaitUntilUndisturbed "
-        "pose_to_text pose_from_text pose_input poses_input "
+        "pose_to_text pose_from_text pose_input poses_input poses_output "
         "centre_pose bottom_pose top_grasp_poses downward_poses nearest_orientation yaw_of "
         "payload_of extent"
     ),

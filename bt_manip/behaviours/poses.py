@@ -78,14 +78,19 @@ def poses_from_text(text: str) -> list[pin.SE3]:
     return [pose_from_text(part) for part in text.split("|")]
 
 
+def poses_to_text(poses: Iterable[pin.SE3]) -> str:
+    """Format poses as text that parses to the same bits, separated by ``|``."""
+    return "|".join(map(pose_to_text, poses))
+
+
 def poses_input(doc: str) -> Input:
     """Declare an input port for several poses."""
-    return Input(
-        list[pin.SE3],
-        parse=poses_from_text,
-        format=lambda poses: "|".join(map(pose_to_text, poses)),
-        doc=doc,
-    )
+    return Input(list[pin.SE3], parse=poses_from_text, format=poses_to_text, doc=doc)
+
+
+def poses_output(doc: str) -> Output:
+    """Declare an output port for several poses."""
+    return Output(list[pin.SE3], parse=poses_from_text, format=poses_to_text, doc=doc)
 
 
 def centre_pose(cell: Cell, name: str) -> pin.SE3:

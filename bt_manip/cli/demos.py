@@ -33,9 +33,11 @@ class DemonstrationFormat(NamedTuple):
 
 
 DEMONSTRATION_FORMATS = {
-    "robomimic": DemonstrationFormat("write_robomimic", ("actions",)),
-    "parquet": DemonstrationFormat("write_demonstration_table"),
-    "lerobot": DemonstrationFormat("write_lerobot", ("actions", "python"), folder=True),
+    "robomimic": DemonstrationFormat("write_robomimic", ("actions", "observations")),
+    "parquet": DemonstrationFormat("write_demonstration_table", ("observations",)),
+    "lerobot": DemonstrationFormat(
+        "write_lerobot", ("actions", "observations", "python"), folder=True
+    ),
 }
 """All formats by name; a new one is a line here."""
 
@@ -184,9 +186,21 @@ def _identify(make_recorder: "Callable[[], DemonstrationRecorder]") -> dict[str,
     help="Actions that robomimic or lerobot learns.",
 )  # fmt: skip
 @click.option(
+    "--observations", type=click.Choice(["robot", "all"]), metavar="GROUP",
+    help="robot: those that a robot can measure; all: also those that only a simulator knows.  "
+    "[default: robot for lerobot, else all]",
+)  # fmt: skip
+@click.option(
     "--python", metavar="PYTHON", help="Python of an environment with lerobot, for lerobot."
 )
-def export(folder: Path, form: str, out: Path, actions: str, python: str | None) -> None:
+def export(
+    folder: Path,
+    form: str,
+    out: Path,
+    actions: str,
+    observations: str | None,
+    python: str | None,
+) -> None:
     """Export the demonstrations in DIR.
 
     robomimic is one HDF5 file for robomimic, parquet a table with a row for each step, lerobot a
@@ -201,7 +215,7 @@ def export(folder: Path, form: str, out: Path, actions: str, python: str | None)
     store = demonstrations.read_demonstrations(folder)
     if not chosen_format.folder:
         check_writable(out, "export")
-    given = {"actions": actions, "python": python}
-    options = {name: given[name] for name in chosen_format.options}
+    given = {"actions": actions, "observations": observations, "python": python}
+    options = {name: given[name] for name in chosen_format.options if given[name] is not None}
     n = getattr(demonstrations, chosen_format.write)(store, out, **options)
     click.echo(f"{out}: {n} demonstrations")

@@ -1,5 +1,6 @@
 """``bt-manip evaluate`` and ``bt-manip sweep``: success rates of a tree over many episodes."""
 
+import json
 import os
 import shlex
 from collections.abc import Callable, Sequence
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from bt_manip.evaluation import EpisodeResult, EpisodeWorker, Evaluation
 
 SHOWN = 10
-"""Number of episodes that are listed in which two trees differ."""
+"""Number of episodes in which only one of two fails that are listed with their commands."""
 
 _EPILOG = exit_code_help({SUCCESS: "every episode succeeded", FAILED: "one did not", **COMMON})
 
@@ -248,10 +249,11 @@ def _compare(
         won = {one.episode for one in winner[2] if one.success}
         lost = sorted(one.episode for one in results if not one.success and one.episode in won)
         if lost:
-            shown = ", ".join(map(str, lost[:SHOWN])) + (", ..." if len(lost) > SHOWN else "")
-            click.echo(f"{which} alone failed in episodes {shown}")
-            if command := _command(loser, lost[0], dict(loser.points[point])):
-                click.echo(f"  {command}")
+            click.echo(f"{which} alone failed in episodes {', '.join(map(str, lost))}")
+        for episode in lost[:SHOWN]:
+            click.echo(f"  {_command(loser, episode, dict(loser.points[point]))}")
+        if len(lost) > SHOWN:
+            click.echo("  ..., and so on with the other numbers after --episode")
 
 
 def _advise(measured: _Measured, folder: Path | None, until_interval: float) -> None:
@@ -268,8 +270,7 @@ def _advise(measured: _Measured, folder: Path | None, until_interval: float) -> 
     failure = next(iter(view.total.failures()), None)
     if failure is not None:
         command = _command(evaluation, failure.first, view.point_of(failure))
-        if command is not None:
-            click.echo(f"Watch the most frequent failure: {command}")
+        click.echo(f"Watch the most frequent failure: {command}")
     elif view.total.trials:
         low = view.total.interval.low
         click.echo(f"No episode failed: with 95 % confidence, the rate is above {low:.1%}.")
@@ -277,11 +278,10 @@ def _advise(measured: _Measured, folder: Path | None, until_interval: float) -> 
         click.echo(f"Results: {folder}; draw them: bt-manip report {shlex.quote(str(folder))}")
 
 
-def _command(evaluation: "Evaluation", episode: int, point: "dict[str, Any]") -> str | None:
-    """Return the command that shows an episode; None if `bt-manip run` has no such options."""
-    if any("." in name for name in point):
-        return None
+def _command(evaluation: "Evaluation", episode: int, point: "dict[str, Any]") -> str:
+    """Return the command that shows an episode."""
     given = {**evaluation.options}
+    varied = {name: point.pop(name) for name in [*point] if "." in name}
     keys = given.pop("settings", {}) | {k: v for k, v in point.items() if k not in given}
     given |= {key: value for key, value in point.items() if key in given}
     words = ["bt-manip", "run", evaluation.tree]
@@ -291,4 +291,6 @@ def _command(evaluation: "Evaluation", episode: int, point: "dict[str, Any]") ->
             words += [f"--{key}", str(value)]
     for key, value in keys.items():
         words += ["--set", f"{key}={value}"]
+    for key, value in varied.items():
+        words += ["--vary", f"{key}={json.dumps(value)}"]
     return shlex.join([*words, "--episode", str(episode), "--view"])

@@ -19,6 +19,9 @@ LINE_TIME = 10.0
 SHOWN_FAILURES = 8
 """Number of failures that are listed, the most frequent ones."""
 
+RECOVERIES = 8
+"""Number of nodes with retries or rescues that are listed, those in most episodes."""
+
 MAX_POINTS = 20
 """Number of points of a sweep that are listed while it runs."""
 
@@ -117,6 +120,14 @@ class EvaluationView:
                 values = [_value(point[name]) for name in names]
                 table.add_row(*values, str(rate.trials), share, f"{low:.1%} to {high:.1%}")
             shown.append(table)
+        recoveries = self.total.recoveries()
+        if recoveries:
+            table = _table("retried or rescuing node", "", "times", "episodes", "succeeded")
+            for recovery in recoveries[:RECOVERIES]:
+                table.add_row(*map(Text, map(str, recovery)))
+            shown.append(table)
+            if len(recoveries) > RECOVERIES:
+                shown.append(Text(f"{len(recoveries) - RECOVERIES} more are not listed."))
         failures = self.total.failures()
         if failures:
             table = _table("failed node", "episodes", "first", "reason")

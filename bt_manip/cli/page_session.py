@@ -208,7 +208,7 @@ class PageSession:
         options = self._options_of(choice)
         try:
             request = make_request(options, self._plugins.parts)
-            same = request.station == self._built
+            same = request.station == self._built and options.varied == self._options.varied
             if action == "run":
                 self._panel.tell("preparing the run")
                 self._page.controls.stopped = False
@@ -232,7 +232,7 @@ class PageSession:
             first, **choice._asdict(), window=False, report=None, trace=None, records=(),
             snapshots=(), resume=None, continued=None, episode=None,
             settings=first.settings if same else {},
-            faults=first.faults if same else (),
+            faults=first.faults if same else (), varied=first.varied if same else (),
         )  # fmt: skip
 
     def _build(self, request: "RunRequest") -> None:

@@ -14,7 +14,11 @@ from bt_manip.extras import require_extra
     "-o", "--output", type=click.Path(path_type=Path), metavar="FILE.html",
     help="The file to write.  [default: beside the recording]",
 )  # fmt: skip
-def report(recording: Path, output: Path | None) -> None:
+@click.option(
+    "--map", "axes", nargs=2, metavar="X Y",
+    help="Quantities of the map of an evaluation, named as its plots.  [default: the first two]",
+)  # fmt: skip
+def report(recording: Path, output: Path | None, axes: tuple[str, str] | None) -> None:
     """Write the page of a recorded run, or of the folder of an evaluation or a sweep.
 
     FILE.mcap is a recording. FILE.json or FILE.jsonl is a report, whose cycles are printed.
@@ -38,7 +42,9 @@ def report(recording: Path, output: Path | None) -> None:
         require_extra("learn", "report", "pyarrow")
         from bt_manip.evaluation import read_results, results_page
 
-        page = results_page(*read_results(recording)).encode()
+        page = results_page(*read_results(recording), axes or ()).encode()
+    elif axes:
+        raise click.UsageError("--map belongs to the folder of an evaluation")
     else:
         require_extra("record", "report", "mcap", "foxglove_schemas_protobuf")
         from bt_manip.viewer.html import run_page

@@ -17,7 +17,7 @@ from bt_manip.cli.exit_codes import FAILED, FAULT, INTERRUPTED, SUCCESS
 from bt_manip.cli.interrupt import Interrupt
 from bt_manip.cli.plugin_options import load_chosen_plugins, print_warning
 from bt_manip.cli.record_option import is_rendered, record_target
-from bt_manip.cli.run_options import RunOptions, make_request
+from bt_manip.cli.run_options import RunOptions, make_request, vary
 from bt_manip.exceptions import ANY_BUT_INTERRUPT, BtManipError, NodeError, reason_of
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ class RunJob:
             from bt_manip.cli.run_snapshots import load_run
 
             resumed = load_run(options.resume)
-        request = make_request(options, parts, resumed)
+        request, parts, point = vary(options, make_request(options, parts, resumed), parts)
         # Slow imports come last: the errors above are reported at once.
         from bt_manip.cli.run_observers import extra_observers
         from bt_manip.plugins import guarded
@@ -125,7 +125,8 @@ class RunJob:
         from bt_manip.runner import prepare
 
         prepared = prepare(request, parts, print_warning, self._station)
-        prepared.identity.update(plugins=plugins.versions, foreign=options.foreign.fields())
+        foreign = options.foreign.fields()
+        prepared.identity.update(plugins=plugins.versions, foreign=foreign, varied=point)
         if options.episode is not None:
             prepared.begin_episode(options.episode)
         self._trace = Trace(options.trace) if options.trace else None

@@ -11,7 +11,9 @@ from bt_manip.cli.options import takes
 from bt_manip.cli.run_options import RunOptions
 from bt_manip.cli.streams import unfailing
 
-OF_ONE_RUN = ("window", "view", "report", "trace", "records", "faults", "snapshots", "resume")
+OF_ONE_RUN = (
+    "window", "view", "report", "trace", "records", "faults", "snapshots", "resume", "varied",
+)  # fmt: skip
 """Options of ``bt-manip run`` that this command does not have."""
 
 

@@ -28,6 +28,9 @@ MAX_EPISODE_STEPS = 1200
 ACTION_KINDS = ("joint_targets", "cartesian_deltas")
 """Kinds of actions that are recorded."""
 
+PARTS = ("robot", "controller", "planner")
+"""Parts of the request; those of the robots may differ, where the scene names them."""
+
 
 class DemonstrationRecorder:
     """Records episodes of a tree in this process.
@@ -87,8 +90,10 @@ class DemonstrationRecorder:
         observations = self._observations()
         return {
             "tree": request.tree.name,
+            "task": self._run.tree.task,
             "seed": request.seed,
             **identify(self._run),
+            "request": {key: str(getattr(request, key)) for key in PARTS},
             "versions": versions(),
             "cpu": cpu_name(),
             "failures": self.failures,

@@ -28,6 +28,9 @@ MANIFEST_VERSION = 1
 MANIFEST = "manifest.json"
 LOCK = "recording.lock"
 
+ALL = "all"
+"""The observations of all groups."""
+
 _MAX_MANIFEST_BYTES = 2**26  # 64 MiB; an episode takes 200 bytes
 _EPISODE = re.compile(r"episode_(\d{6,})\.h5")
 
@@ -163,6 +166,19 @@ class DemonstrationStore:
             raise BtManipError(
                 f"the demonstrations have no actions '{kind}', but {', '.join(kinds)}"
             )
+
+    def observed(self, one: Demonstration, group: str) -> dict[str, np.ndarray]:
+        """Return the observations of a demonstration.
+
+        Args:
+            one: The demonstration.
+            group: ``"robot"``: those that a robot can measure; ``"all"``. Manifests of older
+                versions have no groups: then all.
+        """
+        specs = self.manifest.get("observations", {})
+        groups = {name: spec.get("group", group) for name, spec in specs.items()}
+        found = one.observations.items()
+        return {k: v for k, v in found if group == ALL or groups.get(k, group) == group}
 
     def path(self, episode: int) -> Path:
         """Return the file of an episode."""

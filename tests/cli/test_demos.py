@@ -71,6 +71,13 @@ def test_episodes_are_recorded_and_exported(record, bt_manip, tmp_path):
         assert (code, out, err) == (0, f"{file}: 2 demonstrations\n", "")
     with h5py.File(tmp_path / "d.hdf5") as file:
         assert file["data"].attrs["total"] == 2
+        assert "cube_position" in file["data/demo_0/obs"]
+    words = "--format", "robomimic", "-o", tmp_path / "d.hdf5", "--observations", "robot"
+    assert bt_manip("demos", "export", folder, *words).code == 0
+    with h5py.File(tmp_path / "d.hdf5") as file:
+        assert {name.partition("_")[0] for name in file["data/demo_0/obs"]} == {"robot"}
+    manifest = json.loads((folder / "manifest.json").read_text())
+    assert manifest["task"] == "tree"
 
 
 def test_the_same_command_continues_and_others_are_refused(record, tmp_path):

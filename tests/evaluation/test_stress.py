@@ -6,7 +6,6 @@ import pytest
 
 from bt_manip.evaluation import (
     StressEpisode,
-    StressPhase,
     StressTable,
     StressTester,
     plan_episodes,

@@ -1,7 +1,7 @@
 """The base of all nodes: a py_trees behaviour that is ticked as the engine ticks its nodes."""
 
 import inspect
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -64,6 +64,8 @@ class Node(PortAccess):
     _node_runtime: Runtime | None = None
     _node_observers: list[Observer] | tuple[()] = ()
     _node_guard: Guard | None = None
+    _node_drawn: Mapping[str, Any] = {}
+    """Values that were written last to the outputs in `drawn`."""
     _node_tag: str | None = None
     """Its element in a document, if that is not its own name: ``Action``."""
 

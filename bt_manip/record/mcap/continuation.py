@@ -51,11 +51,12 @@ class Continuation:
         """
         self.recording, self.time = recording, time
         where = recording.path
-        if recording.identity.get("faults"):
-            raise BtManipError(
-                f"{where} is of a run with --fault, which cannot be continued: the same options "
-                "of bt-manip run repeat it from its start"
-            )
+        for key, option in (("faults", "--fault"), ("varied", "--vary")):
+            if recording.identity.get(key):
+                raise BtManipError(
+                    f"{where} is of a run with {option}, which cannot be continued: the same "
+                    "options of bt-manip run repeat it from its start"
+                )
         if recording.identity.get("agent"):
             raise BtManipError(
                 f"{where} is of an environment's episode, in which an agent acted; a tree cannot "
