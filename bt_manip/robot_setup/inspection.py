@@ -1,6 +1,7 @@
 """Facts about a described robot: its reach over a table, its payload, a picture."""
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import mujoco
@@ -8,7 +9,9 @@ import numpy as np
 import pinocchio as pin
 
 from bt_manip.behaviours import default_force
-from bt_manip.cell import Cell, FrameRenderer
+from bt_manip.cell import Cell, FrameRenderer, escaped_name, literal_name
+from bt_manip.exceptions import BtManipError
+from bt_manip.grippers import find_fingers
 from bt_manip.registry import Parts
 from bt_manip.robots import (
     Gripper,
@@ -24,6 +27,8 @@ from .reach import DownwardReach
 # Of the table, seen from where the scene places the robot [m].
 _X, _Y = np.arange(-0.6, 0.81, 0.1), np.arange(0.35, -0.36, -0.1)
 _HEIGHT = 0.03  # [m] of the tool over the table, where it grips a small object
+_TILT = 0.35  # [rad] of the tool's z axis from the direction of approach
+_DEPTH = 0.02  # [m] of the tool's position from the measured one
 _GRAVITY = 9.81  # [m/s2]
 _SIZE = (960, 720)  # [pixels] of a picture
 
@@ -171,3 +176,38 @@ def summary(robot: Robot) -> list[str]:
     one = robot.gripper
     force = f"{one.kind}, up to {one.max_force:g} N; {one.status}" if one else "none"
     return [*lines, f"gripper: {force}", *reach_map(robot, model).lines()]
+
+
+def tool_findings(description: RobotDescription) -> Iterator[str]:
+    """Yield what differs from the fingers measured on the model."""
+    if description.gripper is not None:
+        with contextlib.suppress(BtManipError):  # other kinds of grippers
+            yield from _finger_findings(description)
+
+
+def _finger_findings(description: RobotDescription) -> Iterator[str]:
+    where, robot = description.where, Robot(description)
+    model = robot.alone
+    found = find_fingers(model, [escaped_name(name) for name in description.arm_joints])
+    T_bt, body = found.T_bt, literal_name(found.body.rpartition("/")[2])
+    compile_alone(robot)
+    data, ids = robot.mj_data, robot.mj_model
+    at = next(b for b in range(ids.nbody) if ids.body(b).name.endswith(found.body))
+    T_wb = pin.SE3(data.xmat[at].reshape(3, 3), data.xpos[at])
+    T_bs = T_wb.inverse() * robot.tool_pose
+    angle = float(np.arccos(np.clip(T_bs.rotation[:, 2] @ T_bt.rotation[:, 2], -1.0, 1.0)))
+    p = ", ".join(f"{x:.4g}" for x in T_bt.translation + 0.0)
+    quat = pin.Quaternion(T_bt.rotation)
+    q = ", ".join(f"{x:.4g}" for x in (quat.w, quat.x, quat.y, quat.z))
+    remedy = f'frame = "{body}", position = [{p}], quat_wxyz = [{q}] fit the fingers'
+    if angle > _TILT:
+        yield (
+            f"{where}: key 'tool': its z axis, the direction of approach, is "
+            f"{np.degrees(angle):.0f} degrees from that of the fingers; {remedy}"
+        )
+    offset = T_bt.actInv(T_bs.translation)
+    if float(np.abs(offset).max()) > _DEPTH:
+        yield (
+            f"{where}: key 'tool': it is {1e3 * float(np.linalg.norm(offset)):.0f} mm from the "
+            f"middle of the finger pads; {remedy}"
+        )

@@ -12,6 +12,7 @@ import pytest
 from bt_manip.collision import CollisionWorld, self_collisions
 from bt_manip.models import bundled_path
 from bt_manip.robot_setup import Draft, check_description, describe_robot, gripper_names
+from bt_manip.robot_setup.known_grippers import find_gripper
 from bt_manip.robot_setup.placement import find_home
 from bt_manip.robot_setup.reach import RadialReach
 from bt_manip.robots import RobotError, Tolerance, description_text, read_description
@@ -77,6 +78,10 @@ def test_an_arm_that_cannot_point_its_tool_down_is_refused(parts):
 def test_a_second_gripper_is_refused(parts):
     with pytest.raises(RobotError, match="has a gripper of its own, with joint 'finger_joint1'"):
         describe_robot(PANDA, parts, name="one", gripper=PANDA)
+
+
+def test_a_gripper_that_is_no_registered_one_may_be_one_of_menagerie(parts):
+    assert find_gripper("leap_hand", parts) == ("menagerie:leap_hand/right_hand", None)
 
 
 def test_velocities_and_efforts_of_urdf_are_kept(parts):
@@ -166,5 +171,7 @@ def test_a_registered_gripper_is_given_by_its_name(parts, tmp_path):
 
 
 def test_an_unknown_gripper_is_refused_with_the_known_ones(parts):
-    with pytest.raises(RobotError, match="no gripper 'suctoin'; did you mean 'suction'"):
+    with pytest.raises(
+        RobotError, match=r"no gripper or model 'suctoin'; did you mean 'suction'\? \(--g"
+    ):
         describe_robot(str(SIX_JOINTS), parts, name="six", gripper="suctoin")
