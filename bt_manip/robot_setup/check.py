@@ -23,6 +23,7 @@ from bt_manip.testing import ROBOT_CONTRACT, RobotCase
 
 from .inspection import ReachMap, make_robot, reach_map, tool_findings
 from .joint_data import light_joints
+from .reach import GRASP_HEIGHT
 from .trial import CYCLES, try_robot
 
 _CUBE = 0.1  # [kg] that an arm should carry: twice the cube of the pick and place task
@@ -187,7 +188,13 @@ def _home_findings(robot: Robot) -> Iterator[str]:
 
 
 def _reach_findings(description: RobotDescription, reached: ReachMap) -> Iterator[str]:
-    if not reached.reached.any():
+    if reached.below_tool >= GRASP_HEIGHT:
+        yield (
+            f"{description.where}: key 'tool': the open gripper reaches "
+            f"{1e3 * reached.below_tool:.0f} mm below it, and it grips the cube of pick_place "
+            f"{1e3 * GRASP_HEIGHT:.0f} mm over the table; put it nearer to the fingertips"
+        )
+    elif not reached.reached.any():
         yield (
             f"{description.where}: key 'base': the tool, pointing down, reaches no part of the "
             "table; change position or pedestal, or the tool's z axis"

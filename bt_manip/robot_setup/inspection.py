@@ -22,11 +22,10 @@ from bt_manip.robots import (
     compile_alone,
 )
 
-from .reach import DownwardReach
+from .reach import GRASP_HEIGHT, DownwardReach
 
 # Of the table, seen from where the scene places the robot [m].
 _X, _Y = np.arange(-0.6, 0.81, 0.1), np.arange(0.35, -0.36, -0.1)
-_HEIGHT = 0.03  # [m] of the tool over the table, where it grips a small object
 _TILT = 0.35  # [rad] of the tool's z axis from the direction of approach
 _DEPTH = 0.02  # [m] of the tool's position from the measured one
 _GRAVITY = 9.81  # [m/s2]
@@ -42,11 +41,13 @@ class ReachMap(NamedTuple):
             the table [kg].
         gripped: Largest mass that the gripper holds with its default force, at a friction of 1
             where friction carries it [kg]; inf without a gripper.
+        below_tool: Height of the tool over the lowest point of the open gripper [m].
     """
 
     reached: np.ndarray
     payload: float
     gripped: float
+    below_tool: float
 
     def lines(self) -> list[str]:
         """Return the map, the front of the robot to the right, and the payload as text."""
@@ -81,15 +82,17 @@ def make_robot(description: RobotDescription, parts: Parts) -> Robot:
 
 def reach_map(robot: Robot, model: RobotModel) -> ReachMap:
     """Return where the tool of a robot, compiled alone, reaches the plane on which it stands."""
-    downward, q = DownwardReach(robot, model), model.home
+    downward, q, below = DownwardReach(robot, model), model.home, 0.0
     reached, found = np.zeros((len(_Y), len(_X)), dtype=bool), []
     for i, y in enumerate(_Y):
         for j, x in enumerate(_X):
-            one = downward.solve(np.array([x, y, _HEIGHT]), q)
+            one = downward.solve(np.array([x, y, GRASP_HEIGHT]), q)
             if one is not None:
-                reached[i, j], q = True, one
+                q = one
                 found.append(one)
-    return ReachMap(reached, _payload(model, found), _gripped(robot.gripper))
+                below = downward.below_tool(one)
+                reached[i, j] = below < GRASP_HEIGHT
+    return ReachMap(reached, _payload(model, found), _gripped(robot.gripper), below)
 
 
 def _gripped(gripper: Gripper | None) -> float:

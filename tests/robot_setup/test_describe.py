@@ -144,7 +144,7 @@ def test_a_foot_that_reaches_below_the_origin_of_the_base_is_lifted(parts, tmp_p
 def test_a_robot_that_collides_wherever_its_tool_points_down_is_refused_with_the_pairs():
     reach = RadialReach(np.zeros(2), 0.0, np.ones(1), np.ones(1), np.ones((1, 1)))
     downward = SimpleNamespace(
-        configuration=lambda position: None, blocking=lambda most: [("base", "forearm")]
+        configuration=lambda position, floor: None, blocking=lambda most: [("base", "forearm")]
     )
     with pytest.raises(RobotError, match="these bodies collide: 'base' and 'forearm'; check"):
         find_home(downward, reach, pin.SE3.Identity())
@@ -175,3 +175,12 @@ def test_an_unknown_gripper_is_refused_with_the_known_ones(parts):
         RobotError, match=r"no gripper or model 'suctoin'; did you mean 'suction'\? \(--g"
     ):
         describe_robot(str(SIX_JOINTS), parts, name="six", gripper="suctoin")
+
+
+def test_a_position_is_reached_where_the_gripper_stays_above_the_table():
+    reach = RadialReach(
+        np.zeros(2), 0.0, np.arange(3.0), np.arange(-1.0, 2.0), np.zeros((3, 3)), below_tool=0.3
+    )
+    assert reach.reached(0.0).all(axis=1).tolist() == [False, False, True]
+    height = np.array([0.2, 0.4])
+    assert reach.covers(np.full(2, 0.5), height, 0.0).tolist() == [False, True]

@@ -1,5 +1,6 @@
 """Things that stand in a cell."""
 
+from .bounds import geom_box as geom_box
 from .bundled import Basket as Basket
 from .bundled import Cube as Cube
 from .bundled import Table as Table
