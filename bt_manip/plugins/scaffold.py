@@ -12,7 +12,10 @@ from bt_manip.models import bundled_root
 from bt_manip.plugins.loading import load_plugins
 from bt_manip.plugins.plugin import BUILTIN, Plugins
 
-KINDS = ("object", "controller", "robot", "behaviour", "planner")
+KINDS = (
+    "object", "controller", "robot", "behaviour", "planner", "gripper", "fault", "panel",
+    "recorder",
+)  # fmt: skip
 """Kinds of parts with a template."""
 
 _NAME = re.compile(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*")

@@ -113,6 +113,7 @@ _REMEDIES = {
         "gripper",
         "check its joints, motor and max_force; frictionloss = 0.0 replaces the model's friction",
     ),
+    "its_gripper_continues_from_its_state": ("gripper.kind", "this kind has to save its state"),
 }
 
 
