@@ -42,7 +42,7 @@ STABLE = {
         "Cell CellError OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on"
     ),
     "bt_manip.cell.objects": (
-        "Prop ModelObject Cube Box Cylinder Sphere Capsule ConvexMesh Block Bottle Can Mug Peg "
+        "Prop ModelObject DeclaredGrasp Cube Box Cylinder Sphere Capsule ConvexMesh Block Bottle Can Mug Peg "
         "HoleBoard Basket Bin Tray Table Shelf Wall RedBlock GreenBlock BlueBlock YellowBlock"
     ),
     "bt_manip.robots": (
