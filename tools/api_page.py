@@ -42,8 +42,9 @@ STABLE = {
         "Cell CellError OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on"
     ),
     "bt_manip.cell.objects": (
-        "Prop ModelObject DeclaredGrasp Cube Box Cylinder Sphere Capsule ConvexMesh Block Bottle Can Mug Peg "
-        "HoleBoard Basket Bin Tray Table Shelf Wall RedBlock GreenBlock BlueBlock YellowBlock"
+        "Prop ModelObject DeclaredGrasp Cube Box Cylinder Sphere Capsule ConvexMesh Block Bottle "
+        "Can Mug Peg HoleBoard Basket Bin Tray Table Shelf Wall RedBlock GreenBlock BlueBlock "
+        "YellowBlock"
     ),
     "bt_manip.robots": (
         "Robot RobotDescription Gripper GripperDescription GripperError Tolerance ToolLimits "
