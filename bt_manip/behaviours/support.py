@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from bt_manip.cell import Cell, CellError, extent
+from bt_manip.cell import Cell, CellError, collision_geoms, extent
 from bt_manip.exceptions import did_you_mean
 
 from .poses import yaw_of
@@ -55,7 +55,7 @@ class Support(NamedTuple):
         boxes = [
             extent(cell, other)
             for other in cell.objects
-            if other not in (name, self.entity) and len(cell.contacts.geoms(other))
+            if other not in (name, self.entity) and collision_geoms(cell, other).size
         ]
         bottom = self.top[2] + _HEADROOM
         room = np.maximum(self.half - radius, 0.0)

@@ -2,9 +2,9 @@
 
 import mujoco
 import numpy as np
-import pinocchio as pin
 
-from bt_manip.cell import Cell, as_object
+from bt_manip import spatial
+from bt_manip.cell import Cell, as_object, body_poses
 from bt_manip.cell.objects import DeclaredGrasp
 
 SITE_PREFIX = "grasp"
@@ -20,13 +20,12 @@ def declared_grasps(cell: Cell, name: str) -> list[DeclaredGrasp]:
         cell: The cell.
         name: Name of the object.
     """
-    model, data, T_wo = cell.model, cell.data, cell.pose(name)
+    model = cell.model
     found = list(as_object(cell.entities[name]).grasps)
-    root = model.body_rootid[cell.body_id(name)]
-    for site in np.flatnonzero(model.body_rootid[model.site_bodyid] == root):
-        path = model.site(site).name.split("/")
-        if path[0] == name and path[-1].startswith(SITE_PREFIX):
-            T_ws = pin.SE3(data.site_xmat[site].reshape(3, 3), data.site_xpos[site])
+    poses = body_poses(model, cell.body_id(name), cell.data.qpos)
+    for site in np.flatnonzero(np.isin(model.site_bodyid, list(poses))):
+        if model.site(site).name.rpartition("/")[2].startswith(SITE_PREFIX):
+            T_bs = spatial.pose(model.site_pos[site], model.site_quat[site])
             half = model.site_size[site, 1 if model.site_type[site] == _BOX else 0]
-            found.append(DeclaredGrasp(T_wo.actInv(T_ws), 2.0 * float(half)))
+            found.append(DeclaredGrasp(poses[int(model.site_bodyid[site])] * T_bs, 2 * float(half)))
     return found
