@@ -12,9 +12,8 @@ from pathlib import Path
 import pytest
 
 import bt_manip
-from bt_manip.bt.registry import BUILT_IN
+from bt_manip.bt.nodes import Node
 from bt_manip.exceptions import BtManipError
-from bt_manip.plugins import load_plugins
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 TOOLS = REPOSITORY / "tools"
@@ -101,17 +100,20 @@ GUIDES = (
 )  # fmt: skip
 """Where users learn what to import."""
 
+TREES = ("bt_manip.bt", "bt_manip.behaviours")
+"""Packages whose nodes trees name or extend."""
+
 
 def test_the_stable_names_are_those_of_guides_nodes_of_trees_and_errors():
     documented = api_page.names()
     guides = {pair for _, text in shown_code(*GUIDES) for pair in imported(text)}
-    nodes = {node.__name__ for node in BUILT_IN} | set(load_plugins().parts.behaviours.names())
     expected, stable = set(), set()
     for package, names in documented.items():
         for name, stability in names.items():
             thing = getattr(importlib.import_module(package), name)
-            is_node = name in nodes and package in ("bt_manip.bt", "bt_manip.behaviours")
-            is_error = inspect.isclass(thing) and BtManipError in thing.__bases__
+            is_class = inspect.isclass(thing)
+            is_node = is_class and issubclass(thing, Node) and package in TREES
+            is_error = is_class and BtManipError in thing.__bases__
             if (package, name) in guides or is_node or is_error:
                 expected.add(f"{package}.{name}")
             if stability == "stable":
