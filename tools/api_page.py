@@ -112,7 +112,9 @@ EXPERIMENTAL = {
         "TwoFingerGripper two_finger_gripper find_fingers FoundFingers FingerTravel "
         "SuctionGripper suction_gripper GRIP_DEPTH Solid"
     ),
-    "bt_manip.grasping": ("GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE"),
+    "bt_manip.grasping": (
+        "GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE holding_force"
+    ),
     "bt_manip.robots": "GraspGenerator GraspCandidates FoundGripper effort_limit ensure_motors",
     "bt_manip.evaluation": "StressTester StressCase plan_cases",
     "bt_manip.robot_setup": "describe_robot try_robot",
@@ -124,7 +126,7 @@ EXPERIMENTAL = {
         "RecordedRun RecordedScene VideoRecorder write_csv write_parquet write_mcap write_video "
         "Continuation RecordedInterventions restore_snapshot"
     ),
-    "bt_manip.behaviours": "ObjectCondition default_force",
+    "bt_manip.behaviours": "ObjectCondition default_force feasible_force number_or_auto",
     "bt_manip.agents": "differential_ik command_gripper displaced end_velocity held_payload",
     "bt_manip.scenes": "scene_of",
     "bt_manip.runner": (

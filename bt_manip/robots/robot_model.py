@@ -136,3 +136,17 @@ class RobotModel:
         """Return the required motor efforts, including viscous and dry friction."""
         tau = pin.rnea(self.model, self.data, q, v, a)
         return tau + self.damping * v + self.friction * np.sign(v)  # (nv,)
+
+    def static_force(self, q: np.ndarray, direction: np.ndarray) -> float:
+        """Return the largest force that the tool exerts at rest within the effort limits [N].
+
+        Args:
+            q: Configuration [rad].  # (nq,)
+            direction: Of the force on the surroundings, in world axes; unit.  # (3,)
+        """
+        zero = np.zeros(self.nq)
+        tau = self.rnea(q, zero, zero)
+        per_newton = self.jacobian(q)[:3].T @ direction
+        room = self.limits.effort - np.sign(per_newton) * tau
+        loaded = np.abs(per_newton) > 1e-9
+        return float(max(min(room[loaded] / np.abs(per_newton[loaded]), default=np.inf), 0.0))
