@@ -27,7 +27,8 @@ class Fixture:
         free: Whether it moves freely; None: as the object declares.
         on: Name of an earlier fixture whose surface it rests on.
         region: A free pose is sampled from it with the run's seed, in place of ``T_wo``.
-        within_reach: Whether it is moved towards the first robot where that cannot drop into it.
+        within_reach: Whether it is moved to where the first robot reaches it, and its sampled poses
+            are those that are reached; or the name of the robot.
     """
 
     model: str
@@ -37,7 +38,7 @@ class Fixture:
     free: bool | None = False
     on: str = ""
     region: Region | None = None
-    within_reach: bool = False
+    within_reach: bool | str = False
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from .scene import Fixture, Scene, SceneRobot, find_robot
 MAX_TABLES: Mapping[str, int] = {"robots": 16, "objects": 250, "cameras": 250}
 """Most tables of each kind: a scene of 250 free objects takes about 10 s to build."""
 
-_PLACE = ("model", "name", "on", "free", "position", "quat_wxyz", "rpy", "region")
+_PLACE = ("model", "name", "on", "free", "position", "quat_wxyz", "rpy", "region", "within_reach")
 _VARIED = ("objects", "robots", "lights", "cameras", "observations")
 
 
@@ -121,6 +121,7 @@ class _Reader:
             else Catalogue(parts.objects, sources=parts.model_sources, formats=parts.model_formats)
         )
         self._fixtures: list[Fixture] = []
+        self._robots: list[str] = []  # their names
 
     def read(self) -> Scene | None:
         """Read the scene; None or incomplete if there are problems."""
@@ -128,6 +129,7 @@ class _Reader:
         about = attempt(whole.text, "about")
         seed = attempt(self._seed, whole)
         robots = [self._robot(table) for table in self._tables(whole, "robots")]
+        self._robots = [robot.name for robot in robots]
         for table in self._tables(whole, "objects"):
             self._add(self._object(table), table)
         for table in self._tables(whole, "cameras"):
@@ -215,6 +217,7 @@ class _Reader:
         name = attempt(_name_in, table, default=model)
         on = attempt(table.text, "on")
         free = attempt(table.flag, "free")
+        within_reach = attempt(self._within_reach, table)
         region = attempt(self._region, table, on)
         T_wo = attempt(self._pose, table, on) if region is None else pin.SE3.Identity()
         parameters = {key: table.value(key) for key in table.keys() if key not in _PLACE}
@@ -223,8 +226,19 @@ class _Reader:
         model = self._address(model)
         attempt(self._check_made, table, model, parameters)
         return Fixture(
-            model, name, T_wo or pin.SE3.Identity(), parameters, free, on=on or "", region=region
-        )
+            model, name, T_wo or pin.SE3.Identity(), parameters, free, on=on or "", region=region,
+            within_reach=within_reach or False,
+        )  # fmt: skip
+
+    def _within_reach(self, table: TomlTable) -> bool | str:
+        """Read whether, or of which robot, an object is within reach."""
+        if not isinstance(table.value("within_reach"), str):
+            return bool(table.flag("within_reach"))
+        name = table.needed_text("within_reach")
+        if name not in self._robots:
+            near = did_you_mean(name, self._robots)
+            raise table.error("within_reach", f"is true or the name of a robot, got '{name}'{near}")
+        return name
 
     def _camera(self, table: TomlTable) -> Fixture | None:
         attempt = self._file.attempt

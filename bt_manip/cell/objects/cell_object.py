@@ -1,6 +1,6 @@
 """The attributes that bt-manip reads from an object."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -61,6 +61,15 @@ class CellObject:
     def surface_height(self) -> float | None:
         """Height above the origin at which other objects are put on it [m]; None: not at all."""
         return None
+
+    @property
+    def tool_targets(self) -> Sequence[Sequence[pin.SE3]]:
+        """Poses of the tool in the object's frame that its use takes: one of each alternatives.
+
+        Empty: the tool pointing down at its grasp centre, and above it; for a container, above its
+        bottom.
+        """
+        return ()
 
     def get_state(self) -> Any:
         """Return state of its own beyond MuJoCo's, as plain data for snapshots; None: no state."""

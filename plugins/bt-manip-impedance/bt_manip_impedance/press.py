@@ -30,7 +30,7 @@ class Press(MotionBehaviour):
     limit, and the behaviour releases the button and fails.
     """
 
-    memory = (*MotionBehaviour.memory, "_since", "_outcome", "_limit")
+    memory = (*MotionBehaviour.memory, "_since", "_outcome", "_limit", "_last_force")
 
     object = Input(str, doc="Name of the button.")
     depth = Input(float, default=0.02, doc="Depth of the reference below the cap's top [m].")
@@ -41,13 +41,14 @@ class Press(MotionBehaviour):
     )
     speed = Input(float, default=0.1, doc="Fraction of the arm's limits, above 0 and up to 1.")
 
+    _last_force = 0.0  # [N] at the last tick
     _limit = MAX_FORCE  # [N] largest allowed contact force
     _since: float | None = None  # [s] when the cap was down
     _outcome: str | None = None  # reason of a failure, empty for success; None while it presses
 
     def start(self) -> None:
         """Move straight down."""
-        self._since = self._outcome = None
+        self._since, self._outcome, self._last_force = None, None, 0.0
         button = self.cell.find(self.object)
         if not isinstance(button, PushButton):
             raise CellError(f"'{self.object}' is not a button")
@@ -66,7 +67,9 @@ class Press(MotionBehaviour):
     def _check_button(self) -> None:
         """Measure depth and force, and retreat when the outcome is known."""
         button, now = self.cell.find(self.object), self.cell.time
-        force = float(np.linalg.norm(self.cell.contacts.wrench(self.object).force))
+        pressing = float(np.linalg.norm(self.cell.contacts.wrench(self.object).force))
+        force = min(pressing, self._last_force)  # an impact is no sustained force
+        self._last_force = pressing
         self.feedback_message = f"{1e3 * button.depth:.1f} mm down, {force:.1f} N"
         if button.depth < PRESSED * button.travel:
             self._since = None
