@@ -126,7 +126,9 @@ EXPERIMENTAL = {
         "RecordedRun RecordedScene VideoRecorder write_csv write_parquet write_mcap write_video "
         "Continuation RecordedInterventions restore_snapshot"
     ),
-    "bt_manip.behaviours": "ObjectCondition default_force feasible_force number_or_auto",
+    "bt_manip.behaviours": (
+        "ObjectCondition default_force feasible_force number_or_auto numbers_or_auto"
+    ),
     "bt_manip.agents": "differential_ik command_gripper displaced end_velocity held_payload",
     "bt_manip.scenes": "scene_of",
     "bt_manip.runner": (

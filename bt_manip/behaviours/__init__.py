@@ -9,6 +9,7 @@ from .arm_behaviour import CellBehaviour as CellBehaviour
 from .arm_behaviour import MotionBehaviour as MotionBehaviour
 from .automatic import feasible_force as feasible_force
 from .automatic import number_or_auto as number_or_auto
+from .automatic import numbers_or_auto as numbers_or_auto
 from .back_off import BackOff as BackOff
 from .close_gripper import CloseGripper as CloseGripper
 from .drop import Drop as Drop

@@ -98,15 +98,20 @@ class ReachFromAbove:
         if not targets:
             centre = T_wo.act(np.array(declared.centre_offset))
             targets = [_downward(centre + (0.0, 0.0, z)) for z in (0.0, APPROACH)]
-        q = self._arm.model.home
+        q: np.ndarray | None = self._arm.model.home
         for poses in targets:
-            for found in self._arm.ik.nearest_first(poses, q, restarts=_RESTARTS, margin=MARGIN):
-                if self._free(found.q, name):
-                    q = found.q
-                    break
-            else:
-                return False
-        return True
+            if q is not None:
+                q = self._first_free(poses, q, name)
+        return q is not None
+
+    def _first_free(self, poses: Sequence[pin.SE3], q0: np.ndarray, used: str) -> np.ndarray | None:
+        """Return a configuration at one of several poses, free of all but a used object."""
+        for restarts in (0, _RESTARTS):
+            for T_wt in poses:
+                for found in self._arm.ik.nearest_first(T_wt, q0, restarts=restarts, margin=MARGIN):
+                    if self._free(found.q, used):
+                        return np.array(found.q)
+        return None
 
     def place(self, cell: Cell, name: str, T_wo: pin.SE3 | None = None) -> None:
         """Move an object towards the arm, or away from it, until the arm reaches it.
