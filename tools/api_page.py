@@ -127,7 +127,7 @@ EXPERIMENTAL = {
         "Continuation RecordedInterventions restore_snapshot"
     ),
     "bt_manip.behaviours": (
-        "ObjectCondition default_force feasible_force number_or_auto numbers_or_auto"
+        "ObjectCondition PlannedMove default_force feasible_force number_or_auto numbers_or_auto"
     ),
     "bt_manip.agents": "differential_ik command_gripper displaced end_velocity held_payload",
     "bt_manip.scenes": "scene_of",

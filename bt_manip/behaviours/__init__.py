@@ -20,6 +20,7 @@ from .hover import Hover as Hover
 from .is_at import IsAt as IsAt
 from .is_holding import IsHolding as IsHolding
 from .lift import Lift as Lift
+from .move import PlannedMove as PlannedMove
 from .move_arc import MoveArc as MoveArc
 from .move_home import MoveHome as MoveHome
 from .move_linear import MoveLinear as MoveLinear

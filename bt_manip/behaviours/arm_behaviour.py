@@ -76,6 +76,10 @@ class CellBehaviour(Action):
             UnknownPartError: When a name is not registered.
         """
 
+    def why_infeasible(self) -> str:
+        """Return why it would fail, as far as that is known before it starts; empty: not known."""
+        return ""
+
     @property
     def elapsed(self) -> float:
         """Simulated time since the behaviour began [s]."""

@@ -33,7 +33,7 @@ from bt_manip.scenes import (
     sampled_fixtures,
 )
 
-from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities
+from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities, at_reach
 from .loop import RunLoop
 from .observer import recorder_for
 from .request import RunRequest
@@ -327,6 +327,7 @@ def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None 
         )
         for one in scene.robots
     ]
+    chosen = [at_reach(one, parts) for one in chosen]
     entities = [RobotEntities(one, parts) for one in chosen]
     fixtures = [(f, catalogue.create(f.model, **f.parameters)) for f in scene.fixtures]
     cell, aside = Cell(), False

@@ -52,6 +52,9 @@ class SceneRobot:
             description; None: that of the run.
         controller: Name of a registered controller; None: that of the run.
         planner: Name of a registered planner; None: that of the run.
+        for_reach: Reach of the arm that the position is for [m]: the first joint of an arm with
+            another reach is nearer to the world's origin, or farther, in proportion, and above
+            the position; None: the position is that of any arm.
     """
 
     T_wb: pin.SE3
@@ -59,6 +62,7 @@ class SceneRobot:
     description: str | RobotDescription | None = None
     controller: str | None = None
     planner: str | None = None
+    for_reach: float | None = None
 
 
 @dataclass(frozen=True)

@@ -185,6 +185,7 @@ class _Reader:
             description=description,
             controller=attempt(table.text, "controller"),
             planner=attempt(table.text, "planner"),
+            for_reach=attempt(table.number, "for_reach"),
         )
         attempt(table.finish)
         if self._parts is not None:

@@ -17,7 +17,7 @@ from bt_manip.behaviours import (
 from bt_manip.bt import Input, Status
 from bt_manip.cell import Cell, CellError
 from bt_manip.grasping import holding_force
-from bt_manip_impedance.drawer import Drawer
+from bt_manip_impedance.drawer import HANDLE, Drawer
 
 MARGIN = 0.005
 """How much farther than asked a drawer is pulled [m]."""
@@ -156,6 +156,17 @@ class PullOpen(MotionBehaviour):
                 f"{1e3 * self.opening:.0f} mm"
             )
         return Status.RUNNING
+
+    def why_infeasible(self) -> str:
+        """Compare the thickness of the handle with the gripper."""
+        find_drawer(self.cell, self.object)
+        thickness, least = HANDLE[1], self.gripper.min_object_width
+        if thickness > least:
+            return ""
+        return (
+            f"the gripper grips what is wider than {1e3 * least:.1f} mm, the handle of "
+            f"'{self.object}' is {1e3 * thickness:g} mm thick"
+        )
 
     def _feasible_force(self, pull: np.ndarray) -> float:
         """Return the force with which arm and grip can pull [N]."""
