@@ -80,10 +80,8 @@ def _list_tasks(plugins: "Plugins", name: str | None, robots: tuple[str, ...]) -
     for task in tasks:
         for robot in chosen:
             reason = why_not(task, robot, parts)
-            line = (
-                f"{task:{widths[0]}}  {robot:{widths[1]}}  {f'no: {reason}' if reason else 'yes'}"
-            )
-            click.echo(line)
+            answer = f"no: {reason}" if reason else "yes"
+            click.echo(f"{task:{widths[0]}}  {robot:{widths[1]}}  {answer}")
 
 
 def _describe(plugins: "Plugins", kind: str, name: str) -> None:

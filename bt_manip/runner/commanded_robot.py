@@ -91,6 +91,7 @@ class NoOnlyRobot:
         )
 
 
+_APART = 0.15  # [m] of the tool at home from the world's origin, where another robot may be
 _SAME_REACH = 0.02  # relative difference from the reach that a scene is made for
 
 
@@ -111,9 +112,12 @@ def at_reach(chosen: SceneRobot, parts: Parts) -> SceneRobot:
     model, T_wb = robot.make_model(), chosen.T_wb
     scale = model.reach / chosen.for_reach
     scale = 1.0 if abs(scale - 1.0) < _SAME_REACH else scale
-    shoulder = T_wb.rotation @ model.model.jointPlacements[1].translation
-    x, y = (scale * T_wb.translation - shoulder)[:2]
-    position = np.array([x, y, T_wb.translation[2]])
+    shoulder = model.model.jointPlacements[1].translation
+    x, y = T_wb.translation[:2]
+    outwards = np.linalg.norm((model.pose(model.home).translation - shoulder)[:2])
+    scale = max(scale, (outwards + _APART) / np.hypot(x, y))
+    position = scale * T_wb.translation - T_wb.rotation @ shoulder
+    position[2] = T_wb.translation[2]
     return replace(chosen, T_wb=pin.SE3(T_wb.rotation, position))
 
 

@@ -54,7 +54,8 @@ class SceneRobot:
         planner: Name of a registered planner; None: that of the run.
         for_reach: Reach of the arm that the position is for [m]: the first joint of an arm with
             another reach is nearer to the world's origin, or farther, in proportion, and above
-            the position; None: the position is that of any arm.
+            the position; None: the position is that of any arm. At home the tool keeps 0.15 m
+            from the origin.
     """
 
     T_wb: pin.SE3

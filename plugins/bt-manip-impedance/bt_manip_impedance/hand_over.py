@@ -130,9 +130,8 @@ class HoldOut(PlannedMove):
             found = self.arm.ik.nearest_first(target, home)
             if next(iter(found), None) and self._is_taken(T_wt, between):
                 return ""
-        return (
-            f"'{self.robot_name}' and '{self.receiver}' reach no pose to hand '{self.object}' over"
-        )
+        pair = f"'{self.robot_name}' and '{self.receiver}'"
+        return f"{pair} reach no pose to hand '{self.object}' over"
 
     def _poses(self, between: float) -> Iterator[pin.SE3]:
         """Yield poses of the tool, the preferred one first."""
