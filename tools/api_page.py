@@ -117,7 +117,7 @@ EXPERIMENTAL = {
     ),
     "bt_manip.robots": "GraspGenerator GraspCandidates FoundGripper effort_limit ensure_motors",
     "bt_manip.evaluation": "StressTester StressCase plan_cases",
-    "bt_manip.robot_setup": "describe_robot try_robot",
+    "bt_manip.robot_setup": "describe_robot try_robot why_not",
     "bt_manip.toml_fields": "Key documented read_part",
     "bt_manip.toml_tables": "TomlTable",
     "bt_manip.control": "ControllerManager",

@@ -14,6 +14,7 @@ from bt_manip_blocks.blocks import blocks_in
 from bt_manip_blocks.coloured_block import ColouredBlock
 
 ATTEMPTS = 2000
+FINGERS = 0.11  # [m] from a block's middle to fixed objects beside it: fingers have room at any yaw
 _NO_YAW = (0.0, 0.0)  # [rad]: sampled apart
 
 
@@ -129,7 +130,7 @@ class ScatterBlocks(Action):
             if name != self.on and not self.cell.is_free(name):
                 lower, upper = extent(self.cell, name)
                 outside = np.maximum(lower[:2] - place, place - upper[:2])
-                if outside.max() < self.spacing:
+                if outside.max() < FINGERS:
                     return False
         return True
 
