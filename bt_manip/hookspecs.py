@@ -182,6 +182,15 @@ def register_actions(register: Callable[[str, Callable[[Any], Any]], None]) -> N
 
 
 @hookspec
+def register_policies(register: Callable[[str, Any], None]) -> None:
+    """Register kinds of learned policies, which `RunPolicy` of bt-manip-policy runs in trees.
+
+    Args:
+        register: ``register(name, kind)`` with a `bt_manip_policy.PolicyKind`.
+    """
+
+
+@hookspec
 def register_backends(register: Callable[[str, Any], None]) -> None:
     """Register backends, by which ``bt-manip run --backend NAME=ADDRESS`` runs on a real robot.
 

@@ -230,6 +230,7 @@ class Parts:
         panels: Factories, ``factory(page) -> Panel``.
         faults: Classes of faults, ``cls(**parameters) -> Fault``.
         actions: Factories, ``factory(episodes) -> ActionKind``.
+        policies: Kinds of learned policies, which leaves of trees run.
         backends: Real robots, `bt_manip.robots.Backend`.
         pose_sources: Factories, ``factory(expected) -> bt_manip.scenes.PoseSource``.
         surroundings: Required scene and controller of trees, by the name of the tree.
@@ -256,6 +257,7 @@ class Parts:
     panels: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("panel"))
     faults: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("fault"))
     actions: Registry[Callable[..., Any]] = field(default_factory=lambda: Registry("action kind"))
+    policies: Registry[Any] = field(default_factory=lambda: Registry("kind of policies"))
     backends: Registry[Any] = field(default_factory=lambda: Registry("backend"))
     pose_sources: Registry[Callable[..., Any]] = field(
         default_factory=lambda: Registry("pose source")
@@ -280,6 +282,7 @@ class Parts:
             "panels": self.panels,
             "faults": self.faults,
             "actions": self.actions,
+            "policies": self.policies,
             "backends": self.backends,
             "pose_sources": self.pose_sources,
         }

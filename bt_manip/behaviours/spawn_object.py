@@ -36,6 +36,8 @@ class SpawnObject(CellBehaviour):
     scene expects instead.
     """
 
+    drawn = ("pose",)
+
     model = Input(
         str,
         default=AUTO,

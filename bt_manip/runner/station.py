@@ -2,18 +2,20 @@
 
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 from dm_control import composer
 from py_trees.behaviour import Behaviour
 
 from bt_manip.arm import Arm, MultiArmCoordinator
 from bt_manip.bt import AlwaysSuccess, NodeStatus, Tree
-from bt_manip.cell import Cell
+from bt_manip.cell import Cell, OverlapError
 from bt_manip.cell.objects import Catalogue
 from bt_manip.cell.randomization import Randomizer, SceneObject
 from bt_manip.control import Controller, ControllerManager
@@ -22,6 +24,7 @@ from bt_manip.registry import Parts
 from bt_manip.robots import Gripper, Robot
 from bt_manip.scenes import (
     ExpectedObjects,
+    Fixture,
     Scene,
     add_fixture,
     check_supports,
@@ -32,11 +35,11 @@ from bt_manip.scenes import (
     sampled_fixtures,
 )
 
-from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities
+from .commanded_robot import CommandedRobot, NoOnlyRobot, RobotEntities, at_reach
 from .loop import RunLoop
 from .observer import recorder_for
 from .real_robot import RealRobot, check_real, find_backend
-from .request import RunRequest
+from .request import TICK, RunRequest
 from .run import Run
 from .tree_source import TreeSource
 
@@ -150,6 +153,7 @@ class Station:
             "rng": self.rng,
             "models": self.models,
             "planners": self.parts.planners,
+            "policies": self.parts.policies,
             "poses": self.poses,
         }
 
@@ -179,7 +183,7 @@ class Station:
         self,
         tree: Tree | Behaviour,
         *,
-        tick: float = 0.010,
+        tick: float = TICK,
         timeout: float = 60.0,
         record: str | os.PathLike[str] | None = None,
     ) -> TreeResult:
@@ -279,6 +283,37 @@ class Station:
             self.poses.set_state(state.get("poses", ()))
 
 
+_ASIDE = pin.SE3(np.eye(3), np.array([0.0, 0.0, 5.0]))
+"""Above its place: where a fixture is put that will be moved within reach of a robot [m]."""
+
+
+def _fill(
+    cell: Cell,
+    fixtures: Sequence[tuple[Fixture, composer.Entity]],
+    robots: Sequence[RobotEntities],
+    seed: int,
+    *,
+    aside: bool = False,
+) -> list[str]:
+    """Add the fixtures and robots of a scene to a cell; return the names of the robots.
+
+    Raises:
+        CellError: If something overlaps; the cell is as it was then.
+    """
+    later = sampled_fixtures([fixture for fixture, _ in fixtures])
+    with cell.editing():
+        for fixture, entity in fixtures:
+            if fixture.name not in later:
+                away = aside and fixture.within_reach
+                placed = replace(fixture, T_wo=_ASIDE * fixture.T_wo) if away else fixture
+                add_fixture(cell, placed, entity, seed)
+        names = [one.put_into(cell) for one in robots]
+        for fixture, entity in fixtures:
+            if fixture.name in later:
+                add_fixture(cell, fixture, entity, seed)
+    return names
+
+
 def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None = None) -> Station:
     """Build a cell with its robots at home and under control.
 
@@ -304,6 +339,7 @@ def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None 
         )
         for one in scene.robots
     ]
+    chosen = [at_reach(one, parts) for one in chosen]
     source = make_pose_source(request.poses, parts.pose_sources, scene.fixtures)
     backend = find_backend(request.backend, parts) if request.backend else None
     if backend is not None:
@@ -311,24 +347,26 @@ def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None 
     entities = [RobotEntities(one, parts, backend) for one in chosen]
     placed = [fixture for fixture in scene.fixtures if not fixture.expected]
     fixtures = [(f, catalogue.create(f.model, **f.parameters)) for f in placed]
-    cell = Cell()
-    with naming_file(scene), cell.editing():
-        later = sampled_fixtures(scene.fixtures)
-        for fixture, entity in fixtures:
-            if fixture.name not in later:
-                add_fixture(cell, fixture, entity, seed)
-        names = [one.put_into(cell) for one in entities]
-        for fixture, entity in fixtures:
-            if fixture.name in later:
-                add_fixture(cell, fixture, entity, seed)
+    cell, aside = Cell(), False
     with naming_file(scene):
+        try:
+            names = _fill(cell, fixtures, entities, seed)
+        except OverlapError:
+            if not any(fixture.within_reach for fixture in scene.fixtures):
+                raise
+            names, aside = _fill(cell, fixtures, entities, seed, aside=True), True
         check_supports(cell, scene.fixtures)
     robots = {name: one.commanded(name, cell) for name, one in zip(names, entities, strict=True)}
     for one in robots.values():
         one.robot.configurations |= scene.configurations
+    reached = {}
     for fixture in placed:
         if fixture.within_reach:
-            next(iter(robots.values())).reach.place_container(cell, fixture.name)
+            one = robots.get(str(fixture.within_reach), next(iter(robots.values())))
+            T_wo = _ASIDE.inverse() * cell.pose(fixture.name) if aside else None
+            with naming_file(scene):
+                one.reach.place(cell, fixture.name, T_wo)
+            reached[fixture.name] = partial(one.reach.reaches, cell, fixture.name)
     if len(robots) > 1:
         MultiArmCoordinator({name: one.arm for name, one in robots.items()})
     rng = np.random.default_rng(seed)
@@ -343,6 +381,7 @@ def make_station(request: RunRequest, parts: Parts, catalogue: Catalogue | None 
             seed=seed,
             scene_objects=scene_objects,
             robots=tuple(robots),
+            reached=reached,
         )  # fmt: skip
     poses = None if source is None else ExpectedObjects(source, cell, catalogue)
     real = None

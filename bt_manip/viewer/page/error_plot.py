@@ -9,7 +9,7 @@ import numpy as np
 
 from .panel import Panel
 
-SAMPLES = 1000
+PLOT_SAMPLES = 1000
 """Number of ticks that are shown."""
 
 PLOT_PERIOD = 0.5
@@ -32,7 +32,7 @@ class ErrorPlot(Panel):
 
     def reset(self) -> None:
         """Forget the samples."""
-        self._samples: deque[tuple[Any, ...]] = deque(maxlen=SAMPLES)
+        self._samples: deque[tuple[Any, ...]] = deque(maxlen=PLOT_SAMPLES)
         self._changed, self._next = True, 0.0
 
     def sample(

@@ -6,14 +6,14 @@ from typing import Any
 
 from bt_manip.runner import RunEvent
 
-LONGEST_VALUE = 200
+SHOWN_CHARACTERS = 200
 """Number of characters of a value that are shown."""
 
 
 def short(value: Any) -> str:
-    """Return a value as HTML, cut to `LONGEST_VALUE` characters."""
+    """Return a value as HTML, cut to `SHOWN_CHARACTERS` characters."""
     text = str(value)
-    return escape(text if len(text) <= LONGEST_VALUE else f"{text[:LONGEST_VALUE]}…")
+    return escape(text if len(text) <= SHOWN_CHARACTERS else f"{text[:SHOWN_CHARACTERS]}…")
 
 
 def keep_value(values: dict[str, Any], event: RunEvent) -> bool:

@@ -10,7 +10,7 @@ from bt_manip.cell import CellScene
 from bt_manip.runner import KINDS, Run, RunObserver
 
 from .controls import Controls
-from .error_plot import SAMPLES
+from .error_plot import PLOT_SAMPLES
 from .scene_page import MakePanel, ScenePage
 from .server import PORT, is_open
 
@@ -64,7 +64,7 @@ class Page(ScenePage, RunObserver):
         self._source = None
 
     def cycle_started(self, cycle: int) -> None:
-        """Let the next update show what was randomized."""
+        """Let the next update show the randomized values."""
         self._source = None
 
     def before_tick(self) -> None:
@@ -78,7 +78,7 @@ class Page(ScenePage, RunObserver):
         robots = self._run.station.robots.values()
         joints = {one.name: (one.robot.q, one.arm.q_ref) for one in robots}
         self._samples.append((self._cell.time, joints))
-        if len(self._samples) >= SAMPLES:
+        if len(self._samples) >= PLOT_SAMPLES:
             self._hand_over_samples()
         for panel in self._panels:
             panel.end_tick()

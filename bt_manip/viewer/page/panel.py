@@ -70,7 +70,7 @@ class Panel:
         """Act after a tick of a run."""
 
     def draw(self) -> None:
-        """Send what has changed to the open pages; called at most ten times a second."""
+        """Send changes to the open pages; called at most ten times a second."""
 
 
 def block(html: str, style: str = "") -> str:

@@ -1,4 +1,4 @@
-"""What the page of a run and that of a recording share."""
+"""Common base of the page of a run and the page of a recording."""
 
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -17,13 +17,13 @@ POSE_PERIOD = 1.0 / 20.0
 PANEL_PERIOD = 1.0 / 10.0
 """Wall time between two updates of the panels [s]."""
 
-SHARE = 0.04
+UPDATE_SHARE = 0.04
 """Largest share of wall time that updates take: more pages get fewer of them."""
 
 LONGEST_PERIOD = 2.0
 """Longest wall time between two updates [s]."""
 
-WIDTH = 380
+PANEL_WIDTH = 380
 """Width of the panels on the left and on the right [pixels]."""
 
 MakePanel = Callable[[Any], Panel]
@@ -55,7 +55,7 @@ class ScenePage:
         server.gui.set_panel_label("bt-manip")
         self._scene = SceneView(server)
         server.gui.main_panel.dock_right()
-        server.gui.main_panel.set_width(WIDTH)
+        server.gui.main_panel.set_width(PANEL_WIDTH)
         self.controls = make_controls(server.gui)
         self._panels: list[Panel] = [self.controls, *self._make(panels)]
         self._next = self._next_panels = self._served = 0.0
@@ -78,7 +78,7 @@ class ScenePage:
             if tabs is None:
                 tabs = gui.add_panel()
                 tabs.dock_left()
-                tabs.set_width(WIDTH)
+                tabs.set_width(PANEL_WIDTH)
             with tabs.add_tab(label):
                 yield make(self)
 
@@ -111,4 +111,4 @@ class ScenePage:
                     panel.draw()
         served, self._served = self._served, processor_time(self.server)
         used = time.thread_time() - start + self._served - served
-        self._next = time_now + max(POSE_PERIOD, min(used / SHARE, LONGEST_PERIOD))
+        self._next = time_now + max(POSE_PERIOD, min(used / UPDATE_SHARE, LONGEST_PERIOD))

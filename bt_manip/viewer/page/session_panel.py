@@ -1,4 +1,4 @@
-"""The choice of the next run, and what happens between runs."""
+"""The choice of the next run, and the events between runs."""
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
@@ -68,7 +68,7 @@ class SessionPanel(Panel):
         self._buttons.on_click(self._pressed)
 
     def take(self) -> tuple[str, RunChoice] | None:
-        """Return what was asked for last, and forget it: ``show``, ``reset`` or ``run``.
+        """Return the last request, and forget it: ``show``, ``reset`` or ``run``.
 
         ``show`` asks for the cell of another tree, scene or robot.
         """
@@ -79,7 +79,7 @@ class SessionPanel(Panel):
         self._message.content = message_html(message, error=error)
 
     def start(self, run: "Run") -> None:
-        """Show what runs in place of the choice."""
+        """Show the present run in place of the choice."""
         self._folder.visible = False
         request = run.request
         self.tell(f"{request.robot} in {request.scene}, seed {request.seed}")

@@ -70,7 +70,7 @@ class TreePanel(Panel):
         self._changed |= self._view.handle(event) | keep_value(self._values, event)
 
     def draw(self) -> None:
-        """Send what has changed."""
+        """Send changes."""
         view = self._view
         while self._buttons:
             self._obey(self._buttons.popleft())

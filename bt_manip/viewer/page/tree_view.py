@@ -1,4 +1,4 @@
-"""A tree with its statuses as HTML: sub-trees are folded, what runs is followed."""
+"""A tree with its statuses as HTML: sub-trees are folded, running nodes are followed."""
 
 from html import escape
 from typing import Any

@@ -1,7 +1,7 @@
 """The details of a node: its ports with their present values."""
 
 from bt_manip.runner import RunEvent
-from bt_manip.viewer.page.node_details import LONGEST_VALUE, details_html, keep_value
+from bt_manip.viewer.page.node_details import SHOWN_CHARACTERS, details_html, keep_value
 
 NODE = {
     "path": "pick/<lift>", "kind": "Action", "registration": "Lift",
@@ -36,7 +36,7 @@ def test_a_port_has_its_text_and_the_value_behind_its_key():
 def test_a_long_value_is_cut():
     values = {}
     write(values, "pick/target", "a" * 10_000)
-    assert "a" * LONGEST_VALUE + "…" in details_html(NODE, "IDLE", "", values)
+    assert "a" * SHOWN_CHARACTERS + "…" in details_html(NODE, "IDLE", "", values)
     assert len(details_html(NODE, "IDLE", "", values)) < 2_000
 
 
