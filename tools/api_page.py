@@ -27,7 +27,7 @@ STABLE = {
         "Reach Grasp Lift Drop PlaceOn PlaceAt IsHolding IsAt OpenGripper CloseGripper "
         "MoveToPose MoveToConfiguration MoveHome MoveLinear MoveThrough MoveArc Approach "
         "Retreat BackOff FollowTarget Stop SetSpeed SwitchController WaitUntilAtRest "
-        "WaitUntilUndisturbed ArmBehaviour RobotCondition ObjectCondition"
+        "WaitUntilUndisturbed ArmBehaviour RobotCondition ObjectCondition PlannedMove"
     ),
     "bt_manip.cell": "Cell CellError",
     "bt_manip.cell.objects": "Cube",
@@ -62,7 +62,7 @@ EXPERIMENTAL = {
     "bt_manip.behaviours": (
         "pose_to_text pose_from_text pose_input poses_input poses_output centre_pose "
         "bottom_pose top_grasp_poses downward_poses nearest_orientation yaw_of payload_of "
-        "extent default_force"
+        "extent default_force feasible_force number_or_auto numbers_or_auto"
     ),
     "bt_manip.cell": (
         "OverlapError PhysicsDiverged Region Camera looking_at at_rest is_in is_on entity_of "
@@ -131,8 +131,10 @@ EXPERIMENTAL = {
     "bt_manip.trajectories": (
         "Trajectory PathTrajectory SplinePath StraightPath time_parameterize plan_stop limit_use"
     ),
-    "bt_manip.grasping": "GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE",
-    "bt_manip.robot_setup": "describe_robot try_robot",
+    "bt_manip.grasping": (
+        "GraspPlanner GripperClearance with_clearance SUFFICIENT_CLEARANCE holding_force"
+    ),
+    "bt_manip.robot_setup": "describe_robot try_robot why_not",
     "bt_manip.toml_fields": "Key documented read_part",
     "bt_manip.toml_tables": "TomlTable",
 }

@@ -77,6 +77,7 @@ def complete_key(ctx: click.Context, _: click.Parameter, incomplete: str) -> Ite
 
 def part_names(plugins: "Plugins", kind: str) -> list[str]:
     """Return the names of all parts of a kind, of all nodes of the language for behaviours."""
+    kind = "trees" if kind == "tasks" else kind
     if kind == "plugins":
         return [plugin.name for plugin in plugins.plugins]
     if kind == "behaviours":

@@ -162,6 +162,11 @@ class Gripper(composer.Entity, abc.ABC):
         """Width of the widest object that fits the open gripper [m]; inf where any does."""
         return math.inf
 
+    @property
+    def min_object_width(self) -> float:
+        """Width of the narrowest object that it grips [m]; 0 where it closes completely."""
+        return 0.0
+
     # Commands
 
     @abc.abstractmethod
