@@ -3,7 +3,7 @@
 import dataclasses
 import inspect
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -21,15 +21,13 @@ if TYPE_CHECKING:
 @click.argument("kind", required=False, metavar="[KIND|NAME]", shell_complete=complete_kind)
 @click.argument("name", required=False, shell_complete=complete_listed)
 def list_parts(kind: str | None, name: str | None) -> None:
-    r"""List registered parts with the plugin of each.
+    """List registered parts with the plugin of each.
 
-    Without a KIND, everything is listed. With a NAME, only that part, with its documentation and,
-    for a behaviour, its ports; a KIND before it chooses between parts of the same name.
+    Without a KIND, everything is listed. With a NAME, only that part, with its documentation and
+    its ports or parameters; a KIND before it chooses between parts of the same name.
 
-    \b
-    Kinds: trees, behaviours, objects, robots, grippers, controllers, planners,
-    scenes, actions, model_sources, model_formats, model_caches, recorders,
-    panels, faults, policies, plugins.
+    Kinds: trees, behaviours, objects, robots, grippers, controllers, planners, scenes, actions,
+    model_sources, model_formats, model_caches, recorders, panels, faults, policies, plugins.
     """
     os.environ.setdefault("MUJOCO_GL", "disable")
     plugins = load_chosen_plugins()
@@ -93,6 +91,10 @@ def _describe(plugins: "Plugins", kind: str, name: str) -> None:
         for field in dataclasses.fields(part):
             doc = field.metadata.get("doc", "")
             click.echo(f"  {field.name} (default {field.default!r}): {doc}")
+    if kind == "objects":
+        for parameter, value in _object_parameters(part).items():
+            shown = "as in its model" if value is None else repr(value)
+            click.echo(f"  {parameter} (default {shown})")
     if kind == "recorders":
         for option, value in keyword_defaults(part).items():
             text = ("no", "yes")[value] if isinstance(value, bool) else value
@@ -100,6 +102,16 @@ def _describe(plugins: "Plugins", kind: str, name: str) -> None:
     for port in getattr(part, "ports", {}).values():
         default = f", default {port.default_text}" if port.default_text else ""
         click.echo(f"  {port.name} ({port.direction}, {port.type.name}{default}): {port.doc}")
+
+
+def _object_parameters(part: Any) -> dict[str, Any]:
+    """Return the parameters of an object with their defaults."""
+    declared = getattr(part, "defaults", None)
+    if isinstance(declared, Mapping):
+        return dict(declared)
+    given = inspect.signature(getattr(part, "_build", part)).parameters.values()
+    named = (one for one in given if one.default is not one.empty and one.name != "name")
+    return {one.name: one.default for one in named}
 
 
 def _rows(plugins: "Plugins", kind: str) -> Iterator[tuple[str, str, str]]:
