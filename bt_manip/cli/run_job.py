@@ -304,11 +304,16 @@ class RunJob:
         from bt_manip.cli.cycle_table import print_cycles
 
         print_cycles(self._console, report)
-        if next_step := self._next_step(report):
+        if next_step := self.next_step(report):
             self._tell(next_step)
 
-    def _next_step(self, report: "RunReport") -> str:
-        """Return a line that says what to do next, or an empty text."""
+    def next_step(self, report: "RunReport", *, on_page: bool = False) -> str:
+        """Return a line that says what to do next, or an empty text.
+
+        Args:
+            report: The report of the run.
+            on_page: Whether it is for the page instead of the terminal.
+        """
         options = self._options
         files = [record_target(text)[1] for text in options.records]
         recordings = [file for file in files if file.endswith(".mcap") and Path(file).exists()]
@@ -318,6 +323,8 @@ class RunJob:
         if report.status == "FAILURE" and not files:
             view = "" if options.view else " --view"
             return f"To watch the failure: the same command with --record run.mcap{view}"
+        if on_page:
+            return ""
         untried = {
             "--window": not options.window,
             "--view": not options.view,

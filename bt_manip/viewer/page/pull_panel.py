@@ -33,7 +33,7 @@ class PullPanel(Panel):
 
     def __init__(self, page: Any) -> None:
         """Add its inputs to the current container."""
-        gui, self._scene = page.server.gui, page.server.scene
+        gui, self._scene = page.gui, page.server.scene
         self._choice = gui.add_dropdown(
             "Object", (NO_OBJECT,), hint="Drag its handle in the scene to pull it"
         )
