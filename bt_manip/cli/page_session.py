@@ -31,7 +31,7 @@ TICK = 0.010
 FIRST_LOOK = 10.0
 """Longest wait for a browser before the first run [s]."""
 
-RESULT_WIDTH = 72
+RESULT_WIDTH = 46
 """Characters of a line of the result on the page."""
 
 SAVED = Path("configurations.toml")
@@ -239,10 +239,10 @@ class PageSession:
         print_cycles(Console(file=lines, width=RESULT_WIDTH), job.report)
         again = (
             f"To keep it: bt-manip run {job.report.tree} --seed {job.report.seed} --record "
-            "run.mcap;\nthen bt-manip replay run.mcap, or bt-manip report run.mcap."
+            "run.mcap; then bt-manip replay run.mcap, or bt-manip report run.mcap."
         )
         steps = job.next_step(job.report, on_page=True) or again
-        steps += "\nRun starts it again; another seed places the objects elsewhere."
+        steps += "\n\nRun starts it again; another seed places the objects elsewhere."
         return f"{lines.getvalue()}\n{steps}"
 
     def _show_tree(self, request: "RunRequest") -> None:

@@ -229,8 +229,10 @@ class Window:
         if self.page.locator("iframe#scene").count():
             scenes: list[Any] = []
             wait_until(
-                lambda: bool(scenes.extend(f for f in self.page.frames if f.url.endswith("/scene")))
-                or bool(scenes)
+                lambda: (
+                    bool(scenes.extend(f for f in self.page.frames if f.url.endswith("/scene")))
+                    or bool(scenes)
+                )
             )
             self.frame = scenes[0]
         wait_until(

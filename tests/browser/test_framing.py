@@ -14,6 +14,9 @@ SHOWN = {
 }
 """Starts of the names of nodes that have to be seen, by tree."""
 
+OTHERS = ("/WorldAxes", "/world", "/table", "/jog")
+"""Nodes that need not be seen."""
+
 
 @pytest.mark.parametrize("tree", SHOWN)
 def test_all_that_a_task_is_about_is_inside_the_picture(start, open_window, tree):
@@ -21,7 +24,7 @@ def test_all_that_a_task_is_about_is_inside_the_picture(start, open_window, tree
     window = open_window(program.url)
     window.wait_for_scene()
     window.wait_for_text("cycle 1, ")
-    names = []
+    names: list[str] = []
 
     def there() -> bool:
         found = window.evaluate("() => Object.keys(__viserMutable.nodeRefFromName)")
@@ -30,15 +33,15 @@ def test_all_that_a_task_is_about_is_inside_the_picture(start, open_window, tree
 
     wait_until(there, lambda: f"{names}")
     window.press("Pause")
+    seen: list[float] = []
+
+    def inside() -> bool:
+        corners = np.abs(np.array(window.evaluate(CORNERS, names)))
+        seen[:] = [float(corners.max()), len(corners)]
+        return 0.6 < seen[0] < 1.0 and seen[1] > 100
+
     for width, height in SIZES:
         window.page.set_viewport_size({"width": width, "height": height})
 
-        def inside() -> bool:
-            corners = np.abs(np.array(window.evaluate(CORNERS, names)))
-            return bool(len(corners) > 100 and corners.max() < 1.0 and corners.max() > 0.6)
-
-        wait_until(inside, lambda: f"{width}x{height}: {window.evaluate(CORNERS, names)}"[:2000])
+        wait_until(inside, lambda: f"{window.page.viewport_size}: {seen}")
         window.keep(f"{tree}_{width}x{height}")
-
-
-OTHERS = ("/WorldAxes", "/world", "/table", "/jog")

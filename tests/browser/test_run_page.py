@@ -10,7 +10,6 @@ from bt_manip import build_station
 from bt_manip.viewer import render
 from tests.browser.conftest import Program, Window, wait_until
 
-
 CAMERA = """
     () => {
         const { nodeRefFromName, camera } = __viserMutable, world = nodeRefFromName[''];
@@ -112,7 +111,11 @@ def test_a_click_selects_an_arrow_folds_and_a_double_click_shows_a_sub_tree_alon
 def test_the_keys_are_those_of_a_file_tree(window):
     keys = window.page.keyboard
     window.select("pick")
-    for key, selected in {"ArrowLeft": "pick", "ArrowRight": "pick", "ArrowDown": "Sequence"}.items():
+    for key, selected in {
+        "ArrowLeft": "pick",
+        "ArrowRight": "pick",
+        "ArrowDown": "Sequence",
+    }.items():
         keys.press(key)
         wait_until(lambda name=selected: name in window.page.locator(".line.chosen").inner_text())
     keys.press("b")

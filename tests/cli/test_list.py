@@ -53,5 +53,5 @@ def test_an_unknown_part_is_bad_input_with_the_nearest_name(bt_manip):
 
 def test_the_options_of_a_recorder_are_listed_with_their_defaults(bt_manip):
     out = bt_manip("list", "recorders", "video").out
-    assert out.startswith("video (builtin)") and "  size=640x400\n" in out
-    assert "  overlay=no\n" in out
+    assert out.startswith("video (builtin)") and "  size=1280x720\n" in out
+    assert "  overlay=yes\n" in out

@@ -2,7 +2,7 @@
 
 import hashlib
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import mujoco
@@ -39,6 +39,8 @@ class SceneView:
         self._shown: dict[str, Any] = {}  # the appearance of the entities, by name
         self._digests: dict[str, str] = {}  # of their shapes: those of another cell may be equal
         self._nodes: dict[str, Any] = {}  # by entity
+        self._meshes: dict[str, list[Any]] = {}  # by entity
+        self._clickable: set[str] = set()  # entities
         self._added = Counter[str]()  # how often each entity was added
         self._frames: dict[str, dict[str, Any]] = {}  # by entity and body
         self._bound: list[Any] = []  # nodes of the bodies
@@ -81,6 +83,18 @@ class SceneView:
         """Send the poses that have changed."""
         self.show(self._source.poses())
 
+    def on_click(self, entity: str, call: Callable[[], None]) -> None:
+        """Call a function when a present entity is clicked; once for each that is added.
+
+        Args:
+            entity: Its name.
+            call: Called by another thread.
+        """
+        if entity not in self._clickable:
+            self._clickable.add(entity)
+            for mesh in self._meshes.get(entity, ()):
+                mesh.on_click(lambda _: call())
+
     @property
     def source(self) -> SceneSource:
         """What is shown."""
@@ -108,7 +122,8 @@ class SceneView:
     def _remove(self, name: str) -> None:
         if self._shown.pop(name, None) is not None:
             self._nodes.pop(name).remove()
-            del self._frames[name], self._digests[name], self._shapes[name]
+            del self._frames[name], self._digests[name], self._shapes[name], self._meshes[name]
+            self._clickable.discard(name)
 
     def _add(self, name: str, bodies: Mapping[str, Sequence[VisualShape]]) -> None:
         scene, root = self._server.scene, f"/{name}"
@@ -117,7 +132,7 @@ class SceneView:
             # viser's page and player mix up the poses of two nodes that have the same name in turn.
             root += f" ({count})"
         self._nodes[name] = scene.add_frame(root, show_axes=False)
-        frames = self._frames[name] = {}
+        frames, meshes = self._frames[name], self._meshes[name] = {}, []
         for body, shapes in bodies.items():
             # Poses are those in the world: bodies are no children of each other.
             path = f"{root}/{body.replace('/', ':')}"
@@ -125,13 +140,15 @@ class SceneView:
             for i, shape in enumerate(shapes):
                 vertices, faces = triangles_of(shape)
                 *rgb, alpha = shape.rgba
-                scene.add_mesh_simple(
-                    f"{path}/shape{i}",
-                    _transformed(vertices, shape),
-                    faces,
-                    color=tuple(round(255 * part) for part in rgb),
-                    opacity=None if alpha >= 1.0 else alpha,
-                    flat_shading=shape.kind in ("box", "cylinder"),
+                meshes.append(
+                    scene.add_mesh_simple(
+                        f"{path}/shape{i}",
+                        _transformed(vertices, shape),
+                        faces,
+                        color=tuple(round(255 * part) for part in rgb),
+                        opacity=None if alpha >= 1.0 else alpha,
+                        flat_shading=shape.kind in ("box", "cylinder"),
+                    )
                 )
 
 

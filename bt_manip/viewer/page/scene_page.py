@@ -77,6 +77,10 @@ class ScenePage:
         """Whether any browser shows the page."""
         return self.site.is_open or bool(self.server._websock_server._live_connections)
 
+    def on_click(self, entity: str, call: Callable[[], None]) -> None:
+        """Call a function, from another thread, when an entity of the scene is clicked."""
+        self._scene.on_click(entity, call)
+
     def show_time(self, time: float | None) -> None:
         """Show another time than the present one; None is the present [s]."""
 

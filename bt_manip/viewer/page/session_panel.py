@@ -63,8 +63,8 @@ class SessionPanel(Panel):
                 "Cycles", first.cycles, low=0, step=1, hint="Runs of the tree; 0 is without end"
             )
         self._message = gui.add_html("")
-        with page.tabs, gui.add("tab", label="Result", visible=False) as self._tab:
-            self._result = gui.add("result", status="", text="", front=0)
+        with page.tabs, gui.add("tab", label="Result", visible=False, front=0) as self._tab:
+            self._result = gui.add("result", status="", text="")
         for one in self._inputs:
             one.on_update(self._chosen)
         self._run.on_click(lambda _: self._requests.append(("run", self._choice())))
@@ -91,7 +91,7 @@ class SessionPanel(Panel):
         """
         self._tab.visible = True
         self._result.status, self._result.text = status, text
-        self._result.front += 1
+        self._tab.front += 1
 
     def start(self, run: "Run") -> None:
         """Show what runs in place of the choice."""

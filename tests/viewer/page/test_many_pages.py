@@ -36,7 +36,7 @@ async def main():
 
 asyncio.run(main())
 """
-"""Opens pages or their scenes, the first of which does not read; writes how many bytes the second gets."""
+"""Opens pages or scenes, the first of which does not read; writes how much the second gets."""
 
 PAGES = 20
 
@@ -52,7 +52,8 @@ SENT = 4e6
 def received(page, request):
     """Open the pages in a process of their own; give the sizes of what the second one gets."""
     address, what = page.url.replace("http:", "ws:"), request.param
-    command = [sys.executable, "-c", READERS, address, str(PAGES), what, PROTOCOLS[what]]
+    arguments = [address, str(PAGES), what, PROTOCOLS[what]]
+    command = [sys.executable, "-c", READERS, *arguments]
     sizes = []
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as process:

@@ -14,7 +14,6 @@ from bt_manip.record import McapRecorder, Recording
 from bt_manip.runner import RunObserver
 from bt_manip.viewer import Page, Panel, ReplayPage
 
-
 SHOWN = {
     "tree": ("nodes", "states", "failed"), "log": ("lines",), "blackboard": ("values",),
     "plot": ("samples",),

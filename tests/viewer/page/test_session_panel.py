@@ -94,6 +94,6 @@ def test_the_choice_is_hidden_while_a_tree_runs(page, panel, make_run):
 
 def test_the_result_comes_to_the_front_until_the_next_run(panel, make_run):
     panel.show_result("FAILURE", "cycle 1: never")
-    assert panel._tab.visible and panel._result.front == 1
+    assert panel._tab.visible and panel._tab.front == 1
     panel.start(make_run(Sleep("rest", msec=20)))
     assert not panel._tab.visible

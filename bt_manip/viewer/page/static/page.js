@@ -54,10 +54,16 @@ function touch(element) {
 }
 
 function redraw() {
+  for (const { made, props } of dirty) if (made.node) made.node.hidden = !props.visible;
+  const tabs = [...dirty].filter((one) => one.kind == "tab");
+  for (const one of tabs) {
+    dirty.delete(one);
+    if (one.props.front > one.made.front) front = one.props.label;
+    one.made.front = one.props.front ?? 0;
+  }
+  if (tabs.length) drawTabs();
   for (const element of [...dirty]) {
     const { node, draw } = element.made;
-    if (node) node.hidden = !element.props.visible;
-    if (element.kind == "tab") drawTab(element);
     // What is not seen is drawn when it is: by the tab that shows it.
     if (draw && node.isConnected && node.offsetParent === null && element.props.visible && element.kind != "status") continue;
     dirty.delete(element);
@@ -85,7 +91,7 @@ function remove(uid) {
   const element = page.elements.get(uid);
   if (!element) return;
   element.made.node?.remove();
-  element.made.button?.remove();
+  if (element.kind == "tab") { element.made.inner.remove(); element.made.button.remove(); }
   page.elements.delete(uid);
   dirty.delete(element);
 }
@@ -101,7 +107,7 @@ function addTab(element) {
   button.onclick = () => showTab(element.uid);
   list.append(button);
   places.tabs.append(inner);
-  return { inner, button };
+  return { inner, button, front: element.props.front ?? 0 };
 }
 
 function showTab(uid) {
@@ -112,12 +118,10 @@ function showTab(uid) {
   redraw();
 }
 
-function drawTab() { drawTabs(); }
-
 function drawTabs() {
   const tabs = [...page.elements.values()].filter((one) => one.kind == "tab");
   const narrow = document.body.classList.contains("narrow");
-  if (!tabs.some((one) => one.props.visible && one.props.label == front) && !(narrow && front == "Tree"))
+  if (tabs.length && !tabs.some((one) => one.props.visible && one.props.label == front) && !(narrow && front == "Tree"))
     front = narrow ? "Tree" : tabs.find((one) => one.props.visible)?.props.label;
   for (const { made, props } of tabs) {
     made.button.hidden = !props.visible;

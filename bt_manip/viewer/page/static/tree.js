@@ -173,7 +173,7 @@ function makeTree(element, page) {
     set("class", `line ${status}${uid == page.selected ? " chosen" : ""}${red.has(uid) ? " red" : ""}`, (v) => { one.line.className = v; });
     set("depth", depths.get(uid) - base, (v) => { one.parts.fold.style.marginLeft = `${12 * v}px`; });
     set("margin", broken.has(item.path), (v) => {
-      one.parts.margin.textContent = "●";
+      one.parts.margin.textContent = v ? "●" : "";
       one.parts.margin.className = v ? "margin set" : "margin";
     });
     set("fold", open === null ? "" : open ? "▾" : "▸", (v) => { one.parts.fold.textContent = v; });

@@ -146,12 +146,10 @@ const WIDGETS = {
   result(element) {
     const p = element.props;
     const chip = make("span"), text = make("pre"), node = make("div", {}, make("p", {}, chip), text);
-    let front = p.front;
     return { node, draw() {
       chip.className = `chip ${p.status}`;
       chip.textContent = p.status;
       text.textContent = p.text;
-      if (p.front != front) { front = p.front; page.front(element.parent); }
     } };
   },
   tree: makeTree,
@@ -167,7 +165,7 @@ const WIDGETS = {
       box.onchange = () => { kinds[kind] = box.checked; page.save("log", kinds); drawn = null; draw(); };
       filters.append(make("label", {}, box, ` ${kind}`));
     }
-    const node = make("div", { style: "display:contents" }, filters, lines);
+    const node = make("div", { className: "log" }, filters, lines);
     let drawn = null, last = null;  // the lines that are drawn, the last of them
     const line = (one) => {
       const [time, kind, text, uid] = one;
