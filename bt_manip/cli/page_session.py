@@ -20,6 +20,7 @@ from bt_manip.extras import require_extra
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from bt_manip.groot import GrootPublisher
     from bt_manip.plugins import Plugins
     from bt_manip.runner import RunLoop, RunRequest, Station
     from bt_manip.viewer import Page
@@ -100,6 +101,7 @@ class PageSession:
         self._station: Station | None = None
         self._built: tuple[Any, ...] = ()
         self._loop: RunLoop | None = None  # between runs; None while the cell stands still
+        self._publisher: GrootPublisher | None = None  # for Groot2, of all runs
         self._request: RunRequest | None = None  # whose tree is shown before the first run
         self._is_new = False  # nothing has moved in the station since it was built
         self.last: RunJob | None = None
@@ -127,9 +129,14 @@ class PageSession:
         Raises:
             BtManipError: For bad input.
         """
+        if options.groot and self._publisher is None:
+            from bt_manip.groot import GrootPublisher
+
+            self._publisher = GrootPublisher(options.groot_port, self._tell, stays=True)
         job = self.last = RunJob(
-            options, self._interrupt, open_page=self._await_page, station=station
-        )
+            options, self._interrupt, open_page=self._await_page, station=station,
+            publisher=self._publisher,
+        )  # fmt: skip
         code = job.execute()
         if job.run is not None:
             self._station, self._built = job.run.station, job.run.request.station
@@ -167,9 +174,11 @@ class PageSession:
         return self._page is not None
 
     def close(self) -> None:
-        """Stop the server."""
+        """Stop the servers."""
         if self._page is not None:
             self._page.close()
+        if self._publisher is not None:
+            self._publisher.close()
 
     # Internal
 

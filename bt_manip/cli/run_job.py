@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
+    from bt_manip.groot import GrootPublisher
     from bt_manip.plugins import Plugins
     from bt_manip.record import Continuation, Recorder, ReportFile, RunReport, Trace
     from bt_manip.registry import Parts
@@ -48,6 +49,7 @@ class RunJob:
         *,
         open_page: "Callable[[RunRequest, Plugins], Page] | None" = None,
         station: "Station | None" = None,
+        publisher: "GrootPublisher | None" = None,
     ) -> None:
         """Keep the options.
 
@@ -56,10 +58,11 @@ class RunJob:
             interrupt: The handler of Ctrl-C.
             open_page: Returns the page on which the run is shown; None for none.
             station: As for `bt_manip.runner.prepare`.
+            publisher: The publisher for Groot2 if it stays after this run.
         """
         self._options = options
         self._interrupt = interrupt
-        self._open_page, self._station = open_page, station
+        self._open_page, self._station, self._publisher = open_page, station, publisher
         self.run: Run | None = None
         self.report: RunReport | None = None
         self.error = ""
@@ -158,7 +161,7 @@ class RunJob:
         if options.groot:
             from bt_manip.groot import GrootPublisher
 
-            publisher = GrootPublisher(options.groot_port, self._tell)
+            publisher = self._publisher or GrootPublisher(options.groot_port, self._tell)
             observers.append(guarded(publisher, "the publisher for Groot2", print_warning))
             self._tell(f"Groot2 can connect to 127.0.0.1, port {options.groot_port}.")
         if self._open_page is not None:

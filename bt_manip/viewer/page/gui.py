@@ -213,7 +213,7 @@ class Gui:
             changes += [["merge", *key, values] for key, values in self._merges.items()]
             changes += [["append", *key, *one] for key, one in self._appends.items()]
             for pending in (self._new, self._gone, self._sets, self._merges, self._appends):
-                pending.clear()  # type: ignore[attr-defined]
+                pending.clear()
             return msgspec.json.encode(changes) if changes else None
 
     def snapshot(self) -> tuple[bytes | None, bytes]:
@@ -288,7 +288,7 @@ class Gui:
             self._sets.pop(element.uid, None)
             for pending in (self._merges, self._appends):
                 for key in [key for key in pending if key[0] == element.uid]:
-                    del pending[key]  # type: ignore[attr-defined]
+                    del pending[key]
 
 
 def _description(element: Element) -> list[Any]:
