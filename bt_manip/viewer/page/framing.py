@@ -1,5 +1,6 @@
 """The cameras of the browsers: each shows robots, objects and containers, whatever its size."""
 
+import time
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,12 @@ FIRST_ASPECT = 1.4
 FOV = np.deg2rad(45.0)
 """Vertical field of view where there is no camera `OVERVIEW` [rad]."""
 
+PERIOD = 1.0
+"""Wall time between two looks whether all is seen [s]."""
+
+LARGEST = 20_000
+"""Number of points that are framed: those of now, and of where arms have been."""
+
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -34,7 +41,9 @@ class Framing:
         self._server = server
         self._points = np.empty((0, 3))
         self._axes, self._fov = np.eye(3), float(FOV)
+        self._corners: dict[str, np.ndarray] = {}  # of the boxes around shapes, by body
         self._cameras: dict[int, _Camera] = {}  # by client
+        self._next = 0.0
         server.on_client_connect(self._connected)
         server.on_client_disconnect(lambda client: self._cameras.pop(client.client_id, None))
 
@@ -46,23 +55,42 @@ class Framing:
             entities: The shapes of its entities, by their bodies.
         """
         shown = {n: bodies for n, bodies in entities.items() if n not in BACKGROUND} or entities
-        poses = dict(zip(source.frames, source.poses(), strict=True))
-        corners = [
-            _rotated(poses[body][3:], _corners(shape)) + poses[body][:3]
+        self._corners = {
+            body: np.concatenate([_corners(shape) for shape in shapes])
             for bodies in shown.values()
             for body, shapes in bodies.items()
-            for shape in shapes
-        ]
-        self._points = np.concatenate([source.centre[None], *corners])
+            if shapes
+        }
+        self._points = self._now(source)
         self._axes, self._fov = _line_of_sight(source)
         first = self._server.initial_camera
         first.position, first.look_at = self._placed(FIRST_ASPECT)
         first.fov = self._fov
-        for client in self._server.get_clients().values():
-            if (camera := self._cameras.get(client.client_id)) is not None:
-                self._place(client, camera, needed=True)
+        self._bring_back(self._points)
+
+    def update(self, source: SceneSource) -> None:
+        """Move the cameras back where arms or objects have left a picture, at most once a second.
+
+        Args:
+            source: The scene, in its present state.
+        """
+        now = time.monotonic()
+        if now < self._next or all(camera.moved for camera in list(self._cameras.values())):
+            return
+        self._next = now + PERIOD
+        self._bring_back(self._now(source))
 
     # Internal
+
+    def _now(self, source: SceneSource) -> np.ndarray:
+        """Return the corners of all boxes as they are now."""  # (n, 3)
+        poses = dict(zip(source.frames, source.poses(), strict=True))
+        found = [
+            _rotated(poses[body][3:], corners) + poses[body][:3]
+            for body, corners in self._corners.items()
+            if body in poses
+        ]
+        return np.concatenate(found) if found else np.empty((0, 3))
 
     def _placed(self, aspect: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the nearest position from which all points are seen, and a point to look at.
@@ -83,27 +111,31 @@ class Framing:
         position = self._axes @ [*offsets, depth]
         return position, position + (forward.mean() - depth) * self._axes[:, 2]
 
-    def _place(self, client: Any, camera: "_Camera", *, needed: bool = False) -> None:
-        """Move the camera of a client.
+    def _bring_back(self, points: np.ndarray) -> None:
+        """Move the cameras that do not see some points, so that they see the earlier ones, too."""
+        lost = [
+            (client, camera)
+            for client in self._server.get_clients().values()
+            if (camera := self._cameras.get(client.client_id)) is not None
+            and not self._sees(points, camera.own[-1], client.camera.aspect)
+        ]
+        if lost:
+            self._points = np.concatenate([self._points, points])[-LARGEST:]
+        for client, camera in lost:
+            self._place(client, camera)
 
-        Args:
-            client: The client.
-            camera: What is known of its camera.
-            needed: Whether to leave it where it is if all points are seen from there.
-        """
-        aspect = client.camera.aspect
+    def _place(self, client: Any, camera: "_Camera") -> None:
+        """Move the camera of a client, unless somebody has moved it."""
         if camera.moved or not len(self._points):
             return
-        if needed and camera.own and self._sees_all(camera.own[-1], aspect):
-            return
-        position, look_at = self._placed(aspect)
+        position, look_at = self._placed(client.camera.aspect)
         camera.own = [*camera.own[-3:], position]
         with client.atomic():
             client.camera.fov = self._fov
             client.camera.position, client.camera.look_at = position, look_at
 
-    def _sees_all(self, position: np.ndarray, aspect: float) -> bool:
-        right, up, forward = ((self._points - position) @ self._axes).T
+    def _sees(self, points: np.ndarray, position: np.ndarray, aspect: float) -> bool:
+        right, up, forward = ((points - position) @ self._axes).T
         slope = np.tan(self._fov / 2.0) * forward
         return bool((abs(right) < slope * aspect).all() and (abs(up) < slope).all())
 

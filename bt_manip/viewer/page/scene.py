@@ -106,6 +106,7 @@ class SceneView:
         Args:
             poses: Of the frames of the source.  # (n, 7)
         """
+        self._framing.update(self._source)
         poses = poses[self._ids]
         still = np.all(np.abs(poses - self._sent) < SMALLEST_MOTION, axis=1)  # NaN: not sent yet
         moved = np.flatnonzero(~still).tolist()
